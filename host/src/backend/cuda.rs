@@ -1,0 +1,304 @@
+//! CUDA through its driver, which is loaded at run time: one binary works with and without it.
+#![allow(
+    unsafe_code,
+    reason = "launches hand raw device memory to kernels; each block names why it is sound"
+)]
+
+use super::{Backend, BackendError, Device, DeviceKind, Job, SceneRecords};
+use crate::memory;
+use crate::render::MathMode;
+use bytemuck::{Pod, Zeroable};
+use cudarc::driver::sys::CUevent_flags;
+use cudarc::driver::{
+    CudaContext, CudaEvent, CudaFunction, CudaModule, CudaSlice, CudaStream, DevicePtrMut, DeviceRepr,
+    DriverError, LaunchConfig, PushKernelArg, result, sys,
+};
+use cudarc::nvrtc::Ptx;
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Duration;
+use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP};
+use trisect_shared::film::PixelSums;
+use trisect_shared::params::RenderParams;
+use trisect_shared::path::FirstHit;
+
+/// The oldest driver that has every function that this program calls.
+const LEAST_DRIVER: i32 = 12_000;
+
+/// A CUDA device.
+pub struct Cuda {
+    device: Device,
+    stream: Arc<CudaStream>,
+    modules: HashMap<MathMode, Arc<CudaModule>>,
+    scene: Option<SceneOnDevice>,
+    kernel: Option<CudaFunction>,
+    film: Option<CudaSlice<u8>>,
+    math: MathMode,
+    start: CudaEvent,
+    end: CudaEvent,
+}
+
+struct SceneOnDevice {
+    spheres: CudaSlice<u8>,
+    sphere_count: usize,
+    nodes: CudaSlice<u8>,
+    node_count: usize,
+    materials: CudaSlice<u8>,
+    material_count: usize,
+}
+
+/// The launch record as a kernel argument.
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+struct Launch(RenderParams);
+
+// SAFETY: plain data, repr(C), the very type that the kernel declares.
+unsafe impl DeviceRepr for Launch {}
+
+fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {
+    move |error| {
+        let text = error.error_string().map(|text| text.to_string_lossy().into_owned());
+        BackendError::Device {
+            backend: "cuda",
+            action,
+            message: text.unwrap_or_else(|_| format!("{error:?}")),
+        }
+    }
+}
+
+fn unavailable(reason: String, remedy: &str) -> BackendError {
+    BackendError::Unavailable { backend: "cuda", reason, remedy: remedy.to_owned() }
+}
+
+/// Loads the driver and counts its devices. cudarc panics when the library or one of its functions is missing: this
+/// must come before any other call to it.
+fn probe() -> Result<usize, BackendError> {
+    let install = "install NVIDIA's driver, version 525 or newer, or choose another --backend";
+    // SAFETY: only tries to open the library.
+    if !unsafe { sys::is_culib_present() } {
+        return Err(unavailable("NVIDIA's driver library (libcuda) is not installed".to_owned(), install));
+    }
+    let mut version = 0;
+    // SAFETY: writes one integer; every driver has this function.
+    unsafe { sys::cuDriverGetVersion(&raw mut version) }
+        .result()
+        .map_err(failed("asking for the version"))?;
+    if version < LEAST_DRIVER {
+        let reason =
+            format!("the driver supports CUDA {}.{}, 12.0 is needed", version / 1000, version % 1000 / 10);
+        return Err(unavailable(reason, install));
+    }
+    result::init().map_err(|error| {
+        let text = error.error_string().map(|text| text.to_string_lossy().into_owned());
+        unavailable(
+            format!("the driver does not start: {}", text.unwrap_or_else(|_| format!("{error:?}"))),
+            "`nvidia-smi` says more; without an NVIDIA GPU choose another --backend",
+        )
+    })?;
+    match CudaContext::device_count().map_err(failed("counting devices"))? {
+        0 => Err(unavailable(
+            "the driver sees no device".to_owned(),
+            "check CUDA_VISIBLE_DEVICES and `nvidia-smi`",
+        )),
+        count => Ok(count as usize),
+    }
+}
+
+/// All CUDA devices, or why there are none.
+pub fn devices() -> Result<Vec<Device>, BackendError> {
+    (0..probe()?).map(describe).collect()
+}
+
+fn describe(index: usize) -> Result<Device, BackendError> {
+    let device = result::device::get(index as i32).map_err(failed("opening the device"))?;
+    let name = result::device::get_name(device).map_err(failed("asking for the name"))?;
+    // SAFETY: `device` comes from the driver.
+    let bytes = unsafe { result::device::total_mem(device) }.map_err(failed("asking for the memory"))?;
+    let attribute = |which| {
+        // SAFETY: as above.
+        unsafe { result::device::get_attribute(device, which) }.map_err(failed("asking for an attribute"))
+    };
+    use sys::CUdevice_attribute_enum as Attribute;
+    let major = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)?;
+    let minor = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR)?;
+    let details = format!("compute capability {major}.{minor}, {}", memory::display(bytes as u64));
+    Ok(Device { backend: "cuda", index, name, kind: DeviceKind::Gpu, details, timer: "CUDA events" })
+}
+
+impl Cuda {
+    /// Opens the device with this index, or the first.
+    pub fn open(index: Option<usize>) -> Result<Self, BackendError> {
+        let count = probe()?;
+        let index = index.unwrap_or(0);
+        if index >= count {
+            return Err(BackendError::NoSuchDevice { backend: "cuda", index, devices: count });
+        }
+        let context = CudaContext::new(index).map_err(failed("creating a context"))?;
+        let event =
+            || context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT)).map_err(failed("creating an event"));
+        Ok(Self {
+            device: describe(index)?,
+            stream: context.default_stream(),
+            modules: HashMap::new(),
+            scene: None,
+            kernel: None,
+            film: None,
+            math: MathMode::Precise,
+            start: event()?,
+            end: event()?,
+        })
+    }
+
+    fn module(&mut self, math: MathMode) -> Result<Arc<CudaModule>, BackendError> {
+        if let Some(module) = self.modules.get(&math) {
+            return Ok(module.clone());
+        }
+        let source = if math == MathMode::Fast { PTX_FAST } else { PTX_PRECISE };
+        let module = self
+            .stream
+            .context()
+            .load_module(Ptx::from_src(source))
+            .map_err(failed("compiling the kernels"))?;
+        self.modules.insert(math, module.clone());
+        Ok(module)
+    }
+
+    fn allocate(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
+        let (free, _) = self.stream.context().mem_get_info().map_err(failed("asking for free memory"))?;
+        if bytes > free {
+            let (needed, limit) = (bytes as u64, free as u64);
+            return Err(BackendError::TooLarge { backend: "cuda", what, needed, limit });
+        }
+        // SAFETY: every byte is written before it is read: by `copy` or by `erase`.
+        unsafe { self.stream.alloc(bytes.max(1)) }.map_err(failed("allocating memory"))
+    }
+
+    fn copy<T: Pod>(&self, records: &[T], what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
+        let bytes: &[u8] = bytemuck::cast_slice(records);
+        let mut memory = self.allocate(bytes.len(), what)?;
+        if !bytes.is_empty() {
+            self.stream.memcpy_htod(bytes, &mut memory).map_err(failed("copying the scene"))?;
+        }
+        Ok(memory)
+    }
+
+    /// Fills a film with [`PixelSums::UNWRITTEN`].
+    fn erase(&self, film: &mut CudaSlice<u8>) -> Result<(), BackendError> {
+        let bytes = film.len();
+        let (pointer, _guard) = film.device_ptr_mut(&self.stream);
+        // SAFETY: the pointer is valid for `bytes` bytes.
+        unsafe { result::memset_d8_async(pointer, 0xff, bytes, self.stream.cu_stream()) }
+            .map_err(failed("erasing the film"))
+    }
+
+    /// Launches `kernel` over the rows of `params` and waits for it.
+    fn launch(
+        &mut self,
+        kernel: &CudaFunction,
+        params: &RenderParams,
+        output: &mut CudaSlice<u8>,
+    ) -> Result<Duration, BackendError> {
+        let Some(scene) = &self.scene else {
+            return Err(BackendError::Device {
+                backend: "cuda",
+                action: "rendering",
+                message: "no scene was uploaded".to_owned(),
+            });
+        };
+        let launch = Launch(*params);
+        let config = LaunchConfig {
+            grid_dim: (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1), 1),
+            block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
+            shared_mem_bytes: 0,
+        };
+        self.start.record(&self.stream).map_err(failed("starting the timer"))?;
+        let mut arguments = self.stream.launch_builder(kernel);
+        arguments
+            .arg(&launch)
+            .arg(&scene.spheres)
+            .arg(&scene.sphere_count)
+            .arg(&scene.nodes)
+            .arg(&scene.node_count)
+            .arg(&scene.materials)
+            .arg(&scene.material_count)
+            .arg(output);
+        // SAFETY: the arguments are those of every entry point (see trisect_kernels); `output` holds a record for each pixel
+        // of the image, and the host proved the scene's indices.
+        unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+        self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
+        self.end.synchronize().map_err(failed("rendering"))?;
+        let milliseconds = self.start.elapsed_ms(&self.end).map_err(failed("reading the timer"))?;
+        Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
+    }
+}
+
+impl Backend for Cuda {
+    fn device(&self) -> &Device {
+        &self.device
+    }
+
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.scene = Some(SceneOnDevice {
+            spheres: self.copy(scene.spheres, "the scene's spheres")?,
+            sphere_count: scene.spheres.len(),
+            nodes: self.copy(scene.nodes, "the scene's BVH")?,
+            node_count: scene.nodes.len(),
+            materials: self.copy(scene.materials, "the scene's materials")?,
+            material_count: scene.materials.len(),
+        });
+        Ok(())
+    }
+
+    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        let module = self.module(job.math)?;
+        self.math = job.math;
+        let name = trisect_kernels::variant(job.features).map_or("render", |variant| variant.name);
+        self.kernel = Some(module.load_function(name).map_err(failed("finding the kernel"))?);
+        let bytes = job.pixels() * size_of::<PixelSums>();
+        let mut film = match self.film.take() {
+            Some(film) if film.len() == bytes => film,
+            other => {
+                drop(other); // before the new one is allocated
+                self.allocate(bytes, "the film")?
+            }
+        };
+        self.erase(&mut film)?;
+        self.film = Some(film);
+        Ok(())
+    }
+
+    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
+        let (Some(kernel), Some(mut film)) = (self.kernel.clone(), self.film.take()) else {
+            return Err(not_prepared());
+        };
+        let time = self.launch(&kernel, params, &mut film);
+        self.film = Some(film);
+        time
+    }
+
+    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        let Some(mut memory) = self.film.take() else { return Err(not_prepared()) };
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(film);
+        self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading the film"))?;
+        self.erase(&mut memory)?;
+        self.stream.synchronize().map_err(failed("reading the film"))?;
+        self.film = Some(memory);
+        Ok(())
+    }
+
+    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        let module = self.module(self.math)?;
+        let kernel = module.load_function(FIRST_HIT).map_err(failed("finding the kernel"))?;
+        let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
+        self.erase(&mut memory)?;
+        self.launch(&kernel, params, &mut memory)?;
+        hits.fill(FirstHit::zeroed());
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(hits);
+        self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading first hits"))?;
+        self.stream.synchronize().map_err(failed("reading first hits"))
+    }
+}
+
+fn not_prepared() -> BackendError {
+    BackendError::Device { backend: "cuda", action: "rendering", message: "no frame was prepared".to_owned() }
+}

@@ -1,0 +1,73 @@
+//! Why a backend is not there, or failed.
+
+use crate::memory;
+use crate::render::SettingsError;
+use thiserror::Error;
+
+/// A backend that cannot be used, or that failed.
+#[derive(Debug, Error)]
+pub enum BackendError {
+    /// It is not on this machine.
+    #[error("backend {backend} is not available: {reason}\n  {remedy}")]
+    Unavailable {
+        /// Its name.
+        backend: &'static str,
+        /// Why.
+        reason: String,
+        /// What would help.
+        remedy: String,
+    },
+    /// `--device` names none.
+    #[error("--device {index}: {backend} has {}; `trisect info` lists devices", count(*.devices))]
+    NoSuchDevice {
+        /// The backend.
+        backend: &'static str,
+        /// What was asked for.
+        index: usize,
+        /// How many there are.
+        devices: usize,
+    },
+    /// The device cannot hold the scene or the film.
+    #[error(
+        "{what} needs {} on the device, {backend} allows {}; choose a smaller --resolution or another --backend",
+        memory::display(*needed), memory::display(*limit)
+    )]
+    TooLarge {
+        /// The backend.
+        backend: &'static str,
+        /// Which buffer.
+        what: &'static str,
+        /// Bytes.
+        needed: u64,
+        /// Bytes.
+        limit: u64,
+    },
+    /// The backend does not have what the settings ask for.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// The driver reported an error.
+    #[error("{backend}: {action}: {message}")]
+    Device {
+        /// The backend.
+        backend: &'static str,
+        /// What was being done.
+        action: &'static str,
+        /// What the driver said.
+        message: String,
+    },
+}
+
+impl BackendError {
+    /// Whether another machine or another `--device` would help, rather than another try.
+    pub fn is_unavailable(&self) -> bool {
+        matches!(self, Self::Unavailable { .. } | Self::NoSuchDevice { .. })
+    }
+}
+
+fn count(devices: usize) -> String {
+    match devices {
+        0 => "no device".to_owned(),
+        1 => "1 device, index 0".to_owned(),
+        n => format!("{n} devices, indices 0 to {}", n - 1),
+    }
+}

@@ -1,0 +1,105 @@
+//! Backends: the CPU, wgpu and CUDA behind one trait.
+
+pub mod cpu;
+pub mod cuda;
+mod error;
+mod select;
+pub mod wgpu;
+
+pub use error::BackendError;
+pub use select::{Choice, Selection, list, open};
+
+use crate::render::MathMode;
+use serde::Serialize;
+use std::time::Duration;
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::features::Features;
+use trisect_shared::film::PixelSums;
+use trisect_shared::material::Material;
+use trisect_shared::params::RenderParams;
+use trisect_shared::path::FirstHit;
+use trisect_shared::sphere::Sphere;
+
+/// What sort of device, which decides how work is cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceKind {
+    /// Threads of this machine.
+    Cpu,
+    /// Hardware.
+    Gpu,
+    /// A graphics driver that computes on the CPU, such as Mesa's lavapipe.
+    SoftwareGpu,
+}
+
+/// A device that can render.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Device {
+    /// `cpu`, `wgpu` or `cuda`.
+    pub backend: &'static str,
+    /// For `--device`.
+    pub index: usize,
+    /// As the driver names it.
+    pub name: String,
+    /// What sort.
+    pub kind: DeviceKind,
+    /// Driver, threads, memory: for people.
+    pub details: String,
+    /// What [`Backend::render`]'s times are: `wall clock`, `CUDA events`, `timestamp queries`.
+    pub timer: &'static str,
+}
+
+/// The arrays of a scene, as kernels read them.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneRecords<'a> {
+    /// The primitives.
+    pub spheres: &'a [Sphere],
+    /// Inner nodes of the BVH.
+    pub nodes: &'a [BvhNode],
+    /// By index from the primitives.
+    pub materials: &'a [Material],
+}
+
+/// What stays the same over all submissions of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Job {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// What the kernel must be able to do.
+    pub features: Features,
+    /// Which build of the kernels.
+    pub math: MathMode,
+}
+
+impl Job {
+    /// `width * height`.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// A device with a scene and a film on it. Data stays there between calls.
+///
+/// Calls come in this order: `upload` once, then for each frame `prepare` and, for each chunk of samples, any number of
+/// `render` and one `read_film`.
+pub trait Backend: Send {
+    /// The device in use.
+    fn device(&self) -> &Device;
+
+    /// Copies a scene to the device.
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError>;
+
+    /// Chooses the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
+    fn prepare(&mut self, job: &Job) -> Result<(), BackendError>;
+
+    /// Renders one submission into the film and waits for it. Returns the device's own measure of its time.
+    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError>;
+
+    /// Copies the film to `film` (as long as the job has pixels) and resets it to [`PixelSums::UNWRITTEN`].
+    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError>;
+
+    /// Writes the first hit of each pixel's sample `params.first_sample` to `hits` (as long as the job has pixels).
+    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError>;
+}

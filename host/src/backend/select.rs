@@ -1,0 +1,70 @@
+//! Which backend and device to use.
+
+use super::{Backend, BackendError, Device, cpu, cuda, wgpu};
+
+/// What the user asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// The fastest that works: cuda, then a hardware wgpu adapter, then cpu.
+    Auto,
+    /// Threads of this machine.
+    Cpu,
+    /// Vulkan, Metal or Direct3D 12.
+    Wgpu,
+    /// CUDA.
+    Cuda,
+}
+
+/// A backend, and why it was taken.
+pub struct Selection {
+    /// Ready for a scene.
+    pub backend: Box<dyn Backend>,
+    /// For people; empty where the user named the backend.
+    pub why: String,
+}
+
+/// Opens what the user asks for. `device` is an index of that backend, and of none with [`Choice::Auto`]; `threads` are for
+/// the CPU.
+pub fn open(
+    choice: Choice,
+    device: Option<usize>,
+    threads: Option<usize>,
+) -> Result<Selection, BackendError> {
+    let named = |backend: Box<dyn Backend>| Selection { backend, why: String::new() };
+    match choice {
+        Choice::Cpu => match device {
+            None | Some(0) => Ok(named(Box::new(cpu::Cpu::open(threads)?))),
+            Some(index) => Err(BackendError::NoSuchDevice { backend: "cpu", index, devices: 1 }),
+        },
+        Choice::Wgpu => Ok(named(Box::new(wgpu::Wgpu::open(device, wgpu::Route::PassThrough)?))),
+        Choice::Cuda => Ok(named(Box::new(cuda::Cuda::open(device)?))),
+        Choice::Auto => auto(threads),
+    }
+}
+
+fn auto(threads: Option<usize>) -> Result<Selection, BackendError> {
+    let cuda = match cuda::Cuda::open(None) {
+        Ok(backend) => {
+            return Ok(Selection { backend: Box::new(backend), why: "auto: cuda comes first".to_owned() });
+        }
+        Err(error) => first_line(&error),
+    };
+    let wgpu = match wgpu::Wgpu::open(None, wgpu::Route::PassThrough) {
+        Ok(backend) => {
+            return Ok(Selection { backend: Box::new(backend), why: format!("auto: {cuda}") });
+        }
+        Err(error) => first_line(&error),
+    };
+    let backend = cpu::Cpu::open(threads)?;
+    Ok(Selection { backend: Box::new(backend), why: format!("auto: {cuda}; {wgpu}") })
+}
+
+fn first_line(error: &BackendError) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
+}
+
+/// Every backend with its devices, or why it has none.
+pub fn list() -> Vec<(&'static str, Result<Vec<Device>, BackendError>)> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    vec![("cuda", cuda::devices()), ("wgpu", wgpu::devices()), ("cpu", Ok(vec![cpu::describe(threads)]))]
+}

@@ -1,0 +1,236 @@
+//! wgpu: the SPIR-V kernels as they are on Vulkan (pass-through), through naga elsewhere.
+
+mod adapter;
+mod pipeline;
+
+pub use adapter::devices;
+
+use super::{Backend, BackendError, Device, Job, SceneRecords};
+use crate::render::{MathMode, SettingsError};
+use adapter::Gpu;
+use bytemuck::Pod;
+use pipeline::Pipelines;
+use std::time::{Duration, Instant};
+use trisect_kernels::{FIRST_HIT, WORKGROUP};
+use trisect_shared::film::PixelSums;
+use trisect_shared::params::RenderParams;
+use trisect_shared::path::FirstHit;
+use wgpu::{
+    Buffer, BufferDescriptor, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor,
+    QueryType,
+};
+
+/// How the kernels reach the driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// Unchanged where the adapter can (Vulkan), else through naga.
+    PassThrough,
+    /// Through naga, which reads SPIR-V and writes the driver's language.
+    Naga,
+}
+
+/// A wgpu adapter.
+pub struct Wgpu {
+    device: Device,
+    gpu: Gpu,
+    pipelines: Pipelines,
+    params: Buffer,
+    scene: Option<[Buffer; 3]>,
+    film: Option<Film>,
+    entry: &'static str,
+    timer: Option<Timer>,
+}
+
+/// The film on the device, what erases it, and what it is read through.
+struct Film {
+    sums: Buffer,
+    unwritten: Buffer,
+    staging: Buffer,
+}
+
+struct Timer {
+    queries: QuerySet,
+    resolved: Buffer,
+    staging: Buffer,
+    nanoseconds_per_tick: f64,
+}
+
+impl Wgpu {
+    /// Opens the adapter with this index, or the best hardware one. A software adapter is taken only by its index.
+    pub fn open(index: Option<usize>, route: Route) -> Result<Self, BackendError> {
+        let (mut device, gpu) = adapter::open(index)?;
+        let pipelines = Pipelines::new(&gpu, route)?;
+        let buffer = |size, usage| {
+            gpu.device.create_buffer(&BufferDescriptor {
+                label: None,
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let timer = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Timer {
+            queries: gpu.device.create_query_set(&QuerySetDescriptor {
+                label: None,
+                ty: QueryType::Timestamp,
+                count: 2,
+            }),
+            resolved: buffer(16, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            staging: buffer(16, BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            nanoseconds_per_tick: f64::from(gpu.queue.get_timestamp_period()),
+        });
+        device.timer = if timer.is_some() { "timestamp queries" } else { "wall clock" };
+        let params = buffer(size_of::<RenderParams>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        gpu.check("creating buffers")?;
+        Ok(Self { device, gpu, pipelines, params, scene: None, film: None, entry: "render", timer })
+    }
+
+    /// A buffer, after its size was compared with the adapter's limits.
+    fn buffer(&self, bytes: u64, usage: BufferUsages, what: &'static str) -> Result<Buffer, BackendError> {
+        let limits = self.gpu.device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes > limit {
+            return Err(BackendError::TooLarge { backend: "wgpu", what, needed: bytes, limit });
+        }
+        // An empty array is bound as one record that no kernel reads.
+        let size = bytes.max(64);
+        let buffer = self.gpu.device.create_buffer(&BufferDescriptor {
+            label: Some(what),
+            size,
+            usage,
+            mapped_at_creation: false,
+        });
+        self.gpu.check("allocating memory")?;
+        Ok(buffer)
+    }
+
+    fn store<T: Pod>(&self, records: &[T], what: &'static str) -> Result<Buffer, BackendError> {
+        let bytes: &[u8] = bytemuck::cast_slice(records);
+        let buffer = self.buffer(bytes.len() as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST, what)?;
+        self.gpu.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
+    }
+
+    /// Runs an entry point over the rows of `params` and waits for it.
+    fn dispatch(
+        &self,
+        entry: &'static str,
+        params: &RenderParams,
+        output: &Buffer,
+    ) -> Result<Duration, BackendError> {
+        let Some([spheres, nodes, materials]) = &self.scene else {
+            return Err(self.misuse("no scene was uploaded"));
+        };
+        let (groups_x, groups_y) = (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1));
+        let limit = self.gpu.device.limits().max_compute_workgroups_per_dimension;
+        if groups_x.max(groups_y) > limit {
+            let (needed, limit) = (u64::from(groups_x.max(groups_y)), u64::from(limit));
+            return Err(BackendError::TooLarge {
+                backend: "wgpu",
+                what: "a row of work groups",
+                needed,
+                limit,
+            });
+        }
+        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
+        let group = self.pipelines.bind(&self.gpu.device, [&self.params, spheres, nodes, materials, output]);
+        let start = Instant::now();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(entry),
+                timestamp_writes: self.timer.as_ref().map(|timer| ComputePassTimestampWrites {
+                    query_set: &timer.queries,
+                    beginning_of_pass_write_index: Some(0),
+                    end_of_pass_write_index: Some(1),
+                }),
+            });
+            pass.set_pipeline(self.pipelines.get(entry)?);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(groups_x, groups_y, 1);
+        }
+        if let Some(timer) = &self.timer {
+            encoder.resolve_query_set(&timer.queries, 0..2, &timer.resolved, 0);
+            encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.staging, 0, 16);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        let Some(timer) = &self.timer else {
+            self.gpu.wait("rendering")?;
+            return Ok(start.elapsed());
+        };
+        let mut ticks = [0u64; 2];
+        self.gpu.read(&timer.staging, bytemuck::cast_slice_mut(&mut ticks), "rendering")?;
+        let nanoseconds = ticks[1].wrapping_sub(ticks[0]) as f64 * timer.nanoseconds_per_tick;
+        Ok(Duration::from_nanos(nanoseconds as u64))
+    }
+
+    fn copy(&self, from: &Buffer, to: &Buffer, action: &'static str) -> Result<(), BackendError> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check(action)
+    }
+
+    fn misuse(&self, message: &str) -> BackendError {
+        BackendError::Device { backend: "wgpu", action: "rendering", message: message.to_owned() }
+    }
+}
+
+impl Backend for Wgpu {
+    fn device(&self) -> &Device {
+        &self.device
+    }
+
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.scene = Some([
+            self.store(scene.spheres, "the scene's spheres")?,
+            self.store(scene.nodes, "the scene's BVH")?,
+            self.store(scene.materials, "the scene's materials")?,
+        ]);
+        self.gpu.check("copying the scene")
+    }
+
+    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        if job.math == MathMode::Fast {
+            return Err(SettingsError::NoFastMath { backend: "wgpu" }.into());
+        }
+        self.entry = trisect_kernels::variant(job.features).map_or("render", |variant| variant.name);
+        self.pipelines.compile(&self.gpu, self.entry)?;
+        let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;
+        if self.film.as_ref().is_none_or(|film| film.sums.size() != bytes) {
+            self.film = None; // before the new one is allocated
+            let device = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+            let sums = self.buffer(bytes, device | BufferUsages::STORAGE, "the film")?;
+            let unwritten = self.buffer(bytes, device, "the film")?;
+            let staging = self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the film")?;
+            let pixels = vec![PixelSums::UNWRITTEN; job.pixels()];
+            self.gpu.queue.write_buffer(&unwritten, 0, bytemuck::cast_slice(&pixels));
+            self.film = Some(Film { sums, unwritten, staging });
+        }
+        let Some(film) = &self.film else { return Err(self.misuse("no film")) };
+        self.copy(&film.unwritten, &film.sums, "erasing the film")?;
+        self.gpu.wait("erasing the film")
+    }
+
+    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
+        let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        self.dispatch(self.entry, params, &film.sums)
+    }
+
+    fn read_film(&mut self, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
+        let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        self.copy(&film.sums, &film.staging, "reading the film")?;
+        self.copy(&film.unwritten, &film.sums, "erasing the film")?;
+        self.gpu.read(&film.staging, bytemuck::cast_slice_mut(pixels), "reading the film")
+    }
+
+    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        self.pipelines.compile(&self.gpu, FIRST_HIT)?;
+        let bytes = size_of_val(hits) as u64;
+        let output = self.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC, "the first hits")?;
+        let staging =
+            self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the first hits")?;
+        self.dispatch(FIRST_HIT, params, &output)?;
+        self.copy(&output, &staging, "reading first hits")?;
+        self.gpu.read(&staging, bytemuck::cast_slice_mut(hits), "reading first hits")
+    }
+}

@@ -1,0 +1,119 @@
+//! The kernels as compute pipelines.
+
+use super::Route;
+use super::adapter::Gpu;
+use crate::backend::BackendError;
+use std::collections::HashMap;
+use trisect_kernels::{FIRST_HIT, SPIRV, VARIANTS, WORKGROUP};
+use wgpu::{
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
+    BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline, ComputePipelineDescriptor,
+    Device, Features, PipelineLayout, PipelineLayoutDescriptor, ShaderModule, ShaderModuleDescriptor,
+    ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
+};
+
+/// One layout for all entry points, and a pipeline for each that was used.
+pub(super) struct Pipelines {
+    module: ShaderModule,
+    bindings: BindGroupLayout,
+    layout: PipelineLayout,
+    compiled: HashMap<&'static str, ComputePipeline>,
+}
+
+impl Pipelines {
+    pub fn new(gpu: &Gpu, route: Route) -> Result<Self, BackendError> {
+        let module = module(&gpu.device, route);
+        let entry = |binding, ty| BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::COMPUTE,
+            ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        };
+        let read = BufferBindingType::Storage { read_only: true };
+        let bindings = gpu.device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[
+                entry(0, BufferBindingType::Uniform),
+                entry(1, read),
+                entry(2, read),
+                entry(3, read),
+                entry(4, BufferBindingType::Storage { read_only: false }),
+            ],
+        });
+        let layout = gpu.device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&bindings)],
+            ..Default::default()
+        });
+        gpu.check("loading the kernels")?;
+        Ok(Self { module, bindings, layout, compiled: HashMap::new() })
+    }
+
+    /// Compiles an entry point, once.
+    pub fn compile(&mut self, gpu: &Gpu, entry: &'static str) -> Result<(), BackendError> {
+        if !self.compiled.contains_key(entry) {
+            let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&self.layout),
+                module: &self.module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            gpu.check("compiling the kernels")?;
+            self.compiled.insert(entry, pipeline);
+        }
+        Ok(())
+    }
+
+    /// A pipeline that [`Pipelines::compile`] made.
+    pub fn get(&self, entry: &'static str) -> Result<&ComputePipeline, BackendError> {
+        self.compiled.get(entry).ok_or_else(|| BackendError::Device {
+            backend: "wgpu",
+            action: "rendering",
+            message: format!("the kernel {entry} was not compiled"),
+        })
+    }
+
+    /// Binds the buffers in the order of their bindings.
+    pub fn bind(&self, device: &Device, buffers: [&Buffer; 5]) -> BindGroup {
+        let mut binding = 0..;
+        let entries = buffers.map(|buffer| BindGroupEntry {
+            binding: binding.next().unwrap_or_default(),
+            resource: buffer.as_entire_binding(),
+        });
+        device.create_bind_group(&BindGroupDescriptor {
+            label: None,
+            layout: &self.bindings,
+            entries: &entries,
+        })
+    }
+}
+
+fn module(device: &Device, route: Route) -> ShaderModule {
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
+    if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
+        let names = VARIANTS.iter().map(|variant| variant.name).chain([FIRST_HIT]);
+        let entry_points: Vec<_> = names
+            .map(|name| wgpu::PassthroughShaderEntryPoint {
+                name: name.into(),
+                workgroup_size: (WORKGROUP.0, WORKGROUP.1, 1),
+            })
+            .collect();
+        // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded bytes with the
+        // manifest; the layout above matches its bindings; indices are proven by `bvh` and `scene`.
+        #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
+        return unsafe {
+            device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
+                label: Some("trisect"),
+                spirv: Some(words.into()),
+                entry_points: entry_points.into(),
+                ..Default::default()
+            })
+        };
+    }
+    device.create_shader_module(ShaderModuleDescriptor {
+        label: Some("trisect"),
+        source: ShaderSource::SpirV(words.into()),
+    })
+}

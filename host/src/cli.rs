@@ -1,0 +1,238 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use trisect::backend::Choice;
+use trisect::render::{MathMode, Settings};
+
+/// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    about,
+    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to an image file.
+    Render(RenderArgs),
+    /// Render a scene several times and print device time, samples and segments a second.
+    Bench(BenchArgs),
+    /// Compare two images: RMSE, relMSE, PSNR, FLIP, greatest difference and its pixel.
+    Compare(CompareArgs),
+    /// List backends and devices, and for a missing one why.
+    Info,
+}
+
+/// What and where to render.
+#[derive(Debug, Args)]
+pub struct JobArgs {
+    /// Scene file; without one, the built-in hello world.
+    pub scene: Option<PathBuf>,
+
+    /// Where to render.
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    pub backend: BackendArg,
+
+    /// Index of the device, as `trisect info` lists it; needs --backend wgpu, cuda or cpu.
+    #[arg(long, value_name = "N")]
+    pub device: Option<usize>,
+
+    /// Threads of the cpu backend; without it, one for each logical core.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub threads: Option<u32>,
+
+    /// Pixels across; alone, the height follows the scene's aspect.
+    #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
+    pub width: Option<u32>,
+
+    /// Pixels down; alone, the width follows the scene's aspect.
+    #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
+    pub height: Option<u32>,
+
+    /// Pixels across and down.
+    #[arg(long, value_name = "WxH", value_parser = parse_resolution, conflicts_with_all = ["width", "height"])]
+    pub resolution: Option<(u32, u32)>,
+
+    /// Samples a pixel.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub spp: Option<u32>,
+
+    /// Segments a path, at most.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub depth: Option<u32>,
+
+    /// Of the random numbers.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+
+    /// End paths at random by their throughput, from the first bounce: the same mean, fewer segments, more noise.
+    #[arg(long, value_enum, default_value_t = Switch::Off)]
+    pub roulette: Switch,
+
+    /// Which build of the kernels; fast exists for cuda.
+    #[arg(long, value_enum, default_value_t = MathArg::Precise)]
+    pub math: MathArg,
+}
+
+/// `trisect render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// What and where.
+    #[command(flatten)]
+    pub job: JobArgs,
+
+    /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
+    #[arg(short, long, value_name = "FILE", default_value = "out.png")]
+    pub output: PathBuf,
+
+    /// Write what the render took as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// Print errors only.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `trisect bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// What and where.
+    #[command(flatten)]
+    pub job: JobArgs,
+
+    /// Frames to measure, after two that are not.
+    #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
+    pub frames: u32,
+}
+
+/// `trisect compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// The image.
+    pub image: PathBuf,
+
+    /// What it should be.
+    pub reference: PathBuf,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Exit with code 5 if relMSE is greater.
+    #[arg(long, value_name = "X")]
+    pub max_rel_mse: Option<f64>,
+}
+
+/// `--backend`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendArg {
+    /// cuda, else a hardware wgpu adapter, else cpu.
+    Auto,
+    /// This machine's threads.
+    Cpu,
+    /// Vulkan, Metal or Direct3D 12.
+    Wgpu,
+    /// NVIDIA's driver.
+    Cuda,
+}
+
+/// `on` or `off`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Yes.
+    On,
+    /// No.
+    Off,
+}
+
+/// `--math`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MathArg {
+    /// Correctly rounded; the CPU's bits on cuda.
+    Precise,
+    /// Fused and approximate; cuda only.
+    Fast,
+}
+
+impl BackendArg {
+    /// For the library.
+    pub fn choice(self) -> Choice {
+        match self {
+            Self::Auto => Choice::Auto,
+            Self::Cpu => Choice::Cpu,
+            Self::Wgpu => Choice::Wgpu,
+            Self::Cuda => Choice::Cuda,
+        }
+    }
+}
+
+impl JobArgs {
+    /// The scene's settings with what the command line says instead.
+    pub fn settings(&self, scene: Settings) -> Settings {
+        let follow = |given: u32, from: u32, to: u32| {
+            let scaled = f64::from(given) * f64::from(to) / f64::from(from);
+            scaled.round().clamp(1.0, f64::from(u32::MAX)) as u32
+        };
+        let (width, height) = match (self.resolution, self.width, self.height) {
+            (Some(resolution), _, _) => resolution,
+            (None, Some(width), Some(height)) => (width, height),
+            (None, Some(width), None) => (width, follow(width, scene.width, scene.height)),
+            (None, None, Some(height)) => (follow(height, scene.height, scene.width), height),
+            (None, None, None) => (scene.width, scene.height),
+        };
+        Settings {
+            width,
+            height,
+            samples: self.spp.unwrap_or(scene.samples),
+            depth: self.depth.unwrap_or(scene.depth),
+            seed: self.seed.unwrap_or(scene.seed),
+            roulette: self.roulette == Switch::On,
+            math: match self.math {
+                MathArg::Precise => MathMode::Precise,
+                MathArg::Fast => MathMode::Fast,
+            },
+            ..scene
+        }
+    }
+}
+
+fn parse_count(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(0) => Err("must be 1 or more".to_owned()),
+        Ok(count) => Ok(count),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn parse_resolution(text: &str) -> Result<(u32, u32), String> {
+    let (width, height) = text.split_once(['x', 'X']).ok_or("write it as WIDTHxHEIGHT, such as 1280x720")?;
+    Ok((parse_count(width)?, parse_count(height)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn resolutions() {
+        assert_eq!(parse_resolution("1280x720"), Ok((1280, 720)));
+        for bad in ["", "x", "1280", "0x720", "1280x-1", "1x2x3"] {
+            assert!(parse_resolution(bad).is_err(), "{bad}");
+        }
+    }
+}

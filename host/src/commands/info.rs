@@ -1,0 +1,28 @@
+//! `trisect info`.
+
+use std::process::ExitCode;
+use trisect::Error;
+use trisect::backend::{self, DeviceKind};
+
+/// Lists backends and devices; for a missing one, why and what would help.
+pub fn run() -> Result<ExitCode, Error> {
+    println!("trisect {}", env!("CARGO_PKG_VERSION"));
+    for (name, devices) in backend::list() {
+        match devices {
+            Ok(devices) => {
+                for device in devices {
+                    let note = match device.kind {
+                        DeviceKind::SoftwareGpu => ", software: used only when asked for",
+                        _ => "",
+                    };
+                    println!(
+                        "{name:<5} --device {}: {} ({}{note})",
+                        device.index, device.name, device.details
+                    );
+                }
+            }
+            Err(error) => println!("{name:<5} {error}"),
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,48 @@
+//! One file a command.
+
+pub mod bench;
+pub mod compare;
+pub mod info;
+pub mod render;
+
+use crate::cli::{BackendArg, JobArgs};
+use std::time::Instant;
+use trisect::Error;
+use trisect::backend::{self, Selection};
+use trisect::render::{Renderer, Settings};
+use trisect::scene::Scene;
+
+/// A scene on a backend with the command line's settings.
+pub struct Session {
+    /// Ready to render.
+    pub renderer: Renderer,
+    /// What to render.
+    pub settings: Settings,
+    /// Of the scene.
+    pub name: String,
+    /// Why this backend; empty where the user named it.
+    pub choice: String,
+    /// Reading and validating the scene.
+    pub load_seconds: f64,
+}
+
+impl Session {
+    /// Reads the scene, checks the settings, opens the backend.
+    pub fn open(job: &JobArgs) -> Result<Self, Error> {
+        let start = Instant::now();
+        let scene = match &job.scene {
+            Some(path) => Scene::load(path)?,
+            None => Scene::hello_world()?,
+        };
+        let load_seconds = start.elapsed().as_secs_f64();
+        let settings = job.settings(scene.settings());
+        settings.check()?;
+        if job.backend == BackendArg::Auto && job.device.is_some() {
+            return Err(trisect::render::SettingsError::DeviceOfWhat.into());
+        }
+        let threads = job.threads.map(|threads| threads as usize);
+        let Selection { backend, why } = backend::open(job.backend.choice(), job.device, threads)?;
+        let renderer = Renderer::new(backend, &scene)?;
+        Ok(Self { renderer, settings, name: scene.name, choice: why, load_seconds })
+    }
+}

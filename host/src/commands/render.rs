@@ -1,0 +1,52 @@
+//! `trisect render`.
+
+use super::Session;
+use crate::cli::RenderArgs;
+use crate::progress::Bar;
+use std::fs;
+use std::process::ExitCode;
+use std::time::Instant;
+use trisect::image::ImageError;
+use trisect::{Error, output};
+
+/// Renders a scene to a file.
+pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    // Before minutes of rendering are lost.
+    output::check_writable(&arguments.output)?;
+    if let Some(stats) = &arguments.stats {
+        output::probe(stats)?;
+    }
+
+    let mut session = Session::open(&arguments.job)?;
+    if !arguments.quiet {
+        let device = session.renderer.backend().device();
+        eprintln!(
+            "{}: {}x{}, {} spp",
+            session.name, session.settings.width, session.settings.height, session.settings.samples
+        );
+        eprintln!("{}: {} ({})", device.backend, device.name, device.details);
+        if !session.choice.is_empty() {
+            eprintln!("  {}", session.choice);
+        }
+    }
+
+    let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
+    let start = Instant::now();
+    output::write(&frame.film.image(), &arguments.output)?;
+
+    let stats = &mut frame.stats;
+    stats.phases.write_seconds = start.elapsed().as_secs_f64();
+    stats.phases.load_seconds = session.load_seconds;
+    stats.scene = session.name;
+    stats.choice = session.choice;
+    if let Some(path) = &arguments.stats {
+        let text = serde_json::to_string_pretty(&stats)
+            .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
+        fs::write(path, text + "\n").map_err(|source| ImageError::Io { path: path.clone(), source })?;
+    }
+    if !arguments.quiet {
+        eprintln!("{}", stats.summary());
+        eprintln!("wrote {}", arguments.output.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

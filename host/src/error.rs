@@ -1,0 +1,50 @@
+//! What can go wrong, and the exit code for each.
+
+use crate::backend::BackendError;
+use crate::image::ImageError;
+use crate::metrics::MetricsError;
+use crate::render::SettingsError;
+use crate::scene::SceneError;
+use thiserror::Error;
+
+/// Any error of the library.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// The scene file is wrong.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The settings of a render are wrong.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// A backend is not there, or failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+    /// An image could not be read or written.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// Two images could not be compared.
+    #[error(transparent)]
+    Metrics(#[from] MetricsError),
+    /// The render was cancelled by its observer.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl Error {
+    /// The process's exit code: 1 run time, 2 usage, 3 backend unavailable, 4 bad scene.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Scene(_) => 4,
+            Self::Settings(_) | Self::Backend(BackendError::Settings(_)) => 2,
+            Self::Backend(error) => {
+                if error.is_unavailable() {
+                    3
+                } else {
+                    1
+                }
+            }
+            Self::Image(ImageError::UnknownExtension { .. }) => 2,
+            Self::Image(_) | Self::Metrics(_) | Self::Cancelled => 1,
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Trisect: a path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
+//!
+//! A frame flows one way: scene file → [`scene`] (validated) → [`bvh`] → [`backend::Backend::upload`] →
+//! [`render`] (rows × sample chunks) → kernels → [`film`] → [`output`].
+//!
+//! ```
+//! use trisect::{backend, render, scene};
+//!
+//! let scene = scene::Scene::hello_world()?;
+//! let settings = render::Settings { width: 32, height: 18, samples: 4, ..scene.settings() };
+//! let backend = backend::cpu::Cpu::open(None)?;
+//! let mut renderer = render::Renderer::new(Box::new(backend), &scene)?;
+//! let frame = renderer.render(&settings, &mut ())?;
+//! let image = frame.film.image();
+//! assert_eq!((image.width, image.height), (32, 18));
+//! # Ok::<(), trisect::Error>(())
+//! ```
+
+pub mod backend;
+pub mod bvh;
+pub mod error;
+pub mod film;
+pub mod image;
+pub mod memory;
+pub mod metrics;
+pub mod output;
+pub mod render;
+pub mod scene;
+pub mod stats;
+
+pub use error::Error;

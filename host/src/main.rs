@@ -1,0 +1,27 @@
+//! The `trisect` program: parses, dispatches, maps errors to exit codes.
+//!
+//! Data goes to standard output, progress and messages to standard error. Exit codes: 0 ok, 1 run time, 2 usage,
+//! 3 backend unavailable, 4 bad scene, 5 images differ.
+
+mod cli;
+mod commands;
+mod progress;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let outcome = match cli::Cli::parse().command {
+        cli::Command::Render(arguments) => commands::render::run(&arguments),
+        cli::Command::Bench(arguments) => commands::bench::run(&arguments),
+        cli::Command::Compare(arguments) => commands::compare::run(&arguments),
+        cli::Command::Info => commands::info::run(),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The progress bar: on a terminal only, on standard error.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::ops::ControlFlow;
+use trisect::render::Observer;
+
+/// Shows samples done, rate and time left.
+pub struct Bar {
+    bar: ProgressBar,
+}
+
+impl Bar {
+    /// A bar, or nothing when `quiet` or without a terminal.
+    pub fn new(quiet: bool) -> Self {
+        let bar = if quiet || !std::io::stderr().is_terminal() {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr_with_hz(10))
+        };
+        let template = "{wide_bar} {percent:>3} %  {human_pos}/{human_len} samples  {per_sec}  {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+}
+
+impl Observer for Bar {
+    fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
+        self.bar.set_length(total);
+        self.bar.set_position(done);
+        if done == total {
+            self.bar.finish_and_clear();
+        }
+        ControlFlow::Continue(())
+    }
+}

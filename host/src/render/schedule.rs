@@ -1,0 +1,140 @@
+//! Cuts a chunk of samples into submissions of about 50 ms, so that no driver's watchdog fires and progress shows.
+//!
+//! How a chunk is cut does not touch its bits: a kernel resumes a pixel's sums where the last submission left them.
+
+use crate::backend::DeviceKind;
+use std::time::Duration;
+
+/// What a submission should take.
+const TARGET: Duration = Duration::from_millis(50);
+
+/// The speed of a device on the scene at hand.
+#[derive(Clone, Debug)]
+pub(super) struct Pace {
+    /// Samples for the next submission.
+    budget: u64,
+    /// Pixels that keep the device busy.
+    pixels: u64,
+}
+
+impl Pace {
+    pub(super) fn new(kind: DeviceKind) -> Self {
+        // First budgets are small enough for the slowest device of their kind and grow eightfold a step.
+        match kind {
+            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20 },
+            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12 },
+            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13 },
+        }
+    }
+
+    /// Learns from a submission of `samples` that took `time`.
+    pub(super) fn learn(&mut self, samples: u64, time: Duration) {
+        let wanted = samples as f64 * TARGET.as_secs_f64() / time.as_secs_f64().max(1e-6);
+        // A small submission says little about a large one: no leaps up.
+        let limit = self.budget.max(samples).saturating_mul(8);
+        self.budget = (wanted as u64).clamp(1, limit);
+    }
+}
+
+/// One submission: rows of the image, samples of the chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    pub first_row: u32,
+    pub rows: u32,
+    /// From the chunk's start.
+    pub first_sample: u32,
+    pub samples: u32,
+}
+
+impl Part {
+    /// Samples of all its pixels.
+    pub(super) fn samples(&self, width: u32) -> u64 {
+        u64::from(width) * u64::from(self.rows) * u64::from(self.samples)
+    }
+}
+
+/// The submissions of one chunk: bands of rows, each finished before the next begins.
+pub(super) struct Submissions {
+    width: u32,
+    height: u32,
+    samples: u32,
+    first_row: u32,
+    rows: u32,
+    first_sample: u32,
+}
+
+impl Submissions {
+    pub(super) fn new(width: u32, height: u32, samples: u32) -> Self {
+        Self { width, height, samples, first_row: 0, rows: 0, first_sample: 0 }
+    }
+
+    pub(super) fn next(&mut self, pace: &Pace) -> Option<Part> {
+        if self.first_sample == self.samples {
+            self.first_sample = 0;
+            self.first_row += self.rows;
+        }
+        if self.first_row >= self.height {
+            return None;
+        }
+        let width = u64::from(self.width);
+        let left = self.samples - self.first_sample;
+        if self.first_sample == 0 {
+            // Enough rows to fill the device; more only if even all samples of those are less than the budget.
+            let least = pace.pixels.div_ceil(width);
+            let samples = (pace.budget / (least * width)).clamp(1, u64::from(left));
+            let rows = (pace.budget / (samples * width)).max(1);
+            self.rows = rows.min(u64::from(self.height - self.first_row)) as u32;
+        }
+        let pixels = u64::from(self.rows) * width;
+        let samples = (pace.budget / pixels).clamp(1, u64::from(left)) as u32;
+        let part =
+            Part { first_row: self.first_row, rows: self.rows, first_sample: self.first_sample, samples };
+        self.first_sample += samples;
+        Some(part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every sample of every pixel exactly once, in order, whatever the device's speed does meanwhile.
+    #[test]
+    fn parts_cover_the_chunk_once() {
+        for kind in [DeviceKind::Gpu, DeviceKind::SoftwareGpu, DeviceKind::Cpu] {
+            for (width, height, samples) in [(1, 1, 1), (400, 225, 64), (1920, 1080, 256), (7, 1000, 3)] {
+                let mut next = vec![0; height as usize];
+                let mut pace = Pace::new(kind);
+                let mut parts = Submissions::new(width, height, samples);
+                let mut step = 0;
+                while let Some(part) = parts.next(&pace) {
+                    for row in part.first_row..part.first_row + part.rows {
+                        assert_eq!(next[row as usize], part.first_sample);
+                        next[row as usize] += part.samples;
+                    }
+                    step += 1;
+                    pace.learn(part.samples(width), Duration::from_micros(1 + 77_777 * (step % 3)));
+                }
+                assert!(next.iter().all(|&done| done == samples), "{kind:?} {width}x{height}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fast_device_gets_the_whole_chunk_at_once() {
+        let mut pace = Pace::new(DeviceKind::Gpu);
+        for _ in 0..4 {
+            pace.learn(pace.budget, Duration::from_micros(pace.budget / 4000));
+        }
+        let part = Submissions::new(1280, 720, 30).next(&pace);
+        assert_eq!(part, Some(Part { first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
+    }
+
+    #[test]
+    fn a_slow_device_gets_little() {
+        let mut pace = Pace::new(DeviceKind::SoftwareGpu);
+        pace.learn(1000, Duration::from_secs(1));
+        let part = Submissions::new(1920, 1080, 256).next(&pace).map(|part| part.samples(1920));
+        assert_eq!(part, Some(1920)); // a row with one sample
+    }
+}

@@ -1,0 +1,162 @@
+//! What to render.
+
+use crate::film::Film;
+use crate::memory;
+use serde::Serialize;
+use thiserror::Error;
+use trisect_shared::features::{Features, ROULETTE, SCHLICK};
+
+/// How dielectrics reflect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fresnel {
+    /// Fresnel's equations.
+    Exact,
+    /// Schlick's approximation, as in "Ray Tracing in One Weekend".
+    Schlick,
+}
+
+/// Which build of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MathMode {
+    /// Correctly rounded operations, no contraction: the CPU's bits on CUDA.
+    Precise,
+    /// Fused multiply-add and approximate division and square root; CUDA only.
+    Fast,
+}
+
+/// One render.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Settings {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Segments a path, at most.
+    pub depth: u32,
+    /// Of the random numbers.
+    pub seed: u32,
+    /// End paths at random, by their throughput: the same mean, fewer segments, more variance.
+    pub roulette: bool,
+    /// How dielectrics reflect.
+    pub fresnel: Fresnel,
+    /// Which build of the kernels.
+    pub math: MathMode,
+}
+
+/// Settings that cannot be rendered.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum SettingsError {
+    /// A number that must be at least 1 is 0.
+    #[error("{name} is 0; it must be 1 or more")]
+    Zero {
+        /// Of the setting.
+        name: &'static str,
+    },
+    /// More pixels than indices.
+    #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
+    TooManyPixels {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
+    /// More than this machine can hold.
+    #[error(
+        "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller --resolution",
+        memory::display(*needed), memory::display(*available)
+    )]
+    TooLarge {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+        /// Bytes.
+        needed: u64,
+        /// Bytes.
+        available: u64,
+    },
+    /// `--device` without a backend.
+    #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
+    DeviceOfWhat,
+    /// A build of the kernels that the backend does not have.
+    #[error("--math fast exists for cuda only; {backend} has one build: leave --math out")]
+    NoFastMath {
+        /// The backend.
+        backend: &'static str,
+    },
+}
+
+impl Settings {
+    /// `width * height`.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Samples of all pixels.
+    pub fn total_samples(&self) -> u64 {
+        self.pixels() * u64::from(self.samples)
+    }
+
+    /// What a kernel must be able to do.
+    pub fn features(&self) -> Features {
+        let roulette = if self.roulette { ROULETTE } else { 0 };
+        let schlick = if self.fresnel == Fresnel::Schlick { SCHLICK } else { 0 };
+        roulette | schlick
+    }
+
+    /// Refuses what cannot be rendered, before anything is allocated.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let counts = [
+            ("width", self.width),
+            ("height", self.height),
+            ("samples per pixel (spp)", self.samples),
+            ("depth", self.depth),
+        ];
+        if let Some(&(name, _)) = counts.iter().find(|(_, count)| *count == 0) {
+            return Err(SettingsError::Zero { name });
+        }
+        let (width, height) = (self.width, self.height);
+        if self.pixels() > u64::from(u32::MAX) {
+            return Err(SettingsError::TooManyPixels { width, height });
+        }
+        let needed = self.pixels() * Film::BYTES_PER_PIXEL;
+        let available = memory::available();
+        if needed > available {
+            return Err(SettingsError::TooLarge { width, height, needed, available });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(width: u32, height: u32) -> Settings {
+        Settings {
+            width,
+            height,
+            samples: 1,
+            depth: 1,
+            seed: 0,
+            roulette: false,
+            fresnel: Fresnel::Exact,
+            math: MathMode::Precise,
+        }
+    }
+
+    #[test]
+    fn sizes_are_checked_before_allocation() {
+        assert_eq!(settings(1, 1).check(), Ok(()));
+        assert_eq!(settings(0, 1).check(), Err(SettingsError::Zero { name: "width" }));
+        assert_eq!(settings(1, 0).check(), Err(SettingsError::Zero { name: "height" }));
+        assert!(matches!(settings(u32::MAX, 2).check(), Err(SettingsError::TooManyPixels { .. })));
+        assert!(matches!(settings(65_535, 65_535).check(), Err(SettingsError::TooLarge { .. })));
+        let no_samples = Settings { samples: 0, ..settings(1, 1) };
+        assert!(matches!(no_samples.check(), Err(SettingsError::Zero { .. })));
+    }
+}

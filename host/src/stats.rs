@@ -1,0 +1,125 @@
+//! What a render took, for people and as versioned JSON.
+
+use crate::backend::Device;
+use crate::film::{Film, FilmCounts};
+use crate::render::Settings;
+use serde::Serialize;
+use std::time::Duration;
+
+/// Version of the JSON that `--stats` writes. A field that changes its meaning, or goes, raises it.
+pub const FORMAT: u32 = 1;
+
+/// Wall-clock seconds of each phase.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Phases {
+    /// Reading and validating the scene file.
+    pub load_seconds: f64,
+    /// Building the BVH.
+    pub bvh_seconds: f64,
+    /// Copying the scene to the device.
+    pub upload_seconds: f64,
+    /// Compiling the kernel and allocating the film; near zero from the second frame on.
+    pub prepare_seconds: f64,
+    /// All submissions, with their gaps, and all merges.
+    pub render_seconds: f64,
+    /// Of that, reading the film back and merging its chunks.
+    pub merge_seconds: f64,
+    /// Encoding and writing the image.
+    pub write_seconds: f64,
+}
+
+/// One render.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RenderStats {
+    /// See [`FORMAT`].
+    pub format: u32,
+    /// Of the program.
+    pub version: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// Where it ran.
+    pub device: Device,
+    /// Why that backend, where the program chose.
+    pub choice: String,
+    /// The kernel's name.
+    pub kernel: &'static str,
+    /// What was asked for.
+    pub settings: Settings,
+    /// Wall clock.
+    pub phases: Phases,
+    /// Sum of the submissions' times by the device's timer.
+    pub device_seconds: f64,
+    /// Launches.
+    pub submissions: u64,
+    /// Samples in the image.
+    pub samples: u64,
+    /// NaN or infinite samples, left out.
+    pub rejected_samples: u64,
+    /// Pixels that hold no sample.
+    pub unwritten_pixels: u64,
+    /// Path segments (rays) traced.
+    pub segments: u64,
+    /// Millions of samples a second of device time.
+    pub msamples_per_second: f64,
+    /// Millions of segments a second of device time.
+    pub msegments_per_second: f64,
+}
+
+impl RenderStats {
+    pub(crate) fn new(device: &Device, settings: &Settings, phases: Phases) -> Self {
+        Self {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION"),
+            scene: String::new(),
+            device: device.clone(),
+            choice: String::new(),
+            kernel: trisect_kernels::variant(settings.features()).map_or("render", |variant| variant.name),
+            settings: settings.clone(),
+            phases,
+            device_seconds: 0.0,
+            submissions: 0,
+            samples: 0,
+            rejected_samples: 0,
+            unwritten_pixels: 0,
+            segments: 0,
+            msamples_per_second: 0.0,
+            msegments_per_second: 0.0,
+        }
+    }
+
+    pub(crate) fn finish(&mut self, film: &Film, render: Duration, merge: Duration) {
+        let FilmCounts { samples, rejected, segments, unwritten } = film.counts();
+        self.phases.render_seconds = render.as_secs_f64();
+        self.phases.merge_seconds = merge.as_secs_f64();
+        self.samples = samples;
+        self.rejected_samples = rejected;
+        self.unwritten_pixels = unwritten;
+        self.segments = segments;
+        let seconds = self.device_seconds.max(1e-9);
+        self.msamples_per_second = (samples + rejected) as f64 / seconds * 1e-6;
+        self.msegments_per_second = segments as f64 / seconds * 1e-6;
+    }
+
+    /// Two or three lines for people.
+    pub fn summary(&self) -> String {
+        let mut text = format!(
+            "{} samples, {:.2} segments each, in {:.3} s on {} ({}): {:.1} Msamples/s, {:.1} Msegments/s by {}",
+            self.samples,
+            self.segments as f64 / self.samples.max(1) as f64,
+            self.phases.render_seconds,
+            self.device.backend,
+            self.device.name,
+            self.msamples_per_second,
+            self.msegments_per_second,
+            self.device.timer,
+        );
+        if self.rejected_samples > 0 {
+            text +=
+                &format!("\nwarning: {} samples were NaN or infinite and left out", self.rejected_samples);
+        }
+        if self.unwritten_pixels > 0 {
+            text += &format!("\nwarning: {} pixels hold no sample and are NaN", self.unwritten_pixels);
+        }
+        text
+    }
+}

@@ -1,0 +1,124 @@
+//! What a compiled kernel must not hold, and what its validator and assembler say.
+
+use crate::compile::{Artifact, Kind};
+use crate::error::Error;
+use crate::toolchain::output_of;
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Validates one artifact. A tool that is not installed is named on standard error.
+pub fn audit(artifact: &Artifact) -> Result<(), Error> {
+    let file = Scratch::new(artifact)?;
+    match artifact.kind {
+        Kind::Spirv => match find(None, "spirv-val") {
+            Some(tool) => {
+                output_of(Command::new(tool).args(["--target-env", "vulkan1.2"]).arg(&file.0))?;
+                eprintln!("spirv-val: {} is valid for Vulkan 1.2", artifact.name);
+            }
+            None => eprintln!(
+                "SKIPPED: spirv-val is not installed (Debian: spirv-tools); {} is not validated",
+                artifact.name
+            ),
+        },
+        Kind::PtxPrecise | Kind::PtxFast => {
+            forbidden(artifact)?;
+            match find(env::var_os("TRISECT_PTXAS"), "ptxas") {
+                Some(tool) => {
+                    let mut command = Command::new(tool);
+                    command.args(["-arch=sm_90", "-o", "/dev/null"]).arg(&file.0);
+                    output_of(&mut command)?;
+                    eprintln!("ptxas: {} assembles for sm_90", artifact.name);
+                }
+                None => eprintln!(
+                    "SKIPPED: ptxas is not installed (PyPI: nvidia-cuda-nvcc; TRISECT_PTXAS names it); {} is not assembled",
+                    artifact.name
+                ),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Finds instructions that break a promise of the build.
+///
+/// A missing function would only show when a driver loads the module. A `trap` is a panic that the optimiser could not rule
+/// out. The other three would give other bits than the CPU.
+pub fn forbidden(artifact: &Artifact) -> Result<(), Error> {
+    let everywhere =
+        [(".extern .func", "a function that no driver provides"), ("trap;", "a panic is reachable")];
+    let precise = [
+        ("fma.", "contraction rounds once where the CPU rounds twice"),
+        (".approx", "an approximation, not the correctly rounded result"),
+        (".ftz", "flushes denormals"),
+    ];
+    let text = String::from_utf8_lossy(&artifact.bytes);
+    for (index, line) in text.lines().enumerate() {
+        let mut rules: Vec<_> = everywhere.to_vec();
+        if artifact.kind == Kind::PtxPrecise {
+            rules.extend(precise);
+        }
+        if let Some((_, reason)) = rules.into_iter().find(|(pattern, _)| line.contains(pattern)) {
+            return Err(Error::Audit {
+                artifact: artifact.name.to_owned(),
+                line: index + 1,
+                text: line.trim().to_owned(),
+                reason,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn find(named: Option<std::ffi::OsString>, tool: &str) -> Option<PathBuf> {
+    if let Some(path) = named {
+        return Some(path.into());
+    }
+    let path = env::var_os("PATH")?;
+    env::split_paths(&path).map(|folder| folder.join(tool)).find(|file| file.is_file())
+}
+
+/// A temporary file, removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(artifact: &Artifact) -> Result<Self, Error> {
+        let path = env::temp_dir().join(format!("{}-{}", std::process::id(), artifact.name));
+        std::fs::write(&path, &artifact.bytes).map_err(|source| Error::Io { path: path.clone(), source })?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(Path::new(&self.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ptx(kind: Kind, line: &str) -> Artifact {
+        Artifact { name: "test.ptx", kind, bytes: format!(".version 6.0\n{line}\nret;\n").into_bytes() }
+    }
+
+    #[test]
+    fn accepts_what_is_allowed() {
+        assert!(forbidden(&ptx(Kind::PtxPrecise, "div.rn.f32 %r1, %r2, %r3;")).is_ok());
+        assert!(forbidden(&ptx(Kind::PtxFast, "fma.rn.f32 %r1, %r2, %r3, %r4;")).is_ok());
+    }
+
+    #[test]
+    fn names_the_line_of_what_is_not() {
+        for line in
+            ["fma.rn.f32 %r1, %r2, %r3, %r4;", "rsqrt.approx.f32 %r1, %r2;", "add.ftz.f32 %r1, %r2, %r3;"]
+        {
+            let error = forbidden(&ptx(Kind::PtxPrecise, line));
+            assert!(matches!(error, Err(Error::Audit { line: 2, .. })), "{line}: {error:?}");
+        }
+        for line in [".extern .func sinf", "trap;"] {
+            assert!(forbidden(&ptx(Kind::PtxFast, line)).is_err());
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Compiles the kernel crate for both targets.
+
+use crate::error::Error;
+use crate::toolchain::{Toolchain, output_of};
+use spirv_builder::{SpirvBuilder, SpirvMetadata};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// The oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers compile it for newer devices.
+pub const PTX_ARCHITECTURE: &str = "sm_61";
+
+/// Vulkan 1.2 is what wgpu asks of a device for SPIR-V 1.5.
+pub const SPIRV_TARGET: &str = "spirv-unknown-vulkan1.2";
+
+/// LLVM's options of the fast build: fused multiply-add; division within 1 ULP-ish `div.full`; square root and its reciprocal
+/// approximate.
+pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
+
+/// What an artifact is, and so what it must not hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// SPIR-V words, little endian.
+    Spirv,
+    /// PTX text with the CPU's rounding.
+    PtxPrecise,
+    /// PTX text with [`FAST_MATH`].
+    PtxFast,
+}
+
+/// One compiled module with all entry points.
+#[derive(Debug)]
+pub struct Artifact {
+    /// File name in `kernels/prebuilt/`.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: Kind,
+    /// The file's content.
+    pub bytes: Vec<u8>,
+}
+
+/// Compiles SPIR-V, precise PTX and fast PTX.
+pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
+    Ok(vec![
+        Artifact { name: "trisect.spv", kind: Kind::Spirv, bytes: spirv(root, toolchain)? },
+        Artifact { name: "trisect.precise.ptx", kind: Kind::PtxPrecise, bytes: ptx(root, toolchain, &[])? },
+        Artifact { name: "trisect.fast.ptx", kind: Kind::PtxFast, bytes: ptx(root, toolchain, &FAST_MATH)? },
+    ])
+}
+
+fn spirv(root: &Path, toolchain: &Toolchain) -> Result<Vec<u8>, Error> {
+    // spirv-builder runs the `cargo` and `rustc` that it finds first.
+    let mut path = toolchain.directory.join("bin").into_os_string();
+    path.push(":");
+    path.push(std::env::var_os("PATH").unwrap_or_default());
+    // SAFETY: this program has one thread.
+    #[allow(unsafe_code, reason = "spirv-builder takes its tools from the environment only")]
+    unsafe {
+        std::env::set_var("PATH", path);
+        std::env::set_var("RUSTC_BOOTSTRAP", "1");
+        std::env::set_var("CARGO_PROFILE_RELEASE_LTO", "off");
+        std::env::remove_var("RUSTUP_TOOLCHAIN");
+    }
+    let mut builder = SpirvBuilder::new(root.join("kernels"), SPIRV_TARGET);
+    builder.rustc_codegen_spirv_location = Some(toolchain.codegen_spirv());
+    builder.target_dir_path = Some(root.join("target/kernels-spirv"));
+    builder.spirv_metadata = SpirvMetadata::None;
+    builder.build_script.defaults = false;
+    let compiled = builder.build()?;
+    read(compiled.module.unwrap_single())
+}
+
+fn ptx(root: &Path, toolchain: &Toolchain, llvm: &[&str]) -> Result<Vec<u8>, Error> {
+    let target = root.join("target/kernels-ptx");
+    let mut command = Command::new(toolchain.cargo());
+    command
+        .current_dir(root)
+        .env("RUSTC", toolchain.rustc())
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env_remove("RUSTUP_TOOLCHAIN")
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .args(["rustc", "--quiet", "--package", "trisect-kernels", "--lib", "--crate-type", "cdylib"])
+        .args(["--profile", "kernels", "--target", "nvptx64-nvidia-cuda", "-Zbuild-std=core", "--target-dir"])
+        .arg(&target)
+        // After fat LTO the assembly is the PTX of the whole program: nothing is left to link.
+        .args(["--", "--emit=asm", "-Clinker=/bin/true", "-Zlocation-detail=none"])
+        .arg(format!("-Ctarget-cpu={PTX_ARCHITECTURE}"));
+    for option in llvm {
+        command.arg(format!("-Cllvm-args={option}"));
+    }
+    output_of(&mut command)?;
+    read(&target.join("nvptx64-nvidia-cuda/kernels/deps/trisect_kernels.s"))
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })
+}

@@ -1,0 +1,7 @@
+//! The parts of `cargo kernels`.
+
+pub mod audit;
+pub mod compile;
+pub mod error;
+pub mod manifest;
+pub mod toolchain;

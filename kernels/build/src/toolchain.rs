@@ -1,0 +1,63 @@
+//! Finds the compilers.
+
+use crate::error::Error;
+use std::env;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// A folder with `bin/cargo`, `bin/rustc` and `lib/librustc_codegen_spirv.so`.
+#[derive(Debug)]
+pub struct Toolchain {
+    /// The folder.
+    pub directory: PathBuf,
+    /// First line of `rustc -V`.
+    pub rustc_version: String,
+}
+
+impl Toolchain {
+    /// The compiler: for SPIR-V with the code generator below, for PTX by itself.
+    pub fn rustc(&self) -> PathBuf {
+        self.directory.join("bin/rustc")
+    }
+
+    /// Its cargo.
+    pub fn cargo(&self) -> PathBuf {
+        self.directory.join("bin/cargo")
+    }
+
+    /// rust-gpu's code generator.
+    pub fn codegen_spirv(&self) -> PathBuf {
+        self.directory.join("lib/librustc_codegen_spirv.so")
+    }
+}
+
+/// The toolchain in `TRISECT_KERNEL_TOOLCHAIN`, or in `~/.cache/trisect/kernel-toolchain`.
+pub fn find() -> Result<Toolchain, Error> {
+    let directory = env::var_os("TRISECT_KERNEL_TOOLCHAIN").map_or_else(
+        || {
+            let home = env::var_os("HOME").map_or_else(|| PathBuf::from("."), PathBuf::from);
+            home.join(".cache/trisect/kernel-toolchain")
+        },
+        PathBuf::from,
+    );
+    let mut toolchain = Toolchain { directory, rustc_version: String::new() };
+    for file in [toolchain.rustc(), toolchain.cargo(), toolchain.codegen_spirv()] {
+        if !file.exists() {
+            return Err(Error::NoToolchain { missing: file });
+        }
+    }
+    toolchain.rustc_version = output_of(Command::new(toolchain.rustc()).arg("-V"))?.trim().to_owned();
+    Ok(toolchain)
+}
+
+/// Runs a command to its end and returns what it wrote to standard output.
+pub fn output_of(command: &mut Command) -> Result<String, Error> {
+    let tool = command.get_program().to_string_lossy().into_owned();
+    let output =
+        command.output().map_err(|source| Error::Io { path: command.get_program().into(), source })?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let text = String::from_utf8_lossy(&output.stderr) + String::from_utf8_lossy(&output.stdout);
+    Err(Error::Tool { tool, output: text.into_owned() })
+}

@@ -1,0 +1,57 @@
+//! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
+
+use trisect_shared::features::{Features, ROULETTE, SCHLICK};
+
+/// SPIR-V for Vulkan 1.2 with all entry points.
+pub const SPIRV: &[u8] = include_bytes!("../prebuilt/trisect.spv");
+
+/// PTX that gives the CPU's bits: no contraction, correctly rounded division and square root.
+pub const PTX_PRECISE: &str = include_str!("../prebuilt/trisect.precise.ptx");
+
+/// PTX with fused multiply-add and approximate division and square root.
+pub const PTX_FAST: &str = include_str!("../prebuilt/trisect.fast.ptx");
+
+/// Threads of a work group, across and down.
+pub const WORKGROUP: (u32, u32) = (8, 8);
+
+/// The entry point that writes first hits.
+pub const FIRST_HIT: &str = "first_hit";
+
+/// One render entry point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Variant {
+    /// Of the entry point.
+    pub name: &'static str,
+    /// What it can do.
+    pub features: Features,
+}
+
+macro_rules! table {
+    ($($name:ident $text:tt: $features:expr,)*) => {
+        /// All render entry points.
+        pub const VARIANTS: &[Variant] = &[$(Variant { name: $text, features: $features },)*];
+    };
+}
+
+for_each_variant!(table);
+
+/// The variant with exactly these features.
+pub fn variant(features: Features) -> Option<Variant> {
+    VARIANTS.iter().copied().find(|variant| variant.features == features)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_variant_is_in_each_artifact() {
+        let spirv = String::from_utf8_lossy(SPIRV);
+        for name in VARIANTS.iter().map(|v| v.name).chain([FIRST_HIT]) {
+            for ptx in [PTX_PRECISE, PTX_FAST] {
+                assert!(ptx.contains(&format!(".visible .entry {name}(")), "{name}");
+            }
+            assert!(spirv.contains(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The one place of unchecked access.
+//!
+//! A bounds check costs a branch and, on a device, a path into panic code that keeps lanes apart; rust-gpu ends
+//! the invocation silently there. So kernels read without checks, and the host proves the indices before a launch:
+//!
+//! * a [`BvhNode`](crate::bvh::BvhNode)'s children and the root lie inside the node and primitive arrays, and the tree is no
+//!   deeper than [`STACK_SIZE`](crate::bvh::STACK_SIZE): `trisect::bvh` checks each node of each tree it makes;
+//! * a [`Sphere`](crate::sphere::Sphere)'s material index is below the number of materials: `trisect::scene` resolves
+//!   names to indices and rejects a name that it does not know;
+//! * a pixel lies inside the film: the kernels' guards compare with [`RenderParams`](crate::params::RenderParams), and each
+//!   backend allocates its film from the same record.
+//!
+//! A debug build checks every access.
+#![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
+
+/// `slice[index]`, by value.
+///
+/// # Safety
+///
+/// `index < slice.len()`; a debug build panics otherwise.
+#[inline(always)]
+pub unsafe fn load<T: Copy>(slice: &[T], index: u32) -> T {
+    debug_assert!((index as usize) < slice.len());
+    // SAFETY: the caller's promise.
+    unsafe { *slice.get_unchecked(index as usize) }
+}
+
+/// `slice[index] = value`.
+///
+/// # Safety
+///
+/// `index < slice.len()`; a debug build panics otherwise.
+#[inline(always)]
+pub unsafe fn store<T: Copy>(slice: &mut [T], index: u32, value: T) {
+    debug_assert!((index as usize) < slice.len());
+    // SAFETY: the caller's promise.
+    unsafe { *slice.get_unchecked_mut(index as usize) = value }
+}
+
+/// [`load`] from an array of this invocation's own.
+///
+/// # Safety
+///
+/// `index < N`; a debug build panics otherwise.
+#[inline(always)]
+pub unsafe fn load_local<T: Copy, const N: usize>(array: &[T; N], index: u32) -> T {
+    debug_assert!((index as usize) < N);
+    // SAFETY: the caller's promise.
+    #[cfg(target_arch = "spirv")]
+    return unsafe { *spirv_std::arch::IndexUnchecked::index_unchecked(array, index as usize) };
+    // SAFETY: the caller's promise.
+    #[cfg(not(target_arch = "spirv"))]
+    return unsafe { *array.get_unchecked(index as usize) };
+}
+
+/// [`store`] to an array of this invocation's own.
+///
+/// # Safety
+///
+/// `index < N`; a debug build panics otherwise.
+#[inline(always)]
+pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut [T; N], index: u32, value: T) {
+    debug_assert!((index as usize) < N);
+    // SAFETY: the caller's promise.
+    #[cfg(target_arch = "spirv")]
+    unsafe {
+        *spirv_std::arch::IndexUnchecked::index_unchecked_mut(array, index as usize) = value;
+    }
+    // SAFETY: the caller's promise.
+    #[cfg(not(target_arch = "spirv"))]
+    unsafe {
+        *array.get_unchecked_mut(index as usize) = value;
+    }
+}
