@@ -145,7 +145,8 @@ mod tests {
         assert_eq!(film.counts().unwritten, 1);
     }
 
-    /// Torture tests 21 and 22: a constant does not stagnate, a large term does not swallow its neighbours for good.
+    /// Torture tests 21 and 22: a constant does not stagnate, a large term does not swallow its neighbours for good. The
+    /// error that stays, 2.4e-6, is that of one chunk: 256 roundings of the same constant, at worst 256 * 2^-24 = 1.5e-5.
     #[test]
     fn totals_neither_stagnate_nor_drift() {
         let mut film = Film::new(1, 1);
@@ -157,7 +158,7 @@ mod tests {
             film.merge(&[chunk], 256);
         }
         let mean = film.pixels[0].mean()[0];
-        assert!((mean / 0.1 - 1.0).abs() < 1e-6, "{mean}");
+        assert!((mean / 0.1 - 1.0).abs() < 4e-6, "{mean}");
         let in_f32 = (0..1 << 25).fold(0.0f32, |sum, _| sum + 0.1) / (1 << 25) as f32;
         assert!((in_f32 / 0.1 - 1.0).abs() > 0.1, "the sabotage twin, one f32 sum, must fail: {in_f32}");
 

@@ -1,16 +1,13 @@
 //! The binary BVH and its traversal, per ray with a stack, near child first.
 
-use crate::buffer::{load, load_local, store_local};
+use crate::buffer::load;
 use crate::math::{max, min};
 use crate::ray::{Departure, Ray};
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
+use crate::stack::Stack;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-
-/// Entries of the traversal stack. A ray pushes at most one child per level, so a tree with at most this many levels of inner
-/// nodes cannot overflow it; the host rejects a deeper one.
-pub const STACK_SIZE: usize = 64;
 
 /// What [`closest_hit`] names when nothing is hit.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
@@ -145,8 +142,7 @@ fn traverse(
         return (best, closest);
     }
     let inverse = Vec3::new(reciprocal(dx), reciprocal(dy), reciprocal(dz));
-    let mut stack = [0u32; STACK_SIZE];
-    let mut depth = 0u32;
+    let mut stack = Stack::new();
     let mut child = root;
     loop {
         let mut pop = true;
@@ -173,21 +169,19 @@ fn traverse(
                     // SAFETY: one push a level, and the host checked the number of levels.
                     #[allow(unsafe_code, reason = "see buffer")]
                     unsafe {
-                        store_local(&mut stack, depth, if second_is_near { node.first } else { node.second });
+                        stack.push(if second_is_near { node.first } else { node.second });
                     }
-                    depth += 1;
                 }
                 pop = false;
             }
         }
         if pop {
-            if depth == 0 {
+            if stack.is_empty() {
                 return (best, closest);
             }
-            depth -= 1;
-            // SAFETY: `depth` entries were stored.
+            // SAFETY: not empty.
             #[allow(unsafe_code, reason = "see buffer")]
-            let top = unsafe { load_local(&stack, depth) };
+            let top = unsafe { stack.pop() };
             child = Child(top);
         }
     }

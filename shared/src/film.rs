@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 /// Samples that may be summed in f32 before the host merges the sums in f64: 256 terms of like size lose at most
-/// 256 rounding errors, 1.5e-5 relative in the worst case and 5e-7 measured (numerics: accumulation).
+/// 256 rounding errors, 1.5e-5 relative in the worst case, 2.4e-6 measured for a constant 0.1.
 pub const CHUNK_SAMPLES: u32 = 256;
 
 /// Sums over samples of one pixel, in index order. 32 bytes.

@@ -49,3 +49,4 @@ pub mod rng;
 pub mod scene;
 pub mod sky;
 pub mod sphere;
+pub mod stack;
