@@ -13,6 +13,8 @@
 //! A debug build checks every access.
 #![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
 
+use core::mem::MaybeUninit;
+
 /// `slice[index]`, by value.
 ///
 /// # Safety
@@ -37,38 +39,39 @@ pub unsafe fn store<T: Copy>(slice: &mut [T], index: u32, value: T) {
     unsafe { *slice.get_unchecked_mut(index as usize) = value }
 }
 
-/// [`load`] from an array of this invocation's own.
+/// Entry `index` of an array of this invocation's own, of which each entry is written before it is read.
 ///
 /// # Safety
 ///
-/// `index < N`; a debug build panics otherwise.
+/// `index < N` (a debug build panics otherwise), and [`store_local`] wrote this entry.
 #[inline(always)]
-pub unsafe fn load_local<T: Copy, const N: usize>(array: &[T; N], index: u32) -> T {
+pub unsafe fn load_local<T: Copy, const N: usize>(array: &MaybeUninit<[T; N]>, index: u32) -> T {
     debug_assert!((index as usize) < N);
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller's promise. rust-gpu knows no pointer arithmetic, but its own access to arrays.
     #[cfg(target_arch = "spirv")]
-    return unsafe { *spirv_std::arch::IndexUnchecked::index_unchecked(array, index as usize) };
+    return unsafe { *spirv_std::arch::IndexUnchecked::index_unchecked(&*array.as_ptr(), index as usize) };
     // SAFETY: the caller's promise.
     #[cfg(not(target_arch = "spirv"))]
-    return unsafe { *array.get_unchecked(index as usize) };
+    return unsafe { *array.as_ptr().cast::<T>().add(index as usize) };
 }
 
-/// [`store`] to an array of this invocation's own.
+/// Writes entry `index` of an array of this invocation's own.
 ///
 /// # Safety
 ///
 /// `index < N`; a debug build panics otherwise.
 #[inline(always)]
-pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut [T; N], index: u32, value: T) {
+pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut MaybeUninit<[T; N]>, index: u32, value: T) {
     debug_assert!((index as usize) < N);
     // SAFETY: the caller's promise.
     #[cfg(target_arch = "spirv")]
     unsafe {
+        let array = &mut *array.as_mut_ptr();
         *spirv_std::arch::IndexUnchecked::index_unchecked_mut(array, index as usize) = value;
     }
     // SAFETY: the caller's promise.
     #[cfg(not(target_arch = "spirv"))]
     unsafe {
-        *array.get_unchecked_mut(index as usize) = value;
+        array.as_mut_ptr().cast::<T>().add(index as usize).write(value);
     }
 }

@@ -12,7 +12,7 @@ pub const STACK_SIZE: usize = 64;
 /// A stack of words in memory of the invocation's own. Nothing is written before it is pushed: clearing 256 bytes for each ray
 /// cost more instructions than all the boxes that it tests.
 pub struct Stack {
-    entries: [MaybeUninit<u32>; STACK_SIZE],
+    entries: MaybeUninit<[u32; STACK_SIZE]>,
     length: u32,
 }
 
@@ -20,7 +20,7 @@ impl Stack {
     /// Without entries.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { entries: [MaybeUninit::uninit(); STACK_SIZE], length: 0 }
+        Self { entries: MaybeUninit::uninit(), length: 0 }
     }
 
     /// Whether there is nothing to pop.
@@ -38,7 +38,7 @@ impl Stack {
     #[allow(unsafe_code, reason = "see buffer")]
     pub unsafe fn push(&mut self, entry: u32) {
         // SAFETY: the caller's promise.
-        unsafe { store_local(&mut self.entries, self.length, MaybeUninit::new(entry)) };
+        unsafe { store_local(&mut self.entries, self.length, entry) };
         self.length += 1;
     }
 
@@ -52,7 +52,7 @@ impl Stack {
     pub unsafe fn pop(&mut self) -> u32 {
         self.length -= 1;
         // SAFETY: entries below `length` were written by `push`.
-        unsafe { load_local(&self.entries, self.length).assume_init() }
+        unsafe { load_local(&self.entries, self.length) }
     }
 }
 
