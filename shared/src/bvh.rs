@@ -5,7 +5,7 @@ use crate::math::{max, min};
 use crate::ray::{Departure, Ray};
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
-use crate::stack::Stack;
+use crate::stack::{Entries, Stack};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -142,7 +142,8 @@ fn traverse(
         return (best, closest);
     }
     let inverse = Vec3::new(reciprocal(dx), reciprocal(dy), reciprocal(dz));
-    let mut stack = Stack::new();
+    let mut entries = Entries::uninit();
+    let mut stack = Stack::new(&mut entries);
     let mut child = root;
     loop {
         let mut pop = true;

@@ -26,7 +26,7 @@ pub fn min(a: f32, b: f32) -> f32 {
     #[cfg(target_arch = "nvptx64")]
     return a.min(b);
     #[cfg(target_arch = "spirv")]
-    return libm::fminf(a, b); // rust-gpu turns this call into GLSL.std.450 NMin
+    return libm::fminf(a, b); // rust-gpu turns this call into GLSL.std.450 FMin
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
     return if a < b { a } else { b };
 }

@@ -9,18 +9,23 @@ use core::mem::MaybeUninit;
 /// host rejects a deeper one.
 pub const STACK_SIZE: usize = 64;
 
-/// A stack of words in memory of the invocation's own. Nothing is written before it is pushed: clearing 256 bytes for each ray
-/// cost more instructions than all the boxes that it tests.
-pub struct Stack {
-    entries: MaybeUninit<[u32; STACK_SIZE]>,
+/// Where a [`Stack`] keeps its entries.
+pub type Entries = MaybeUninit<[u32; STACK_SIZE]>;
+
+/// A stack of words in memory of the invocation's own.
+///
+/// Nothing is written before it is pushed: clearing 256 bytes for each ray cost more instructions than all the boxes that it
+/// tests. LLVM clears entries and length together when one record holds both, so the entries are borrowed.
+pub struct Stack<'a> {
+    entries: &'a mut Entries,
     length: u32,
 }
 
-impl Stack {
-    /// Without entries.
+impl<'a> Stack<'a> {
+    /// An empty stack.
     #[inline(always)]
-    pub fn new() -> Self {
-        Self { entries: MaybeUninit::uninit(), length: 0 }
+    pub fn new(entries: &'a mut Entries) -> Self {
+        Self { entries, length: 0 }
     }
 
     /// Whether there is nothing to pop.
@@ -38,7 +43,7 @@ impl Stack {
     #[allow(unsafe_code, reason = "see buffer")]
     pub unsafe fn push(&mut self, entry: u32) {
         // SAFETY: the caller's promise.
-        unsafe { store_local(&mut self.entries, self.length, entry) };
+        unsafe { store_local(self.entries, self.length, entry) };
         self.length += 1;
     }
 
@@ -52,13 +57,7 @@ impl Stack {
     pub unsafe fn pop(&mut self) -> u32 {
         self.length -= 1;
         // SAFETY: entries below `length` were written by `push`.
-        unsafe { load_local(&self.entries, self.length) }
-    }
-}
-
-impl Default for Stack {
-    fn default() -> Self {
-        Self::new()
+        unsafe { load_local(self.entries, self.length) }
     }
 }
 
@@ -69,7 +68,8 @@ mod tests {
     #[test]
     #[allow(unsafe_code, reason = "within capacity")]
     fn last_in_first_out_up_to_capacity() {
-        let mut stack = Stack::new();
+        let mut entries = Entries::uninit();
+        let mut stack = Stack::new(&mut entries);
         assert!(stack.is_empty());
         for i in 0..STACK_SIZE as u32 {
             // SAFETY: fewer than STACK_SIZE entries.
