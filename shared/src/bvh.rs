@@ -145,8 +145,8 @@ fn traverse(
     let mut entries = Entries::uninit();
     let mut stack = Stack::new(&mut entries);
     let mut child = root;
+    // Each way out of a visit stands by itself: with one common pop, Vulkan's compiler keeps fewer lanes together (7 % slower).
     loop {
-        let mut pop = true;
         if child.is_leaf() {
             let primitive = child.index();
             // SAFETY: the host checked each child's index.
@@ -157,35 +157,45 @@ fn traverse(
                 best = t;
                 closest = primitive;
             }
+            if stack.is_empty() {
+                break;
+            }
+            // SAFETY: not empty.
+            #[allow(unsafe_code, reason = "see buffer")]
+            let top = unsafe { stack.pop() };
+            child = Child(top);
         } else {
             // SAFETY: the host checked each child's index.
             #[allow(unsafe_code, reason = "see buffer")]
             let node = unsafe { load(nodes, child.index()) };
             let (first, t_first) = enter(origin, inverse, node.first_min, node.first_max, best);
             let (second, t_second) = enter(origin, inverse, node.second_min, node.second_max, best);
-            if first || second {
-                let second_is_near = second && (!first || t_second < t_first);
-                child = Child(if second_is_near { node.second } else { node.first });
-                if first && second {
+            if first {
+                if second {
+                    let second_is_near = t_second < t_first;
+                    child = Child(if second_is_near { node.second } else { node.first });
                     // SAFETY: one push a level, and the host checked the number of levels.
                     #[allow(unsafe_code, reason = "see buffer")]
                     unsafe {
                         stack.push(if second_is_near { node.first } else { node.second });
                     }
+                } else {
+                    child = Child(node.first);
                 }
-                pop = false;
+            } else if second {
+                child = Child(node.second);
+            } else {
+                if stack.is_empty() {
+                    break;
+                }
+                // SAFETY: not empty.
+                #[allow(unsafe_code, reason = "see buffer")]
+                let top = unsafe { stack.pop() };
+                child = Child(top);
             }
-        }
-        if pop {
-            if stack.is_empty() {
-                return (best, closest);
-            }
-            // SAFETY: not empty.
-            #[allow(unsafe_code, reason = "see buffer")]
-            let top = unsafe { stack.pop() };
-            child = Child(top);
         }
     }
+    (best, closest)
 }
 
 #[cfg(test)]
