@@ -7,9 +7,9 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use obvhs::{Boundable, BvhBuildParams};
 use std::time::Duration;
+use trisect_shared::bvh::STACK_SIZE;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::sphere::Sphere;
-use trisect_shared::stack::STACK_SIZE;
 
 /// A tree over the spheres of a scene.
 #[derive(Clone, Debug)]

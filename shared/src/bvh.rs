@@ -1,13 +1,17 @@
 //! The binary BVH and its traversal, per ray with a stack, near child first.
 
-use crate::buffer::load;
+use crate::buffer::{load, load_local, store_local};
 use crate::math::{max, min};
 use crate::ray::{Departure, Ray};
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
-use crate::stack::{Entries, Stack};
 use bytemuck::{Pod, Zeroable};
+use core::mem::MaybeUninit;
 use glam::Vec3;
+
+/// Entries of the traversal stack. A ray pushes at most one child per level, so a tree with at most this many levels of inner
+/// nodes cannot overflow it; the host rejects a deeper one.
+pub const STACK_SIZE: usize = 64;
 
 /// What [`closest_hit`] names when nothing is hit.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
@@ -103,7 +107,7 @@ fn enter(origin: Vec3, inverse: Vec3, low: Vec3, high: Vec3, limit: f32) -> (boo
     let (z0, z1) = ((low.z - origin.z) * inverse.z, (high.z - origin.z) * inverse.z);
     let entry = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), 0.0));
     let exit = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), limit));
-    (entry <= exit * 1.000_000_24, entry)
+    (entry <= exit * (1.0 + 2.0 * f32::EPSILON), entry)
 }
 
 /// The closest primitive in front of `ray`.
@@ -142,8 +146,10 @@ fn traverse(
         return (best, closest);
     }
     let inverse = Vec3::new(reciprocal(dx), reciprocal(dy), reciprocal(dz));
-    let mut entries = Entries::uninit();
-    let mut stack = Stack::new(&mut entries);
+    // Not cleared: 256 bytes for each ray cost more than all the boxes that it tests. Two variables, not a record with methods:
+    // LLVM clears the whole of one that holds the length too, and SPIR-V has no pointers in records to borrow the entries.
+    let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
+    let mut depth = 0u32;
     let mut child = root;
     // Each way out of a visit stands by itself: with one common pop, Vulkan's compiler keeps fewer lanes together (7 % slower).
     loop {
@@ -157,12 +163,13 @@ fn traverse(
                 best = t;
                 closest = primitive;
             }
-            if stack.is_empty() {
+            if depth == 0 {
                 break;
             }
-            // SAFETY: not empty.
+            depth -= 1;
+            // SAFETY: `depth` entries were stored.
             #[allow(unsafe_code, reason = "see buffer")]
-            let top = unsafe { stack.pop() };
+            let top = unsafe { load_local(&stack, depth) };
             child = Child(top);
         } else {
             // SAFETY: the host checked each child's index.
@@ -177,20 +184,22 @@ fn traverse(
                     // SAFETY: one push a level, and the host checked the number of levels.
                     #[allow(unsafe_code, reason = "see buffer")]
                     unsafe {
-                        stack.push(if second_is_near { node.first } else { node.second });
+                        store_local(&mut stack, depth, if second_is_near { node.first } else { node.second });
                     }
+                    depth += 1;
                 } else {
                     child = Child(node.first);
                 }
             } else if second {
                 child = Child(node.second);
             } else {
-                if stack.is_empty() {
+                if depth == 0 {
                     break;
                 }
-                // SAFETY: not empty.
+                depth -= 1;
+                // SAFETY: `depth` entries were stored.
                 #[allow(unsafe_code, reason = "see buffer")]
-                let top = unsafe { stack.pop() };
+                let top = unsafe { load_local(&stack, depth) };
                 child = Child(top);
             }
         }

@@ -49,4 +49,3 @@ pub mod rng;
 pub mod scene;
 pub mod sky;
 pub mod sphere;
-pub mod stack;

@@ -88,7 +88,8 @@ mod tests {
 
     #[test]
     fn pairs_of_dimensions_fill_the_square() {
-        let along: [(&str, fn(u32) -> Words); 4] = [
+        type Walk = fn(u32) -> Words;
+        let along: [(&str, Walk); 4] = [
             ("pixel", |i| PathKey { seed: 0, pixel: i, sample: 0 }.words(0)),
             ("sample", |i| PathKey { seed: 0, pixel: 12_345, sample: i }.words(1)),
             ("block", |i| PathKey { seed: 7, pixel: 1, sample: 0 }.words(i)),

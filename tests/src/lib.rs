@@ -1,1 +1,131 @@
-//! x
+//! What the tests share: backends that may be missing, files, and statistics.
+//!
+//! Environment:
+//!
+//! * `REQUIRE_BACKENDS`, such as `cpu,wgpu`: backends whose absence is a failure; without it an absent one is skipped aloud.
+//! * `TRISECT_ROOT`: the folder with `scenes/`, when tests run away from their source tree.
+//! * `TRISECT_BIN`: the program, when it is not beside the test binaries.
+//! * `TRISECT_WGPU_DEVICE`: index of the wgpu adapter; without it the best hardware one, else the first.
+
+#![allow(clippy::panic, reason = "this is how a test fails")]
+
+pub mod statistics;
+
+use std::path::{Path, PathBuf};
+use trisect::backend::wgpu::{Route, Wgpu};
+use trisect::backend::{Backend, BackendError, cpu::Cpu, cuda::Cuda};
+use trisect::render::Renderer;
+use trisect::scene::Scene;
+
+/// A backend that tests are instantiated for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// Threads.
+    Cpu,
+    /// wgpu with the kernels as they are.
+    Wgpu,
+    /// wgpu with the kernels through naga.
+    WgpuNaga,
+    /// CUDA.
+    Cuda,
+}
+
+impl Subject {
+    /// Its name in `REQUIRE_BACKENDS`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Wgpu | Self::WgpuNaga => "wgpu",
+            Self::Cuda => "cuda",
+        }
+    }
+
+    fn open(self) -> Result<Box<dyn Backend>, BackendError> {
+        let wgpu = |route| -> Result<Box<dyn Backend>, BackendError> {
+            let named = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok());
+            // A test asks for whatever there is: hardware first, then a software adapter.
+            let adapter = match named {
+                Some(index) => Wgpu::open(Some(index), route),
+                None => Wgpu::open(None, route).or_else(|_| Wgpu::open(Some(0), route)),
+            };
+            Ok(Box::new(adapter?))
+        };
+        match self {
+            Self::Cpu => Ok(Box::new(Cpu::open(None)?)),
+            Self::Wgpu => wgpu(Route::PassThrough),
+            Self::WgpuNaga => wgpu(Route::Naga),
+            Self::Cuda => Ok(Box::new(Cuda::open(None)?)),
+        }
+    }
+
+    /// A renderer of `scene`, or `None` where the backend is missing and not required; says so on standard error.
+    ///
+    /// # Panics
+    ///
+    /// If `REQUIRE_BACKENDS` names a backend that is missing, or a backend that is there fails.
+    pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
+        let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+        match self.open() {
+            Ok(backend) => match Renderer::new(backend, scene) {
+                Ok(renderer) => Some(renderer),
+                Err(error) => panic!("{self:?}: {error}"),
+            },
+            Err(error) if required.split(',').any(|name| name.trim() == self.name()) => {
+                panic!("REQUIRE_BACKENDS names {}, but: {error}", self.name())
+            }
+            Err(error) => {
+                eprintln!("SKIPPED for {self:?}: {error}");
+                None
+            }
+        }
+    }
+}
+
+/// Instantiates a generic test, `fn name(subject: Subject)`, for each backend, as tests of a module of its name.
+#[macro_export]
+macro_rules! for_each_backend {
+    ($($test:ident),* $(,)?) => {$(
+        mod $test {
+            #[test]
+            fn cpu() { super::$test($crate::Subject::Cpu); }
+            #[test]
+            fn wgpu() { super::$test($crate::Subject::Wgpu); }
+            #[test]
+            fn wgpu_naga() { super::$test($crate::Subject::WgpuNaga); }
+            #[test]
+            fn cuda() { super::$test($crate::Subject::Cuda); }
+        }
+    )*};
+}
+
+/// The folder with `scenes/`.
+pub fn root() -> PathBuf {
+    std::env::var_os("TRISECT_ROOT")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), PathBuf::from)
+}
+
+/// A scene of the project.
+///
+/// # Panics
+///
+/// If it cannot be read.
+pub fn scene(name: &str) -> Scene {
+    match Scene::load(&root().join("scenes").join(name)) {
+        Ok(scene) => scene,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// The program.
+pub fn binary() -> PathBuf {
+    if let Some(path) = std::env::var_os("TRISECT_BIN") {
+        return path.into();
+    }
+    // target/release/deps/test-hash → target/release/trisect
+    let mut path = std::env::current_exe().unwrap_or_default();
+    path.pop();
+    if path.ends_with("deps") {
+        path.pop();
+    }
+    path.join(format!("trisect{}", std::env::consts::EXE_SUFFIX))
+}

@@ -16,6 +16,7 @@ use schedule::{Pace, Submissions};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::Child;
+use trisect_shared::camera::Camera;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -51,6 +52,8 @@ pub struct Renderer {
     root: Child,
     /// Learned from earlier submissions, kept from frame to frame.
     pace: Pace,
+    /// One chunk as the device gives it, kept too.
+    chunk: Vec<PixelSums>,
     phases: Phases,
 }
 
@@ -69,7 +72,15 @@ impl Renderer {
         let phases =
             Phases { bvh_seconds, upload_seconds: start.elapsed().as_secs_f64(), ..Phases::default() };
         let pace = Pace::new(backend.device().kind);
-        Ok(Self { backend, camera: scene.camera, sky: scene.sky, root: bvh.root, pace, phases })
+        Ok(Self {
+            backend,
+            camera: scene.camera,
+            sky: scene.sky,
+            root: bvh.root,
+            pace,
+            chunk: Vec::new(),
+            phases,
+        })
     }
 
     /// The backend in use.
@@ -97,7 +108,7 @@ impl Renderer {
 
         let start = Instant::now();
         let mut film = Film::new(settings.width, settings.height);
-        let mut chunk = vec![PixelSums::UNWRITTEN; film.pixels.len()];
+        self.chunk.resize(film.pixels.len(), PixelSums::UNWRITTEN);
         let total = settings.total_samples();
         let mut done = 0;
         let mut merge_time = Duration::ZERO;
@@ -124,8 +135,8 @@ impl Renderer {
                 }
             }
             let merge = Instant::now();
-            self.backend.read_film(&mut chunk)?;
-            film.merge(&chunk, samples);
+            self.backend.read_film(&mut self.chunk)?;
+            film.merge(&self.chunk, samples);
             merge_time += merge.elapsed();
             first_sample += samples;
         }
@@ -151,9 +162,14 @@ impl Renderer {
         Ok(hits)
     }
 
+    /// The camera's launch record.
+    pub fn camera(&self, settings: &Settings) -> Camera {
+        camera::record(&self.camera, settings.width, settings.height)
+    }
+
     fn launch(&self, settings: &Settings) -> RenderParams {
         RenderParams {
-            camera: camera::record(&self.camera, settings.width, settings.height),
+            camera: self.camera(settings),
             sky: self.sky,
             width: settings.width,
             height: settings.height,

@@ -1,0 +1,187 @@
+//! Bad input gets an error that names the file, the place and the remedy, and an exit code; nothing is written, nothing panics.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use trisect_tests::{binary, root};
+
+/// A folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("trisect-bad-input-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn trisect(arguments: &[&str]) -> Output {
+    Command::new(binary()).args(arguments).env("NO_COLOR", "1").output().expect("the program runs")
+}
+
+/// Runs the program, which must end with `code` and say each of `words`, without a panic.
+fn fails(arguments: &[&str], code: i32, words: &[&str]) {
+    let output = trisect(arguments);
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
+    assert!(!text.contains("panicked"), "{text}");
+    for word in words {
+        assert!(text.contains(word), "{arguments:?}: no {word:?} in: {text}");
+    }
+}
+
+const GOOD: &str = r#"Scene(
+    version: 1,
+    image: (width: 8, height: 4, samples: 1),
+    camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 40),
+    sky: Gradient(bottom: (1, 1, 1), top: (0.5, 0.7, 1)),
+    materials: { "a": Lambertian(albedo: (0.5, 0.5, 0.5)), "g": Dielectric(ior: 1.5) },
+    objects: [
+        Sphere(center: (0, 0, 0), radius: 1, material: "a"),
+        Sphere(center: (1, 0, 0), radius: 1, material: "g"),
+    ],
+)
+"#;
+
+#[test]
+fn the_scene_that_the_faults_are_planted_in_is_good() {
+    let folder = folder("good");
+    let (scene, image) = (folder.join("scene.ron"), folder.join("a.png"));
+    std::fs::write(&scene, GOOD).unwrap();
+    let output = trisect(&[
+        "render",
+        scene.to_str().unwrap(),
+        "--backend",
+        "cpu",
+        "--quiet",
+        "-o",
+        image.to_str().unwrap(),
+    ]);
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    assert!(image.exists());
+}
+
+#[test]
+fn faults_in_a_scene_are_placed() {
+    // What is replaced by what, and what the message must say: the line and column, then the reason.
+    let cases: &[(&str, &str, &[&str])] = &[
+        ("Scene(", "%", &["scene.ron:1:", "docs/scenes.md"]),
+        ("version: 1", "version: 2", &["scene.ron:2:", "version 2", "reads 1"]),
+        ("samples: 1", "sample: 1", &["scene.ron:3:", "sample", "samples"]),
+        ("height: 4,", "height: 0,", &["scene.ron:3:", "0 is not a count"]),
+        ("vertical_fov: 40", "vertical_fov: 180", &["scene.ron:4:", "179"]),
+        ("radius: 1, material: \"a\"", "radius: 0, material: \"a\"", &["scene.ron:8:", "0 is not", "length"]),
+        ("radius: 1, material: \"a\"", "radius: -1, material: \"a\"", &["scene.ron:8:", "-1 is not"]),
+        ("radius: 1, material: \"a\"", "radius: NaN, material: \"a\"", &["scene.ron:8:", "NaN is not"]),
+        ("radius: 1, material: \"a\"", "radius: inf, material: \"a\"", &["scene.ron:8:", "inf is not"]),
+        ("radius: 1, material: \"g\"", "radius: 1e30, material: \"g\"", &["scene.ron:9:", "1e18"]),
+        ("center: (1, 0, 0)", "center: (1, NaN, 0)", &["scene.ron:9:", "NaN is not", "coordinate"]),
+        ("ior: 1.5", "ior: 0", &["scene.ron:6:", "index of refraction"]),
+        ("ior: 1.5", "ior: -1.5", &["scene.ron:6:", "-1.5 is not"]),
+        (
+            "albedo: (0.5, 0.5, 0.5)",
+            "albedo: (1.5, 0.5, 0.5)",
+            &["scene.ron:6:", "1.5 is not between 0 and 1"],
+        ),
+        ("Lambertian(", "Velvet(", &["scene.ron:6:", "Velvet"]),
+        ("material: \"g\"", "material: \"glass\"", &["scene.ron:9:", "unknown material \"glass\"", "a, g"]),
+        ("\"g\": Dielectric", "\"a\": Dielectric", &["scene.ron:6:", "stands twice"]),
+        ("radius: 1, material: \"a\"", "radius: 1, materal: \"a\"", &["scene.ron:8:", "materal"]),
+        ("look_from: (0, 0, 3)", "look_from: (0, 0, 0)", &["look_from and look_at"]),
+        ("look_from: (0, 0, 3)", "look_from: (0, 3, 0)", &["up points along the view"]),
+    ];
+    let folder = folder("scene");
+    let (path, image) = (folder.join("scene.ron"), folder.join("a.png"));
+    for (from, to, words) in cases {
+        assert!(GOOD.contains(from), "{from}");
+        std::fs::write(&path, GOOD.replacen(from, to, 1)).unwrap();
+        fails(&["render", path.to_str().unwrap(), "-o", image.to_str().unwrap()], 4, words);
+        assert!(!image.exists());
+    }
+    std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
+    fails(&["render", path.to_str().unwrap(), "-o", image.to_str().unwrap()], 4, &["scene.ron", "UTF-8"]);
+    std::fs::write(&path, "").unwrap();
+    fails(&["render", path.to_str().unwrap(), "-o", image.to_str().unwrap()], 4, &["scene.ron:1:1"]);
+    fails(&["render", "no-such.ron", "-o", image.to_str().unwrap()], 4, &["no-such.ron", "No such file"]);
+}
+
+#[test]
+fn settings_out_of_range() {
+    let out = folder("settings").join("a.png");
+    let out = out.to_str().unwrap();
+    for option in ["--width", "--height", "--spp", "--depth", "--threads"] {
+        for value in ["0", "-1", "4294967296", "many"] {
+            fails(&["render", &format!("{option}={value}"), "-o", out], 2, &[option]);
+        }
+    }
+    fails(&["render", "--resolution", "1280", "-o", out], 2, &["WIDTHxHEIGHT"]);
+    fails(&["render", "--resolution", "9x9", "--width", "9", "-o", out], 2, &["--width"]);
+    fails(&["render", "--resolution", "4294967295x2", "-o", out], 2, &["2^32", "--resolution"]);
+    fails(&["render", "--resolution", "65000x65000", "-o", out], 2, &["GiB of memory", "--resolution"]);
+    fails(&["render", "--backend", "abacus", "-o", out], 2, &["abacus"]);
+    fails(&["render", "--backend", "cpu", "--math", "fast", "-o", out], 2, &["--math fast", "cuda"]);
+    assert!(!Path::new(out).exists());
+}
+
+#[test]
+fn outputs_are_checked_before_rendering() {
+    let folder = folder("output");
+    // So many samples that the test would not end if the render began.
+    let render = ["render", "--backend", "cpu", "--spp", "4000000000", "-o"];
+    let at = |path: &str, code, words: &[&str]| fails(&[&render[..], &[path]].concat(), code, words);
+    at("picture.jpg", 2, &["picture.jpg", ".png, .exr, .hdr or .pfm"]);
+    at("picture", 2, &["picture", ".png"]);
+    let missing = folder.join("no/such/folder/a.png");
+    at(missing.to_str().unwrap(), 1, &["a.png", "No such file"]);
+    at("/dev/null/a.png", 1, &["a.png"]);
+    let stats = folder.join("none/stats.json");
+    let image = folder.join("a.png");
+    let arguments = [&render[..], &[image.to_str().unwrap(), "--stats", stats.to_str().unwrap()]].concat();
+    fails(&arguments, 1, &["stats.json"]);
+    assert!(!image.exists(), "the check left a file behind");
+}
+
+#[test]
+fn devices_out_of_range() {
+    let out = folder("devices").join("a.png");
+    let out = out.to_str().unwrap();
+    fails(&["render", "--backend", "cpu", "--device", "1", "-o", out], 3, &["--device 1", "trisect info"]);
+    fails(&["render", "--device", "0", "-o", out], 2, &["--device needs --backend"]);
+    fails(&["render", "--backend", "wgpu", "--device", "99", "-o", out], 3, &["wgpu"]);
+    fails(&["render", "--backend", "cuda", "--device", "99", "-o", out], 3, &["cuda"]);
+}
+
+/// A machine without NVIDIA's driver. (With one the test has nothing to say; says so.)
+#[test]
+fn a_missing_driver_is_explained() {
+    if trisect::backend::cuda::devices().is_ok() {
+        eprintln!("SKIPPED: this machine has NVIDIA's driver");
+        return;
+    }
+    let out = folder("driver").join("a.png");
+    let scene = root().join("scenes/rtiow_final.ron");
+    fails(
+        &["render", scene.to_str().unwrap(), "--backend", "cuda", "-o", out.to_str().unwrap()],
+        3,
+        &["backend cuda is not available", "driver", "--backend"],
+    );
+    let info = trisect(&["info"]);
+    assert!(info.status.success());
+    let text = String::from_utf8_lossy(&info.stdout);
+    assert!(
+        text.contains("cuda  backend cuda is not available") && text.contains("cpu   --device 0"),
+        "{text}"
+    );
+}
+
+#[test]
+fn comparisons_of_what_cannot_be_compared() {
+    let folder = folder("compare");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("broken.pfm"), "PF\n2 2\n-1\nxx").unwrap();
+    std::fs::write(path("broken.png"), "not a picture").unwrap();
+    std::fs::write(path("one.pfm"), b"Pf\n1 1\n-1\n\0\0\0\0").unwrap();
+    std::fs::write(path("two.pfm"), b"Pf\n1 2\n-1\n\0\0\0\0\0\0\0\0").unwrap();
+    fails(&["compare", &path("none.pfm"), &path("one.pfm")], 1, &["none.pfm"]);
+    fails(&["compare", &path("broken.pfm"), &path("one.pfm")], 1, &["broken.pfm", "needs 48 bytes"]);
+    fails(&["compare", &path("one.pfm"), &path("broken.png")], 1, &["broken.png"]);
+    fails(&["compare", &path("one.pfm"), &path("two.pfm")], 1, &["size"]);
+    fails(&["compare", "a.gif", &path("one.pfm")], 2, &["a.gif", ".png"]);
+}

@@ -1,0 +1,120 @@
+//! The program as a user runs it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use trisect::image::Image;
+use trisect_tests::{binary, root};
+
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("trisect-command-line-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn trisect(arguments: &[&str]) -> Output {
+    let output = Command::new(binary()).args(arguments).output().expect("the program runs");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+#[test]
+fn render_every_format_and_compare() {
+    let folder = folder("formats");
+    let scene = root().join("scenes/rtiow_final.ron");
+    let render = |name: &str, more: &[&str]| {
+        let file = folder.join(name).to_str().unwrap().to_owned();
+        let fixed =
+            ["render", scene.to_str().unwrap(), "--backend", "cpu", "--quiet", "--resolution", "64x36"];
+        let output = trisect(&[&fixed[..], &["--spp", "4", "-o", &file], more].concat());
+        assert!(output.stderr.is_empty() && output.stdout.is_empty(), "--quiet: {output:?}");
+        file
+    };
+    let reference = render("a.exr", &[]);
+    for name in ["b.pfm", "b.png", "b.hdr", "b.EXR"] {
+        let file = render(name, &[]);
+        let image = Image::read(file.as_ref()).unwrap();
+        assert_eq!((image.width, image.height), (64, 36));
+        let output = trisect(&["compare", "--json", &file, &reference]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let limit = if name.ends_with("pfm") || name.ends_with("EXR") { 0.0 } else { 1e-4 };
+        assert!(json["rel_mse"].as_f64().unwrap() <= limit, "{name}: {json}");
+    }
+    // Another seed is another image: compare finds it, and --max-rel-mse turns it into exit code 5.
+    let other = render("c.exr", &["--seed", "9"]);
+    let compare = |limit: &str| {
+        let arguments = ["compare", &other, &reference, "--max-rel-mse", limit];
+        Command::new(binary()).args(arguments).output().unwrap().status.code()
+    };
+    assert_eq!((compare("1e-9"), compare("1e9")), (Some(5), Some(0)));
+    let text = String::from_utf8(trisect(&["compare", &other, &reference]).stdout).unwrap();
+    for measure in ["RMSE", "relMSE", "PSNR", "FLIP", "greatest difference", "at pixel"] {
+        assert!(text.contains(measure), "{text}");
+    }
+}
+
+#[test]
+fn stats_say_what_was_done() {
+    let folder = folder("stats");
+    let (image, stats) = (folder.join("a.png"), folder.join("stats.json"));
+    trisect(&[
+        "render",
+        "--backend=cpu",
+        "--threads=2",
+        "--width=32",
+        "--spp=3",
+        "--depth=4",
+        "--seed=5",
+        "--roulette=on",
+        "-o",
+        image.to_str().unwrap(),
+        "--stats",
+        stats.to_str().unwrap(),
+    ]);
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
+    assert_eq!(json["format"], 1);
+    assert_eq!(json["device"]["backend"], "cpu");
+    assert_eq!(json["device"]["details"], "2 threads");
+    assert_eq!(json["kernel"], "render_roulette");
+    // The width alone: the height follows the scene's aspect.
+    assert_eq!((&json["settings"]["width"], &json["settings"]["height"]), (&32.into(), &18.into()));
+    assert_eq!(json["samples"], 32 * 18 * 3);
+    assert_eq!((&json["rejected_samples"], &json["unwritten_pixels"]), (&0.into(), &0.into()));
+    let segments = json["segments"].as_u64().unwrap();
+    assert!((32 * 18 * 3..=32 * 18 * 3 * 4).contains(&segments), "{segments}");
+    assert!(json["device_seconds"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn without_a_scene_the_hello_world_is_drawn() {
+    let image = folder("hello").join("hello.png");
+    let arguments = ["render", "--resolution", "48x27", "--spp", "2", "--backend", "cpu", "-o"];
+    let output = trisect(&[&arguments[..], &[image.to_str().unwrap()]].concat());
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("three_spheres.ron (built in)") && text.contains("Msamples/s"), "{text}");
+    // No terminal: no progress bar, no escape sequences.
+    assert!(!text.contains('\u{1b}') && !text.contains('\r'), "{text:?}");
+    assert!(Image::read(&image).unwrap().pixels.iter().flatten().any(|&value| value > 0.5));
+}
+
+#[test]
+fn auto_says_what_it_took() {
+    let image = folder("auto").join("a.png");
+    let arguments = ["render", "--resolution", "16x9", "--spp", "1", "-o"];
+    let output = trisect(&[&arguments[..], &[image.to_str().unwrap()]].concat());
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("auto: "), "{text}");
+    // Never a software adapter without being asked.
+    assert!(!text.contains("\nwgpu: llvmpipe"), "{text}");
+}
+
+#[test]
+fn bench_prints_rates() {
+    let scene = root().join("scenes/rtiow_final.ron");
+    let arguments = ["--backend", "cpu", "--resolution", "32x18", "--spp", "2", "--frames", "2"];
+    let output = trisect(&[&["bench", scene.to_str().unwrap()], &arguments[..]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for row in ["device time, ms", "Msamples/s", "Msegments/s", "segments"] {
+        assert!(text.contains(row), "{text}");
+    }
+}

@@ -1,0 +1,183 @@
+//! One source, three targets, one image: CUDA gives the CPU's bits; wgpu the same hits but for counted edges, and the same
+//! radiance within noise. Every comparison has a twin with a planted fault that it must find.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use trisect::film::Film;
+use trisect::render::{Renderer, Settings};
+use trisect::scene::Scene;
+use trisect_shared::bvh::NO_PRIMITIVE;
+use trisect_shared::path::FirstHit;
+use trisect_tests::statistics::ZTest;
+use trisect_tests::{Subject, for_each_backend, scene};
+
+fn cpu(scene: &Scene) -> Renderer {
+    Subject::Cpu.renderer(scene).expect("the CPU is always there")
+}
+
+fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
+    renderer.render(settings, &mut ()).unwrap().film
+}
+
+/// Albedo + 1 %: what the comparisons must notice.
+fn brighter(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
+    scene
+}
+
+/// Greatest number of pixel channels, and of pixels, that two films differ in.
+fn differing(a: &Film, b: &Film) -> usize {
+    assert_eq!(a.pixels.len(), b.pixels.len());
+    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a != b).count()
+}
+
+/// Precise CUDA equals the CPU bit for bit: sums, squares, counts and segments of every pixel.
+#[test]
+fn cuda_gives_the_cpus_bits() {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut cuda) = Subject::Cuda.renderer(&scene) else { return };
+    let mut cpu = cpu(&scene);
+    for seed in [1, 2] {
+        for roulette in [true, false] {
+            let settings =
+                Settings { width: 1200, height: 675, samples: 16, seed, roulette, ..scene.settings() };
+            let want = film(&mut cpu, &settings);
+            assert_eq!(differing(&film(&mut cuda, &settings), &want), 0, "seed {seed}, roulette {roulette}");
+            if seed == 1 && !roulette {
+                let hits = (cuda.first_hits(&settings, 3).unwrap(), cpu.first_hits(&settings, 3).unwrap());
+                assert!(hits.0 == hits.1, "first hits");
+                // The twin: the last bit of one sphere's radius.
+                let mut faulty = scene.clone();
+                faulty.spheres[0].radius = faulty.spheres[0].radius.next_up();
+                let faulty = film(&mut Subject::Cuda.renderer(&faulty).unwrap(), &settings);
+                assert_ne!(differing(&faulty, &want), 0, "a comparison that cannot fail");
+            }
+        }
+    }
+}
+
+/// Exact Fresnel, on the small scene, by each backend against the CPU: both kernels' variants are reached.
+fn exact_fresnel_agrees(subject: Subject) {
+    let scene = scene("three_spheres.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 64, height: 36, samples: 4, ..scene.settings() };
+    let (got, want) = (film(&mut renderer, &settings), film(&mut cpu(&scene), &settings));
+    if matches!(subject, Subject::Cpu | Subject::Cuda) {
+        assert_eq!(differing(&got, &want), 0);
+    } else {
+        // Same random numbers, so almost the same paths: a few go another way at an edge, after an ulp of difference.
+        let close = got
+            .pixels
+            .iter()
+            .zip(&want.pixels)
+            .filter(|(a, b)| (0..3).all(|c| (a.mean()[c] - b.mean()[c]).abs() < 1e-3))
+            .count();
+        assert!(close as f64 >= 0.98 * want.pixels.len() as f64, "{close} of {}", want.pixels.len());
+    }
+}
+
+/// How far beyond an edge of its own a ray that two backends judge differently may pass, relative to the coordinates' size. The
+/// camera ray's direction is wrong by a few units of 2^-24 per component on a backend with 2.5 ULP division (Vulkan's rule),
+/// and so is the point where it passes a sphere, times the distance over the radius, which the comparison below includes.
+const EDGE: f64 = 64.0 * f32::EPSILON as f64;
+
+/// Whether pixel `index`'s ray passes so near the edge of one of the two primitives that rounding decides, by f64.
+fn is_edge(scene: &Scene, hits: [&FirstHit; 2], ray: &trisect_shared::ray::Ray) -> bool {
+    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
+    hits.iter().any(|hit| {
+        let Some(sphere) = scene.spheres.get(hit.primitive as usize) else { return false };
+        let f = o - sphere.center.as_dvec3();
+        let from_line = (f - d * f.dot(d)).length();
+        let size = f.length() + o.length() + f64::from(sphere.radius);
+        (from_line - f64::from(sphere.radius)).abs() < EDGE * size
+    }) || {
+        // Or both are hit at almost the same distance: where two spheres cross.
+        (hits[0].distance - hits[1].distance).abs() < EDGE as f32 * (1.0 + hits[0].distance)
+    }
+}
+
+/// First hits differ in a counted few pixels, each at an edge.
+fn first_hits_agree(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 400, height: 225, seed: 7, ..scene.settings() };
+    let want = cpu(&scene).first_hits(&settings, 0).unwrap();
+    let got = renderer.first_hits(&settings, 0).unwrap();
+    let camera = renderer.camera(&settings);
+    let mut edges = 0;
+    for (pixel, (a, b)) in got.iter().zip(&want).enumerate() {
+        if a.primitive != b.primitive {
+            let key = trisect_shared::rng::PathKey { seed: 7, pixel: pixel as u32, sample: 0 };
+            let ray = camera.ray(pixel as u32 % 400, pixel as u32 / 400, key.words(0));
+            assert!(is_edge(&scene, [a, b], &ray), "pixel {pixel}: {a:?} for {b:?} is no edge");
+            edges += 1;
+        } else if a.primitive != NO_PRIMITIVE {
+            // Within what 2.5 ULP of division leave after the subtraction of coordinates of up to 1000.
+            assert!((a.distance - b.distance).abs() < 1e-3, "pixel {pixel}: {a:?} for {b:?}");
+            assert!(a.normal.abs_diff_eq(b.normal, 1e-3), "pixel {pixel}: {a:?} for {b:?}");
+        }
+    }
+    eprintln!("{subject:?}: {edges} of {} first hits differ, all at edges", want.len());
+    // 0.01 %, the bound of numerics' torture test 20.
+    assert!(edges * 10_000 <= want.len(), "{edges}");
+    if matches!(subject, Subject::Cpu | Subject::Cuda) {
+        assert_eq!(got, want);
+    }
+
+    // The twin: one sphere moved by its radius gives differences that are no edges.
+    let mut faulty = scene.clone();
+    faulty.spheres[486].center.x += faulty.spheres[486].radius;
+    let Some(mut renderer) = subject.renderer(&faulty) else { return };
+    let got = renderer.first_hits(&settings, 0).unwrap();
+    let elsewhere = got.iter().zip(&want).filter(|(a, b)| a.primitive != b.primitive).count();
+    assert!(elsewhere * 10_000 > want.len(), "a comparison that cannot fail: {elsewhere}");
+}
+
+/// Radiance from different seeds differs by noise only; 1 % of albedo is found.
+fn radiance_is_the_same_within_noise(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 160, height: 90, samples: 128, seed: 11, ..scene.settings() };
+    let want = film(&mut cpu(&scene), &Settings { seed: 12, ..settings.clone() });
+    let test = ZTest::new(&film(&mut renderer, &settings), &want);
+    eprintln!("{subject:?}: {test:?}");
+    assert!(test.passes(), "{test:?}");
+
+    let faulty = brighter(&scene);
+    let Some(mut renderer) = subject.renderer(&faulty) else { return };
+    let test = ZTest::new(&film(&mut renderer, &settings), &want);
+    assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
+}
+
+/// Russian roulette changes the noise, not the mean.
+fn roulette_keeps_the_mean(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 96, height: 54, samples: 128, seed: 21, ..scene.settings() };
+    let without = film(&mut renderer, &settings);
+    let with = film(&mut renderer, &Settings { seed: 22, roulette: true, ..settings });
+    let test = ZTest::new(&with, &without);
+    assert!(test.global.iter().all(|z| z.abs() < 4.0), "{test:?}");
+    let (with, without) = (with.counts().segments, without.counts().segments);
+    assert!(with * 10 < without * 8, "roulette ends paths: {with} segments of {without}");
+}
+
+for_each_backend!(
+    exact_fresnel_agrees,
+    first_hits_agree,
+    radiance_is_the_same_within_noise,
+    roulette_keeps_the_mean,
+);
+
+/// The fast build is another image by rounding only: the same within noise, and not the same bits.
+#[test]
+fn fast_math_is_the_same_within_noise() {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut cuda) = Subject::Cuda.renderer(&scene) else { return };
+    let settings = Settings { width: 160, height: 90, samples: 128, seed: 31, ..scene.settings() };
+    let precise = film(&mut cuda, &settings);
+    let fast = Settings { math: trisect::render::MathMode::Fast, ..settings };
+    assert_ne!(differing(&film(&mut cuda, &fast), &precise), 0, "fast math is the precise build");
+    let test = ZTest::new(&film(&mut cuda, &Settings { seed: 32, ..fast }), &precise);
+    assert!(test.passes(), "{test:?}");
+}
