@@ -1,7 +1,7 @@
 //! Entry points: each unpacks its bindings, guards its index and calls the shared crate.
 //!
-//! Compiled for a device, this crate is the entry points in [`spirv`] or [`ptx`]. Compiled for the host, it is what they
-//! became: the prebuilt artifacts and their names. Both come from one list, [`for_each_variant`].
+//! Compiled for a device, this crate is the entry points in `spirv` or `ptx`. Compiled for the host, it is what they
+//! became: the prebuilt artifacts and their names. Both come from one list, `for_each_variant`.
 //!
 //! # Bindings
 //!
