@@ -86,6 +86,11 @@ fn faults_in_a_scene_are_placed() {
         ("radius: 1, material: \"a\"", "radius: 1, materal: \"a\"", &["scene.ron:8:", "materal"]),
         ("look_from: (0, 0, 3)", "look_from: (0, 0, 0)", &["look_from and look_at"]),
         ("look_from: (0, 0, 3)", "look_from: (0, 3, 0)", &["up points along the view"]),
+        (
+            "vertical_fov: 40",
+            "vertical_fov: 170, defocus_angle: 1, focus_distance: 1e15",
+            &["focus_distance", "1e15"],
+        ),
     ];
     let folder = folder("scene");
     let (path, image) = (folder.join("scene.ron"), folder.join("a.png"));
@@ -106,6 +111,8 @@ fn faults_in_a_scene_are_placed() {
 fn settings_out_of_range() {
     let out = folder("settings").join("a.png");
     let out = out.to_str().unwrap();
+    fails(&["render", "--threads", "100000", "-o", out], 2, &["--threads"]);
+    fails(&["render", "--depth", "65536", "-o", out], 2, &["at most 65535"]);
     for option in ["--width", "--height", "--spp", "--depth", "--threads"] {
         for value in ["0", "-1", "4294967296", "many"] {
             fails(&["render", &format!("{option}={value}"), "-o", out], 2, &[option]);
@@ -114,7 +121,7 @@ fn settings_out_of_range() {
     fails(&["render", "--resolution", "1280", "-o", out], 2, &["WIDTHxHEIGHT"]);
     fails(&["render", "--resolution", "9x9", "--width", "9", "-o", out], 2, &["--width"]);
     fails(&["render", "--resolution", "4294967295x2", "-o", out], 2, &["2^32", "--resolution"]);
-    fails(&["render", "--resolution", "65000x65000", "-o", out], 2, &["GiB of memory", "--resolution"]);
+    fails(&["render", "--resolution", "65535x65535", "-o", out], 2, &["GiB of memory", "--resolution"]);
     fails(&["render", "--backend", "abacus", "-o", out], 2, &["abacus"]);
     fails(&["render", "--backend", "cpu", "--math", "fast", "-o", out], 2, &["--math fast", "cuda"]);
     assert!(!Path::new(out).exists());
@@ -136,6 +143,8 @@ fn outputs_are_checked_before_rendering() {
     let arguments = [&render[..], &[image.to_str().unwrap(), "--stats", stats.to_str().unwrap()]].concat();
     fails(&arguments, 1, &["stats.json"]);
     assert!(!image.exists(), "the check left a file behind");
+    let same = image.to_str().unwrap();
+    fails(&[&render[..], &[same, "--stats", same]].concat(), 2, &["--stats", "same file"]);
 }
 
 #[test]

@@ -29,22 +29,47 @@ fn frames_repeat(subject: Subject) {
     assert_ne!(first, other, "a comparison that cannot fail");
 }
 
-/// More samples than a chunk holds: the second chunk goes on where the first ended.
+/// How a frame is cut into submissions does not touch its bits: a kernel resumes the sums that the last one left.
+fn submissions_do_not_matter(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = settings(&scene);
+    let mut cut = |samples| {
+        renderer.limit_submissions(Some(samples));
+        renderer.render(&settings, &mut ()).unwrap()
+    };
+    let whole = cut(u64::MAX / 2);
+    assert_eq!(whole.stats.submissions, 1);
+    // Five samples of 5184 pixels: one sample of all rows, two and a rest, one of a band of rows.
+    for (samples, least) in [(5184, 5), (2 * 5184, 3), (7 * 96, 35)] {
+        let parts = cut(samples);
+        assert!(parts.stats.submissions >= least, "{}", parts.stats.submissions);
+        assert_eq!(parts.film, whole.film, "{samples} samples a submission");
+    }
+}
+
+/// More samples than a chunk holds: the second chunk holds the samples that follow, and is added to the first.
 fn chunks_add_up(subject: Subject) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 8, height: 6, samples: 300, depth: 8, ..scene.settings() };
     let whole = film(&mut renderer, &settings);
     assert_eq!(whole.counts().samples, 8 * 6 * 300);
-    let chunk = film(&mut renderer, &Settings { samples: 256, ..settings.clone() });
-    // What the last 44 samples added is positive and finite everywhere.
-    for (whole, chunk) in whole.pixels.iter().zip(&chunk.pixels) {
+    // The 44 samples beyond 256, one film for each number of samples up to 300 apart: the sums grow by one sample at a time,
+    // each between nothing and white, and not by the samples that the first chunk began with.
+    let at = |renderer: &mut Renderer, samples| film(renderer, &Settings { samples, ..settings.clone() });
+    let (chunk, first) = (at(&mut renderer, 256), at(&mut renderer, 44));
+    let mut repeated = 0;
+    for ((whole, chunk), first) in whole.pixels.iter().zip(&chunk.pixels).zip(&first.pixels) {
         let added = whole.radiance[1] - chunk.radiance[1];
-        assert!(added > 0.0 && added < 45.0, "{added}");
+        assert!(added > 0.0 && added < 44.01, "{added}");
+        repeated += usize::from((added - first.radiance[1]).abs() < 1e-4);
     }
+    // Bare sky pixels may come close; the rest must not.
+    assert!(repeated < whole.pixels.len() / 4, "{repeated} pixels repeat the first samples");
 }
 
-for_each_backend!(frames_repeat, chunks_add_up);
+for_each_backend!(frames_repeat, submissions_do_not_matter, chunks_add_up);
 
 #[test]
 fn threads_do_not_matter() {
@@ -57,4 +82,8 @@ fn threads_do_not_matter() {
         })
         .into();
     assert!(films.iter().all(|film| *film == films[0]));
+    let backend = trisect::backend::cpu::Cpu::open(Some(2)).unwrap();
+    let other = Settings { seed: 1, ..settings };
+    let other = film(&mut Renderer::new(Box::new(backend), &scene).unwrap(), &other);
+    assert_ne!(other, films[0], "a comparison that cannot fail");
 }

@@ -2,15 +2,15 @@
 //! radiance within noise. Every comparison has a twin with a planted fault that it must find.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
-use trisect::film::Film;
-use trisect::render::{Renderer, Settings};
+use trisect::film::{Film, PixelTotals};
+use trisect::render::{Fresnel, Renderer, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::camera::Camera;
 use trisect_shared::path::FirstHit;
 use trisect_shared::ray::Ray;
 use trisect_shared::rng::PathKey;
-use trisect_tests::statistics::ZTest;
+use trisect_tests::statistics::{GLOBAL_LIMIT, ZTest};
 use trisect_tests::{Subject, for_each_backend, scene};
 
 fn cpu(scene: &Scene) -> Renderer {
@@ -28,10 +28,14 @@ fn brighter(scene: &Scene) -> Scene {
     scene
 }
 
-/// Greatest number of pixel channels, and of pixels, that two films differ in.
+/// Number of pixels that differ in a bit of a sum, or in a count.
 fn differing(a: &Film, b: &Film) -> usize {
     assert_eq!(a.pixels.len(), b.pixels.len());
-    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a != b).count()
+    let bits = |p: &PixelTotals| {
+        let sums = [p.radiance, p.squares].map(|sums| sums.map(f64::to_bits));
+        (sums, [p.samples, p.rejected, p.segments, p.unwritten])
+    };
+    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| bits(a) != bits(b)).count()
 }
 
 /// Precise CUDA equals the CPU bit for bit: sums, squares, counts and segments of every pixel.
@@ -64,19 +68,21 @@ fn exact_fresnel_agrees(subject: Subject) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 64, height: 36, samples: 4, ..scene.settings() };
-    let (got, want) = (film(&mut renderer, &settings), film(&mut cpu(&scene), &settings));
-    if matches!(subject, Subject::Cpu | Subject::Cuda) {
-        assert_eq!(differing(&got, &want), 0);
-    } else {
+    let want = film(&mut cpu(&scene), &settings);
+    let agrees = |got: &Film| {
+        if matches!(subject, Subject::Cpu | Subject::Cuda) {
+            return differing(got, &want) == 0;
+        }
         // Same random numbers, so almost the same paths: a few go another way at an edge, after an ulp of difference.
-        let close = got
-            .pixels
-            .iter()
-            .zip(&want.pixels)
-            .filter(|(a, b)| (0..3).all(|c| (a.mean()[c] - b.mean()[c]).abs() < 1e-3))
-            .count();
-        assert!(close as f64 >= 0.98 * want.pixels.len() as f64, "{close} of {}", want.pixels.len());
-    }
+        let near =
+            |(a, b): &(&PixelTotals, &PixelTotals)| (0..3).all(|c| (a.mean()[c] - b.mean()[c]).abs() < 1e-3);
+        let close = got.pixels.iter().zip(&want.pixels).filter(near).count();
+        close as f64 >= 0.98 * want.pixels.len() as f64
+    };
+    assert!(agrees(&film(&mut renderer, &settings)));
+    // The twin: Schlick's approximation.
+    let schlick = Settings { fresnel: Fresnel::Schlick, ..settings };
+    assert!(!agrees(&film(&mut renderer, &schlick)), "a comparison that cannot fail");
 }
 
 /// How far beyond an edge of its own a ray that two backends judge differently may pass, relative to the coordinates' size. The
@@ -177,9 +183,16 @@ fn roulette_keeps_the_mean(subject: Subject) {
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 96, height: 54, samples: 128, seed: 21, ..scene.settings() };
     let without = film(&mut renderer, &settings);
-    let with = film(&mut renderer, &Settings { seed: 22, roulette: true, ..settings });
+    let roulette = Settings { seed: 22, roulette: true, ..settings };
+    let with = film(&mut renderer, &roulette);
     let test = ZTest::new(&with, &without);
-    assert!(test.global.iter().all(|z| z.abs() < 4.0), "{test:?}");
+    assert!(test.global.iter().all(|z| z.abs() < GLOBAL_LIMIT), "{test:?}");
+    // The twin: a mean that is off by what 5 % of albedo change.
+    let mut faulty = scene.clone();
+    faulty.materials.iter_mut().for_each(|material| material.albedo *= 0.95);
+    let Some(mut renderer) = subject.renderer(&faulty) else { return };
+    let test = ZTest::new(&film(&mut renderer, &roulette), &without);
+    assert!(test.global.iter().any(|z| z.abs() > GLOBAL_LIMIT), "a comparison that cannot fail: {test:?}");
     let (with, without) = (with.counts().segments, without.counts().segments);
     assert!(with * 10 < without * 8, "roulette ends paths: {with} segments of {without}");
 }
@@ -200,6 +213,10 @@ fn fast_math_is_the_same_within_noise() {
     let precise = film(&mut cuda, &settings);
     let fast = Settings { math: trisect::render::MathMode::Fast, ..settings };
     assert_ne!(differing(&film(&mut cuda, &fast), &precise), 0, "fast math is the precise build");
-    let test = ZTest::new(&film(&mut cuda, &Settings { seed: 32, ..fast }), &precise);
+    let fast = Settings { seed: 32, ..fast };
+    let test = ZTest::new(&film(&mut cuda, &fast), &precise);
     assert!(test.passes(), "{test:?}");
+    let Some(mut cuda) = Subject::Cuda.renderer(&brighter(&scene)) else { return };
+    let test = ZTest::new(&film(&mut cuda, &fast), &precise);
+    assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
 }

@@ -40,8 +40,8 @@ fn the_books_scene_is_the_books() {
     assert_eq!(number(&want["vfov_deg"]).to_radians(), got.vertical_fov);
     assert_eq!(number(&want["defocus_angle_deg"]).to_radians(), got.defocus_angle);
     assert_eq!(number(&want["focus_dist"]), got.focus_distance);
-    assert_eq!(scene.fresnel, Fresnel::Schlick);
     let settings = scene.settings();
+    assert_eq!(settings.fresnel, Fresnel::Schlick);
     assert_eq!((settings.width, settings.height, settings.depth), (400, 225, 50));
     assert_eq!(triple(&book["sky"]["bottom"]).map(|x| x as f32), scene.sky.bottom.to_array());
     assert_eq!(triple(&book["sky"]["top"]).map(|x| x as f32), scene.sky.top.to_array());

@@ -46,7 +46,7 @@ pub struct JobArgs {
     pub device: Option<usize>,
 
     /// Threads of the cpu backend; without it, one for each logical core.
-    #[arg(long, value_name = "N", value_parser = parse_count)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
     /// Pixels across; alone, the height follows the scene's aspect.

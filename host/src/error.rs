@@ -35,7 +35,10 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) => 4,
-            Self::Settings(_) | Self::Backend(BackendError::Settings(_)) => 2,
+            Self::Settings(_)
+            | Self::Backend(
+                BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },
+            ) => 2,
             Self::Backend(error) => {
                 if error.is_unavailable() {
                     3

@@ -17,11 +17,19 @@ pub struct PixelTotals {
     pub rejected: u64,
     /// Path segments traced.
     pub segments: u64,
+    /// Samples that were to be taken and that no kernel wrote; with any, the sums are NaN for good.
+    pub unwritten: u64,
 }
 
 impl PixelTotals {
-    const UNWRITTEN: Self =
-        Self { radiance: [f64::NAN; 3], squares: [f64::NAN; 3], samples: 0, rejected: 0, segments: 0 };
+    const EMPTY: Self = Self {
+        radiance: [f64::NAN; 3],
+        squares: [f64::NAN; 3],
+        samples: 0,
+        rejected: 0,
+        segments: 0,
+        unwritten: 0,
+    };
 
     /// Mean radiance by channel; NaN without samples.
     pub fn mean(&self) -> [f64; 3] {
@@ -58,32 +66,35 @@ pub struct FilmCounts {
     pub rejected: u64,
     /// Path segments traced.
     pub segments: u64,
-    /// Pixels without any sample.
+    /// Pixels that miss samples which no kernel wrote.
     pub unwritten: u64,
 }
 
 impl Film {
-    /// Bytes that one pixel takes on the host: its totals, one chunk read back, and the picture.
-    pub const BYTES_PER_PIXEL: u64 = (size_of::<PixelTotals>() + size_of::<PixelSums>() + 12) as u64;
+    /// Bytes that one pixel takes on the host: its totals, a chunk on the CPU backend and one read back, the picture, and two
+    /// copies of it while it is encoded.
+    pub const BYTES_PER_PIXEL: u64 = (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + 3 * 12) as u64;
 
     /// A film that no one has written.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = width as usize * height as usize;
         // In parallel: the first touch of fresh memory is what takes the time.
-        let pixels = rayon::iter::repeat_n(PixelTotals::UNWRITTEN, pixels).with_min_len(4096).collect();
+        let pixels = rayon::iter::repeat_n(PixelTotals::EMPTY, pixels).with_min_len(4096).collect();
         Self { width, height, pixels }
     }
 
     /// Adds a chunk, in which each pixel should hold `samples` samples. Chunks must come in the order of their indices.
     ///
-    /// A pixel that no kernel wrote in this chunk becomes NaN.
+    /// A pixel that no kernel wrote in this chunk becomes NaN and stays so.
     pub fn merge(&mut self, chunk: &[PixelSums], samples: u32) {
         self.pixels.par_iter_mut().zip(chunk).with_min_len(4096).for_each(|(total, sums)| {
             if sums.samples > samples {
-                *total = PixelTotals::UNWRITTEN;
+                total.radiance = [f64::NAN; 3];
+                total.squares = [f64::NAN; 3];
+                total.unwritten += u64::from(samples);
                 return;
             }
-            let first = total.samples + total.rejected == 0;
+            let first = total.samples + total.rejected + total.unwritten == 0;
             for c in 0..3 {
                 let (radiance, squares) = (f64::from(sums.radiance[c]), f64::from(sums.squares[c]));
                 total.radiance[c] = if first { radiance } else { total.radiance[c] + radiance };
@@ -116,7 +127,7 @@ impl Film {
             samples: total.samples,
             rejected: total.rejected,
             segments: total.segments,
-            unwritten: u64::from(total.samples == 0),
+            unwritten: u64::from(total.unwritten > 0 || total.samples + total.rejected == 0),
         };
         self.pixels.par_iter().with_min_len(4096).map(count).reduce(FilmCounts::default, add)
     }
@@ -153,6 +164,10 @@ mod tests {
         let image = film.image();
         assert!(image.pixels[0] == [1.0; 3] && image.pixels[1][0].is_nan());
         assert_eq!(film.counts().unwritten, 1);
+        // A later chunk does not hide it; a lost chunk spoils an earlier one.
+        film.merge(&[PixelSums::UNWRITTEN, sums(1.0, 1)], 1);
+        assert!(film.image().pixels.iter().flatten().all(|value| value.is_nan()));
+        assert_eq!(film.counts().unwritten, 2);
     }
 
     /// Torture tests 21 and 22: a constant does not stagnate, a large term does not swallow its neighbours for good. The

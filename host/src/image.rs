@@ -58,7 +58,11 @@ impl Image {
             image::ImageError::IoError(source) => ImageError::Io { path: path.to_owned(), source },
             other => ImageError::Codec { path: path.to_owned(), message: other.to_string() },
         };
-        let decoded = ImageReader::open(path).map_err(io)?.decode().map_err(codec)?;
+        let mut reader = ImageReader::open(path).map_err(io)?;
+        let mut limits = image::Limits::default();
+        limits.max_alloc = Some(crate::memory::available()); // its default refuses images that this program writes
+        reader.limits(limits);
+        let decoded = reader.decode().map_err(codec)?;
         let encoded = !matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
         let rgb = decoded.into_rgb32f();
         let (width, height) = rgb.dimensions();

@@ -3,6 +3,9 @@
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 /// Bytes that can be allocated now without swapping, within the control group's limit if there is one.
+///
+/// A group's use counts cached files, which the system drops when memory is wanted: so a sixteenth of the limit counts as free
+/// even where nothing seems to be.
 pub fn available() -> u64 {
     let system = System::new_with_specifics(
         RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram()),

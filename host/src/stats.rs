@@ -55,7 +55,7 @@ pub struct RenderStats {
     pub samples: u64,
     /// NaN or infinite samples, left out.
     pub rejected_samples: u64,
-    /// Pixels that hold no sample.
+    /// Pixels that miss samples which no kernel wrote.
     pub unwritten_pixels: u64,
     /// Path segments (rays) traced.
     pub segments: u64,
@@ -73,7 +73,7 @@ impl RenderStats {
             scene: String::new(),
             device: device.clone(),
             choice: String::new(),
-            kernel: trisect_kernels::variant(settings.features()).map_or("render", |variant| variant.name),
+            kernel: trisect_kernels::variant(settings.features()).map_or("none", |variant| variant.name),
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,
@@ -100,9 +100,9 @@ impl RenderStats {
         self.msegments_per_second = segments as f64 / seconds * 1e-6;
     }
 
-    /// Two or three lines for people.
+    /// A line for people.
     pub fn summary(&self) -> String {
-        let mut text = format!(
+        format!(
             "{} samples, {:.2} segments each, in {:.3} s on {} ({}): {:.1} Msamples/s, {:.1} Msegments/s by {}",
             self.samples,
             self.segments as f64 / self.samples.max(1) as f64,
@@ -112,14 +112,18 @@ impl RenderStats {
             self.msamples_per_second,
             self.msegments_per_second,
             self.device.timer,
-        );
+        )
+    }
+
+    /// What is wrong with the image, for people: a quiet render says it, too.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
         if self.rejected_samples > 0 {
-            text +=
-                &format!("\nwarning: {} samples were NaN or infinite and left out", self.rejected_samples);
+            warnings.push(format!("{} samples were NaN or infinite and left out", self.rejected_samples));
         }
         if self.unwritten_pixels > 0 {
-            text += &format!("\nwarning: {} pixels hold no sample and are NaN", self.unwritten_pixels);
+            warnings.push(format!("{} pixels miss samples and are NaN", self.unwritten_pixels));
         }
-        text
+        warnings
     }
 }

@@ -18,6 +18,7 @@
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
 /// Calls a macro with each render variant: entry point, its name (attributes take literals only) and its feature mask.
+#[macro_export]
 macro_rules! for_each_variant {
     ($variant:ident) => {
         $variant! {

@@ -30,7 +30,7 @@ macro_rules! entry_points {
             let (x, y) = (id.x, params.first_row + id.y);
             let pixel = y * params.width + x;
             let mut sums = PixelSums::ZERO;
-            // SAFETY: the guard, and the host's film of width * height pixels.
+            // SAFETY: the guard, and the host's proof of the scene and its film of width * height pixels.
             #[allow(unsafe_code, reason = "see buffer")]
             unsafe {
                 if params.resume != 0 {
@@ -59,10 +59,10 @@ pub fn first_hit(
         return;
     }
     let (x, y) = (id.x, params.first_row + id.y);
-    let hit = path::first_hit(params, Scene { spheres, nodes, materials }, x, y);
-    // SAFETY: the guard, and the host's buffer of width * height records.
+    // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
     #[allow(unsafe_code, reason = "see buffer")]
     unsafe {
+        let hit = path::first_hit(params, Scene { spheres, nodes, materials }, x, y);
         store(hits, y * params.width + x, hit);
     }
 }

@@ -111,11 +111,17 @@ fn enter(origin: Vec3, inverse: Vec3, low: Vec3, high: Vec3, limit: f32) -> (boo
 }
 
 /// The closest primitive in front of `ray`.
+///
+/// # Safety
+///
+/// `root` and the scene's indices were proven as [`crate::buffer`] says.
 #[inline(always)]
-pub fn closest_hit(scene: Scene, root: Child, ray: Ray) -> Hit {
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn closest_hit(scene: Scene, root: Child, ray: Ray) -> Hit {
     let (o, d) = (ray.origin, ray.direction);
     let (distance, primitive) =
-        traverse(scene.spheres, scene.nodes, root, o.x, o.y, o.z, d.x, d.y, d.z, ray.departure);
+        // SAFETY: the caller's promise.
+        unsafe { traverse(scene.spheres, scene.nodes, root, o.x, o.y, o.z, d.x, d.y, d.z, ray.departure) };
     Hit { distance, primitive }
 }
 
@@ -126,7 +132,8 @@ pub fn closest_hit(scene: Scene, root: Child, ray: Ray) -> Hit {
 #[cfg_attr(target_arch = "nvptx64", inline(never))]
 #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
 #[allow(clippy::too_many_arguments, reason = "a record would travel through memory")]
-fn traverse(
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn traverse(
     spheres: &[Sphere],
     nodes: &[BvhNode],
     root: Child,
@@ -155,8 +162,7 @@ fn traverse(
     loop {
         if child.is_leaf() {
             let primitive = child.index();
-            // SAFETY: the host checked each child's index.
-            #[allow(unsafe_code, reason = "see buffer")]
+            // SAFETY: the caller's promise for each child's index.
             let sphere = unsafe { load(spheres, primitive) };
             let t = sphere.distance(origin, direction, departure.is_on(primitive), departure);
             if t < best {
@@ -168,12 +174,10 @@ fn traverse(
             }
             depth -= 1;
             // SAFETY: `depth` entries were stored.
-            #[allow(unsafe_code, reason = "see buffer")]
             let top = unsafe { load_local(&stack, depth) };
             child = Child(top);
         } else {
-            // SAFETY: the host checked each child's index.
-            #[allow(unsafe_code, reason = "see buffer")]
+            // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load(nodes, child.index()) };
             let (first, t_first) = enter(origin, inverse, node.first_min, node.first_max, best);
             let (second, t_second) = enter(origin, inverse, node.second_min, node.second_max, best);
@@ -181,8 +185,7 @@ fn traverse(
                 if second {
                     let second_is_near = t_second < t_first;
                     child = Child(if second_is_near { node.second } else { node.first });
-                    // SAFETY: one push a level, and the host checked the number of levels.
-                    #[allow(unsafe_code, reason = "see buffer")]
+                    // SAFETY: one push a level, and the caller's promise for the levels.
                     unsafe {
                         store_local(&mut stack, depth, if second_is_near { node.first } else { node.second });
                     }
@@ -198,7 +201,6 @@ fn traverse(
                 }
                 depth -= 1;
                 // SAFETY: `depth` entries were stored.
-                #[allow(unsafe_code, reason = "see buffer")]
                 let top = unsafe { load_local(&stack, depth) };
                 child = Child(top);
             }

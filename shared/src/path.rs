@@ -18,8 +18,13 @@ use glam::Vec3;
 /// One loop over the segments of all samples: when a path ends, the lane starts its next sample at once instead of
 /// waiting for the longest path of its warp. A path has at most `params.depth` segments and is black beyond, as in the
 /// book. Random words: block 0 for the camera, block k for the k-th vertex.
+///
+/// # Safety
+///
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says.
 #[inline(always)]
-pub fn render_pixel<const FEATURES: Features>(
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn render_pixel<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     x: u32,
@@ -36,7 +41,8 @@ pub fn render_pixel<const FEATURES: Features>(
             ray = params.camera.ray(x, y, key.words(0));
             throughput = Vec3::ONE;
         }
-        let hit = closest_hit(scene, Child(params.root), ray);
+        // SAFETY: the caller's promise.
+        let hit = unsafe { closest_hit(scene, Child(params.root), ray) };
         segment += 1;
         let mut radiance = Vec3::ZERO;
         let mut ended = true;
@@ -44,13 +50,12 @@ pub fn render_pixel<const FEATURES: Features>(
             radiance = throughput * params.sky.radiance(ray.direction);
         } else if segment < params.depth {
             let random = key.words(segment);
-            // SAFETY: traversal returns a primitive of the array, and the host checked its material's index.
-            #[allow(unsafe_code, reason = "see buffer")]
+            // SAFETY: traversal returns a primitive of the array, and the caller promises its material.
             let (sphere, material) = unsafe {
                 let sphere: Sphere = load(scene.spheres, hit.primitive);
                 (sphere, load(scene.materials, sphere.material))
             };
-            let (outward, point) = sphere.project(ray.origin + ray.direction * hit.distance);
+            let (outward, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
             let front = ray.direction.dot(outward) < 0.0;
             let normal = if front { outward } else { -outward };
             let scatter = material.scatter::<FEATURES>(ray.direction, normal, front, random);
@@ -94,18 +99,23 @@ pub struct FirstHit {
 const _: () = assert!(size_of::<FirstHit>() == 32 && align_of::<FirstHit>() == 16);
 
 /// The first hit of sample `params.first_sample` of pixel (`x`, `y`).
+///
+/// # Safety
+///
+/// As [`render_pixel`].
 #[inline(always)]
-pub fn first_hit(params: &RenderParams, scene: Scene, x: u32, y: u32) -> FirstHit {
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn first_hit(params: &RenderParams, scene: Scene, x: u32, y: u32) -> FirstHit {
     let pixel = y * params.width + x;
     let key = PathKey { seed: params.seed, pixel, sample: params.first_sample };
     let ray = params.camera.ray(x, y, key.words(0));
-    let hit = closest_hit(scene, Child(params.root), ray);
+    // SAFETY: the caller's promise.
+    let hit = unsafe { closest_hit(scene, Child(params.root), ray) };
     let mut normal = Vec3::ZERO;
     if hit.primitive != NO_PRIMITIVE {
         // SAFETY: traversal returns a primitive of the array.
-        #[allow(unsafe_code, reason = "see buffer")]
         let sphere = unsafe { load(scene.spheres, hit.primitive) };
-        normal = sphere.project(ray.origin + ray.direction * hit.distance).0;
+        normal = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction).0;
     }
     FirstHit { normal, primitive: hit.primitive, distance: hit.distance, pad: [0; 3] }
 }

@@ -55,10 +55,13 @@ impl Sphere {
     /// The outward unit normal at `point`, which lies near the surface, and the point of the surface there.
     ///
     /// The point found by going `t` along a ray is wrong by an error that grows with the distance travelled; the
-    /// projection's error grows with the sphere's size and place only (pbrt 4th ed., section 6.8.4).
+    /// projection's error grows with the sphere's size and place only (pbrt 4th ed., section 6.8.4). Where rounding puts the point
+    /// at the centre (a sphere below the resolution of its place), the normal is against `direction`, the unit direction of the ray.
     #[inline(always)]
-    pub fn project(&self, point: Vec3) -> (Vec3, Vec3) {
-        let normal = crate::math::normalize(point - self.center);
+    pub fn project(&self, point: Vec3, direction: Vec3) -> (Vec3, Vec3) {
+        let from_center = point - self.center;
+        let square = from_center.dot(from_center);
+        let normal = if square > 0.0 { from_center * (1.0 / sqrt(square)) } else { -direction };
         (normal, self.center + normal * self.radius)
     }
 }
@@ -132,7 +135,7 @@ mod tests {
             let radius = libm::pow(10.0, 8.0 * unit(w.x) - 4.0) as f32;
             let far = libm::pow(10.0, 16.0 * unit(w.y) - 8.0) as f32;
             let s = sphere(Vec3::new(far, -0.5 * far, 0.25 * far), radius);
-            let (normal, point) = s.project(s.center + crate::math::unit_sphere(w.z, w.w) * radius);
+            let (normal, point) = s.project(s.center + crate::math::unit_sphere(w.z, w.w) * radius, Vec3::X);
             let v = crate::rng::PathKey { seed: 2, pixel: i, sample: 0 }.words(0);
             let direction = crate::math::normalize(normal + crate::math::unit_sphere(v.x, v.y));
             assert_eq!(s.distance(point, direction, true, Departure::from(0, false)), MISS);
@@ -144,7 +147,10 @@ mod tests {
     #[test]
     fn projection_is_on_the_surface() {
         let s = sphere(Vec3::new(1.0, 2.0, 3.0), 0.5);
-        let (normal, point) = s.project(Vec3::new(1.0, 2.0, 3.6));
+        let (normal, point) = s.project(Vec3::new(1.0, 2.0, 3.6), Vec3::X);
         assert_eq!((normal, point), (Vec3::Z, Vec3::new(1.0, 2.0, 3.5)));
+        // Far below the resolution of its place: no NaN.
+        let s = sphere(Vec3::splat(1e6), 1e-9);
+        assert_eq!(s.project(s.center, Vec3::X), (Vec3::NEG_X, s.center));
     }
 }

@@ -1,11 +1,10 @@
 //! The CPU: the shared crate, natively, over a pool of threads.
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, SceneRecords};
+use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords, kernel};
 use crate::render::{MathMode, SettingsError};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
-use trisect_kernels::VARIANTS;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::features::{Features, ROULETTE, SCHLICK};
 use trisect_shared::film::PixelSums;
@@ -73,13 +72,17 @@ pub fn describe(threads: usize) -> Device {
     }
 }
 
-macro_rules! dispatch {
-    ($features:expr; $($mask:expr),*) => {
-        match $features {
-            $(mask if mask == $mask => path::render_pixel::<{ $mask }>,)*
-            _ => path::render_pixel::<0>,
-        }
-    };
+type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut PixelSums);
+
+/// The shared crate's function for the features of a kernel variant.
+fn kernel_function(features: Features) -> Option<Kernel> {
+    macro_rules! table {
+        ($($name:ident $text:tt: $mask:expr,)*) => {
+            [$(($mask, path::render_pixel::<{ $mask }> as Kernel),)*]
+        };
+    }
+    let table = trisect_kernels::for_each_variant!(table);
+    table.into_iter().find(|(mask, _)| *mask == features).map(|(_, function)| function)
 }
 
 impl Backend for Cpu {
@@ -98,26 +101,34 @@ impl Backend for Cpu {
         if job.math == MathMode::Fast {
             return Err(SettingsError::NoFastMath { backend: "cpu" }.into());
         }
-        debug_assert!(VARIANTS.iter().any(|variant| variant.features == job.features));
+        kernel("cpu", job.features)?;
         self.features = job.features;
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
         Ok(())
     }
 
-    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
+    #[allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let start = Instant::now();
+        let params = launch.params();
+        let failed = |message: &str| BackendError::Device {
+            backend: "cpu",
+            action: "rendering",
+            message: message.to_owned(),
+        };
         let scene = Scene { spheres: &self.spheres, nodes: &self.nodes, materials: &self.materials };
-        let render = dispatch!(self.features; 0, ROULETTE, SCHLICK, SCHLICK | ROULETTE);
+        let render = kernel_function(self.features).ok_or_else(|| failed("no such kernel"))?;
         let first = params.first_row as usize * params.width as usize;
         let count = params.rows as usize * params.width as usize;
-        let film = self.film.get_mut(first..first + count).unwrap_or_default();
+        let film = self.film.get_mut(first..first + count).ok_or_else(|| failed("rows beyond the film"))?;
         self.pool.install(|| {
             film.par_chunks_mut(TASK).enumerate().for_each(|(task, pixels)| {
                 for (pixel, slot) in (first + task * TASK..).zip(pixels) {
                     let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
                     let mut sums = if params.resume != 0 { *slot } else { PixelSums::ZERO };
-                    render(params, scene, x, y, &mut sums);
+                    // SAFETY: a scene and a launch come from a renderer, which proved the indices.
+                    unsafe { render(params, scene, x, y, &mut sums) };
                     *slot = sums;
                 }
             });
@@ -132,12 +143,14 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        let scene = self.scene();
+    #[allow(unsafe_code, reason = "as above")]
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        let (scene, params) = (self.scene(), launch.params());
         self.pool.install(|| {
             hits.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(pixel, hit)| {
                 let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
-                *hit = path::first_hit(params, scene, x, y);
+                // SAFETY: a scene and a launch come from a renderer, which proved the indices.
+                *hit = unsafe { path::first_hit(params, scene, x, y) };
             });
         });
         Ok(())

@@ -4,7 +4,7 @@
     reason = "launches hand raw device memory to kernels; each block names why it is sound"
 )]
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, SceneRecords};
+use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords, kernel};
 use crate::memory;
 use crate::render::MathMode;
 use bytemuck::{Pod, Zeroable};
@@ -24,6 +24,12 @@ use trisect_shared::path::FirstHit;
 
 /// The oldest driver that has every function that this program calls.
 const LEAST_DRIVER: i32 = 12_000;
+
+/// The oldest compute capability that the kernels are compiled for.
+const LEAST_CAPABILITY: (i32, i32) = (6, 1);
+
+/// Blocks down a grid, at most.
+const GRID_LIMIT: u32 = 65_535;
 
 /// A CUDA device.
 pub struct Cuda {
@@ -50,10 +56,10 @@ struct SceneOnDevice {
 /// The launch record as a kernel argument.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
-struct Launch(RenderParams);
+struct Argument(RenderParams);
 
 // SAFETY: plain data, repr(C), the very type that the kernel declares.
-unsafe impl DeviceRepr for Launch {}
+unsafe impl DeviceRepr for Argument {}
 
 fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {
     move |error| {
@@ -134,6 +140,16 @@ impl Cuda {
             return Err(BackendError::NoSuchDevice { backend: "cuda", index, devices: count });
         }
         let context = CudaContext::new(index).map_err(failed("creating a context"))?;
+        let capability = context.compute_capability().map_err(failed("asking for an attribute"))?;
+        if capability < LEAST_CAPABILITY {
+            return Err(unavailable(
+                format!(
+                    "device {index} has compute capability {}.{}, 6.1 is needed",
+                    capability.0, capability.1
+                ),
+                "choose another --device or --backend",
+            ));
+        }
         let event =
             || context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT)).map_err(failed("creating an event"));
         Ok(Self {
@@ -205,7 +221,12 @@ impl Cuda {
                 message: "no scene was uploaded".to_owned(),
             });
         };
-        let launch = Launch(*params);
+        let argument = Argument(*params);
+        let limit = u64::from(GRID_LIMIT) * u64::from(WORKGROUP.1);
+        if u64::from(params.rows) > limit {
+            let (width, rows) = (params.width, params.rows);
+            return Err(BackendError::TooLong { backend: "cuda", width, rows, limit });
+        }
         let config = LaunchConfig {
             grid_dim: (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1), 1),
             block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
@@ -214,7 +235,7 @@ impl Cuda {
         self.start.record(&self.stream).map_err(failed("starting the timer"))?;
         let mut arguments = self.stream.launch_builder(kernel);
         arguments
-            .arg(&launch)
+            .arg(&argument)
             .arg(&scene.spheres)
             .arg(&scene.sphere_count)
             .arg(&scene.nodes)
@@ -252,7 +273,7 @@ impl Backend for Cuda {
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
         let module = self.module(job.math)?;
         self.math = job.math;
-        let name = trisect_kernels::variant(job.features).map_or("render", |variant| variant.name);
+        let name = kernel("cuda", job.features)?;
         self.kernel = Some(module.load_function(name).map_err(failed("finding the kernel"))?);
         let bytes = job.pixels() * size_of::<PixelSums>();
         let mut film = match self.film.take() {
@@ -267,11 +288,11 @@ impl Backend for Cuda {
         Ok(())
     }
 
-    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let (Some(kernel), Some(mut film)) = (self.kernel.clone(), self.film.take()) else {
             return Err(not_prepared());
         };
-        let time = self.launch(&kernel, params, &mut film);
+        let time = self.launch(&kernel, launch.params(), &mut film);
         self.film = Some(film);
         time
     }
@@ -286,12 +307,12 @@ impl Backend for Cuda {
         Ok(())
     }
 
-    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
         let module = self.module(self.math)?;
         let kernel = module.load_function(FIRST_HIT).map_err(failed("finding the kernel"))?;
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;
-        self.launch(&kernel, params, &mut memory)?;
+        self.launch(&kernel, launch.params(), &mut memory)?;
         hits.fill(FirstHit::zeroed());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(hits);
         self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading first hits"))?;

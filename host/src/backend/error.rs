@@ -42,6 +42,20 @@ pub enum BackendError {
         /// Bytes.
         limit: u64,
     },
+    /// More pixels along a side than one launch can have.
+    #[error(
+        "an image of {width}x{rows} has a side of more than {limit} pixels, which {backend} does not allow; choose a smaller --resolution or another --backend"
+    )]
+    TooLong {
+        /// The backend.
+        backend: &'static str,
+        /// Pixels across.
+        width: u32,
+        /// Rows of the launch.
+        rows: u32,
+        /// Pixels.
+        limit: u64,
+    },
     /// The backend does not have what the settings ask for.
     #[error(transparent)]
     Settings(#[from] SettingsError),

@@ -9,7 +9,9 @@ pub mod wgpu;
 pub use error::BackendError;
 pub use select::{Choice, Selection, list, open};
 
+use crate::bvh::Bvh;
 use crate::render::MathMode;
+use crate::scene::Scene;
 use serde::Serialize;
 use std::time::Duration;
 use trisect_shared::bvh::BvhNode;
@@ -49,15 +51,45 @@ pub struct Device {
     pub timer: &'static str,
 }
 
-/// The arrays of a scene, as kernels read them.
+/// The arrays of a scene, as kernels read them: without bounds checks. Only a [`Renderer`](crate::render::Renderer) makes one,
+/// after it proved the indices.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneRecords<'a> {
-    /// The primitives.
-    pub spheres: &'a [Sphere],
-    /// Inner nodes of the BVH.
-    pub nodes: &'a [BvhNode],
-    /// By index from the primitives.
-    pub materials: &'a [Material],
+    spheres: &'a [Sphere],
+    nodes: &'a [BvhNode],
+    materials: &'a [Material],
+}
+
+impl<'a> SceneRecords<'a> {
+    /// Of a proven scene and the tree that was built for it.
+    pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
+        Self { spheres: &scene.spheres, nodes: &bvh.nodes, materials: &scene.materials }
+    }
+}
+
+/// A launch of the scene that was uploaded, within the film that was prepared. Only a [`Renderer`](crate::render::Renderer)
+/// makes one: kernels trust its root and its size.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch(RenderParams);
+
+impl Launch {
+    pub(crate) fn new(params: RenderParams) -> Self {
+        Self(params)
+    }
+
+    /// What the kernels get.
+    pub fn params(&self) -> &RenderParams {
+        &self.0
+    }
+}
+
+/// The kernel variant with these features.
+fn kernel(backend: &'static str, features: Features) -> Result<&'static str, BackendError> {
+    trisect_kernels::variant(features).map(|variant| variant.name).ok_or_else(|| BackendError::Device {
+        backend,
+        action: "choosing a kernel",
+        message: format!("none was built with the features {features:#b}"),
+    })
 }
 
 /// What stays the same over all submissions of a frame.
@@ -95,11 +127,11 @@ pub trait Backend: Send {
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError>;
 
     /// Renders one submission into the film and waits for it. Returns the device's own measure of its time.
-    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError>;
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError>;
 
     /// Copies the film to `film` (as long as the job has pixels) and resets it to [`PixelSums::UNWRITTEN`].
     fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError>;
 
-    /// Writes the first hit of each pixel's sample `params.first_sample` to `hits` (as long as the job has pixels).
-    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError>;
+    /// Writes the first hit of each pixel's first sample of the launch to `hits` (as long as the job has pixels).
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError>;
 }

@@ -1,6 +1,7 @@
 //! `trisect compare`.
 
 use crate::cli::CompareArgs;
+use std::fmt::Write;
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::{Image, ImageError};
@@ -14,23 +15,25 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     let image = Image::read(&arguments.image)?;
     let reference = Image::read(&arguments.reference)?;
     let result = compare(&view(&image)?, &view(&reference)?)?;
+    let mut text = String::new();
     if arguments.json {
-        let text = serde_json::to_string_pretty(&result).map_err(|error| ImageError::Codec {
+        text = serde_json::to_string_pretty(&result).map_err(|error| ImageError::Codec {
             path: arguments.image.clone(),
             message: error.to_string(),
         })?;
-        println!("{text}");
+        text.push('\n');
     } else {
-        println!("RMSE                 {:.6e}", result.rmse);
-        println!("relMSE               {:.6e}", result.rel_mse);
-        println!("PSNR                 {:.3} dB", result.psnr_db);
-        println!("FLIP                 {:.6}", result.flip_mean);
+        let _ = writeln!(text, "RMSE                 {:.6e}", result.rmse);
+        let _ = writeln!(text, "relMSE               {:.6e}", result.rel_mse);
+        let _ = writeln!(text, "PSNR                 {:.3} dB", result.psnr_db);
+        let _ = writeln!(text, "FLIP                 {:.6}", result.flip_mean);
         let (x, y) = result.max_pixel;
-        println!("greatest difference  {:.6e} at pixel ({x}, {y})", result.max_difference);
-        println!("mean, image          {:.6?}", result.mean_a);
-        println!("mean, reference      {:.6?}", result.mean_b);
-        println!("NaN or infinite      {} pixels", result.non_finite);
+        let _ = writeln!(text, "greatest difference  {:.6e} at pixel ({x}, {y})", result.max_difference);
+        let _ = writeln!(text, "mean, image          {:.6?}", result.mean_a);
+        let _ = writeln!(text, "mean, reference      {:.6?}", result.mean_b);
+        let _ = writeln!(text, "NaN or infinite      {} pixels", result.non_finite);
     }
+    super::print(&text)?;
     // Written so that a relMSE of NaN differs.
     let within = arguments.max_rel_mse.is_none_or(|limit| result.rel_mse <= limit);
     Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) })

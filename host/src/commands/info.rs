@@ -1,12 +1,14 @@
 //! `trisect info`.
 
+use std::fmt::Write;
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{self, DeviceKind};
 
 /// Lists backends and devices; for a missing one, why and what would help.
 pub fn run() -> Result<ExitCode, Error> {
-    println!("trisect {}", env!("CARGO_PKG_VERSION"));
+    let mut text = String::new();
+    let _ = writeln!(text, "trisect {}", env!("CARGO_PKG_VERSION"));
     for (name, devices) in backend::list() {
         match devices {
             Ok(devices) => {
@@ -15,14 +17,16 @@ pub fn run() -> Result<ExitCode, Error> {
                         DeviceKind::SoftwareGpu => ", software: used only when asked for",
                         _ => "",
                     };
-                    println!(
+                    let _ = writeln!(
+                        text,
                         "{name:<5} --device {}: {} ({}{note})",
                         device.index, device.name, device.details
                     );
                 }
             }
-            Err(error) => println!("{name:<5} {error}"),
+            Err(error) => text += &format!("{name:<5} {error}\n"),
         }
     }
+    super::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

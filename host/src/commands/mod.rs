@@ -6,6 +6,7 @@ pub mod info;
 pub mod render;
 
 use crate::cli::{BackendArg, JobArgs};
+use std::io::Write;
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Selection};
@@ -44,5 +45,16 @@ impl Session {
         let Selection { backend, why } = backend::open(job.backend.choice(), job.device, threads)?;
         let renderer = Renderer::new(backend, &scene)?;
         Ok(Self { renderer, settings, name: scene.name, choice: why, load_seconds })
+    }
+}
+
+/// Writes a command's data to standard output. A reader that went away wants no more: that is no error.
+pub fn print(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(trisect::image::ImageError::Io { path: "standard output".into(), source }.into())
+        }
+        _ => Ok(()),
     }
 }

@@ -7,6 +7,7 @@ use std::fs;
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::image::ImageError;
+use trisect::render::SettingsError;
 use trisect::{Error, output};
 
 /// Renders a scene to a file.
@@ -14,6 +15,9 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     // Before minutes of rendering are lost.
     output::check_writable(&arguments.output)?;
     if let Some(stats) = &arguments.stats {
+        if *stats == arguments.output {
+            return Err(SettingsError::SameFile { path: stats.display().to_string() }.into());
+        }
         output::probe(stats)?;
     }
 
@@ -48,5 +52,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         eprintln!("{}", stats.summary());
         eprintln!("wrote {}", arguments.output.display());
     }
-    Ok(ExitCode::SUCCESS)
+    for warning in stats.warnings() {
+        eprintln!("warning: {warning}");
+    }
+    Ok(if stats.unwritten_pixels == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -45,7 +45,7 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 
 /// As [`check_writable`], for a file of any kind.
 pub fn probe(path: &Path) -> Result<(), ImageError> {
-    let existed = path.exists();
+    let existed = path.symlink_metadata().is_ok(); // a link to nothing counts, and stays
     OpenOptions::new()
         .append(true)
         .create(true)

@@ -22,7 +22,7 @@ pub fn decode(bytes: &[u8]) -> Result<Image, String> {
         str::from_utf8(word).map_err(|_| "the header is not text".to_owned())
     };
     let channels = match word()? {
-        "PF" => 3,
+        "PF" => 3u128,
         "Pf" => 1,
         other => return Err(format!("not a portable float map: it begins with {other:?}")),
     };
@@ -33,9 +33,9 @@ pub fn decode(bytes: &[u8]) -> Result<Image, String> {
         Ok(scale) if scale != 0.0 && scale.is_finite() => scale < 0.0,
         _ => return Err(format!("{scale:?} is not a scale")),
     };
-    let count = u64::from(width) * u64::from(height) * channels;
-    if rest.len() as u64 != count * 4 {
-        return Err(format!("{width}x{height} needs {} bytes of data, there are {}", count * 4, rest.len()));
+    let bytes = u128::from(width) * u128::from(height) * channels * 4;
+    if rest.len() as u128 != bytes {
+        return Err(format!("{width}x{height} needs {bytes} bytes of data, there are {}", rest.len()));
     }
     let values: Vec<f32> = rest
         .chunks_exact(4)
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn broken_files_are_refused() {
-        let cases: [&[u8]; 7] = [
+        let cases: [&[u8]; 8] = [
             b"",
             b"PF",
             b"P6\n1 1\n255\n",
@@ -74,6 +74,7 @@ mod tests {
             b"PF\n1 1\n0\n",
             b"PF\n1 1\n-1.0\nabc",
             b"PF\n4294967295 4294967295\n-1.0\n",
+            b"Pf\n2147483648 2147483648\n-1.0\n",
         ];
         for case in cases {
             assert!(decode(case).is_err(), "{:?}", String::from_utf8_lossy(case));

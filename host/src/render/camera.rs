@@ -9,10 +9,12 @@ pub(super) fn record(pose: &CameraPose, width: u32, height: u32) -> Camera {
     let right = pose.up.cross(back).normalize();
     let up = back.cross(right);
     let (width, height) = (f64::from(width), f64::from(height));
-    let image_height = 2.0 * (0.5 * pose.vertical_fov).tan() * pose.focus_distance;
+    // A pinhole is in focus everywhere: its image plane may lie at distance 1.
+    let focus_distance = if pose.defocus_angle > 0.0 { pose.focus_distance } else { 1.0 };
+    let image_height = 2.0 * (0.5 * pose.vertical_fov).tan() * focus_distance;
     let pixel = image_height / height; // square pixels
-    let corner = back * -pose.focus_distance - right * (0.5 * pixel * width) + up * (0.5 * pixel * height);
-    let lens = (0.5 * pose.defocus_angle).tan() * pose.focus_distance;
+    let corner = back * -focus_distance - right * (0.5 * pixel * width) + up * (0.5 * pixel * height);
+    let lens = (0.5 * pose.defocus_angle).tan() * focus_distance;
     Camera {
         origin: pose.look_from.as_vec3(),
         pad0: 0,

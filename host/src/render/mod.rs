@@ -7,7 +7,7 @@ mod settings;
 pub use settings::{Fresnel, MathMode, Settings, SettingsError};
 
 use crate::Error;
-use crate::backend::{Backend, Job, SceneRecords};
+use crate::backend::{Backend, Job, Launch, SceneRecords};
 use crate::bvh::Bvh;
 use crate::film::Film;
 use crate::scene::{CameraPose, Scene};
@@ -61,14 +61,11 @@ impl Renderer {
     /// Builds the BVH and uploads the scene.
     pub fn new(mut backend: Box<dyn Backend>, scene: &Scene) -> Result<Self, Error> {
         let start = Instant::now();
+        scene.prove()?;
         let bvh = Bvh::build(scene)?;
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        backend.upload(&SceneRecords {
-            spheres: &scene.spheres,
-            nodes: &bvh.nodes,
-            materials: &scene.materials,
-        })?;
+        backend.upload(&SceneRecords::new(scene, &bvh))?;
         let phases =
             Phases { bvh_seconds, upload_seconds: start.elapsed().as_secs_f64(), ..Phases::default() };
         let pace = Pace::new(backend.device().kind);
@@ -81,6 +78,11 @@ impl Renderer {
             chunk: Vec::new(),
             phases,
         })
+    }
+
+    /// Cuts work into submissions of at most so many samples, or of about 50 ms again. The film does not depend on it.
+    pub fn limit_submissions(&mut self, samples: Option<u64>) {
+        self.pace.limit(samples);
     }
 
     /// The backend in use.
@@ -124,7 +126,7 @@ impl Renderer {
                 params.end_sample = params.first_sample + part.samples;
                 params.resume = u32::from(part.first_sample > 0);
                 let wall = Instant::now();
-                let time = self.backend.render(&params)?;
+                let time = self.backend.render(&Launch::new(params))?;
                 let part_samples = part.samples(settings.width);
                 self.pace.learn(part_samples, wall.elapsed().max(time));
                 stats.submissions += 1;
@@ -156,9 +158,9 @@ impl Renderer {
         let mut params = self.launch(settings);
         params.rows = settings.height;
         params.first_sample = sample;
-        params.end_sample = sample + 1;
+        params.end_sample = sample.saturating_add(1);
         let mut hits = vec![<FirstHit as bytemuck::Zeroable>::zeroed(); settings.pixels() as usize];
-        self.backend.first_hits(&params, &mut hits)?;
+        self.backend.first_hits(&Launch::new(params), &mut hits)?;
         Ok(hits)
     }
 

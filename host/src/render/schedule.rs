@@ -15,20 +15,31 @@ pub(super) struct Pace {
     budget: u64,
     /// Pixels that keep the device busy.
     pixels: u64,
+    /// Whether `budget` is what the caller wants, whatever time it takes.
+    fixed: bool,
 }
 
 impl Pace {
     pub(super) fn new(kind: DeviceKind) -> Self {
         // First budgets are small enough for the slowest device of their kind and grow eightfold a step.
         match kind {
-            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20 },
-            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12 },
-            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13 },
+            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20, fixed: false },
+            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12, fixed: false },
+            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13, fixed: false },
         }
+    }
+
+    /// Fixes the budget, or lets it follow the device's speed again.
+    pub(super) fn limit(&mut self, samples: Option<u64>) {
+        self.fixed = samples.is_some();
+        self.budget = samples.unwrap_or(self.budget).max(1);
     }
 
     /// Learns from a submission of `samples` that took `time`.
     pub(super) fn learn(&mut self, samples: u64, time: Duration) {
+        if self.fixed {
+            return;
+        }
         let wanted = samples as f64 * TARGET.as_secs_f64() / time.as_secs_f64().max(1e-6);
         // A small submission says little about a large one: no leaps up.
         let limit = self.budget.max(samples).saturating_mul(8);

@@ -6,6 +6,9 @@ use serde::Serialize;
 use thiserror::Error;
 use trisect_shared::features::{Features, ROULETTE, SCHLICK};
 
+/// The greatest depth of a path.
+pub const GREATEST_DEPTH: u32 = 65_535;
+
 /// How dielectrics reflect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -56,6 +59,12 @@ pub enum SettingsError {
         /// Of the setting.
         name: &'static str,
     },
+    /// Longer paths than a film counts: 256 samples of the greatest depth fit 32 bits.
+    #[error("depth is {depth}; it must be at most {GREATEST_DEPTH}")]
+    TooDeep {
+        /// What was asked for.
+        depth: u32,
+    },
     /// More pixels than indices.
     #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
     TooManyPixels {
@@ -78,6 +87,12 @@ pub enum SettingsError {
         needed: u64,
         /// Bytes.
         available: u64,
+    },
+    /// Two outputs to one file.
+    #[error("--output and --stats name the same file, {path}")]
+    SameFile {
+        /// The file.
+        path: String,
     },
     /// `--device` without a backend.
     #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
@@ -110,6 +125,10 @@ impl Settings {
 
     /// Refuses what cannot be rendered, before anything is allocated.
     pub fn check(&self) -> Result<(), SettingsError> {
+        self.check_within(memory::available())
+    }
+
+    fn check_within(&self, available: u64) -> Result<(), SettingsError> {
         let counts = [
             ("width", self.width),
             ("height", self.height),
@@ -119,12 +138,14 @@ impl Settings {
         if let Some(&(name, _)) = counts.iter().find(|(_, count)| *count == 0) {
             return Err(SettingsError::Zero { name });
         }
+        if self.depth > GREATEST_DEPTH {
+            return Err(SettingsError::TooDeep { depth: self.depth });
+        }
         let (width, height) = (self.width, self.height);
         if self.pixels() > u64::from(u32::MAX) {
             return Err(SettingsError::TooManyPixels { width, height });
         }
         let needed = self.pixels() * Film::BYTES_PER_PIXEL;
-        let available = memory::available();
         if needed > available {
             return Err(SettingsError::TooLarge { width, height, needed, available });
         }
@@ -155,7 +176,12 @@ mod tests {
         assert_eq!(settings(0, 1).check(), Err(SettingsError::Zero { name: "width" }));
         assert_eq!(settings(1, 0).check(), Err(SettingsError::Zero { name: "height" }));
         assert!(matches!(settings(u32::MAX, 2).check(), Err(SettingsError::TooManyPixels { .. })));
-        assert!(matches!(settings(65_535, 65_535).check(), Err(SettingsError::TooLarge { .. })));
+        assert!(matches!(
+            settings(10_000, 10_000).check_within(1 << 30),
+            Err(SettingsError::TooLarge { .. })
+        ));
+        let deep = Settings { depth: GREATEST_DEPTH + 1, ..settings(1, 1) };
+        assert!(matches!(deep.check(), Err(SettingsError::TooDeep { .. })));
         let no_samples = Settings { samples: 0, ..settings(1, 1) };
         assert!(matches!(no_samples.check(), Err(SettingsError::Zero { .. })));
     }

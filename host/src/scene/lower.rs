@@ -35,6 +35,14 @@ pub(super) fn lower(file: SceneFile, name: &str) -> Result<Scene, SceneError> {
             "camera: up points along the view (or is zero); choose another direction".to_owned(),
         ));
     }
+    // A lens' rays are differences of such vectors, whose squares must stay finite in f32.
+    let widest = (0.5 * camera.vertical_fov).tan().max((0.5 * camera.defocus_angle).tan()).max(1.0);
+    if camera.defocus_angle > 0.0 && camera.focus_distance * widest > 1e15 {
+        return Err(inconsistent(format!(
+            "camera: focus_distance {} is too large for these angles; it times the tangent of half an angle must be at most 1e15",
+            camera.focus_distance
+        )));
+    }
     if file.objects.len() > Child::LIMIT as usize {
         return Err(inconsistent(format!("{} objects; at most {} fit", file.objects.len(), Child::LIMIT)));
     }
@@ -55,17 +63,12 @@ pub(super) fn lower(file: SceneFile, name: &str) -> Result<Scene, SceneError> {
     }
 
     let format::Sky::Gradient { bottom, top } = &file.sky;
-    let fresnel = match file.fresnel {
-        format::Fresnel::Exact => Fresnel::Exact,
-        format::Fresnel::Schlick => Fresnel::Schlick,
-    };
     Ok(Scene {
         name: name.to_owned(),
         camera,
         sky: Sky { bottom: colour(bottom), pad0: 0, top: colour(top), pad1: 0 },
         spheres,
         materials: file.materials.iter().map(|(_, material)| lower_material(material)).collect(),
-        fresnel,
         settings: Settings {
             width: file.image.width.0,
             height: file.image.height.0,
@@ -73,7 +76,10 @@ pub(super) fn lower(file: SceneFile, name: &str) -> Result<Scene, SceneError> {
             depth: file.image.depth.0,
             seed: 0,
             roulette: false,
-            fresnel,
+            fresnel: match file.fresnel {
+                format::Fresnel::Exact => Fresnel::Exact,
+                format::Fresnel::Schlick => Fresnel::Schlick,
+            },
             math: MathMode::Precise,
         },
     })

@@ -7,7 +7,7 @@ mod values;
 
 pub use error::SceneError;
 
-use crate::render::{Fresnel, Settings};
+use crate::render::Settings;
 use glam::DVec3;
 use std::path::Path;
 use trisect_shared::material::Material;
@@ -47,8 +47,6 @@ pub struct Scene {
     pub spheres: Vec<Sphere>,
     /// By index from the primitives.
     pub materials: Vec<Material>,
-    /// How dielectrics reflect.
-    pub fresnel: Fresnel,
     /// What to render unless told otherwise.
     settings: Settings,
 }
@@ -69,6 +67,22 @@ impl Scene {
     /// The built-in scene: `scenes/three_spheres.ron`.
     pub fn hello_world() -> Result<Self, SceneError> {
         Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
+    }
+
+    /// Checks what kernels rely on when they read without bounds checks: each primitive's material exists. A loaded scene passes;
+    /// one that was changed since may not.
+    pub(crate) fn prove(&self) -> Result<(), SceneError> {
+        let materials = self.materials.len();
+        match self.spheres.iter().position(|sphere| sphere.material as usize >= materials) {
+            None => Ok(()),
+            Some(index) => Err(SceneError::Inconsistent {
+                file: self.name.clone(),
+                message: format!(
+                    "object {index} has material {}, there are {materials}",
+                    self.spheres[index].material
+                ),
+            }),
+        }
     }
 
     /// What the file asks for.

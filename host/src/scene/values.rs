@@ -1,6 +1,6 @@
 //! Numbers that are in range once they exist. Serde checks them while it reads, so the reader's error names line and column.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// Coordinates and distances may be this large: their squares, summed over three axes, stay finite in f32.
 pub const GREATEST: f64 = 1e18;
@@ -11,8 +11,8 @@ pub const LEAST: f64 = 1e-18;
 macro_rules! number {
     ($(#[$doc:meta])* $name:ident, $what:literal, $value:ident => $valid:expr) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(try_from = "f64", into = "f64")]
+        #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+        #[serde(try_from = "f64")]
         pub struct $name(pub f64);
 
         impl TryFrom<f64> for $name {
@@ -20,12 +20,6 @@ macro_rules! number {
 
             fn try_from($value: f64) -> Result<Self, String> {
                 if $valid { Ok(Self($value)) } else { Err(format!(concat!("{} is not ", $what), $value)) }
-            }
-        }
-
-        impl From<$name> for f64 {
-            fn from(number: $name) -> f64 {
-                number.0
             }
         }
     };
@@ -61,8 +55,8 @@ number!(
 );
 
 /// A count from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "u32", into = "u32")]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "u32")]
 pub struct Count(pub u32);
 
 impl TryFrom<u32> for Count {
@@ -70,12 +64,6 @@ impl TryFrom<u32> for Count {
 
     fn try_from(count: u32) -> Result<Self, String> {
         if count > 0 { Ok(Self(count)) } else { Err("0 is not a count; it must be 1 or more".to_owned()) }
-    }
-}
-
-impl From<Count> for u32 {
-    fn from(count: Count) -> u32 {
-        count.0
     }
 }
 

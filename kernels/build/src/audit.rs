@@ -49,7 +49,10 @@ pub fn forbidden(artifact: &Artifact) -> Result<(), Error> {
         [(".extern .func", "a function that no driver provides"), ("trap;", "a panic is reachable")];
     let precise = [
         ("fma.", "contraction rounds once where the CPU rounds twice"),
+        ("mad.f32", "contraction rounds once where the CPU rounds twice"),
+        ("mad.rn.f32", "contraction rounds once where the CPU rounds twice"),
         (".approx", "an approximation, not the correctly rounded result"),
+        (".full", "division within 2 ULP, not the correctly rounded result"),
         (".ftz", "flushes denormals"),
     ];
     let text = String::from_utf8_lossy(&artifact.bytes);
@@ -111,9 +114,13 @@ mod tests {
 
     #[test]
     fn names_the_line_of_what_is_not() {
-        for line in
-            ["fma.rn.f32 %r1, %r2, %r3, %r4;", "rsqrt.approx.f32 %r1, %r2;", "add.ftz.f32 %r1, %r2, %r3;"]
-        {
+        for line in [
+            "fma.rn.f32 %r1, %r2, %r3, %r4;",
+            "mad.rn.f32 %r1, %r2, %r3, %r4;",
+            "div.full.f32 %r1, %r2, %r3;",
+            "rsqrt.approx.f32 %r1, %r2;",
+            "add.ftz.f32 %r1, %r2, %r3;",
+        ] {
             let error = forbidden(&ptx(Kind::PtxPrecise, line));
             assert!(matches!(error, Err(Error::Audit { line: 2, .. })), "{line}: {error:?}");
         }

@@ -16,7 +16,16 @@ pub const PREBUILT: &str = "kernels/prebuilt";
 pub const FILE: &str = "manifest.json";
 
 /// Packages of the lock file that end up in kernels.
-const PACKAGES: [&str; 5] = ["bytemuck", "glam", "libm", "spirv-std", "spirv-std-macros"];
+const PACKAGES: [&str; 8] = [
+    "bytemuck",
+    "bytemuck_derive",
+    "glam",
+    "libm",
+    "num-traits",
+    "spirv-std",
+    "spirv-std-macros",
+    "spirv-std-types",
+];
 
 /// Everything that decides about the artifacts' bytes, and the bytes' hashes.
 #[derive(Debug, Serialize, Deserialize, PartialEq, Eq)]
@@ -117,7 +126,11 @@ fn changes(old: &Manifest, new: &Manifest) -> Vec<String> {
 }
 
 fn sources(root: &Path) -> Result<BTreeMap<String, String>, Error> {
-    let mut files = vec![root.join("shared/Cargo.toml"), root.join("kernels/Cargo.toml")];
+    let mut files = vec![
+        root.join("shared/Cargo.toml"),
+        root.join("kernels/Cargo.toml"),
+        root.join("kernels/build/src/compile.rs"), // holds the options
+    ];
     for folder in ["shared/src", "kernels/src"] {
         collect(&root.join(folder), &mut files)?;
     }

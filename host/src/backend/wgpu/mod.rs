@@ -5,7 +5,7 @@ mod pipeline;
 
 pub use adapter::devices;
 
-use super::{Backend, BackendError, Device, Job, SceneRecords};
+use super::{Backend, BackendError, Device, Job, Launch, SceneRecords, kernel};
 use crate::render::{MathMode, SettingsError};
 use adapter::Gpu;
 use bytemuck::Pod;
@@ -123,13 +123,9 @@ impl Wgpu {
         let (groups_x, groups_y) = (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1));
         let limit = self.gpu.device.limits().max_compute_workgroups_per_dimension;
         if groups_x.max(groups_y) > limit {
-            let (needed, limit) = (u64::from(groups_x.max(groups_y)), u64::from(limit));
-            return Err(BackendError::TooLarge {
-                backend: "wgpu",
-                what: "a row of work groups",
-                needed,
-                limit,
-            });
+            let limit = u64::from(limit) * u64::from(WORKGROUP.0.min(WORKGROUP.1));
+            let (width, rows) = (params.width, params.rows);
+            return Err(BackendError::TooLong { backend: "wgpu", width, rows, limit });
         }
         self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
         let group = self.pipelines.bind(&self.gpu.device, [&self.params, spheres, nodes, materials, output]);
@@ -193,7 +189,7 @@ impl Backend for Wgpu {
         if job.math == MathMode::Fast {
             return Err(SettingsError::NoFastMath { backend: "wgpu" }.into());
         }
-        self.entry = trisect_kernels::variant(job.features).map_or("render", |variant| variant.name);
+        self.entry = kernel("wgpu", job.features)?;
         self.pipelines.compile(&self.gpu, self.entry)?;
         let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;
         if self.film.as_ref().is_none_or(|film| film.sums.size() != bytes) {
@@ -211,9 +207,9 @@ impl Backend for Wgpu {
         self.gpu.wait("erasing the film")
     }
 
-    fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        self.dispatch(self.entry, params, &film.sums)
+        self.dispatch(self.entry, launch.params(), &film.sums)
     }
 
     fn read_film(&mut self, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
@@ -223,13 +219,13 @@ impl Backend for Wgpu {
         self.gpu.read(&film.staging, bytemuck::cast_slice_mut(pixels), "reading the film")
     }
 
-    fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
         self.pipelines.compile(&self.gpu, FIRST_HIT)?;
         let bytes = size_of_val(hits) as u64;
         let output = self.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC, "the first hits")?;
         let staging =
             self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the first hits")?;
-        self.dispatch(FIRST_HIT, params, &output)?;
+        self.dispatch(FIRST_HIT, launch.params(), &output)?;
         self.copy(&output, &staging, "reading first hits")?;
         self.gpu.read(&staging, bytemuck::cast_slice_mut(hits), "reading first hits")
     }

@@ -1,6 +1,8 @@
 //! Builds the BVH: obvhs (PLOC with reinsertion) makes the tree, this module turns it into device records and proves
 //! what kernels rely on when they read without bounds checks.
 
+mod balanced;
+
 use crate::scene::{Scene, SceneError};
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -56,7 +58,10 @@ impl Bvh {
             params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
         }
         let tree = build_bvh2(&boxes, params, &mut Duration::default());
-        let bvh = Self::flatten(&tree);
+        let mut bvh = Self::flatten(&tree);
+        if bvh.depth > STACK_SIZE {
+            bvh = balanced::build(&boxes);
+        }
         bvh.prove(boxes.len())
             .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
         Ok(bvh)
@@ -177,6 +182,24 @@ mod tests {
             let mut tree = tree();
             damage(&mut tree);
             assert!(tree.prove(3).is_err(), "fault {i}");
+        }
+    }
+
+    /// Boxes at one place: PLOC merges them into a chain, deeper than the traversal stack.
+    #[test]
+    fn coincident_spheres_get_a_balanced_tree() {
+        let mut scene = Scene::hello_world().unwrap();
+        scene.spheres = vec![scene.spheres[0]; 1000];
+        let bvh = Bvh::build(&scene).unwrap();
+        assert!(bvh.depth <= 10, "{}", bvh.depth);
+        for count in [2, 3, 5, 64, 65] {
+            let boxes: Vec<Bounds> = (0..count)
+                .map(|i| {
+                    let center = Vec3::new(i as f32, (i * i % 7) as f32, 0.0);
+                    Bounds(bounds(&Sphere { center, ..scene.spheres[0] }))
+                })
+                .collect();
+            assert_eq!(balanced::build(&boxes).prove(count), Ok(()));
         }
     }
 

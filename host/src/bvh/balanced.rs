@@ -1,0 +1,62 @@
+//! A tree whose depth has a bound, for input that PLOC makes a chain of: many boxes at one place.
+
+use super::{Bounds, Bvh};
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use std::ops::Range;
+use trisect_shared::bvh::{BvhNode, Child};
+
+/// Where a node's index goes: the parent, and whether it is the second child; none for the root.
+type Slot = Option<(usize, bool)>;
+
+/// Splits at the median of the axis along which the centres spread most: ⌈log₂ n⌉ levels for n ≥ 2 boxes, whatever they are.
+pub(super) fn build(bounds: &[Bounds]) -> Bvh {
+    let mut order: Vec<u32> = (0u32..).take(bounds.len()).collect();
+    let mut nodes: Vec<BvhNode> = Vec::with_capacity(bounds.len());
+    let mut depth = 0;
+    let mut pending: Vec<(Range<usize>, Slot, usize)> = vec![(0..bounds.len(), None, 1)];
+    while let Some((range, slot, level)) = pending.pop() {
+        let part = &mut order[range.clone()];
+        let axis = widest_axis(part.iter().map(|&i| bounds[i as usize].0.center()));
+        let middle = part.len() / 2;
+        let key = |i: &u32| bounds[*i as usize].0.center()[axis];
+        part.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
+        let (first, second) = part.split_at(middle);
+        let (box_a, box_b) = (union(bounds, first), union(bounds, second));
+        let leaf = |part: &[u32]| if let [one] = part { Child::leaf(*one).0 } else { 0 };
+        let me = nodes.len();
+        nodes.push(BvhNode {
+            first_min: Vec3::from(box_a.min),
+            first: leaf(first),
+            first_max: Vec3::from(box_a.max),
+            second: leaf(second),
+            second_min: Vec3::from(box_b.min),
+            pad0: 0,
+            second_max: Vec3::from(box_b.max),
+            pad1: 0,
+        });
+        if let Some((parent, is_second)) = slot {
+            let parent = &mut nodes[parent];
+            *(if is_second { &mut parent.second } else { &mut parent.first }) = Child::inner(me as u32).0;
+        }
+        depth = depth.max(level);
+        let split = range.start + middle;
+        for (part, is_second) in [(split..range.end, true), (range.start..split, false)] {
+            if part.len() > 1 {
+                pending.push((part, Some((me, is_second)), level + 1));
+            }
+        }
+    }
+    Bvh { nodes, root: Child::inner(0), depth }
+}
+
+fn union(bounds: &[Bounds], part: &[u32]) -> Aabb {
+    part.iter().fold(Aabb::INVALID, |all, &i| all.union(&bounds[i as usize].0))
+}
+
+fn widest_axis(centers: impl Iterator<Item = Vec3A>) -> usize {
+    let (low, high) = centers.fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(low, high), center| {
+        (low.min(center), high.max(center))
+    });
+    (high - low).max_position()
+}

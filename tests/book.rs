@@ -1,0 +1,65 @@
+//! The image is the book's: against an independent program in double precision (`tests/reference`), on each backend.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use trisect::film::{Film, PixelTotals};
+use trisect::render::Settings;
+use trisect::scene::Scene;
+use trisect_tests::statistics::ZTest;
+use trisect_tests::{Subject, for_each_backend, root, scene};
+
+/// Samples a pixel of the reference.
+const SAMPLES: f64 = 30_000.0;
+
+/// The reference as a film: sums and squares that give its mean and its variance of the mean.
+fn reference() -> Film {
+    let read = |name: &str| -> Vec<f64> {
+        let folder = [root().join("tests/reference"), root().join("reference")]; // the second in a bundle
+        let folder = folder.iter().find(|folder| folder.exists()).expect("tests/reference");
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+    };
+    let (means, variances) = (read("rtiow_80x45_mean.f64"), read("rtiow_80x45_variance.f64"));
+    assert_eq!((means.len(), variances.len()), (80 * 45 * 3, 80 * 45 * 3));
+    let pixel = |(mean, variance): (&[f64], &[f64])| PixelTotals {
+        radiance: std::array::from_fn(|c| mean[c] * SAMPLES),
+        squares: std::array::from_fn(|c| (variance[c] * (SAMPLES - 1.0) + mean[c] * mean[c]) * SAMPLES),
+        samples: SAMPLES as u64,
+        rejected: 0,
+        segments: 0,
+        unwritten: 0,
+    };
+    let pixels = means.chunks_exact(3).zip(variances.chunks_exact(3)).map(pixel).collect();
+    Film { width: 80, height: 45, pixels }
+}
+
+fn the_image_is_the_books(subject: Subject) {
+    let good = scene("rtiow_final.ron");
+    let reference = reference();
+    let test = |scene: &Scene| {
+        let mut renderer = subject.renderer(scene)?;
+        let settings = Settings { width: 80, height: 45, samples: 1024, seed: 41, ..scene.settings() };
+        Some(ZTest::new(&renderer.render(&settings, &mut ()).unwrap().film, &reference))
+    };
+    // The global mean within 0.1 %: its noise is 0.015 % at these samples.
+    let agrees = |test: &ZTest| test.passes() && test.relative.iter().all(|r| r.abs() < 1e-3);
+    let Some(result) = test(&good) else { return };
+    eprintln!("{subject:?}: {result:?}");
+    assert!(agrees(&result), "{result:?}");
+
+    // The twins: albedo + 1 %, a lens half as wide, glass of another index, no fuzz.
+    let faults: [fn(&mut Scene); 4] = [
+        |scene| scene.materials.iter_mut().for_each(|material| material.albedo *= 1.01),
+        |scene| scene.camera.defocus_angle *= 0.5,
+        |scene| scene.materials.iter_mut().for_each(|material| material.ior *= 0.97),
+        |scene| scene.materials.iter_mut().for_each(|material| material.fuzz = 0.0),
+    ];
+    // On the CPU only: what the comparison can find does not depend on the backend.
+    for (i, plant) in faults.into_iter().enumerate().filter(|_| subject == Subject::Cpu) {
+        let mut scene = good.clone();
+        plant(&mut scene);
+        let result = test(&scene).unwrap();
+        assert!(!agrees(&result), "fault {i} went unnoticed: {result:?}");
+    }
+}
+
+for_each_backend!(the_image_is_the_books);
