@@ -1,6 +1,7 @@
 //! The progress bar: on a terminal only, on standard error.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use trisect::render::Observer;
@@ -18,9 +19,12 @@ impl Bar {
         } else {
             ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr_with_hz(10))
         };
-        let template = "{wide_bar} {percent:>3} %  {human_pos}/{human_len} samples  {per_sec}  {eta} left";
+        let template = "{wide_bar} {percent:>3} %  {human_pos}/{human_len} samples  {rate}  {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
+            let rate = |state: &ProgressState, out: &mut dyn Write| {
+                let _ = write!(out, "{:.1} Msamples/s", state.per_sec() * 1e-6);
+            };
+            bar.set_style(style.with_key("rate", rate));
         }
         Self { bar }
     }
