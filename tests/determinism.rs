@@ -55,8 +55,7 @@ fn chunks_add_up(subject: Subject) {
     let settings = Settings { width: 8, height: 6, samples: 300, depth: 8, ..scene.settings() };
     let whole = film(&mut renderer, &settings);
     assert_eq!(whole.counts().samples, 8 * 6 * 300);
-    // The 44 samples beyond 256, one film for each number of samples up to 300 apart: the sums grow by one sample at a time,
-    // each between nothing and white, and not by the samples that the first chunk began with.
+    // What the second chunk adds is 44 samples between black and white, and (the fault to find) not the first 44 once more.
     let at = |renderer: &mut Renderer, samples| film(renderer, &Settings { samples, ..settings.clone() });
     let (chunk, first) = (at(&mut renderer, 256), at(&mut renderer, 44));
     let mut repeated = 0;
@@ -65,7 +64,7 @@ fn chunks_add_up(subject: Subject) {
         assert!(added > 0.0 && added < 44.01, "{added}");
         repeated += usize::from((added - first.radiance[1]).abs() < 1e-4);
     }
-    // Bare sky pixels may come close; the rest must not.
+    // A pixel of bare sky may come close; the rest must not.
     assert!(repeated < whole.pixels.len() / 4, "{repeated} pixels repeat the first samples");
 }
 

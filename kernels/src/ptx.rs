@@ -33,6 +33,30 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
     }
 }
 
+/// The scene behind an entry point's pointers.
+///
+/// # Safety
+///
+/// They name device arrays of the given lengths.
+#[inline(always)]
+unsafe fn scene<'a>(
+    spheres: *const Sphere,
+    sphere_count: usize,
+    nodes: *const BvhNode,
+    node_count: usize,
+    materials: *const Material,
+    material_count: usize,
+) -> Scene<'a> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        Scene {
+            spheres: from_raw_parts(spheres, sphere_count),
+            nodes: from_raw_parts(nodes, node_count),
+            materials: from_raw_parts(materials, material_count),
+        }
+    }
+}
+
 macro_rules! entry_points {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         /// Adds samples to each pixel's sums.
@@ -57,11 +81,7 @@ macro_rules! entry_points {
             }
             // SAFETY: the caller's promise, and the guard.
             unsafe {
-                let scene = Scene {
-                    spheres: from_raw_parts(spheres, sphere_count),
-                    nodes: from_raw_parts(nodes, node_count),
-                    materials: from_raw_parts(materials, material_count),
-                };
+                let scene = scene(spheres, sphere_count, nodes, node_count, materials, material_count);
                 let film = film.add((y * params.width + x) as usize);
                 let mut sums = if params.resume != 0 { *film } else { PixelSums::ZERO };
                 path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums);
@@ -95,11 +115,7 @@ pub unsafe extern "ptx-kernel" fn first_hit(
     }
     // SAFETY: the caller's promise, and the guard.
     unsafe {
-        let scene = Scene {
-            spheres: from_raw_parts(spheres, sphere_count),
-            nodes: from_raw_parts(nodes, node_count),
-            materials: from_raw_parts(materials, material_count),
-        };
+        let scene = scene(spheres, sphere_count, nodes, node_count, materials, material_count);
         *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
     }
 }

@@ -6,7 +6,7 @@
 //! * a [`BvhNode`](crate::bvh::BvhNode)'s children and the root lie inside the node and primitive arrays, and the tree is no
 //!   deeper than [`STACK_SIZE`](crate::bvh::STACK_SIZE): `trisect::bvh` checks each node of each tree it makes;
 //! * a [`Sphere`](crate::sphere::Sphere)'s material index is below the number of materials: `trisect::scene` resolves
-//!   names to indices and rejects a name that it does not know;
+//!   names to indices, and `trisect::render::Renderer` checks them again;
 //! * a pixel lies inside the film: the kernels' guards compare with [`RenderParams`](crate::params::RenderParams), and each
 //!   backend allocates its film from the same record.
 //!

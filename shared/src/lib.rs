@@ -33,8 +33,6 @@
 #[cfg(feature = "std")]
 extern crate std;
 
-pub use glam;
-
 pub mod buffer;
 pub mod bvh;
 pub mod camera;

@@ -80,7 +80,7 @@ impl Renderer {
         })
     }
 
-    /// Cuts work into submissions of at most so many samples, or of about 50 ms again. The film does not depend on it.
+    /// Cuts work into submissions of about so many samples (a whole row has at least one each), or of 50 ms again. The film does not depend on it.
     pub fn limit_submissions(&mut self, samples: Option<u64>) {
         self.pace.limit(samples);
     }
@@ -97,14 +97,8 @@ impl Renderer {
     /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] when the device fails,
     /// [`Error::Cancelled`] when the observer says so.
     pub fn render(&mut self, settings: &Settings, observer: &mut dyn Observer) -> Result<Frame, Error> {
-        settings.check()?;
         let start = Instant::now();
-        self.backend.prepare(&Job {
-            width: settings.width,
-            height: settings.height,
-            features: settings.features(),
-            math: settings.math,
-        })?;
+        self.prepare(settings)?;
         let mut stats = RenderStats::new(self.backend.device(), settings, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
 
@@ -148,13 +142,7 @@ impl Renderer {
 
     /// The first hits of one sample of each pixel, row-major.
     pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
-        settings.check()?;
-        self.backend.prepare(&Job {
-            width: settings.width,
-            height: settings.height,
-            features: settings.features(),
-            math: settings.math,
-        })?;
+        self.prepare(settings)?;
         let mut params = self.launch(settings);
         params.rows = settings.height;
         params.first_sample = sample;
@@ -162,6 +150,18 @@ impl Renderer {
         let mut hits = vec![<FirstHit as bytemuck::Zeroable>::zeroed(); settings.pixels() as usize];
         self.backend.first_hits(&Launch::new(params), &mut hits)?;
         Ok(hits)
+    }
+
+    /// Checks the settings, chooses the kernel and makes the film.
+    fn prepare(&mut self, settings: &Settings) -> Result<(), Error> {
+        settings.check()?;
+        self.backend.prepare(&Job {
+            width: settings.width,
+            height: settings.height,
+            features: settings.features(),
+            math: settings.math,
+        })?;
+        Ok(())
     }
 
     /// The camera's launch record.
