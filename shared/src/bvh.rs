@@ -2,9 +2,9 @@
 
 use crate::buffer::{load, load_local, store_local};
 use crate::math::{max, min};
-use crate::ray::{Departure, Ray};
+use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::sphere::{MISS, Sphere};
+use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 use core::mem::MaybeUninit;
 use glam::Vec3;
@@ -118,41 +118,14 @@ fn enter(origin: Vec3, inverse: Vec3, low: Vec3, high: Vec3, limit: f32) -> (boo
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit(scene: Scene, root: Child, ray: Ray) -> Hit {
-    let (o, d) = (ray.origin, ray.direction);
-    let (distance, primitive) =
-        // SAFETY: the caller's promise.
-        unsafe { traverse(scene.spheres, scene.nodes, root, o.x, o.y, o.z, d.x, d.y, d.z, ray.departure) };
-    Hit { distance, primitive }
-}
-
-/// [`closest_hit`] in scalars, which travel in registers.
-///
-/// A function of its own on PTX: with everything inlined, LLVM merges this loop with the ones around it, and lanes that leave early
-/// never rejoin (7.5 of 32 active, against 15.6; the call is where they meet).
-#[cfg_attr(target_arch = "nvptx64", inline(never))]
-#[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-#[allow(clippy::too_many_arguments, reason = "a record would travel through memory")]
-#[allow(unsafe_code, reason = "see buffer")]
-unsafe fn traverse(
-    spheres: &[Sphere],
-    nodes: &[BvhNode],
-    root: Child,
-    ox: f32,
-    oy: f32,
-    oz: f32,
-    dx: f32,
-    dy: f32,
-    dz: f32,
-    departure: Departure,
-) -> (f32, u32) {
-    let origin = Vec3::new(ox, oy, oz);
-    let direction = Vec3::new(dx, dy, dz);
+    let Scene { spheres, nodes, .. } = scene;
+    let Ray { origin, direction, departure } = ray;
     let mut best = MISS;
     let mut closest = NO_PRIMITIVE;
     if root == Child::EMPTY {
-        return (best, closest);
+        return Hit { distance: best, primitive: closest };
     }
-    let inverse = Vec3::new(reciprocal(dx), reciprocal(dy), reciprocal(dz));
+    let inverse = Vec3::new(reciprocal(direction.x), reciprocal(direction.y), reciprocal(direction.z));
     // Not cleared: 256 bytes for each ray cost more than all the boxes that it tests. Two variables, not a record with methods:
     // LLVM clears the whole of one that holds the length too, and SPIR-V has no pointers in records to borrow the entries.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
@@ -206,12 +179,13 @@ unsafe fn traverse(
             }
         }
     }
-    (best, closest)
+    Hit { distance: best, primitive: closest }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ray::Departure;
 
     #[test]
     fn slabs_without_nan() {
