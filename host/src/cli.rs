@@ -3,7 +3,8 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use trisect::backend::Choice;
-use trisect::render::{MathMode, Settings};
+use trisect::bvh::BvhQuality;
+use trisect::render::{MathMode, Sampler, Settings};
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
 #[derive(Debug, Parser)]
@@ -73,9 +74,26 @@ pub struct JobArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// End paths at random by their throughput, from the first bounce: the same mean, fewer segments, more noise.
+    /// End paths at random by their throughput, from --roulette-depth on: the same mean, fewer segments, more noise.
     #[arg(long, value_enum, default_value_t = Switch::Off)]
     pub roulette: Switch,
+
+    /// With --roulette on: from which segment of a path; 1 is the one from the camera.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub roulette_depth: Option<u32>,
+
+    /// Where random numbers come from.
+    #[arg(long, value_enum, default_value_t = SamplerArg::Independent)]
+    pub sampler: SamplerArg,
+
+    /// Connect paths to lights (next-event estimation with multiple importance sampling); off finds lights by chance, and lights
+    /// without extent never.
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub light_sampling: Switch,
+
+    /// How much work goes into the BVH; without it, high up to 100,000 primitives, else medium.
+    #[arg(long, value_enum)]
+    pub bvh_quality: Option<QualityArg>,
 
     /// Which build of the kernels; fast exists for cuda.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
@@ -154,6 +172,37 @@ pub enum Switch {
     Off,
 }
 
+/// `--sampler`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplerArg {
+    /// A hash: each number independent of each other.
+    Independent,
+    /// The Owen-scrambled Sobol sequence.
+    Sobol,
+}
+
+/// `--bvh-quality`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityArg {
+    /// Built soon.
+    Fast,
+    /// Between.
+    Medium,
+    /// Traced soon.
+    High,
+}
+
+impl QualityArg {
+    /// For the library.
+    pub fn quality(self) -> BvhQuality {
+        match self {
+            Self::Fast => BvhQuality::Fast,
+            Self::Medium => BvhQuality::Medium,
+            Self::High => BvhQuality::High,
+        }
+    }
+}
+
 /// `--math`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MathArg {
@@ -196,6 +245,12 @@ impl JobArgs {
             depth: self.depth.unwrap_or(scene.depth),
             seed: self.seed.unwrap_or(scene.seed),
             roulette: self.roulette == Switch::On,
+            roulette_depth: self.roulette_depth.unwrap_or(scene.roulette_depth),
+            sampler: match self.sampler {
+                SamplerArg::Independent => Sampler::Independent,
+                SamplerArg::Sobol => Sampler::Sobol,
+            },
+            light_sampling: self.light_sampling == Switch::On,
             math: match self.math {
                 MathArg::Precise => MathMode::Precise,
                 MathArg::Fast => MathMode::Fast,

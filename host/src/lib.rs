@@ -16,11 +16,13 @@
 //! # Ok::<(), trisect::Error>(())
 //! ```
 
+pub mod alias;
 pub mod backend;
 pub mod bvh;
 pub mod error;
 pub mod film;
 pub mod image;
+pub mod lights;
 pub mod memory;
 pub mod metrics;
 pub mod output;

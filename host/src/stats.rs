@@ -5,6 +5,7 @@ use crate::film::{Film, FilmCounts};
 use crate::render::Settings;
 use serde::Serialize;
 use std::time::Duration;
+use trisect_shared::features::Features;
 
 /// Version of the JSON that `--stats` writes. A field that changes its meaning, or goes, raises it.
 pub const FORMAT: u32 = 1;
@@ -66,14 +67,15 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
-    pub(crate) fn new(device: &Device, settings: &Settings, phases: Phases) -> Self {
+    pub(crate) fn new(device: &Device, settings: &Settings, features: Features, phases: Phases) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
             scene: String::new(),
             device: device.clone(),
             choice: String::new(),
-            kernel: trisect_kernels::variant(settings.features()).map_or("none", |variant| variant.name),
+            kernel: trisect_kernels::variant(features | settings.features())
+                .map_or("none", |variant| variant.name),
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,

@@ -8,16 +8,17 @@
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
 //! | 0 | uniform | by value | [`RenderParams`](trisect_shared::params::RenderParams) |
-//! | 1 | storage, read | pointer, length | `[Sphere]` |
-//! | 2 | storage, read | pointer, length | `[BvhNode]` |
-//! | 3 | storage, read | pointer, length | `[Material]` |
-//! | 4 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
+//! | 1 to 10 | storage, read | [`SceneLengths`](arguments::SceneLengths) by value, then pointers | the arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
+//! | 11 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
 //!
 //! A thread serves pixel (x, `first_row` + y); work groups are 8 × 8.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
 /// Calls a macro with each render variant: entry point, its name (attributes take literals only) and its feature mask.
+///
+/// A scene is rendered by the first that covers its features, so cheaper ones stand before. The first eight serve spheres under a
+/// gradient sky; in the last two, [`ALL`](trisect_shared::features::ALL) leaves roulette and Fresnel to the launch record.
 #[macro_export]
 macro_rules! for_each_variant {
     ($variant:ident) => {
@@ -26,10 +27,18 @@ macro_rules! for_each_variant {
             render_roulette "render_roulette": ROULETTE,
             render_schlick "render_schlick": SCHLICK,
             render_schlick_roulette "render_schlick_roulette": SCHLICK | ROULETTE,
+            render_sobol "render_sobol": SOBOL,
+            render_sobol_roulette "render_sobol_roulette": SOBOL | ROULETTE,
+            render_sobol_schlick "render_sobol_schlick": SOBOL | SCHLICK,
+            render_sobol_schlick_roulette "render_sobol_schlick_roulette": SOBOL | SCHLICK | ROULETTE,
+            render_all "render_all": ALL,
+            render_all_sobol "render_all_sobol": ALL | SOBOL,
         }
     };
 }
 
+#[cfg(not(target_arch = "spirv"))]
+pub mod arguments;
 #[cfg(target_arch = "nvptx64")]
 pub mod ptx;
 #[cfg(target_arch = "spirv")]

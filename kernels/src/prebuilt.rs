@@ -1,6 +1,6 @@
 //! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
 
-use trisect_shared::features::{Features, ROULETTE, SCHLICK};
+use trisect_shared::features::{ALL, Features, ROULETTE, SCHLICK, SOBOL};
 
 /// SPIR-V for Vulkan 1.2 with all entry points.
 pub const SPIRV: &[u8] = include_bytes!("../prebuilt/trisect.spv");
@@ -35,9 +35,9 @@ macro_rules! table {
 
 for_each_variant!(table);
 
-/// The variant with exactly these features.
+/// The first, that is the cheapest, variant that can do all of `features`.
 pub fn variant(features: Features) -> Option<Variant> {
-    VARIANTS.iter().copied().find(|variant| variant.features == features)
+    VARIANTS.iter().copied().find(|variant| variant.features & features == features)
 }
 
 #[cfg(test)]

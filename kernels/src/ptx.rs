@@ -3,18 +3,24 @@
 //! Parameters come by value: they lie in the constant bank then, and cost neither loads nor registers.
 #![allow(unsafe_code, reason = "kernels take raw pointers and export names")]
 
+use crate::arguments::SceneLengths;
 use core::arch::nvptx::{
     _block_dim_x, _block_dim_y, _block_idx_x, _block_idx_y, _thread_idx_x, _thread_idx_y, trap,
 };
 use core::slice::from_raw_parts;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::features::{ROULETTE, SCHLICK};
+use trisect_shared::environment::EnvironmentTexel;
+use trisect_shared::features::{ALL, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::PixelSums;
+use trisect_shared::flat::Flat;
+use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::triangle::{Triangle, TriangleShading};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -33,89 +39,70 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
     }
 }
 
-/// The scene behind an entry point's pointers.
+/// An entry point: `$body` gets the launch record, the scene, the pixel, and the output.
 ///
-/// # Safety
-///
-/// They name device arrays of the given lengths.
-#[inline(always)]
-unsafe fn scene<'a>(
-    spheres: *const Sphere,
-    sphere_count: usize,
-    nodes: *const BvhNode,
-    node_count: usize,
-    materials: *const Material,
-    material_count: usize,
-) -> Scene<'a> {
-    // SAFETY: the caller's promise.
-    unsafe {
-        Scene {
-            spheres: from_raw_parts(spheres, sphere_count),
-            nodes: from_raw_parts(nodes, node_count),
-            materials: from_raw_parts(materials, material_count),
-        }
-    }
-}
-
-macro_rules! entry_points {
-    ($($name:ident $text:tt: $features:expr,)*) => {$(
-        /// Adds samples to each pixel's sums.
+/// The scene's pointers are arguments of their own: only of those LLVM knows that they point to global memory.
+macro_rules! entry_point {
+    ($name:ident, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident| $body:block) => {
+        /// See `kernels/README.md` for the arguments.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of the given lengths, and `film` one of width * height records.
+        /// The pointers name device arrays of the given lengths, and the last one of width * height records.
         #[unsafe(no_mangle)]
+        #[allow(clippy::too_many_arguments, reason = "a pointer each")]
         pub unsafe extern "ptx-kernel" fn $name(
-            params: RenderParams,
+            $params: RenderParams,
+            lengths: SceneLengths,
             spheres: *const Sphere,
-            sphere_count: usize,
             nodes: *const BvhNode,
-            node_count: usize,
             materials: *const Material,
-            material_count: usize,
-            film: *mut PixelSums,
+            flats: *const Flat,
+            triangles: *const Triangle,
+            shading: *const TriangleShading,
+            lights: *const Light,
+            textures: *const Texture,
+            texels: *const Texel,
+            environment: *const EnvironmentTexel,
+            $output: *mut $record,
         ) {
-            let (x, y) = pixel_of_thread(&params);
-            if x >= params.width || y >= params.height {
+            let ($x, $y) = pixel_of_thread(&$params);
+            if $x >= $params.width || $y >= $params.height {
                 return;
             }
             // SAFETY: the caller's promise, and the guard.
             unsafe {
-                let scene = scene(spheres, sphere_count, nodes, node_count, materials, material_count);
-                let film = film.add((y * params.width + x) as usize);
-                let mut sums = if params.resume != 0 { *film } else { PixelSums::ZERO };
-                path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums);
-                *film = sums;
+                let $scene = Scene {
+                    spheres: from_raw_parts(spheres, lengths.spheres),
+                    nodes: from_raw_parts(nodes, lengths.nodes),
+                    materials: from_raw_parts(materials, lengths.materials),
+                    flats: from_raw_parts(flats, lengths.flats),
+                    triangles: from_raw_parts(triangles, lengths.triangles),
+                    shading: from_raw_parts(shading, lengths.triangles),
+                    lights: from_raw_parts(lights, lengths.lights),
+                    textures: from_raw_parts(textures, lengths.textures),
+                    texels: from_raw_parts(texels, lengths.texels),
+                    environment: from_raw_parts(environment, lengths.environment),
+                };
+                $body
             }
         }
+    };
+}
+
+macro_rules! render {
+    ($($name:ident $text:tt: $features:expr,)*) => {$(
+        entry_point!($name, PixelSums, |params, scene, x, y, film| {
+            let film = film.add((y * params.width + x) as usize);
+            let mut sums = if params.resume != 0 { *film } else { PixelSums::ZERO };
+            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums);
+            *film = sums;
+        });
     )*};
 }
 
-for_each_variant!(entry_points);
+for_each_variant!(render);
 
-/// Writes each pixel's first hit.
-///
-/// # Safety
-///
-/// The pointers name device arrays of the given lengths, and `hits` one of width * height records.
-#[unsafe(no_mangle)]
-pub unsafe extern "ptx-kernel" fn first_hit(
-    params: RenderParams,
-    spheres: *const Sphere,
-    sphere_count: usize,
-    nodes: *const BvhNode,
-    node_count: usize,
-    materials: *const Material,
-    material_count: usize,
-    hits: *mut FirstHit,
-) {
-    let (x, y) = pixel_of_thread(&params);
-    if x >= params.width || y >= params.height {
-        return;
-    }
-    // SAFETY: the caller's promise, and the guard.
-    unsafe {
-        let scene = scene(spheres, sphere_count, nodes, node_count, materials, material_count);
-        *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
-    }
-}
+entry_point!(first_hit, FirstHit, |params, scene, x, y, hits| {
+    *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
+});

@@ -4,65 +4,83 @@ use spirv_std::glam::UVec3;
 use spirv_std::spirv;
 use trisect_shared::buffer::{load, store};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::features::{ROULETTE, SCHLICK};
+use trisect_shared::environment::EnvironmentTexel;
+use trisect_shared::features::{ALL, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::PixelSums;
+use trisect_shared::flat::Flat;
+use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::triangle::{Triangle, TriangleShading};
 
-macro_rules! entry_points {
-    ($($name:ident $text:tt: $features:expr,)*) => {$(
-        /// Adds samples to each pixel's sums.
+/// An entry point: `$body` gets the launch record, the scene, the pixel, and the output's buffer.
+macro_rules! entry_point {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident| $body:block) => {
+        $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
+        #[allow(clippy::too_many_arguments, reason = "a binding each")]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(uniform, descriptor_set = 0, binding = 0)] params: &RenderParams,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Sphere],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[BvhNode],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] film: &mut [PixelSums],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Flat],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[TriangleShading],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Texel],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[EnvironmentTexel],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [$record],
         ) {
-            if id.x >= params.width || id.y >= params.rows {
+            if id.x >= $params.width || id.y >= $params.rows {
                 return;
             }
-            let (x, y) = (id.x, params.first_row + id.y);
-            let pixel = y * params.width + x;
-            let mut sums = PixelSums::ZERO;
-            // SAFETY: the guard, and the host's proof of the scene and its film of width * height pixels.
-            #[allow(unsafe_code, reason = "see buffer")]
-            unsafe {
-                if params.resume != 0 {
-                    sums = load(film, pixel);
+            let ($x, $y) = (id.x, $params.first_row + id.y);
+            let $scene = Scene {
+                spheres, nodes, materials, flats, triangles, shading, lights, textures, texels, environment,
+            };
+            $body
+        }
+    };
+}
+
+macro_rules! render {
+    ($($name:ident $text:tt: $features:expr,)*) => {$(
+        entry_point! {
+            /// Adds samples to each pixel's sums.
+            $name $text, PixelSums, |params, scene, x, y, film| {
+                let pixel = y * params.width + x;
+                let mut sums = PixelSums::ZERO;
+                // SAFETY: the guard, and the host's proof of the scene and its film of width * height pixels.
+                #[allow(unsafe_code, reason = "see buffer")]
+                unsafe {
+                    if params.resume != 0 {
+                        sums = load(film, pixel);
+                    }
+                    path::render_pixel::<{ $features }>(params, scene, x, y, &mut sums);
+                    store(film, pixel, sums);
                 }
-                path::render_pixel::<{ $features }>(params, Scene { spheres, nodes, materials }, x, y, &mut sums);
-                store(film, pixel, sums);
             }
         }
     )*};
 }
 
-for_each_variant!(entry_points);
+for_each_variant!(render);
 
-/// Writes each pixel's first hit.
-#[spirv(compute(threads(8, 8), entry_point_name = "first_hit"))]
-pub fn first_hit(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] params: &RenderParams,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Sphere],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[BvhNode],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] hits: &mut [FirstHit],
-) {
-    if id.x >= params.width || id.y >= params.rows {
-        return;
-    }
-    let (x, y) = (id.x, params.first_row + id.y);
-    // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
-    #[allow(unsafe_code, reason = "see buffer")]
-    unsafe {
-        let hit = path::first_hit(params, Scene { spheres, nodes, materials }, x, y);
-        store(hits, y * params.width + x, hit);
+entry_point! {
+    /// Writes each pixel's first hit.
+    first_hit "first_hit", FirstHit, |params, scene, x, y, hits| {
+        // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
+        #[allow(unsafe_code, reason = "see buffer")]
+        unsafe {
+            let hit = path::first_hit(params, scene, x, y);
+            store(hits, y * params.width + x, hit);
+        }
     }
 }

@@ -1,10 +1,13 @@
 //! The binary BVH and its traversal, per ray with a stack, near child first.
 
 use crate::buffer::{load, load_local, store_local};
+use crate::features::{FLATS, Features, TRIANGLES, has};
 use crate::math::{max, min};
+use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::MISS;
+use crate::triangle::Shear;
 use bytemuck::{Pod, Zeroable};
 use core::mem::MaybeUninit;
 use glam::Vec3;
@@ -80,7 +83,7 @@ const _: () = assert!(size_of::<BvhNode>() == 64 && align_of::<BvhNode>() == 16)
 /// Distance and index of the primitive that a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Along the ray; [`MISS`] if nothing is hit.
+    /// Along the ray; the reach's limit if nothing is hit.
     pub distance: f32,
     /// Or [`NO_PRIMITIVE`].
     pub primitive: u32,
@@ -110,21 +113,72 @@ fn enter(origin: Vec3, inverse: Vec3, low: Vec3, high: Vec3, limit: f32) -> (boo
     (entry <= exit * (1.0 + 2.0 * f32::EPSILON), entry)
 }
 
-/// The closest primitive in front of `ray`.
+/// How far a ray looks, and for what.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Only hits nearer than this count.
+    pub limit: f32,
+    /// A hit of any other primitive than this ends the search: what a shadow ray wants to know. Meaningless unless `any`.
+    pub target: u32,
+    /// Whether to end the search so.
+    pub any: bool,
+}
+
+impl Reach {
+    /// The closest hit, however far.
+    pub const CLOSEST: Self = Self { limit: MISS, target: NO_PRIMITIVE, any: false };
+}
+
+/// Distance to primitive `index`, or [`MISS`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn distance<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    shear: &Shear,
+    index: u32,
+) -> f32 {
+    let leaves = ray.departure.is_on(index);
+    if has(FEATURES, TRIANGLES) && index >= params.first_triangle {
+        // SAFETY: the caller's promise for each child's index.
+        let triangle = unsafe { load(scene.triangles, index - params.first_triangle) };
+        let t = triangle.hit(ray.origin, shear).distance;
+        return if leaves { MISS } else { t };
+    }
+    if has(FEATURES, FLATS) && index >= params.first_flat {
+        // SAFETY: as above.
+        let flat = unsafe { load(scene.flats, index - params.first_flat) };
+        let t = flat.distance(ray.origin, ray.direction);
+        return if leaves { MISS } else { t };
+    }
+    // SAFETY: as above.
+    let sphere = unsafe { load(scene.spheres, index) };
+    sphere.distance(ray.origin, ray.direction, leaves, ray.departure)
+}
+
+/// The closest primitive in front of `ray`, within `reach`.
 ///
 /// # Safety
 ///
-/// `root` and the scene's indices were proven as [`crate::buffer`] says.
+/// `params.root` and the scene's indices were proven as [`crate::buffer`] says.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_hit(scene: Scene, root: Child, ray: Ray) -> Hit {
-    let Scene { spheres, nodes, .. } = scene;
-    let Ray { origin, direction, departure } = ray;
-    let mut best = MISS;
+pub unsafe fn closest_hit<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+) -> Hit {
+    let nodes = scene.nodes;
+    let root = Child(params.root);
+    let Ray { origin, direction, .. } = ray;
+    let mut best = reach.limit;
     let mut closest = NO_PRIMITIVE;
     if root == Child::EMPTY {
         return Hit { distance: best, primitive: closest };
     }
+    let shear = Shear::new(direction); // without triangles no one reads it
     let inverse = Vec3::new(reciprocal(direction.x), reciprocal(direction.y), reciprocal(direction.z));
     // Not cleared: 256 bytes for each ray cost more than all the boxes that it tests. Two variables, not a record with methods:
     // LLVM clears the whole of one that holds the length too, and SPIR-V has no pointers in records to borrow the entries.
@@ -135,12 +189,14 @@ pub unsafe fn closest_hit(scene: Scene, root: Child, ray: Ray) -> Hit {
     loop {
         if child.is_leaf() {
             let primitive = child.index();
-            // SAFETY: the caller's promise for each child's index.
-            let sphere = unsafe { load(spheres, primitive) };
-            let t = sphere.distance(origin, direction, departure.is_on(primitive), departure);
+            // SAFETY: the caller's promise.
+            let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
             if t < best {
                 best = t;
                 closest = primitive;
+                if reach.any && primitive != reach.target {
+                    break;
+                }
             }
             if depth == 0 {
                 break;

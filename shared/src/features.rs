@@ -10,9 +10,36 @@ pub type Features = u32;
 pub const ROULETTE: Features = 1 << 0;
 /// Reflect by Schlick's approximation as the book has it, instead of Fresnel's equations.
 pub const SCHLICK: Features = 1 << 1;
+/// Draw from the Owen-scrambled Sobol sequence, not independently.
+pub const SOBOL: Features = 1 << 2;
+/// Has quads or discs.
+pub const FLATS: Features = 1 << 3;
+/// Has triangles.
+pub const TRIANGLES: Features = 1 << 4;
+/// Has emitting surfaces or lights without extent: next-event estimation.
+pub const EMITTERS: Features = 1 << 5;
+/// Has a panorama as its sky.
+pub const ENVIRONMENT: Features = 1 << 6;
+/// Has image textures or surfaces with holes.
+pub const TEXTURES: Features = 1 << 7;
+/// Has microfacet materials.
+pub const MICROFACETS: Features = 1 << 8;
 
 /// Whether `features` has every bit of `feature`.
 #[inline(always)]
 pub const fn has(features: Features, feature: Features) -> bool {
     features & feature == feature
 }
+
+/// Whether `features` has a bit of `some`.
+#[inline(always)]
+pub const fn has_any(features: Features, some: Features) -> bool {
+    features & some != 0
+}
+
+/// What needs a shadow ray.
+pub const LIGHTS: Features = EMITTERS | ENVIRONMENT;
+
+/// Everything that a scene can have.
+pub const ALL: Features =
+    ROULETTE | SCHLICK | FLATS | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;

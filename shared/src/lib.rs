@@ -21,9 +21,16 @@
 //!
 //! | record | bytes | one per |
 //! |---|---|---|
-//! | [`params::RenderParams`] | 176 | launch |
+//! | [`params::RenderParams`] | 208 | launch |
 //! | [`sphere::Sphere`] | 32 | primitive |
-//! | [`material::Material`] | 32 | material |
+//! | [`flat::Flat`] | 96 | primitive |
+//! | [`triangle::Triangle`] | 48 | primitive |
+//! | [`triangle::TriangleShading`] | 64 | triangle |
+//! | [`material::Material`] | 112 | material |
+//! | [`light::Light`] | 64 | light |
+//! | [`texture::Texture`] | 48 | use of an image |
+//! | [`texture::Texel`] | 8 | texel |
+//! | [`environment::EnvironmentTexel`] | 32 | texel of the panorama |
 //! | [`bvh::BvhNode`] | 64 | inner node |
 //! | [`film::PixelSums`] | 32 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
@@ -33,17 +40,27 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+pub mod bsdf;
 pub mod buffer;
 pub mod bvh;
 pub mod camera;
+pub mod environment;
 pub mod features;
 pub mod film;
+pub mod flat;
+pub mod fresnel;
+pub mod light;
 pub mod material;
 pub mod math;
+pub mod microfacet;
 pub mod params;
 pub mod path;
 pub mod ray;
 pub mod rng;
+pub mod sampler;
 pub mod scene;
 pub mod sky;
 pub mod sphere;
+pub mod surface;
+pub mod texture;
+pub mod triangle;

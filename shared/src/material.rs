@@ -1,8 +1,10 @@
 //! Materials: how a path goes on from a surface.
 
 use crate::features::{Features, SCHLICK, has};
-use crate::math::{cbrt_unit, normalize, sqrt, unit_f32, unit_sphere};
+use crate::fresnel;
+use crate::math::{cbrt_unit, greatest, normalize, sqrt, unit_f32, unit_sphere};
 use crate::rng::Words;
+use crate::texture::NO_TEXTURE;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -13,23 +15,100 @@ pub const METAL: u32 = 1;
 /// Clear glass: reflects or refracts.
 pub const DIELECTRIC: u32 = 2;
 
-/// A material: a tag and flat fields, as rust-gpu has no enums with data. 32 bytes.
+/// A rough metal (GGX).
+pub const CONDUCTOR: u32 = 3;
+/// Clear glass with a rough boundary (GGX).
+pub const ROUGH_DIELECTRIC: u32 = 4;
+/// glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
+pub const METALLIC_ROUGHNESS: u32 = 5;
+
+/// In [`Material::flags`]: emits from its back, too.
+pub const EMITS_BOTH_SIDES: u32 = 1;
+/// In [`Material::flags`]: a conductor with `eta` and `k`, not a reflectance at normal incidence.
+pub const COMPLEX_IOR: u32 = 2;
+/// In [`Material::flags`]: has holes where its opacity is below `cutoff`.
+pub const MASKED: u32 = 4;
+/// In [`Material::flags`]: lets pass what its opacity leaves.
+pub const BLENDED: u32 = 8;
+
+/// A material: a tag and flat fields, as rust-gpu has no enums with data. 112 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Material {
-    /// Reflected share by channel, 0 to 1; 1 for a dielectric.
+    /// Reflected share by channel, 0 to 1; 1 for a dielectric. A conductor's reflectance at normal incidence.
     pub albedo: Vec3,
-    /// [`LAMBERTIAN`], [`METAL`] or [`DIELECTRIC`].
+    /// [`LAMBERTIAN`] or another tag.
     pub kind: u32,
     /// Of a metal: radius of the ball, 0 to 1.
     pub fuzz: f32,
     /// Of a dielectric: index of refraction inside, relative to outside.
     pub ior: f32,
+    /// Of microfacets: 0 to 1; GGX's alpha is its square.
+    pub roughness: f32,
+    /// Share of metal, 0 to 1.
+    pub metallic: f32,
+    /// Emitted radiance; zero for what is no light.
+    pub emission: Vec3,
+    /// Chance an area with which next-event estimation chooses a point that emits; 0 if it does not choose this material.
+    pub light_density: f32,
+    /// Of a conductor: real part of the index by channel.
+    pub eta: Vec3,
+    /// Share of what enters a dielectric that passes its thin wall, 0 to 1.
+    pub transmission: f32,
+    /// Of a conductor: imaginary part.
+    pub k: Vec3,
+    /// [`EMITS_BOTH_SIDES`], [`COMPLEX_IOR`], [`MASKED`], [`BLENDED`].
+    pub flags: u32,
+    /// Multiplies albedo and opacity; index of a texture or [`NO_TEXTURE`], as are the next three.
+    pub albedo_texture: u32,
+    /// Green multiplies roughness, blue metallic.
+    pub metallic_roughness_texture: u32,
+    /// Multiplies emission.
+    pub emission_texture: u32,
+    /// Red multiplies transmission.
+    pub transmission_texture: u32,
+    /// 0 to 1.
+    pub opacity: f32,
+    /// Of a masked material.
+    pub cutoff: f32,
     /// Unused.
     pub pad: [u32; 2],
 }
 
-const _: () = assert!(size_of::<Material>() == 32 && align_of::<Material>() == 16);
+const _: () = assert!(size_of::<Material>() == 112 && align_of::<Material>() == 16);
+
+impl Material {
+    /// A material of this kind: opaque, smooth, dark, without textures, of index 1.
+    pub const fn new(kind: u32, albedo: Vec3) -> Self {
+        Self {
+            albedo,
+            kind,
+            fuzz: 0.0,
+            ior: 1.0,
+            roughness: 0.0,
+            metallic: 0.0,
+            emission: Vec3::ZERO,
+            light_density: 0.0,
+            eta: Vec3::ONE,
+            transmission: 0.0,
+            k: Vec3::ZERO,
+            flags: 0,
+            albedo_texture: NO_TEXTURE,
+            metallic_roughness_texture: NO_TEXTURE,
+            emission_texture: NO_TEXTURE,
+            transmission_texture: NO_TEXTURE,
+            opacity: 1.0,
+            cutoff: 0.0,
+            pad: [0; 2],
+        }
+    }
+
+    /// Whether a surface of it emits from the side that is its front or not.
+    #[inline(always)]
+    pub fn emits(&self, front: bool) -> bool {
+        greatest(self.emission) > 0.0 && (front || self.flags & EMITS_BOTH_SIDES != 0)
+    }
+}
 
 /// How the path goes on.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +125,7 @@ impl Material {
     /// Samples the material's lobe; its weight is the albedo for each direction.
     ///
     /// `incoming` is the unit direction of the ray that arrives, `normal` the unit normal on its side, `front` whether that
-    /// side is the outside. The distributions are those of Shirley et al., "Ray Tracing in One Weekend": cosine for
+    /// side is the outside, `book_fresnel` whether a variant that can do both takes Schlick's approximation. The distributions are those of Shirley et al., "Ray Tracing in One Weekend": cosine for
     /// Lambertian (normal plus a point of the unit sphere), uniform in the ball for fuzz. Diffuse and metal share
     /// their code, so that the lanes of a warp stay together.
     #[inline(always)]
@@ -55,6 +134,7 @@ impl Material {
         incoming: Vec3,
         normal: Vec3,
         front: bool,
+        book_fresnel: bool,
         random: Words,
     ) -> Scatter {
         let cos = -incoming.dot(normal);
@@ -64,14 +144,16 @@ impl Material {
         let mut transmitted = false;
         if self.kind == DIELECTRIC {
             let eta = if front { 1.0 / self.ior } else { self.ior };
-            // Snell: 1 - eta² sin², without its cancellation at grazing angles for an index near 1.
             let along = eta * cos;
-            let radicand = (1.0 - eta) * (1.0 + eta) + along * along;
+            let radicand = fresnel::refracted_cos2(cos, eta);
             // Not above zero: total reflection.
             if radicand > 0.0 {
                 let cos_refracted = sqrt(radicand);
-                let reflectance =
-                    if has(FEATURES, SCHLICK) { schlick(cos, eta) } else { fresnel(cos, cos_refracted, eta) };
+                let reflectance = if has(FEATURES, SCHLICK) && book_fresnel {
+                    fresnel::schlick(cos, eta)
+                } else {
+                    fresnel::dielectric(cos, cos_refracted, eta)
+                };
                 if unit_f32(random.z) >= reflectance {
                     base = incoming * eta + normal * (along - cos_refracted);
                     transmitted = true;
@@ -91,69 +173,17 @@ impl Material {
     }
 }
 
-/// Unpolarised Fresnel reflectance of a dielectric boundary, 0 to 1 within rounding.
-///
-/// `cos` of the incident and `cos_refracted` of the refracted direction with the normal, `eta` the ratio of the indices,
-/// incident over refracted (Pharr et al., "Physically Based Rendering", 4th ed., section 9.3.5).
-#[inline(always)]
-pub fn fresnel(cos: f32, cos_refracted: f32, eta: f32) -> f32 {
-    let parallel = (cos - eta * cos_refracted) / (cos + eta * cos_refracted);
-    let perpendicular = (eta * cos - cos_refracted) / (eta * cos + cos_refracted);
-    0.5 * (parallel * parallel + perpendicular * perpendicular)
-}
-
-/// Schlick's approximation as the book has it: with the incident cosine on both sides. On the way out that is wrong by up to 0.95
-/// just below total reflection at index 1.5; a scene asks for it by name to match the book.
-#[inline(always)]
-pub fn schlick(cos: f32, eta: f32) -> f32 {
-    let r0 = (1.0 - eta) / (1.0 + eta);
-    let r0 = r0 * r0;
-    let m = 1.0 - cos;
-    let m2 = m * m;
-    r0 + (1.0 - r0) * (m2 * m2 * m)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::rng::PathKey;
 
     fn material(kind: u32, fuzz: f32, ior: f32) -> Material {
-        Material { albedo: Vec3::ONE, kind, fuzz, ior, pad: [0; 2] }
+        Material { fuzz, ior, ..Material::new(kind, Vec3::ONE) }
     }
 
     fn words(i: u32) -> Words {
         PathKey { seed: 5, pixel: i, sample: 0 }.words(1)
-    }
-
-    /// Torture test 15: against the textbook's formula in f64, by angles.
-    #[test]
-    fn fresnel_against_f64() {
-        for ior in [1.0f64, 1.0001, 1.5, 4.0, 100.0, 1.0 / 1.5, 0.25] {
-            for i in 1..1000 {
-                let cos = f64::from(i) / 1000.0;
-                let eta = 1.0 / ior;
-                let sin2 = eta * eta * (1.0 - cos * cos);
-                if sin2 > 0.9999 {
-                    continue; // the critical angle has tests of its own
-                }
-                let cos_t = (1.0 - sin2).sqrt();
-                let rs = (cos - ior * cos_t) / (cos + ior * cos_t);
-                let rp = (ior * cos - cos_t) / (ior * cos + cos_t);
-                let want = 0.5 * (rs * rs + rp * rp);
-                let got = f64::from(fresnel(cos as f32, cos_t as f32, eta as f32));
-                assert!(
-                    (got - want).abs() < 2e-6 && (0.0..=1.000_001).contains(&got),
-                    "{ior} {cos}: {got} {want}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn schlick_at_both_ends() {
-        assert!((schlick(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-7);
-        assert!((schlick(0.0, 1.5) - 1.0).abs() < 1e-7);
     }
 
     /// An index of 1 does nothing to a path with exact Fresnel; Schlick reflects some of it.
@@ -167,10 +197,10 @@ mod tests {
             if incoming.y > -1e-3 {
                 continue;
             }
-            let exact = glass.scatter::<0>(incoming, Vec3::Y, true, w);
+            let exact = glass.scatter::<0>(incoming, Vec3::Y, true, true, w);
             assert!(exact.transmitted && (exact.direction - incoming).length() < 1e-6);
             reflected_by_schlick +=
-                u32::from(!glass.scatter::<SCHLICK>(incoming, Vec3::Y, true, w).transmitted);
+                u32::from(!glass.scatter::<SCHLICK>(incoming, Vec3::Y, true, true, w).transmitted);
         }
         assert!(reflected_by_schlick > 0);
     }
@@ -185,7 +215,7 @@ mod tests {
                 if incoming.y >= 0.0 {
                     continue;
                 }
-                let s = m.scatter::<0>(incoming, Vec3::Y, i % 2 == 0, w);
+                let s = m.scatter::<0>(incoming, Vec3::Y, i % 2 == 0, true, w);
                 assert!((s.direction.dot(s.direction) - 1.0).abs() < 1e-6);
                 if !s.absorbed {
                     let side = s.direction.y * if s.transmitted { -1.0 } else { 1.0 };
@@ -202,7 +232,7 @@ mod tests {
         let n = 200_000;
         let (mut first, mut second) = (0.0, 0.0);
         for i in 0..n {
-            let cos = f64::from(m.scatter::<0>(Vec3::NEG_Y, Vec3::Y, true, words(i)).direction.y);
+            let cos = f64::from(m.scatter::<0>(Vec3::NEG_Y, Vec3::Y, true, true, words(i)).direction.y);
             first += cos;
             second += cos * cos;
         }
@@ -227,7 +257,7 @@ mod tests {
         // Height word at its ends makes the sphere's point +z or nearly -z.
         for normal in [Vec3::NEG_Z, Vec3::Z] {
             for x in [0, u32::MAX] {
-                let s = m.scatter::<0>(-normal, normal, true, Words { x, y: 0, z: 0, w: 0 });
+                let s = m.scatter::<0>(-normal, normal, true, true, Words { x, y: 0, z: 0, w: 0 });
                 assert!((s.direction.dot(s.direction) - 1.0).abs() < 1e-5, "{normal} {x}: {}", s.direction);
             }
         }

@@ -1,4 +1,4 @@
-//! The only door to square root, sine, cosine and cube root, and to minimum and maximum.
+//! The only door to square root, sine, cosine, arc tangent and cube root, and to minimum and maximum.
 //!
 //! Each function is made of operations that round the same everywhere, so its bits are the same on the CPU and in
 //! precise PTX. glam's `length` and `normalize` use a software square root on devices: use [`normalize`].
@@ -68,12 +68,19 @@ pub fn unit_f32(bits: u32) -> f32 {
 #[inline(always)]
 pub fn unit_circle(bits: u32) -> (f32, f32) {
     let turn = ((bits >> 6) & 0x00ff_ffff) as f32 * (1.0 / 16_777_216.0) - 0.5; // of a quarter
+    let (cos, sin) = quarter_circle(turn);
+    let cos = f32::from_bits(cos.to_bits() ^ (bits & 0x8000_0000));
+    if bits & 0x4000_0000 == 0 { (cos, sin) } else { (sin, cos) }
+}
+
+/// cos and sin of `turn` quarter turns (of π/2), in [-1/2, 1/2]; minimax, within 2e-7.
+#[inline(always)]
+fn quarter_circle(turn: f32) -> (f32, f32) {
     let square = turn * turn;
     let sin =
         turn * (FRAC_PI_2 + square * (-0.645_963_5 + square * (0.079_680_03 + square * -0.004_601_658)));
     let cos = 0.999_999_94 + square * (-1.233_696_7 + square * (0.253_594_94 + square * -0.020_398_581));
-    let cos = f32::from_bits(cos.to_bits() ^ (bits & 0x8000_0000));
-    if bits & 0x4000_0000 == 0 { (cos, sin) } else { (sin, cos) }
+    (cos, sin)
 }
 
 /// A point of the unit sphere, uniform by area over two uniform 32-bit words (Archimedes: z is uniform).
@@ -97,6 +104,82 @@ pub fn cbrt_unit(x: f32) -> f32 {
     y *= 4.0 / 3.0 - third * y * (y * y);
     y *= 4.0 / 3.0 - third * y * (y * y);
     x * (y * y)
+}
+
+/// The upper 32 bits of `a` · `b`: with `a` random, a number below `b`, each within 2⁻³² as likely. No 64-bit integers,
+/// which SPIR-V has as an option only.
+#[inline(always)]
+pub fn mul_high(a: u32, b: u32) -> u32 {
+    let (a1, a0, b1, b0) = (a >> 16, a & 0xffff, b >> 16, b & 0xffff);
+    let middle = a1 * b0 + ((a0 * b0) >> 16); // at most 2³² - 1
+    let low = a0 * b1 + (middle & 0xffff);
+    a1 * b1 + (middle >> 16) + (low >> 16)
+}
+
+/// The integer at or below `x`, for |x| < 2³¹; some integer beyond, and for NaN.
+#[inline(always)]
+pub fn floor(x: f32) -> i32 {
+    // Clamped first: out of range, the conversion saturates on the CPU and is undefined on Vulkan.
+    let clamped = min(max(x, -2e9), 2e9);
+    let truncated = clamped as i32;
+    truncated - (clamped < truncated as f32) as i32
+}
+
+/// cos and sin of `turns` whole turns (of 2π), for |turns| < 2²⁰; each within 3e-7.
+#[inline(always)]
+pub fn circle(turns: f32) -> (f32, f32) {
+    let quarters = turns * 4.0;
+    let nearest = floor(quarters + 0.5);
+    let turn = quarters - nearest as f32; // exact, in [-1/2, 1/2]
+    let (cos, sin) = quarter_circle(turn);
+    let (a, b) = if nearest & 1 == 0 { (cos, sin) } else { (-sin, cos) };
+    if nearest & 2 == 0 { (a, b) } else { (-a, -b) }
+}
+
+/// The angle of the vector (`x`, `y`) in turns, in [-1/2, 1/2], within 1e-7; 0 for the zero vector.
+#[inline(always)]
+pub fn turns(y: f32, x: f32) -> f32 {
+    let (ax, ay) = (x.abs(), y.abs());
+    let (low, high) = (min(ax, ay), max(ax, ay));
+    let ratio = if high > 0.0 { low / high } else { 0.0 };
+    let s = ratio * ratio;
+    // Minimax for atan(r) / (2 π r) in r², error 1.4e-8.
+    let tail = 0.015_824_392 + s * (-0.009_534_13 + s * (0.003_908_387_4 + s * -0.000_760_833));
+    let angle =
+        ratio * (0.159_154_92 + s * (-0.053_049_676 + s * (0.031_785_432 + s * (-0.022_328_515 + s * tail))));
+    let angle = if ay > ax { 0.25 - angle } else { angle };
+    let angle = if x < 0.0 { 0.5 - angle } else { angle };
+    if y < 0.0 { -angle } else { angle }
+}
+
+/// Two unit vectors that are perpendicular to the unit vector `n` and to each other; (first, second, n) is right-handed.
+///
+/// Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+#[inline(always)]
+pub fn basis(n: Vec3) -> (Vec3, Vec3) {
+    let sign = if n.z >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y))
+}
+
+/// The value of a half-precision number, not negative and not below 2⁻¹⁴ unless 0 (the host rounds others to 0).
+#[inline(always)]
+pub fn from_half(bits: u32) -> f32 {
+    // The half's exponent and fraction moved into place, times 2¹¹² for the difference of the biases.
+    f32::from_bits((bits & 0x7fff) << 13) * f32::from_bits(0x7780_0000)
+}
+
+/// Rec. 709 luminance.
+#[inline(always)]
+pub fn luminance(c: Vec3) -> f32 {
+    0.212_6 * c.x + 0.715_2 * c.y + 0.072_2 * c.z
+}
+
+/// The largest component.
+#[inline(always)]
+pub fn greatest(c: Vec3) -> f32 {
+    max(c.x, max(c.y, c.z))
 }
 
 #[cfg(test)]
@@ -164,5 +247,68 @@ mod tests {
     fn normalized_has_unit_length() {
         let v = normalize(Vec3::new(3e-3, -40.0, 1e3));
         assert!((v.dot(v) - 1.0).abs() < 4.0 * f32::EPSILON);
+    }
+
+    #[test]
+    fn high_words_of_products() {
+        let mut x = 1u32;
+        for _ in 0..10_000 {
+            x = crate::rng::pcg4d(crate::rng::Words { x, y: 1, z: 2, w: 3 }).x;
+            let y = x.rotate_left(13) ^ 0x55;
+            assert_eq!(mul_high(x, y), ((u64::from(x) * u64::from(y)) >> 32) as u32);
+        }
+        assert_eq!(mul_high(u32::MAX, u32::MAX), u32::MAX - 1);
+    }
+
+    #[test]
+    fn floors() {
+        for (x, want) in [(0.0, 0), (0.9, 0), (-0.0, 0), (-0.1, -1), (-1.0, -1), (7.5, 7), (-7.5, -8)] {
+            assert_eq!(floor(x), want, "{x}");
+        }
+        floor(f32::NAN);
+        floor(f32::INFINITY);
+    }
+
+    #[test]
+    fn angles_and_back() {
+        for i in -2000..2000 {
+            let t = i as f32 / 1000.0;
+            let (c, s) = circle(t);
+            let angle = f64::from(t) * core::f64::consts::TAU;
+            assert!((f64::from(c) - libm::cos(angle)).abs() < 3e-7, "{t}");
+            assert!((f64::from(s) - libm::sin(angle)).abs() < 3e-7, "{t}");
+            let want = libm::atan2(f64::from(s), f64::from(c)) / core::f64::consts::TAU;
+            let error = (f64::from(turns(s, c)) - want).abs();
+            assert!(error < 1e-7 || (error - 1.0).abs() < 1e-7, "{t}: {error}");
+        }
+        assert_eq!(
+            (turns(0.0, 0.0), turns(0.0, 1.0), turns(1.0, 0.0), turns(0.0, -1.0)),
+            (0.0, 0.0, 0.25, 0.5)
+        );
+    }
+
+    #[test]
+    fn bases_are_orthonormal() {
+        for i in 0..10_000u32 {
+            let w = crate::rng::PathKey { seed: 3, pixel: i, sample: 0 }.words(0);
+            let n = unit_sphere(w.x, w.y);
+            let (a, b) = basis(n);
+            assert!(a.dot(b).abs() < 1e-6 && a.dot(n).abs() < 1e-6 && b.dot(n).abs() < 1e-6);
+            assert!((a.cross(b) - n).length() < 1e-6);
+        }
+        assert!(basis(Vec3::NEG_Z).0.is_finite());
+    }
+
+    #[test]
+    fn halves() {
+        for (bits, want) in [
+            (0u32, 0.0f32),
+            (0x3c00, 1.0),
+            (0x0400, 1.0 / 16384.0),
+            (0x7bff, 65504.0),
+            (0x3555, 0.333_251_95),
+        ] {
+            assert_eq!(from_half(bits), want);
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::sky::Sky;
 use bytemuck::{Pod, Zeroable};
 
-/// One launch: samples `first_sample..end_sample` of rows `first_row..first_row + rows`. 176 bytes, eleven rows.
+/// One launch: samples `first_sample..end_sample` of rows `first_row..first_row + rows`. 208 bytes, thirteen rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct RenderParams {
@@ -32,10 +32,31 @@ pub struct RenderParams {
     pub depth: u32,
     /// Root of the BVH, as a [`crate::bvh::Child`].
     pub root: u32,
-    /// Unused. (Words, not an array: a uniform array's elements would take 16 bytes each.)
-    pub pad0: u32,
-    /// Unused.
-    pub pad1: u32,
+    /// Number of the first flat shape among the primitives. (Words, not an array: a uniform array's elements take 16 bytes each.)
+    pub first_flat: u32,
+    /// Number of the first triangle among the primitives.
+    pub first_triangle: u32,
+    /// Length of the scene's lights; 0 where light sampling is off.
+    pub lights: u32,
+    /// A path may end at random from this segment on.
+    pub roulette_from: u32,
+    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`].
+    pub flags: u32,
+    /// Chance that next-event estimation chooses the panorama; 0 where light sampling is off.
+    pub environment_probability: f32,
+    /// Texels across; 0 for no panorama.
+    pub environment_width: u32,
+    /// Texels down.
+    pub environment_height: u32,
+    /// Cosine of the panorama's rotation about y.
+    pub environment_cos: f32,
+    /// Its sine.
+    pub environment_sin: f32,
 }
 
-const _: () = assert!(size_of::<RenderParams>() == 176 && align_of::<RenderParams>() == 16);
+/// In a kernel that can do both: dielectrics reflect by Schlick's approximation.
+pub const FLAG_SCHLICK: u32 = 1;
+/// Some surface has holes: shadow rays look at what they hit.
+pub const FLAG_HOLES: u32 = 2;
+
+const _: () = assert!(size_of::<RenderParams>() == 208 && align_of::<RenderParams>() == 16);

@@ -6,13 +6,18 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::features::{Features, ROULETTE, SCHLICK};
+use trisect_shared::environment::EnvironmentTexel;
+use trisect_shared::features::{ALL, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::PixelSums;
+use trisect_shared::flat::Flat;
+use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// Pixels that a thread takes at a time.
 const TASK: usize = 64;
@@ -21,10 +26,8 @@ const TASK: usize = 64;
 pub struct Cpu {
     device: Device,
     pool: ThreadPool,
-    spheres: Vec<Sphere>,
-    nodes: Vec<BvhNode>,
-    materials: Vec<Material>,
-    features: Features,
+    scene: OwnScene,
+    kernel: Kernel,
     film: Vec<PixelSums>,
 }
 
@@ -44,16 +47,57 @@ impl Cpu {
         Ok(Self {
             device,
             pool,
-            spheres: Vec::new(),
-            nodes: Vec::new(),
-            materials: Vec::new(),
-            features: 0,
+            scene: OwnScene::default(),
+            kernel: path::render_pixel::<0>,
             film: Vec::new(),
         })
     }
+}
 
-    fn scene(&self) -> Scene<'_> {
-        Scene { spheres: &self.spheres, nodes: &self.nodes, materials: &self.materials }
+/// A scene's arrays.
+#[derive(Default)]
+struct OwnScene {
+    spheres: Vec<Sphere>,
+    nodes: Vec<BvhNode>,
+    materials: Vec<Material>,
+    flats: Vec<Flat>,
+    triangles: Vec<Triangle>,
+    shading: Vec<TriangleShading>,
+    lights: Vec<Light>,
+    textures: Vec<Texture>,
+    texels: Vec<Texel>,
+    environment: Vec<EnvironmentTexel>,
+}
+
+impl OwnScene {
+    fn copy(scene: Scene) -> Self {
+        Self {
+            spheres: scene.spheres.to_vec(),
+            nodes: scene.nodes.to_vec(),
+            materials: scene.materials.to_vec(),
+            flats: scene.flats.to_vec(),
+            triangles: scene.triangles.to_vec(),
+            shading: scene.shading.to_vec(),
+            lights: scene.lights.to_vec(),
+            textures: scene.textures.to_vec(),
+            texels: scene.texels.to_vec(),
+            environment: scene.environment.to_vec(),
+        }
+    }
+
+    fn borrow(&self) -> Scene<'_> {
+        Scene {
+            spheres: &self.spheres,
+            nodes: &self.nodes,
+            materials: &self.materials,
+            flats: &self.flats,
+            triangles: &self.triangles,
+            shading: &self.shading,
+            lights: &self.lights,
+            textures: &self.textures,
+            texels: &self.texels,
+            environment: &self.environment,
+        }
     }
 }
 
@@ -74,15 +118,19 @@ pub fn describe(threads: usize) -> Device {
 
 type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut PixelSums);
 
-/// The shared crate's function for the features of a kernel variant.
-fn kernel_function(features: Features) -> Option<Kernel> {
+/// The shared crate's function for a kernel variant.
+fn kernel_function(name: &str) -> Option<Kernel> {
     macro_rules! table {
         ($($name:ident $text:tt: $mask:expr,)*) => {
-            [$(($mask, path::render_pixel::<{ $mask }> as Kernel),)*]
+            [$(($text, path::render_pixel::<{ $mask }> as Kernel),)*]
         };
     }
     let table = trisect_kernels::for_each_variant!(table);
-    table.into_iter().find(|(mask, _)| *mask == features).map(|(_, function)| function)
+    table.into_iter().find(|(text, _)| *text == name).map(|(_, function)| function)
+}
+
+fn failed(message: &str) -> BackendError {
+    BackendError::Device { backend: "cpu", action: "rendering", message: message.to_owned() }
 }
 
 impl Backend for Cpu {
@@ -91,9 +139,7 @@ impl Backend for Cpu {
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
-        self.spheres = scene.spheres.to_vec();
-        self.nodes = scene.nodes.to_vec();
-        self.materials = scene.materials.to_vec();
+        self.scene = OwnScene::copy(scene.scene());
         Ok(())
     }
 
@@ -101,8 +147,8 @@ impl Backend for Cpu {
         if job.math == MathMode::Fast {
             return Err(SettingsError::NoFastMath { backend: "cpu" }.into());
         }
-        kernel("cpu", job.features)?;
-        self.features = job.features;
+        let name = kernel("cpu", job.features)?;
+        self.kernel = kernel_function(name).ok_or_else(|| failed("no such kernel"))?;
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
         Ok(())
@@ -112,13 +158,7 @@ impl Backend for Cpu {
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let start = Instant::now();
         let params = launch.params();
-        let failed = |message: &str| BackendError::Device {
-            backend: "cpu",
-            action: "rendering",
-            message: message.to_owned(),
-        };
-        let scene = Scene { spheres: &self.spheres, nodes: &self.nodes, materials: &self.materials };
-        let render = kernel_function(self.features).ok_or_else(|| failed("no such kernel"))?;
+        let (scene, render) = (self.scene.borrow(), self.kernel);
         let first = params.first_row as usize * params.width as usize;
         let count = params.rows as usize * params.width as usize;
         let film = self.film.get_mut(first..first + count).ok_or_else(|| failed("rows beyond the film"))?;
@@ -145,7 +185,7 @@ impl Backend for Cpu {
 
     #[allow(unsafe_code, reason = "as above")]
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        let (scene, params) = (self.scene(), launch.params());
+        let (scene, params) = (self.scene.borrow(), launch.params());
         self.pool.install(|| {
             hits.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(pixel, hit)| {
                 let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);

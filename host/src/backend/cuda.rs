@@ -17,6 +17,7 @@ use cudarc::nvrtc::Ptx;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
+use trisect_kernels::arguments::SceneLengths;
 use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP};
 use trisect_shared::film::PixelSums;
 use trisect_shared::params::RenderParams;
@@ -44,14 +45,19 @@ pub struct Cuda {
     end: CudaEvent,
 }
 
+/// The arrays in the order of the kernels' arguments.
 struct SceneOnDevice {
-    spheres: CudaSlice<u8>,
-    sphere_count: usize,
-    nodes: CudaSlice<u8>,
-    node_count: usize,
-    materials: CudaSlice<u8>,
-    material_count: usize,
+    lengths: Lengths,
+    arrays: [CudaSlice<u8>; 10],
 }
+
+/// Lengths of the arrays as a kernel argument.
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+struct Lengths(SceneLengths);
+
+// SAFETY: plain data, repr(C), the very type that the kernel declares.
+unsafe impl DeviceRepr for Lengths {}
 
 /// The launch record as a kernel argument.
 #[repr(transparent)]
@@ -234,15 +240,11 @@ impl Cuda {
         };
         self.start.record(&self.stream).map_err(failed("starting the timer"))?;
         let mut arguments = self.stream.launch_builder(kernel);
-        arguments
-            .arg(&argument)
-            .arg(&scene.spheres)
-            .arg(&scene.sphere_count)
-            .arg(&scene.nodes)
-            .arg(&scene.node_count)
-            .arg(&scene.materials)
-            .arg(&scene.material_count)
-            .arg(output);
+        arguments.arg(&argument).arg(&scene.lengths);
+        for array in &scene.arrays {
+            arguments.arg(array);
+        }
+        arguments.arg(output);
         // SAFETY: the arguments are those of every entry point (see trisect_kernels); `output` holds a record for each pixel
         // of the image, and the host proved the scene's indices.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
@@ -259,14 +261,32 @@ impl Backend for Cuda {
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
-        self.scene = Some(SceneOnDevice {
-            spheres: self.copy(scene.spheres, "the scene's spheres")?,
-            sphere_count: scene.spheres.len(),
-            nodes: self.copy(scene.nodes, "the scene's BVH")?,
-            node_count: scene.nodes.len(),
-            materials: self.copy(scene.materials, "the scene's materials")?,
-            material_count: scene.materials.len(),
+        let scene = scene.scene();
+        self.scene = None; // before the new one is allocated
+        let lengths = Lengths(SceneLengths {
+            spheres: scene.spheres.len(),
+            nodes: scene.nodes.len(),
+            materials: scene.materials.len(),
+            flats: scene.flats.len(),
+            triangles: scene.triangles.len(),
+            lights: scene.lights.len(),
+            textures: scene.textures.len(),
+            texels: scene.texels.len(),
+            environment: scene.environment.len(),
         });
+        let arrays = [
+            self.copy(scene.spheres, "the scene's spheres")?,
+            self.copy(scene.nodes, "the scene's BVH")?,
+            self.copy(scene.materials, "the scene's materials")?,
+            self.copy(scene.flats, "the scene's quads and discs")?,
+            self.copy(scene.triangles, "the scene's triangles")?,
+            self.copy(scene.shading, "the scene's normals and texture coordinates")?,
+            self.copy(scene.lights, "the scene's lights")?,
+            self.copy(scene.textures, "the scene's textures")?,
+            self.copy(scene.texels, "the scene's texels")?,
+            self.copy(scene.environment, "the scene's panorama")?,
+        ];
+        self.scene = Some(SceneOnDevice { lengths, arrays });
         Ok(())
     }
 

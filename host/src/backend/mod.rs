@@ -10,17 +10,16 @@ pub use error::BackendError;
 pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::Bvh;
+use crate::lights::Lights;
 use crate::render::MathMode;
-use crate::scene::Scene;
+use crate::scene;
 use serde::Serialize;
 use std::time::Duration;
-use trisect_shared::bvh::BvhNode;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
-use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
-use trisect_shared::sphere::Sphere;
+use trisect_shared::scene::Scene;
 
 /// What sort of device, which decides how work is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -53,17 +52,29 @@ pub struct Device {
 
 /// The arrays of a scene, as kernels read them: without bounds checks. Only a [`Renderer`](crate::render::Renderer) makes one,
 /// after it proved the indices.
-#[derive(Clone, Copy, Debug)]
-pub struct SceneRecords<'a> {
-    spheres: &'a [Sphere],
-    nodes: &'a [BvhNode],
-    materials: &'a [Material],
-}
+#[derive(Clone, Copy)]
+pub struct SceneRecords<'a>(Scene<'a>);
 
 impl<'a> SceneRecords<'a> {
-    /// Of a proven scene and the tree that was built for it.
-    pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
-        Self { spheres: &scene.spheres, nodes: &bvh.nodes, materials: &scene.materials }
+    /// Of a proven scene, the tree and the light table that were made for it.
+    pub(crate) fn new(scene: &'a scene::Scene, bvh: &'a Bvh, lights: &'a Lights) -> Self {
+        Self(Scene {
+            spheres: &scene.spheres,
+            nodes: &bvh.nodes,
+            materials: &lights.materials,
+            flats: &scene.flats,
+            triangles: &bvh.triangles,
+            shading: &bvh.shading,
+            lights: &lights.lights,
+            textures: &scene.textures,
+            texels: &scene.texels,
+            environment: scene.environment.as_ref().map_or(&[], |environment| &environment.texels),
+        })
+    }
+
+    /// What the kernels get.
+    pub fn scene(&self) -> Scene<'a> {
+        self.0
     }
 }
 
@@ -83,7 +94,7 @@ impl Launch {
     }
 }
 
-/// The kernel variant with these features.
+/// The cheapest kernel variant with these features.
 fn kernel(backend: &'static str, features: Features) -> Result<&'static str, BackendError> {
     trisect_kernels::variant(features).map(|variant| variant.name).ok_or_else(|| BackendError::Device {
         backend,

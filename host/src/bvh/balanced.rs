@@ -47,7 +47,7 @@ pub(super) fn build(bounds: &[Bounds]) -> Bvh {
             }
         }
     }
-    Bvh { nodes, root: Child::inner(0), depth }
+    Bvh { nodes, depth, ..Bvh::leaf(Child::inner(0)) }
 }
 
 fn union(bounds: &[Bounds], part: &[u32]) -> Aabb {

@@ -8,12 +8,29 @@ use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use obvhs::{Boundable, BvhBuildParams};
+use serde::Serialize;
 use std::time::Duration;
-use trisect_shared::bvh::STACK_SIZE;
-use trisect_shared::bvh::{BvhNode, Child};
+use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
+use trisect_shared::flat::{DISC, Flat};
 use trisect_shared::sphere::Sphere;
+use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// A tree over the spheres of a scene.
+/// How much work goes into the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BvhQuality {
+    /// Built soon.
+    Fast,
+    /// Between.
+    Medium,
+    /// Traced soon.
+    High,
+}
+
+/// A scene of at most so many primitives gets [`BvhQuality::High`] unless told otherwise: it builds within a second.
+const HIGH_UP_TO: usize = 100_000;
+
+/// A tree over the primitives of a scene.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// Inner nodes, parents before children.
@@ -22,6 +39,10 @@ pub struct Bvh {
     pub root: Child,
     /// Levels of inner nodes, at most [`STACK_SIZE`].
     pub depth: usize,
+    /// The scene's triangles as the leaves name them: in the order of the tree, so that neighbours in space are neighbours in memory.
+    pub triangles: Vec<Triangle>,
+    /// One for each triangle.
+    pub shading: Vec<TriangleShading>,
 }
 
 struct Bounds(Aabb);
@@ -32,39 +53,98 @@ impl Boundable for Bounds {
     }
 }
 
-/// The box of a sphere, padded so that it contains the sphere whatever rounding does to its corners and to a ray that touches
-/// one: by 2 ULP of the farthest coordinate, and of the radius, which keeps the pad above zero at the origin.
-fn bounds(sphere: &Sphere) -> Aabb {
-    let center = Vec3A::from(sphere.center);
-    let radius = Vec3A::splat(sphere.radius);
-    let pad = (center.abs() + radius) * (2.0 * f32::EPSILON);
-    Aabb::new(center - radius - pad, center + radius + pad)
+/// A box padded so that it contains the primitive whatever rounding does to its corners and to a ray that touches
+/// one: by 2 ULP of the farthest coordinate, and of the greatest extent, which keeps the pad above zero at the origin.
+fn padded(low: Vec3, high: Vec3) -> Aabb {
+    let (low, high) = (Vec3A::from(low), Vec3A::from(high));
+    let extent = Vec3A::splat((high - low).max_element());
+    let pad = (low.abs().max(high.abs()) + extent) * (2.0 * f32::EPSILON);
+    Aabb::new(low - pad, high + pad)
+}
+
+fn sphere_bounds(sphere: &Sphere) -> Aabb {
+    padded(sphere.center - sphere.radius, sphere.center + sphere.radius)
+}
+
+fn flat_bounds(flat: &Flat) -> Aabb {
+    let (u, v) = (flat.edge_u, flat.edge_v);
+    if flat.kind == DISC {
+        let reach = Vec3::from_array(std::array::from_fn(|i| u[i].hypot(v[i])));
+        return padded(flat.origin - reach, flat.origin + reach);
+    }
+    let corners = [flat.origin, flat.origin + u, flat.origin + v, flat.origin + u + v];
+    let low = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
+    padded(low, corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max))
+}
+
+fn triangle_bounds(t: &Triangle) -> Aabb {
+    padded(t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c))
+}
+
+/// One box for each primitive, in their order.
+fn bounds(scene: &Scene) -> Vec<Bounds> {
+    let spheres = scene.spheres.iter().map(sphere_bounds);
+    let flats = scene.flats.iter().map(flat_bounds);
+    let triangles = scene.triangles.iter().map(triangle_bounds);
+    spheres.chain(flats).chain(triangles).map(Bounds).collect()
 }
 
 impl Bvh {
-    /// Builds the tree. One primitive a leaf.
-    pub fn build(scene: &Scene) -> Result<Self, SceneError> {
-        let boxes: Vec<Bounds> = scene.spheres.iter().map(|sphere| Bounds(bounds(sphere))).collect();
-        match boxes.len() {
-            0 => return Ok(Self { nodes: Vec::new(), root: Child::EMPTY, depth: 0 }),
-            1 => return Ok(Self { nodes: Vec::new(), root: Child::leaf(0), depth: 0 }),
-            _ => {}
-        }
-        // The best tree that still builds in moments: 487 spheres take a few milliseconds.
-        let mut params = BvhBuildParams::very_slow_build();
-        params.pre_split = false;
-        params.max_prims_per_leaf = 1;
-        if boxes.len() > 100_000 {
-            params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
-        }
-        let tree = build_bvh2(&boxes, params, &mut Duration::default());
-        let mut bvh = Self::flatten(&tree);
+    /// Builds the tree, with one primitive a leaf, and puts the triangles in its order.
+    ///
+    /// # Errors
+    ///
+    /// A tree that a traversal's stack cannot hold, or that is broken: kernels rely on it.
+    pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
+        let boxes = bounds(scene);
+        let mut bvh = match boxes.len() {
+            0 => Self::leaf(Child::EMPTY),
+            1 => Self::leaf(Child::leaf(0)),
+            count => {
+                let default = if count <= HIGH_UP_TO { BvhQuality::High } else { BvhQuality::Medium };
+                let preset = match quality.unwrap_or(default) {
+                    BvhQuality::Fast => BvhBuildParams::fast_build(),
+                    BvhQuality::Medium => BvhBuildParams::medium_build(),
+                    BvhQuality::High => BvhBuildParams::very_slow_build(),
+                };
+                // A primitive stands in one leaf: no splits. Its test costs about as much as that of its box.
+                let params = BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..preset };
+                Self::flatten(&build_bvh2(&boxes, params, &mut Duration::default()))
+            }
+        };
         if bvh.depth > STACK_SIZE {
             bvh = balanced::build(&boxes);
         }
         bvh.prove(boxes.len())
             .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
+        bvh.order_triangles(scene);
         Ok(bvh)
+    }
+
+    fn leaf(root: Child) -> Self {
+        Self { nodes: Vec::new(), root, depth: 0, triangles: Vec::new(), shading: Vec::new() }
+    }
+
+    /// Renumbers the triangles by the nodes that name them.
+    fn order_triangles(&mut self, scene: &Scene) {
+        let first = scene.spheres.len() + scene.flats.len();
+        if self.nodes.is_empty() {
+            self.triangles = scene.triangles.clone();
+            self.shading = scene.shading.clone();
+            return;
+        }
+        self.triangles.reserve_exact(scene.triangles.len());
+        self.shading.reserve_exact(scene.triangles.len());
+        for node in &mut self.nodes {
+            for child in [&mut node.first, &mut node.second] {
+                let index = Child(*child).index() as usize;
+                if Child(*child).is_leaf() && index >= first {
+                    *child = Child::leaf((first + self.triangles.len()) as u32).0;
+                    self.triangles.push(scene.triangles[index - first]);
+                    self.shading.push(scene.shading[index - first]);
+                }
+            }
+        }
     }
 
     /// Depth-first, so that a subtree's nodes lie together.
@@ -106,7 +186,7 @@ impl Bvh {
                 }
             }
         }
-        Self { nodes, root: Child::inner(0), depth }
+        Self { nodes, depth, ..Self::leaf(Child::inner(0)) }
     }
 
     /// Checks what [`trisect_shared::buffer`] promises: indices in range, each node and primitive reached once, depth within the
@@ -158,8 +238,8 @@ mod tests {
         };
         Bvh {
             nodes: vec![node(Child::inner(1), Child::leaf(2)), node(Child::leaf(0), Child::leaf(1))],
-            root: Child::inner(0),
             depth: 2,
+            ..Bvh::leaf(Child::inner(0))
         }
     }
 
@@ -190,13 +270,13 @@ mod tests {
     fn coincident_spheres_get_a_balanced_tree() {
         let mut scene = Scene::hello_world().unwrap();
         scene.spheres = vec![scene.spheres[0]; 1000];
-        let bvh = Bvh::build(&scene).unwrap();
+        let bvh = Bvh::build(&scene, None).unwrap();
         assert!(bvh.depth <= 10, "{}", bvh.depth);
         for count in [2, 3, 5, 64, 65] {
             let boxes: Vec<Bounds> = (0..count)
                 .map(|i| {
                     let center = Vec3::new(i as f32, (i * i % 7) as f32, 0.0);
-                    Bounds(bounds(&Sphere { center, ..scene.spheres[0] }))
+                    Bounds(sphere_bounds(&Sphere { center, ..scene.spheres[0] }))
                 })
                 .collect();
             assert_eq!(balanced::build(&boxes).prove(count), Ok(()));
@@ -208,7 +288,7 @@ mod tests {
         for (center, radius) in [(0.0f32, 1e-6f32), (1e6, 1e-3), (-1000.0, 1000.0), (0.1, 0.2), (-1e18, 1e18)]
         {
             let sphere = Sphere { center: Vec3::splat(center), radius, material: 0, pad: [0; 3] };
-            let b = bounds(&sphere);
+            let b = sphere_bounds(&sphere);
             let (c, r) = (f64::from(center), f64::from(radius));
             assert!(f64::from(b.min.x) < c - r && f64::from(b.max.x) > c + r, "{center} {radius}");
         }

@@ -43,7 +43,15 @@ impl Session {
         }
         let threads = job.threads.map(|threads| threads as usize);
         let Selection { backend, why } = backend::open(job.backend.choice(), job.device, threads)?;
-        let renderer = Renderer::new(backend, &scene)?;
+        let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
+        let renderer = Renderer::with_quality(backend, &scene, quality)?;
+        let mut warnings = scene.warnings;
+        if !settings.light_sampling && !scene.lights.is_empty() {
+            warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
+        }
+        for warning in &warnings {
+            eprintln!("warning: {warning}");
+        }
         Ok(Self { renderer, settings, name: scene.name, choice: why, load_seconds })
     }
 }

@@ -4,12 +4,13 @@ mod camera;
 mod schedule;
 mod settings;
 
-pub use settings::{Fresnel, MathMode, Settings, SettingsError};
+pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 
 use crate::Error;
 use crate::backend::{Backend, Job, Launch, SceneRecords};
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, BvhQuality};
 use crate::film::Film;
+use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene};
 use crate::stats::{Phases, RenderStats};
 use schedule::{Pace, Submissions};
@@ -17,8 +18,10 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::Child;
 use trisect_shared::camera::Camera;
+use trisect_shared::features::Features;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
-use trisect_shared::params::RenderParams;
+use trisect_shared::material::{BLENDED, MASKED};
+use trisect_shared::params::{FLAG_HOLES, FLAG_SCHLICK, RenderParams};
 use trisect_shared::path::FirstHit;
 use trisect_shared::sky::Sky;
 
@@ -44,12 +47,44 @@ pub struct Frame {
     pub stats: RenderStats,
 }
 
+/// The scene's part of a launch record.
+#[derive(Clone, Copy, Debug)]
+struct SceneParams {
+    sky: Sky,
+    root: Child,
+    first_flat: u32,
+    first_triangle: u32,
+    lights: u32,
+    holes: bool,
+    environment_probability: f32,
+    environment_size: (u32, u32),
+    environment_rotation: f64,
+}
+
+impl SceneParams {
+    fn new(scene: &Scene, bvh: &Bvh, lights: &Lights) -> Self {
+        let environment = scene.environment.as_ref();
+        Self {
+            sky: scene.sky,
+            root: bvh.root,
+            first_flat: scene.spheres.len() as u32,
+            first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
+            lights: lights.lights.len() as u32,
+            holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
+            environment_probability: lights.environment_probability,
+            environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
+            environment_rotation: environment.map_or(0.0, |e| e.rotation),
+        }
+    }
+}
+
 /// A scene on a backend, ready for any number of frames.
 pub struct Renderer {
     backend: Box<dyn Backend>,
     camera: CameraPose,
-    sky: Sky,
-    root: Child,
+    features: Features,
+    /// What is the same in all launches of the scene.
+    scene: SceneParams,
     /// Learned from earlier submissions, kept from frame to frame.
     pace: Pace,
     /// One chunk as the device gives it, kept too.
@@ -58,22 +93,32 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Builds the BVH and uploads the scene.
-    pub fn new(mut backend: Box<dyn Backend>, scene: &Scene) -> Result<Self, Error> {
+    /// Builds the BVH and the light table, and uploads the scene.
+    pub fn new(backend: Box<dyn Backend>, scene: &Scene) -> Result<Self, Error> {
+        Self::with_quality(backend, scene, None)
+    }
+
+    /// The same with a BVH of this quality; `None` leaves it to the number of primitives.
+    pub fn with_quality(
+        mut backend: Box<dyn Backend>,
+        scene: &Scene,
+        quality: Option<BvhQuality>,
+    ) -> Result<Self, Error> {
         let start = Instant::now();
         scene.prove()?;
-        let bvh = Bvh::build(scene)?;
+        let bvh = Bvh::build(scene, quality)?;
+        let lights = Lights::new(scene, &bvh.triangles);
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        backend.upload(&SceneRecords::new(scene, &bvh))?;
+        backend.upload(&SceneRecords::new(scene, &bvh, &lights))?;
         let phases =
             Phases { bvh_seconds, upload_seconds: start.elapsed().as_secs_f64(), ..Phases::default() };
         let pace = Pace::new(backend.device().kind);
         Ok(Self {
             backend,
             camera: scene.camera,
-            sky: scene.sky,
-            root: bvh.root,
+            features: scene.features(),
+            scene: SceneParams::new(scene, &bvh, &lights),
             pace,
             chunk: Vec::new(),
             phases,
@@ -99,7 +144,7 @@ impl Renderer {
     pub fn render(&mut self, settings: &Settings, observer: &mut dyn Observer) -> Result<Frame, Error> {
         let start = Instant::now();
         self.prepare(settings)?;
-        let mut stats = RenderStats::new(self.backend.device(), settings, self.phases.clone());
+        let mut stats = RenderStats::new(self.backend.device(), settings, self.features, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();
@@ -158,7 +203,7 @@ impl Renderer {
         self.backend.prepare(&Job {
             width: settings.width,
             height: settings.height,
-            features: settings.features(),
+            features: self.features | settings.features(),
             math: settings.math,
         })?;
         Ok(())
@@ -170,9 +215,14 @@ impl Renderer {
     }
 
     fn launch(&self, settings: &Settings) -> RenderParams {
+        let SceneParams { sky, root, first_flat, first_triangle, .. } = self.scene;
+        let (sine, cosine) = self.scene.environment_rotation.sin_cos();
+        let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
+        let holes = if self.scene.holes { FLAG_HOLES } else { 0 };
+        let sampled = settings.light_sampling;
         RenderParams {
             camera: self.camera(settings),
-            sky: self.sky,
+            sky,
             width: settings.width,
             height: settings.height,
             first_row: 0,
@@ -182,9 +232,17 @@ impl Renderer {
             resume: 0,
             seed: settings.seed,
             depth: settings.depth,
-            root: self.root.0,
-            pad0: 0,
-            pad1: 0,
+            root: root.0,
+            first_flat,
+            first_triangle,
+            lights: if sampled { self.scene.lights } else { 0 },
+            roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
+            flags: schlick | holes,
+            environment_probability: if sampled { self.scene.environment_probability } else { 0.0 },
+            environment_width: self.scene.environment_size.0,
+            environment_height: self.scene.environment_size.1,
+            environment_cos: cosine as f32,
+            environment_sin: sine as f32,
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::film::Film;
 use crate::memory;
 use serde::Serialize;
 use thiserror::Error;
-use trisect_shared::features::{Features, ROULETTE, SCHLICK};
+use trisect_shared::features::{Features, ROULETTE, SCHLICK, SOBOL};
 
 /// The greatest depth of a path.
 pub const GREATEST_DEPTH: u32 = 65_535;
@@ -44,10 +44,27 @@ pub struct Settings {
     pub seed: u32,
     /// End paths at random, by their throughput: the same mean, fewer segments, more variance.
     pub roulette: bool,
+    /// From which segment on; 1 is the first.
+    pub roulette_depth: u32,
     /// How dielectrics reflect.
     pub fresnel: Fresnel,
     /// Which build of the kernels.
     pub math: MathMode,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
+    /// Connect each vertex to a light, and weigh by multiple importance sampling. Off, paths find lights by chance: the same mean,
+    /// but for lights without extent, which they never find.
+    pub light_sampling: bool,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampler {
+    /// A hash: each number independent of each other.
+    Independent,
+    /// The Owen-scrambled Sobol sequence.
+    Sobol,
 }
 
 /// Settings that cannot be rendered.
@@ -116,11 +133,12 @@ impl Settings {
         self.pixels() * u64::from(self.samples)
     }
 
-    /// What a kernel must be able to do.
+    /// What a kernel must be able to do, besides what the scene needs.
     pub fn features(&self) -> Features {
         let roulette = if self.roulette { ROULETTE } else { 0 };
         let schlick = if self.fresnel == Fresnel::Schlick { SCHLICK } else { 0 };
-        roulette | schlick
+        let sobol = if self.sampler == Sampler::Sobol { SOBOL } else { 0 };
+        roulette | schlick | sobol
     }
 
     /// Refuses what cannot be rendered, before anything is allocated.
@@ -134,6 +152,7 @@ impl Settings {
             ("height", self.height),
             ("samples per pixel (spp)", self.samples),
             ("depth", self.depth),
+            ("roulette depth", self.roulette_depth),
         ];
         if let Some(&(name, _)) = counts.iter().find(|(_, count)| *count == 0) {
             return Err(SettingsError::Zero { name });
@@ -165,8 +184,11 @@ mod tests {
             depth: 1,
             seed: 0,
             roulette: false,
+            roulette_depth: 1,
             fresnel: Fresnel::Exact,
             math: MathMode::Precise,
+            sampler: Sampler::Independent,
+            light_sampling: true,
         }
     }
 

@@ -1,18 +1,36 @@
 //! Scenes: read, validated, turned into device records.
+//!
+//! A reader (RON in [`format`], models in [`import`]) makes a [`description::Description`]; [`lower`] makes records of it.
 
+mod describe;
+pub mod description;
 mod error;
 mod format;
+pub mod import;
+mod include;
 mod lower;
+mod model;
+mod prove;
 mod values;
 
+pub use describe::ImageSettings;
 pub use error::SceneError;
 
 use crate::render::Settings;
+use describe::Loader;
+use description::{Description, TextureImage};
 use glam::DVec3;
 use std::path::Path;
-use trisect_shared::material::Material;
+use trisect_shared::environment::EnvironmentTexel;
+use trisect_shared::features::{EMITTERS, ENVIRONMENT, FLATS, Features, MICROFACETS, TEXTURES, TRIANGLES};
+use trisect_shared::flat::Flat;
+use trisect_shared::light::Light;
+use trisect_shared::material::{BLENDED, DIELECTRIC, MASKED, Material};
+use trisect_shared::math::greatest;
 use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
+use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// The scene that `trisect render` draws when none is named.
 const HELLO_WORLD: &str = include_str!("../../../scenes/three_spheres.ron");
@@ -34,34 +52,96 @@ pub struct CameraPose {
     pub focus_distance: f64,
 }
 
-/// A validated scene: every number is finite and in range, every material index is below the number of materials.
+/// A panorama.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// About +y, radians, counter-clockwise seen from above.
+    pub rotation: f64,
+    /// `width * height` texels with their alias table.
+    pub texels: Vec<EnvironmentTexel>,
+}
+
+/// A validated scene: every number is finite and in range, every index below the length of what it indexes.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Where it came from, for messages.
     pub name: String,
     /// The eye.
     pub camera: CameraPose,
-    /// Radiance from infinity.
+    /// Radiance from infinity, where there is no panorama.
     pub sky: Sky,
-    /// The primitives, in the file's order: an index here is a primitive's id.
+    /// Radiance from infinity.
+    pub environment: Option<Environment>,
+    /// Primitives of the first kind, in the file's order: an index here is a primitive's id.
     pub spheres: Vec<Sphere>,
+    /// Primitives of the second kind.
+    pub flats: Vec<Flat>,
+    /// Primitives of the third kind.
+    pub triangles: Vec<Triangle>,
+    /// One for each triangle.
+    pub shading: Vec<TriangleShading>,
     /// By index from the primitives.
     pub materials: Vec<Material>,
+    /// By index from the materials.
+    pub textures: Vec<Texture>,
+    /// Of all textures.
+    pub texels: Vec<Texel>,
+    /// Lights without extent; their part of the alias table is not filled in.
+    pub lights: Vec<Light>,
+    /// What was left out or changed, for people.
+    pub warnings: Vec<String>,
     /// What to render unless told otherwise.
     settings: Settings,
 }
 
-impl Scene {
-    /// Reads a scene file.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::parse(&text, &path.display().to_string())
+/// Reads the files that a scene names from the file system.
+struct FromDisk;
+
+impl Loader for FromDisk {
+    fn model(&mut self, path: &Path) -> Result<Description, SceneError> {
+        import::load(path)
     }
 
-    /// Reads a scene from text; `name` stands for the file in messages.
+    fn panorama(&mut self, path: &Path) -> Result<crate::image::Image, SceneError> {
+        crate::image::Image::read(path).map_err(|error| SceneError::Inconsistent {
+            file: path.display().to_string(),
+            message: error.to_string(),
+        })
+    }
+
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
+        import::texture(path, linear)
+    }
+}
+
+impl Scene {
+    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`) with a camera and a light of its own or, where it has none,
+    /// such as show all of it.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let name = path.display().to_string();
+        if import::is_model(path) {
+            let (description, image) = model::complete(import::load(path)?);
+            return lower::lower(&description, &image, &name);
+        }
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse_in(&text, &name, folder)
+    }
+
+    /// Reads a scene from text; `name` stands for the file in messages. Files that it names are sought in the current folder.
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
-        lower::lower(format::parse(text, name)?, name)
+        Self::parse_in(text, name, Path::new(""))
+    }
+
+    fn parse_in(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
+        let file = format::parse(text, name)?;
+        let (description, image) = describe::describe(&file, folder, &mut FromDisk)?;
+        lower::lower(&description, &image, name)
     }
 
     /// The built-in scene: `scenes/three_spheres.ron`.
@@ -69,20 +149,32 @@ impl Scene {
         Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
     }
 
-    /// Checks what kernels rely on when they read without bounds checks: each primitive's material exists. A loaded scene passes;
-    /// one that was changed since may not.
-    pub(crate) fn prove(&self) -> Result<(), SceneError> {
-        let materials = self.materials.len();
-        match self.spheres.iter().position(|sphere| sphere.material as usize >= materials) {
-            None => Ok(()),
-            Some(index) => Err(SceneError::Inconsistent {
-                file: self.name.clone(),
-                message: format!(
-                    "object {index} has material {}, there are {materials}",
-                    self.spheres[index].material
-                ),
-            }),
+    /// Primitives of all kinds.
+    pub fn primitives(&self) -> usize {
+        self.spheres.len() + self.flats.len() + self.triangles.len()
+    }
+
+    /// What a kernel must be able to do to render it.
+    pub fn features(&self) -> Features {
+        let mut features = 0;
+        let mut needs = |feature: Features, needed: bool| features |= if needed { feature } else { 0 };
+        needs(FLATS, !self.flats.is_empty());
+        needs(TRIANGLES, !self.triangles.is_empty());
+        needs(ENVIRONMENT, self.environment.is_some());
+        needs(EMITTERS, !self.lights.is_empty());
+        for material in &self.materials {
+            needs(EMITTERS, greatest(material.emission) > 0.0);
+            needs(MICROFACETS, material.kind > DIELECTRIC);
+            let textures = [
+                material.albedo_texture,
+                material.metallic_roughness_texture,
+                material.emission_texture,
+                material.transmission_texture,
+            ];
+            needs(TEXTURES, textures.iter().any(|&texture| texture != NO_TEXTURE));
+            needs(TEXTURES, material.flags & (MASKED | BLENDED) != 0);
         }
+        features
     }
 
     /// What the file asks for.

@@ -1,5 +1,6 @@
 //! Numbers that are in range once they exist. Serde checks them while it reads, so the reader's error names line and column.
 
+use glam::DVec3;
 use serde::Deserialize;
 
 /// Coordinates and distances may be this large: their squares, summed over three axes, stay finite in f32.
@@ -22,6 +23,12 @@ macro_rules! number {
                 if $valid { Ok(Self($value)) } else { Err(format!(concat!("{} is not ", $what), $value)) }
             }
         }
+
+        impl From<$name> for f64 {
+            fn from(number: $name) -> Self {
+                number.0
+            }
+        }
     };
 }
 
@@ -34,7 +41,7 @@ number!(
     Length, "a positive finite length between 1e-18 and 1e18", x => (LEAST..=GREATEST).contains(&x)
 );
 number!(
-    /// A reflected share, or a fuzz radius.
+    /// A reflected share, a fuzz radius, a roughness.
     Share, "between 0 and 1", x => (0.0..=1.0).contains(&x)
 );
 number!(
@@ -42,8 +49,24 @@ number!(
     Radiance, "a finite radiance, 0 or more and at most 1e18", x => (0.0..=GREATEST).contains(&x)
 );
 number!(
+    /// An intensity or irradiance of a light without extent.
+    Strength, "a finite strength of light, 0 or more and at most 1e18", x => (0.0..=GREATEST).contains(&x)
+);
+number!(
+    /// A factor on radiance.
+    Gain, "a finite factor, 0 or more and at most 1e18", x => (0.0..=GREATEST).contains(&x)
+);
+number!(
     /// An index of refraction.
     Ior, "a positive index of refraction, between 1e-3 and 1e3", x => (1e-3..=1e3).contains(&x)
+);
+number!(
+    /// The real part of a metal's index of refraction.
+    Eta, "a positive real part of an index of refraction, between 1e-6 and 1e3", x => (1e-6..=1e3).contains(&x)
+);
+number!(
+    /// The imaginary part of a metal's index of refraction.
+    Absorption, "an imaginary part of an index of refraction, between 0 and 1e3", x => (0.0..=1e3).contains(&x)
 );
 number!(
     /// The angle of a view, in degrees.
@@ -52,6 +75,22 @@ number!(
 number!(
     /// The angle of a lens seen from the plane in focus, in degrees.
     Defocus, "an angle between 0 and 179 degrees", x => (0.0..=179.0).contains(&x)
+);
+number!(
+    /// An angle of a rotation, in degrees.
+    Angle, "an angle between -1e6 and 1e6 degrees", x => x.abs() <= 1e6
+);
+number!(
+    /// Half the opening angle of a cone, in degrees.
+    HalfAngle, "an angle between 0 and 90 degrees", x => (0.0..=90.0).contains(&x)
+);
+number!(
+    /// A factor on lengths; a negative one mirrors.
+    Factor, "a factor between 1e-18 and 1e18, or the negative of one", x => (LEAST..=GREATEST).contains(&x.abs())
+);
+number!(
+    /// A number of a texture's transform.
+    TextureNumber, "a number between -1e6 and 1e6", x => x.abs() <= 1e6
 );
 
 /// A count from 1.
@@ -75,3 +114,41 @@ pub type Albedo = (Share, Share, Share);
 
 /// Red, green and blue radiance, linear Rec. 709.
 pub type Colour = (Radiance, Radiance, Radiance);
+
+/// Red, green and blue intensity or irradiance, linear Rec. 709.
+pub type Light = (Strength, Strength, Strength);
+
+/// A direction: of any length but 0 in the file, a unit vector here.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "Point")]
+pub struct Direction(pub DVec3);
+
+impl TryFrom<Point> for Direction {
+    type Error = String;
+
+    fn try_from(point: Point) -> Result<Self, String> {
+        unit(vector(point)).map(Self).ok_or_else(|| "(0, 0, 0) is not a direction".to_owned())
+    }
+}
+
+/// Three numbers as a vector.
+pub fn vector<T: Into<f64>>((x, y, z): (T, T, T)) -> DVec3 {
+    DVec3::new(x.into(), y.into(), z.into())
+}
+
+/// The unit vector along a finite vector, none for 0. Unlike `DVec3::normalize` right for those whose squares underflow.
+pub fn unit(vector: DVec3) -> Option<DVec3> {
+    let greatest = vector.abs().max_element();
+    (greatest > 0.0).then(|| (vector / greatest).normalize())
+}
+
+/// Sine and cosine of an angle in degrees, exact for quarter turns.
+pub fn sin_cos_degrees(angle: f64) -> (f64, f64) {
+    match angle.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        other => other.to_radians().sin_cos(),
+    }
+}

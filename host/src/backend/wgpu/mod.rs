@@ -35,7 +35,7 @@ pub struct Wgpu {
     gpu: Gpu,
     pipelines: Pipelines,
     params: Buffer,
-    scene: Option<[Buffer; 3]>,
+    scene: Option<[Buffer; 10]>,
     film: Option<Film>,
     entry: &'static str,
     timer: Option<Timer>,
@@ -92,7 +92,7 @@ impl Wgpu {
             return Err(BackendError::TooLarge { backend: "wgpu", what, needed: bytes, limit });
         }
         // An empty array is bound as one record that no kernel reads.
-        let size = bytes.max(64);
+        let size = bytes.max(112);
         let buffer = self.gpu.device.create_buffer(&BufferDescriptor {
             label: Some(what),
             size,
@@ -117,7 +117,7 @@ impl Wgpu {
         params: &RenderParams,
         output: &Buffer,
     ) -> Result<Duration, BackendError> {
-        let Some([spheres, nodes, materials]) = &self.scene else {
+        let Some(scene) = &self.scene else {
             return Err(self.misuse("no scene was uploaded"));
         };
         let (groups_x, groups_y) = (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1));
@@ -128,7 +128,7 @@ impl Wgpu {
             return Err(BackendError::TooLong { backend: "wgpu", width, rows, limit });
         }
         self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
-        let group = self.pipelines.bind(&self.gpu.device, [&self.params, spheres, nodes, materials, output]);
+        let group = self.pipelines.bind(&self.gpu.device, &self.params, scene, output);
         let start = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         {
@@ -177,10 +177,19 @@ impl Backend for Wgpu {
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        let scene = scene.scene();
+        self.scene = None; // before the new one is allocated
         self.scene = Some([
             self.store(scene.spheres, "the scene's spheres")?,
             self.store(scene.nodes, "the scene's BVH")?,
             self.store(scene.materials, "the scene's materials")?,
+            self.store(scene.flats, "the scene's quads and discs")?,
+            self.store(scene.triangles, "the scene's triangles")?,
+            self.store(scene.shading, "the scene's normals and texture coordinates")?,
+            self.store(scene.lights, "the scene's lights")?,
+            self.store(scene.textures, "the scene's textures")?,
+            self.store(scene.texels, "the scene's texels")?,
+            self.store(scene.environment, "the scene's panorama")?,
         ]);
         self.gpu.check("copying the scene")
     }

@@ -12,6 +12,9 @@ use wgpu::{
     ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
 };
 
+/// Arrays of a scene.
+const SCENE_ARRAYS: u32 = 10;
+
 /// One layout for all entry points, and a pipeline for each that was used.
 pub(super) struct Pipelines {
     module: ShaderModule,
@@ -30,16 +33,12 @@ impl Pipelines {
             count: None,
         };
         let read = BufferBindingType::Storage { read_only: true };
-        let bindings = gpu.device.create_bind_group_layout(&BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[
-                entry(0, BufferBindingType::Uniform),
-                entry(1, read),
-                entry(2, read),
-                entry(3, read),
-                entry(4, BufferBindingType::Storage { read_only: false }),
-            ],
-        });
+        let mut entries = vec![entry(0, BufferBindingType::Uniform)];
+        entries.extend((1..=SCENE_ARRAYS).map(|binding| entry(binding, read)));
+        entries.push(entry(SCENE_ARRAYS + 1, BufferBindingType::Storage { read_only: false }));
+        let bindings = gpu
+            .device
+            .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
         let layout = gpu.device.create_pipeline_layout(&PipelineLayoutDescriptor {
             label: None,
             bind_group_layouts: &[Some(&bindings)],
@@ -75,13 +74,19 @@ impl Pipelines {
         })
     }
 
-    /// Binds the buffers in the order of their bindings.
-    pub fn bind(&self, device: &Device, buffers: [&Buffer; 5]) -> BindGroup {
-        let mut binding = 0..;
-        let entries = buffers.map(|buffer| BindGroupEntry {
-            binding: binding.next().unwrap_or_default(),
-            resource: buffer.as_entire_binding(),
-        });
+    /// Binds the launch record, the scene's arrays and the output, in the order of their bindings.
+    pub fn bind(
+        &self,
+        device: &Device,
+        params: &Buffer,
+        scene: &[Buffer; SCENE_ARRAYS as usize],
+        output: &Buffer,
+    ) -> BindGroup {
+        let buffers = [params].into_iter().chain(scene).chain([output]);
+        let entries: Vec<BindGroupEntry> = (0u32..)
+            .zip(buffers)
+            .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
         device.create_bind_group(&BindGroupDescriptor {
             label: None,
             layout: &self.bindings,

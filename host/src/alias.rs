@@ -1,0 +1,78 @@
+//! Alias tables: choosing from a discrete distribution in constant time (Walker, 1977; built as by Vose, 1991).
+
+/// A row: keep this entry if a random 32-bit word is below `threshold`, else take `alias`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Of 2³².
+    pub threshold: u32,
+    /// Index of an entry.
+    pub alias: u32,
+}
+
+/// The table for weights that are finite and not negative. `None` where all are zero, or there are none.
+///
+/// An entry's chance is its share of the sum within 2⁻³² of a row's; one of weight zero is never taken.
+pub fn table(weights: &[f64]) -> Option<Vec<Row>> {
+    let sum: f64 = weights.iter().sum();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return None;
+    }
+    let scale = weights.len() as f64 / sum;
+    let mut left: Vec<f64> = weights.iter().map(|weight| weight * scale).collect();
+    let mut rows: Vec<Row> =
+        (0u32..).take(weights.len()).map(|i| Row { threshold: u32::MAX, alias: i }).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..left.len()).partition(|&i| left[i] < 1.0);
+    while let (Some(&giver), Some(taker)) = (large.last(), small.pop()) {
+        let threshold = (left[taker] * 4_294_967_296.0) as u32;
+        rows[taker] = Row { threshold, alias: giver as u32 };
+        left[giver] -= 1.0 - left[taker];
+        if left[giver] < 1.0 {
+            large.pop();
+            small.push(giver);
+        }
+    }
+    // What rounding leaves over is full, but for entries that must never be taken.
+    let heaviest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
+    for i in small {
+        if weights[i] == 0.0 {
+            rows[i] = Row { threshold: 0, alias: heaviest as u32 };
+        }
+    }
+    Some(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The chance that a table gives each entry.
+    fn chances(rows: &[Row]) -> Vec<f64> {
+        let mut chances = vec![0.0; rows.len()];
+        for (i, row) in rows.iter().enumerate() {
+            let keep = if row.alias as usize == i { 1.0 } else { f64::from(row.threshold) / 4_294_967_296.0 };
+            chances[i] += keep / rows.len() as f64;
+            chances[row.alias as usize] += (1.0 - keep) / rows.len() as f64;
+        }
+        chances
+    }
+
+    #[test]
+    fn chances_are_the_weights() {
+        let many: Vec<f64> = (0..1000).map(|i| f64::from(i * i % 97)).collect();
+        for weights in [vec![1.0], vec![1.0, 3.0], vec![0.0, 5.0, 0.0, 1e-9, 2.0], many] {
+            let rows = table(&weights).unwrap();
+            let sum: f64 = weights.iter().sum();
+            for (chance, weight) in chances(&rows).iter().zip(&weights) {
+                assert!((chance - weight / sum).abs() < 1e-9, "{chance} {weight}");
+                assert!(*weight > 0.0 || *chance == 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_choose_from() {
+        assert_eq!(table(&[]), None);
+        assert_eq!(table(&[0.0, 0.0]), None);
+        assert_eq!(table(&[f64::INFINITY]), None);
+    }
+}

@@ -1,0 +1,119 @@
+//! What next-event estimation chooses from: every emitting primitive and every light without extent, by power.
+
+use crate::alias;
+use crate::scene::Scene;
+use glam::Vec3;
+use std::f64::consts::PI;
+use trisect_shared::flat::Flat;
+use trisect_shared::light::{AREA, DIRECTIONAL, Light};
+use trisect_shared::material::Material;
+use trisect_shared::math::luminance;
+use trisect_shared::sphere::Sphere;
+use trisect_shared::triangle::Triangle;
+
+/// The light table of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    /// With their alias table; empty if nothing emits, or all of it black.
+    pub lights: Vec<Light>,
+    /// The scene's materials with the densities of the table.
+    pub materials: Vec<Material>,
+    /// Chance that the panorama is chosen instead.
+    pub environment_probability: f32,
+}
+
+/// What a light without a place counts as far away as.
+const GREATEST_RADIUS: f64 = 1e9;
+
+impl Lights {
+    /// The table for `scene`, its triangles in the order of `triangles`. Chances follow the power: luminance times π times area for
+    /// what emits, and for both kinds without extent the power that they send into the scene. A panorama has half of all choices.
+    pub fn new(scene: &Scene, triangles: &[Triangle]) -> Self {
+        let emitted = |material: u32| f64::from(scene.materials[material as usize].light_density);
+        let areas = areas(&scene.spheres, &scene.flats, triangles);
+        let mut lights = Vec::new();
+        let mut powers = Vec::new();
+        for (primitive, (area, material)) in areas.enumerate() {
+            let power = PI * emitted(material) * area;
+            if power > 0.0 {
+                let mut light: Light = bytemuck::Zeroable::zeroed();
+                light.kind = AREA;
+                light.primitive = primitive as u32;
+                lights.push(light);
+                powers.push(power);
+            }
+        }
+        let radius = radius(scene, triangles);
+        for light in &scene.lights {
+            let strength = f64::from(luminance(light.intensity));
+            let power = if light.kind == DIRECTIONAL {
+                strength * PI * radius * radius
+            } else if light.cone_scale > 0.0 {
+                // The solid angle of the cone's outer half angle.
+                strength * 2.0 * PI * (1.0 + f64::from(light.cone_offset / light.cone_scale))
+            } else {
+                strength * 4.0 * PI
+            };
+            if power > 0.0 {
+                lights.push(*light);
+                powers.push(power);
+            }
+        }
+        // Powers may be so unlike that f64 cannot sum them: then all of them count the same.
+        let greatest = powers.iter().copied().fold(0.0, f64::max);
+        powers.iter_mut().for_each(|power| *power /= greatest);
+        let rows = alias::table(&powers).unwrap_or_default();
+        let sum: f64 = powers.iter().sum();
+
+        let panorama = scene.environment.as_ref().is_some_and(|environment| !environment.is_black());
+        let environment_probability = match (panorama, rows.is_empty()) {
+            (false, _) => 0.0,
+            (true, true) => 1.0,
+            (true, false) => 0.5,
+        };
+        let share = 1.0 - f64::from(environment_probability);
+        if rows.is_empty() {
+            lights.clear();
+        }
+        for ((light, row), power) in lights.iter_mut().zip(&rows).zip(&powers) {
+            (light.threshold, light.alias) = (row.threshold, row.alias);
+            light.probability = (share * power / sum) as f32;
+        }
+        let mut materials = scene.materials.clone();
+        for material in &mut materials {
+            let power = PI * f64::from(material.light_density) / greatest;
+            let density = if rows.is_empty() { 0.0 } else { share * power / sum };
+            material.light_density = density as f32;
+        }
+        Self { lights, materials, environment_probability }
+    }
+}
+
+/// Area and material of each primitive, in their order.
+fn areas(spheres: &[Sphere], flats: &[Flat], triangles: &[Triangle]) -> impl Iterator<Item = (f64, u32)> {
+    let spheres = spheres.iter().map(|s| (4.0 * PI * f64::from(s.radius).powi(2), s.material));
+    let flats = flats.iter().map(|f| (f64::from(f.area), f.material));
+    let triangles = triangles.iter().map(|t| {
+        let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
+        (0.5 * (b - a).cross(c - a).length(), t.material)
+    });
+    spheres.chain(flats).chain(triangles)
+}
+
+/// Half the diagonal of everything but planes.
+fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut add = |p: Vec3| (low, high) = (low.min(p), high.max(p));
+    for s in &scene.spheres {
+        add(s.center - s.radius);
+        add(s.center + s.radius);
+    }
+    for f in scene.flats.iter().filter(|f| f64::from(f.area) < GREATEST_RADIUS * GREATEST_RADIUS) {
+        [f.origin, f.origin + f.edge_u, f.origin + f.edge_v].into_iter().for_each(&mut add);
+    }
+    for t in triangles {
+        [t.a, t.b, t.c].into_iter().for_each(&mut add);
+    }
+    let diagonal = (high.as_dvec3() - low.as_dvec3()).length();
+    if diagonal.is_finite() && diagonal > 0.0 { (0.5 * diagonal).min(GREATEST_RADIUS) } else { 1.0 }
+}

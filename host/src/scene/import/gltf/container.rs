@@ -1,0 +1,93 @@
+//! GLB: a header, the JSON, the first buffer.
+
+use super::super::site::Site;
+use crate::scene::error::SceneError;
+
+/// What a GLB file begins with.
+pub const MAGIC: &[u8] = b"glTF";
+
+const JSON: u32 = 0x4e4f_534a;
+const BINARY: u32 = 0x004e_4942;
+
+/// The JSON and the first buffer, if the file has one.
+pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
+    let header = Site::new(name, "GLB header");
+    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+        return Err(header.malformed("the file ends within it", "export the file again"));
+    };
+    if version != 2 {
+        return Err(header.unsupported(format!("GLB version {version}"), "export glTF 2.0"));
+    }
+    let Some(bytes) = bytes.get(..length as usize) else {
+        return Err(truncated(&header, u64::from(length), bytes.len()));
+    };
+    let (kind, json, rest) = chunk(bytes, 12, &Site::new(name, "GLB chunk 0"))?;
+    if kind != JSON {
+        return Err(
+            Site::new(name, "GLB chunk 0").malformed("it is not JSON", "JSON must be the first chunk")
+        );
+    }
+    if rest >= bytes.len() {
+        return Ok((json, None));
+    }
+    // Other kinds of chunks are for extensions, and to be skipped.
+    let (kind, binary, _) = chunk(bytes, rest, &Site::new(name, "GLB chunk 1"))?;
+    Ok((json, (kind == BINARY).then_some(binary)))
+}
+
+/// A chunk's kind and content, and where the next begins.
+fn chunk<'a>(bytes: &'a [u8], at: usize, site: &Site) -> Result<(u32, &'a [u8], usize), SceneError> {
+    let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at.saturating_add(4))) else {
+        return Err(truncated(site, at as u64 + 8, bytes.len()));
+    };
+    let start = at + 8;
+    let end = start.saturating_add(length as usize);
+    match bytes.get(start..end) {
+        Some(content) => Ok((kind, content, end.next_multiple_of(4))),
+        None => Err(truncated(site, end as u64, bytes.len())),
+    }
+}
+
+fn truncated(site: &Site, end: u64, length: usize) -> SceneError {
+    site.malformed(
+        format!("it ends at byte {end}, the file at byte {length}"),
+        "the file is incomplete: copy or export it again",
+    )
+}
+
+/// The little-endian number at a place.
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    bytes.get(at..)?.first_chunk().map(|word| u32::from_le_bytes(*word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::import::testing::glb;
+
+    #[test]
+    fn chunks_come_apart() {
+        let file = glb("{}", Some(&[1, 2, 3, 4]));
+        let (json, binary) = split(&file, "a").unwrap();
+        assert_eq!((json.trim_ascii_end(), binary), (&b"{}"[..], Some(&[1, 2, 3, 4][..])));
+        assert_eq!(split(&glb("{}", None), "a").unwrap().1, None);
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        let file = glb("{}", Some(&[1, 2, 3, 4]));
+        for length in 0..file.len() {
+            let mut cut = file[..length].to_vec();
+            assert!(split(&cut, "a").is_err(), "{length}");
+            if length >= 12 {
+                cut[8..12].copy_from_slice(&(length as u32).to_le_bytes()); // the header agrees; 24: JSON alone
+                assert_eq!(split(&cut, "a").is_err(), length != 24, "{length}");
+            }
+        }
+        let error = split(&file[..30], "a.glb").unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "a.glb: GLB header: it ends at byte 36, the file at byte 30; the file is incomplete: copy or export it again"
+        );
+    }
+}

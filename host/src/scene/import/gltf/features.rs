@@ -1,0 +1,63 @@
+//! What a file uses, and this program does not have.
+
+use super::super::site::{Site, shown};
+use super::super::warnings::Warnings;
+use super::json::Root;
+use crate::scene::error::SceneError;
+
+/// The extensions that are read.
+const SUPPORTED: [&str; 6] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Refuses a file that requires what is not there, and warns of what else is not.
+pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), SceneError> {
+    let supported = |extension: &str| SUPPORTED.contains(&extension);
+    if let Some(extension) = root.extensions_required.iter().find(|extension| !supported(extension)) {
+        return Err(Site::new(name, "extensionsRequired")
+            .unsupported(format!("the extension {}", shown(extension)), "export the file without it"));
+    }
+    for extension in root.extensions_used.iter().filter(|extension| !supported(extension)) {
+        warnings.once(match extension.as_str() {
+            "KHR_materials_unlit" => {
+                "KHR_materials_unlit is not supported: unlit materials are lit as others are".to_owned()
+            }
+            _ => format!("the extension {} is not supported and ignored", shown(extension)),
+        });
+    }
+    let mut warn = |used: bool, text: &str| {
+        if used {
+            warnings.once(text);
+        }
+    };
+    warn(!root.animations.is_empty(), "animations are not supported: the scene is as its nodes have it");
+    warn(!root.skins.is_empty(), "skins are not supported: skinned meshes keep their own shape and place");
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    warn(
+        primitives.any(|primitive| primitive.targets.is_some()),
+        "morph targets are not supported and ignored",
+    );
+    let mut attributes = root
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .flat_map(|primitive| primitive.attributes.keys());
+    warn(
+        attributes.any(|attribute| attribute.starts_with("COLOR_")),
+        "vertex colours (COLOR_0) are not supported and ignored",
+    );
+    warn(
+        root.materials.iter().any(|material| material.normal_texture.is_some()),
+        "normal maps (normalTexture) are not supported and ignored",
+    );
+    warn(
+        root.materials.iter().any(|material| material.occlusion_texture.is_some()),
+        "occlusion maps (occlusionTexture) are not supported and ignored: occlusion is computed",
+    );
+    Ok(())
+}

@@ -1,0 +1,90 @@
+//! glTF 2.0: `.gltf` with buffers in data URIs or files beside it, and `.glb`.
+//!
+//! What is read: meshes of triangles, strips and fans, indexed or not, interleaved, sparse or quantised
+//! (KHR_mesh_quantization); nodes; the default scene, or all roots if the file names none; perspective cameras; the
+//! metallic-roughness material with KHR_materials_emissive_strength, KHR_materials_ior and KHR_materials_transmission; PNG and
+//! JPEG textures with samplers and KHR_texture_transform; KHR_lights_punctual.
+//!
+//! Meshes and materials that nothing in the scene uses are left out, and with them their images. glTF's units are taken as
+//! those of the renderer: a candela is 1 in a light's intensity, a lux 1 in its irradiance, and an emissive factor a radiance.
+//! A primitive's texture coordinates are those of the set that its material's textures use. The rotation of
+//! KHR_texture_transform is counter-clockwise with v down, as its example and other programs have it; the GLSL in its text has the
+//! inverse (KhronosGroup/glTF issue 1563).
+
+mod accessor;
+mod buffers;
+mod camera;
+mod container;
+mod features;
+mod json;
+mod light;
+mod material;
+mod primitive;
+mod scene;
+mod texture;
+mod transform;
+
+use super::budget::Budget;
+use super::files::Files;
+use super::images::Images;
+use super::site::Site;
+use super::warnings::Warnings;
+use crate::scene::description::Description;
+use crate::scene::error::SceneError;
+use buffers::Buffers;
+use json::Root;
+
+/// Reads glTF 2.0 from `bytes`, JSON or GLB; `name` stands for the file in messages.
+///
+/// # Errors
+/// [`SceneError::Invalid`] for what is no such JSON, [`SceneError::Malformed`] for what the specification forbids and cannot be
+/// shown, [`SceneError::Unsupported`] for what the file requires and this program does not have, [`SceneError::Resource`] for
+/// buffers and images that `files` does not give, [`SceneError::TooLarge`].
+pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
+    let (json, chunk) =
+        if bytes.starts_with(container::MAGIC) { container::split(bytes, name)? } else { (bytes, None) };
+    let text = str::from_utf8(json).map_err(|error| {
+        let place = format!("byte {} of the JSON", error.valid_up_to());
+        Site::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
+    })?;
+    let root = json::parse(text, name)?;
+    let mut warnings = Warnings::default();
+    features::check(&root, name, &mut warnings)?;
+    let mut budget = Budget::new(bytes.len());
+    let buffers = Buffers::read(&root, name, chunk, files, &mut budget)?;
+    let document = Document { name, root, buffers };
+    let mut output =
+        Output { description: Description::default(), images: Images::default(), warnings, budget, files };
+    scene::read(&document, &mut output)?;
+    let Output { mut description, images, warnings, .. } = output;
+    description.images = images.all;
+    description.warnings = warnings.finish();
+    Ok(description)
+}
+
+/// What is read from.
+struct Document<'a> {
+    name: &'a str,
+    root: Root,
+    buffers: Buffers<'a>,
+}
+
+impl<'a> Document<'a> {
+    fn site(&self, place: impl Into<String>) -> Site<'a> {
+        Site::new(self.name, place)
+    }
+}
+
+/// What is written to.
+struct Output<'a> {
+    description: Description,
+    images: Images,
+    warnings: Warnings,
+    budget: Budget,
+    files: &'a mut dyn Files,
+}
+
+#[cfg(test)]
+mod scene_tests;
+#[cfg(test)]
+mod tests;

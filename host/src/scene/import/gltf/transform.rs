@@ -1,0 +1,98 @@
+//! Where nodes are.
+
+use super::super::site::Site;
+use super::json::{Node, Root};
+use crate::scene::error::SceneError;
+use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+
+/// Nodes may have this many generations of children.
+const DEEPEST: usize = 256;
+
+/// A node's place in that of its parent.
+pub fn local(node: &Node, site: &Site) -> Result<DAffine3, SceneError> {
+    if let Some(matrix) = node.matrix.as_deref() {
+        let matrix = DMat4::from_cols_array(matrix);
+        let last = matrix.row(3);
+        if !(last - DVec4::W).abs().cmple(DVec4::splat(1e-6)).all() {
+            let problem = format!("the matrix' last row is {last}");
+            return Err(site.malformed(problem, "it must be 0, 0, 0, 1: elements 3, 7, 11 and 15"));
+        }
+        return Ok(DAffine3::from_mat4(matrix));
+    }
+    let vector =
+        |source: &Option<Box<[f64; 3]>>, otherwise| source.as_deref().map_or(otherwise, |v| DVec3::from(*v));
+    let rotation = match node.rotation.as_deref() {
+        None => DQuat::IDENTITY,
+        Some(rotation) => {
+            let length = DVec4::from(*rotation).length();
+            if !(1e-6..1e6).contains(&length) {
+                let problem = format!("the rotation's length is {length}");
+                return Err(site.malformed(problem, "it must be a unit quaternion"));
+            }
+            DQuat::from_vec4(DVec4::from(*rotation) / length)
+        }
+    };
+    let (scale, translation) = (vector(&node.scale, DVec3::ONE), vector(&node.translation, DVec3::ZERO));
+    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+}
+
+/// Checks that nodes form trees of bounded depth, and lists their roots.
+pub fn roots(root: &Root, name: &str) -> Result<Vec<u32>, SceneError> {
+    const NONE: u32 = u32::MAX;
+    let mut parents = vec![NONE; root.nodes.len()];
+    for (index, node) in root.nodes.iter().enumerate() {
+        let site = Site::new(name, format!("nodes[{index}].children"));
+        for &child in &node.children {
+            super::buffers::get(&root.nodes, child, "nodes", &site)?;
+            let parent = &mut parents[child as usize];
+            if *parent != NONE {
+                let problem = format!("nodes[{child}] is a child of nodes[{parent}] already");
+                return Err(site.malformed(problem, "a node must have one parent"));
+            }
+            *parent = index as u32;
+        }
+    }
+    let roots: Vec<u32> =
+        (0..).zip(&parents).filter(|(_, parent)| **parent == NONE).map(|(index, _)| index).collect();
+    // With one parent each, a walk down from the roots meets every node once, but those in circles and below.
+    let mut met = vec![false; root.nodes.len()];
+    walk(root, &roots, name, &mut |index, _| {
+        met[index as usize] = true;
+        Ok(())
+    })?;
+    match met.iter().position(|met| !met) {
+        None => Ok(roots),
+        Some(index) => Err(Site::new(name, format!("nodes[{index}]"))
+            .malformed("it is below itself, or below a node that is", "nodes must form trees")),
+    }
+}
+
+/// Visits `starts` and all below them, with their places in the world. They are in no circle, or depth ends the walk.
+pub fn walk(
+    root: &Root,
+    starts: &[u32],
+    name: &str,
+    visit: &mut dyn FnMut(u32, DAffine3) -> Result<(), SceneError>,
+) -> Result<(), SceneError> {
+    let mut path = vec![(starts.iter(), DAffine3::IDENTITY)];
+    while let Some((siblings, parent)) = path.last_mut() {
+        let Some(&index) = siblings.next() else {
+            path.pop();
+            continue;
+        };
+        let Some(node) = root.nodes.get(index as usize) else { continue };
+        let site = Site::new(name, format!("nodes[{index}]"));
+        let world = *parent * local(node, &site)?;
+        if !world.is_finite() {
+            return Err(site.malformed("its place in the world is not finite", "use smaller numbers"));
+        }
+        visit(index, world)?;
+        if !node.children.is_empty() {
+            if path.len() >= DEEPEST {
+                return Err(site.too_large("nodes are nested too deep", format!("{DEEPEST} levels")));
+            }
+            path.push((node.children.iter(), world));
+        }
+    }
+    Ok(())
+}

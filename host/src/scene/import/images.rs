@@ -1,0 +1,158 @@
+//! Images for textures: PNG and JPEG.
+
+use super::budget::fits;
+use super::site::{Site, shown};
+use crate::memory;
+use crate::scene::description::{Texels, TextureImage};
+use crate::scene::error::SceneError;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::io::Cursor;
+
+/// Texels across, and down.
+const GREATEST_SIDE: u32 = 16384;
+
+/// How an image's numbers stand for light. What the image file says about that is ignored, as glTF asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Curve {
+    Srgb,
+    Linear,
+}
+
+/// The images read so far, each once for each curve.
+#[derive(Debug, Default)]
+pub(super) struct Images {
+    pub all: Vec<TextureImage>,
+    index: HashMap<(String, Curve), usize>,
+}
+
+impl Images {
+    /// The index of the image `key` with `curve`; its file comes from `read` if it is not there yet.
+    pub fn get<'a>(
+        &mut self,
+        key: &str,
+        curve: Curve,
+        site: &Site,
+        read: impl FnOnce() -> Result<Cow<'a, [u8]>, SceneError>,
+    ) -> Result<usize, SceneError> {
+        if let Some(&index) = self.index.get(&(key.to_owned(), curve)) {
+            return Ok(index);
+        }
+        let other = if curve == Curve::Srgb { Curve::Linear } else { Curve::Srgb };
+        let image = match self.index.get(&(key.to_owned(), other)).and_then(|&index| self.all.get(index)) {
+            Some(TextureImage {
+                name,
+                width,
+                height,
+                texels: Texels::Srgb8(texels) | Texels::Linear8(texels),
+            }) => {
+                fits(4 * texels.len() as u64, site)?;
+                let (name, texels) = (name.clone(), curve.texels(texels.clone()));
+                TextureImage { name, width: *width, height: *height, texels }
+            }
+            _ => decode(&read()?, curve, key, site)?,
+        };
+        self.all.push(image);
+        self.index.insert((key.to_owned(), curve), self.all.len() - 1);
+        Ok(self.all.len() - 1)
+    }
+}
+
+impl Curve {
+    fn texels(self, texels: Vec<[u8; 4]>) -> Texels {
+        match self {
+            Self::Srgb => Texels::Srgb8(texels),
+            Self::Linear => Texels::Linear8(texels),
+        }
+    }
+}
+
+/// Decodes a PNG or JPEG file to 8 bits a channel; its first bytes say which it is.
+pub(super) fn decode(
+    bytes: &[u8],
+    curve: Curve,
+    name: &str,
+    site: &Site,
+) -> Result<TextureImage, SceneError> {
+    let format = match image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
+        Ok(other) => {
+            return Err(site
+                .unsupported(format!("{other:?}, the format of this image,"), "convert it to PNG or JPEG"));
+        }
+        Err(_) => return Err(site.malformed("this is no image", "it must be PNG or JPEG")),
+    };
+    let broken = |error: image::ImageError| {
+        site.malformed(
+            format!("the image cannot be decoded: {}", shown(&error.to_string())),
+            "write it again",
+        )
+    };
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(memory::available() / 2);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    if width.max(height) > GREATEST_SIDE {
+        let maximum = format!("{GREATEST_SIDE} x {GREATEST_SIDE} texels");
+        return Err(site.too_large(format!("an image of {width} x {height}"), maximum));
+    }
+    if width == 0 || height == 0 {
+        return Err(site.malformed("the image has no texels", "write it again"));
+    }
+    // As decoded, as 8 bits of red, green, blue and alpha, and as the texels that stay.
+    let texels = u64::from(width) * u64::from(height);
+    fits(decoder.total_bytes().saturating_add(8 * texels), site)?;
+    let rgba = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgba8();
+    let texels = rgba.as_raw().as_chunks().0.to_vec();
+    Ok(TextureImage { name: shown(name), width, height, texels: curve.texels(texels) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::import::testing::png;
+
+    #[test]
+    fn an_image_used_both_ways_is_decoded_once_and_kept_twice() {
+        let mut images = Images::default();
+        let site = Site::new("test", "images[0]");
+        let file = png(2, 1, &[[1, 2, 3, 255], [4, 5, 6, 128]]);
+        let read = || Ok(Cow::Borrowed(&file[..]));
+        assert_eq!(images.get("a", Curve::Srgb, &site, read).unwrap(), 0);
+        assert_eq!(images.get("a", Curve::Srgb, &site, || unreachable!()).unwrap(), 0);
+        assert_eq!(images.get("a", Curve::Linear, &site, || unreachable!()).unwrap(), 1);
+        assert!(matches!(&images.all[0].texels, Texels::Srgb8(texels) if texels[1] == [4, 5, 6, 128]));
+        assert!(matches!(&images.all[1].texels, Texels::Linear8(texels) if texels[0] == [1, 2, 3, 255]));
+        assert_eq!((images.all[1].width, images.all[1].height), (2, 1));
+    }
+
+    #[test]
+    fn jpeg_images_are_opaque() {
+        let mut file = Vec::new();
+        let grey = image::GrayImage::from_pixel(3, 2, image::Luma([100]));
+        grey.write_with_encoder(image::codecs::jpeg::JpegEncoder::new(&mut file)).unwrap();
+        let image = decode(&file, Curve::Linear, "a", &Site::new("test", "images[0]")).unwrap();
+        let Texels::Linear8(texels) = image.texels else { panic!() };
+        assert_eq!((image.width, image.height, texels.len()), (3, 2, 6));
+        assert!(texels[0][0].abs_diff(100) < 3 && texels[0][3] == 255);
+    }
+
+    #[test]
+    fn unusable_images_are_errors() {
+        let site = Site::new("test", "images[0]");
+        let error = |bytes: &[u8]| decode(bytes, Curve::Srgb, "a", &site).unwrap_err();
+        assert!(matches!(error(b""), SceneError::Malformed { .. }));
+        assert!(matches!(error(b"GIF89a"), SceneError::Unsupported { .. }));
+        let file = png(2, 1, &[[1, 2, 3, 255], [4, 5, 6, 128]]);
+        assert!(matches!(error(&file[..file.len() / 2]), SceneError::Malformed { .. }));
+        let mut wide = file.clone();
+        wide[16..20].copy_from_slice(&20000u32.to_be_bytes()); // the width in the header, whose checksum comes after
+        let checksum = crate::scene::import::testing::crc32(&wide[12..29]);
+        wide[29..33].copy_from_slice(&checksum.to_be_bytes());
+        let error = error(&wide).to_string();
+        assert_eq!(error, "test: images[0]: an image of 20000 x 1; the maximum is 16384 x 16384 texels");
+    }
+}

@@ -1,0 +1,72 @@
+//! Scenes in other programs' formats: glTF 2.0, Wavefront OBJ and PLY.
+//!
+//! Each reader turns bytes into a [`Description`] and takes what else it needs through [`Files`]. What a file says wrongly is an
+//! error that names the place; what it asks for beyond this program is a warning that names the feature, or an error where the
+//! file says that it cannot be shown without.
+//!
+//! No input makes a reader panic, and all of them bound their memory: beside its images, a description takes at most 64 times the
+//! bytes that were read and 64 MiB, and stands for at most 2^30 triangles.
+
+mod budget;
+mod files;
+pub mod gltf;
+mod images;
+mod mesh;
+pub mod obj;
+pub mod ply;
+mod site;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+mod warnings;
+
+pub use files::{Files, Folder, NoFiles};
+
+use super::description::{Description, TextureImage};
+use super::error::SceneError;
+use images::Curve;
+use site::Site;
+use std::path::Path;
+
+/// A format's reader: bytes, their name in messages, the files beside them.
+type Parse = fn(&[u8], &str, &mut dyn Files) -> Result<Description, SceneError>;
+
+/// The reader for a file's extension, in upper or lower case.
+fn reader(path: &Path) -> Option<Parse> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "gltf" | "glb" => Some(gltf::parse),
+        "obj" => Some(obj::parse),
+        "ply" => Some(|bytes, name, _| ply::parse(bytes, name)),
+        _ => None,
+    }
+}
+
+/// Whether [`load`] reads files with this one's extension.
+pub fn is_model(path: &Path) -> bool {
+    reader(path).is_some()
+}
+
+/// Reads a scene from a `.gltf`, `.glb`, `.obj` or `.ply` file and the files beside it that it names.
+///
+/// # Errors
+/// [`SceneError::UnknownFormat`] for another extension, [`SceneError::Read`] for a file that cannot be read,
+/// [`SceneError::Resource`] for one that it names and that cannot be read, [`SceneError::Malformed`], [`SceneError::Invalid`],
+/// [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for what is in them.
+pub fn load(path: &Path) -> Result<Description, SceneError> {
+    let parse = reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
+    let bytes = files::read_whole(path)?;
+    parse(&bytes, &path.display().to_string(), &mut Folder::of(path))
+}
+
+/// Reads a PNG or JPEG file as an image for textures; its colours have sRGB's curve unless they are `linear`.
+///
+/// # Errors
+/// [`SceneError::Read`] for a file that cannot be read, [`SceneError::Malformed`] and [`SceneError::Unsupported`] for one that
+/// is neither, [`SceneError::TooLarge`] for more than 16384 texels across or down, or than fit into memory.
+pub fn texture(path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
+    let bytes = files::read_whole(path)?;
+    let name = path.display().to_string();
+    let curve = if linear { Curve::Linear } else { Curve::Srgb };
+    images::decode(&bytes, curve, &name, &Site::new(&name, "image"))
+}

@@ -1,0 +1,105 @@
+//! Wavefront OBJ with MTL materials.
+//!
+//! Of OBJ: `v`, `vt`, `vn`, `f`, `o`, `g`, `usemtl` and `mtllib`. Polygons become fans around their first vertex; those of the
+//! same object or group with the same material become a mesh, as do those without normals or texture coordinates apart from
+//! those with. Normals are those of `vn`: smoothing groups are not. Texture coordinates have v upwards there, downwards here.
+//!
+//! Of MTL, the first line that applies:
+//!
+//! | Statements | Material |
+//! |---|---|
+//! | `Pr` or `Pm` | metallic-roughness: base colour `Kd`, roughness `Pr` (1 without), metallic `Pm` (0 without), index of refraction `Ni` (1.5 without) |
+//! | `illum` 4, 6 or 7; or `Tf`, `Ni` and `d` below 1 | smooth glass with index of refraction `Ni` (1.5 without) |
+//! | `illum` 3 or 5, `Ns` and `Ks` above 0 | rough metal that reflects `Ks`, GGX alpha sqrt(2 / (`Ns` + 2)) |
+//! | any others | diffuse: `Kd` (0.8 without, 1 with `map_Kd`) |
+//!
+//! `map_Kd` multiplies `Kd` where there is a base colour. `Ke` is emitted by both sides, times `map_Ke`. But for glass, `d` below
+//! 1 (or `Tr` above 0) is the share that is seen. Maps take the options `-s`, `-o` and `-clamp`. Highlights (`Ks`, `Ns`) of diffuse
+//! materials and ambient light (`Ka`) are not. Faces without a material, or with one that no library has, are diffuse grey.
+
+mod geometry;
+mod library;
+mod lines;
+mod material;
+
+use super::budget::Budget;
+use super::files::Files;
+use super::images::Images;
+use super::mesh::{check_instance, check_uvs, extent, finish};
+use super::site::Site;
+use super::warnings::Warnings;
+use crate::scene::description::{Description, Instance, Mesh};
+use crate::scene::error::SceneError;
+use geometry::{Geometry, Group, NONE};
+use glam::DAffine3;
+use lines::Source;
+use material::Materials;
+use std::collections::HashMap;
+
+/// Reads OBJ from `bytes`, and its material libraries and images from `files`; `name` stands for the file in messages.
+///
+/// # Errors
+/// [`SceneError::Invalid`] for what is no such text, with its line, [`SceneError::Resource`] for libraries and images that `files`
+/// does not give, [`SceneError::Malformed`], [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for what is in them.
+pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
+    let mut warnings = Warnings::default();
+    let mut budget = Budget::new(bytes.len());
+    let source = Source::new(name, bytes);
+    let geometry = geometry::read(&source, &mut warnings)?;
+    let mut libraries = library::Libraries::default();
+    for (library, line) in &geometry.libraries {
+        let site = Site::new(name, format!("line {line}, mtllib"));
+        libraries.read(library, &site, files, &mut budget, &mut warnings)?;
+    }
+    let mut description = Description::default();
+    let mut materials = Materials::new(libraries);
+    let mut images = Images::default();
+    for group in &geometry.groups {
+        let site =
+            Site::new(name, format!("the object or group \"{}\"", super::site::shown(geometry.name(group))));
+        budget.place(group.triangles.len() as u64, &site)?;
+        let mut mesh = mesh(&geometry, group);
+        check_uvs(&mut mesh.uvs, &site, &mut warnings);
+        let Some(mut mesh) = finish(mesh, &site, &mut warnings) else { continue };
+        let mut used =
+            material::Used { description: &mut description, images: &mut images, files: &mut *files };
+        mesh.material = materials.get(geometry.material(group), &mut used, &mut budget, &mut warnings)?;
+        let transform = DAffine3::IDENTITY;
+        if check_instance(extent(&mesh), 0, &transform, &mut budget, &site)? {
+            description.instances.push(Instance { mesh: description.meshes.len(), transform });
+            description.meshes.push(mesh);
+        }
+    }
+    if description.meshes.is_empty() {
+        warnings.once("the file has no faces");
+    }
+    description.images = images.all;
+    description.warnings = warnings.finish();
+    Ok(description)
+}
+
+/// A group's mesh: a vertex for each combination of position, texture coordinates and normal.
+fn mesh(geometry: &Geometry, group: &Group) -> Mesh {
+    let mut mesh = Mesh { name: super::site::shown(geometry.name(group)), ..Mesh::default() };
+    let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();
+    mesh.triangles.reserve_exact(group.triangles.len());
+    for corners in &group.triangles {
+        mesh.triangles.push(corners.map(|corner| {
+            *vertices.entry(corner).or_insert_with(|| {
+                let [position, uv, normal] = corner;
+                mesh.positions.push(geometry.positions[position as usize]);
+                if uv != NONE {
+                    mesh.uvs.push(geometry.uvs[uv as usize]);
+                }
+                if normal != NONE {
+                    mesh.normals.push(geometry.normals[normal as usize]);
+                }
+                mesh.positions.len() as u32 - 1
+            })
+        }));
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests;

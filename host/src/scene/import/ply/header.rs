@@ -1,0 +1,160 @@
+//! PLY's header: what the body holds.
+
+use super::super::site::{Site, shown};
+use crate::scene::error::SceneError;
+
+/// A header may take this many bytes.
+const LONGEST: usize = 1 << 20;
+
+/// How the body is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+/// What a number is in a binary body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+/// What a property is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Scalar(Number),
+    List { count: Number, item: Number },
+}
+
+/// A property of each of an element.
+#[derive(Debug)]
+pub struct Property {
+    pub name: String,
+    pub kind: Kind,
+}
+
+/// A list of things of one kind.
+#[derive(Debug)]
+pub struct Element {
+    pub name: String,
+    pub count: u64,
+    pub properties: Vec<Property>,
+}
+
+/// What is in the body.
+#[derive(Debug)]
+pub struct Header {
+    pub encoding: Encoding,
+    pub elements: Vec<Element>,
+    /// Where the body begins.
+    pub end: usize,
+}
+
+impl Number {
+    fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes.
+    pub fn size(self) -> u64 {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    fn is_integer(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// Reads the header.
+pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
+    let mut at = 0;
+    for number in 1.. {
+        let site = Site::new(name, format!("line {number}"));
+        let rest = bytes.get(at..LONGEST.min(bytes.len())).unwrap_or_default();
+        let Some(length) = rest.iter().position(|byte| *byte == b'\n') else {
+            return Err(site.malformed("the header has no end", "it must end with the line end_header"));
+        };
+        let line = String::from_utf8_lossy(&rest[..length]);
+        at += length + 1;
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        let wrong =
+            |what: &str| site.malformed(format!("\"{}\" {what}", shown(line.trim())), "see PLY's header");
+        if number == 1 {
+            if words != ["ply"] {
+                return Err(site.malformed("this is no PLY file", "its first line must be \"ply\""));
+            }
+            continue;
+        }
+        match words[..] {
+            ["end_header"] => break,
+            [] | ["comment" | "obj_info", ..] => {}
+            ["format", kind, "1.0"] => {
+                encoding = Some(match kind {
+                    "ascii" => Encoding::Ascii,
+                    "binary_little_endian" => Encoding::LittleEndian,
+                    "binary_big_endian" => Encoding::BigEndian,
+                    _ => return Err(wrong("names no known format")),
+                });
+            }
+            ["element", name, count] => {
+                let count = count.parse().map_err(|_| wrong("has no count"))?;
+                if elements.iter().any(|element| element.name == name && matches!(name, "vertex" | "face")) {
+                    return Err(wrong("is there twice"));
+                }
+                elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+            }
+            ["property", ref kind @ .., name] => {
+                let kind = match kind {
+                    ["list", count, item] => {
+                        let count = Number::of(count).filter(|count| count.is_integer());
+                        Number::of(item).zip(count).map(|(item, count)| Kind::List { count, item })
+                    }
+                    [number] => Number::of(number).map(Kind::Scalar),
+                    _ => None,
+                };
+                let kind = kind.ok_or_else(|| wrong("is of no known type"))?;
+                if let (Kind::List { item, .. }, "vertex_indices" | "vertex_index") = (kind, name)
+                    && !item.is_integer()
+                {
+                    return Err(wrong("must be of an integer type"));
+                }
+                let element = elements.last_mut().ok_or_else(|| wrong("belongs to no element"))?;
+                if element.properties.iter().any(|property| property.name == name) {
+                    return Err(wrong("is there twice"));
+                }
+                element.properties.push(Property { name: name.to_owned(), kind });
+            }
+            _ => return Err(wrong("is not understood")),
+        }
+    }
+    let encoding = encoding.ok_or_else(|| {
+        Site::new(name, "header")
+            .malformed("it has no line \"format\"", "it must name format and version 1.0")
+    })?;
+    Ok(Header { encoding, elements, end: at })
+}

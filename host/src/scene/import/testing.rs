@@ -1,0 +1,118 @@
+//! Small files for tests, and ways to break them.
+
+use super::Files;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use std::collections::HashMap;
+use std::io::{Error, ErrorKind, Result};
+
+/// Files in memory.
+#[derive(Debug, Default)]
+pub struct Memory(pub HashMap<&'static str, Vec<u8>>);
+
+impl Files for Memory {
+    fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>> {
+        let bytes = self.0.get(path).ok_or_else(|| Error::new(ErrorKind::NotFound, "no such file"))?;
+        if bytes.len() as u64 > limit { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes.clone()) }
+    }
+}
+
+/// A PNG file with 8 bits of red, green, blue and alpha.
+pub fn png(width: u32, height: u32, texels: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    PngEncoder::new(&mut bytes)
+        .write_image(texels.as_flattened(), width, height, ExtendedColorType::Rgba8)
+        .unwrap();
+    bytes
+}
+
+/// The checksum of PNG's chunks.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, byte: &u8| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 })
+    };
+    !bytes.iter().fold(!0, step)
+}
+
+/// A GLB file.
+pub fn glb(json: &str, binary: Option<&[u8]>) -> Vec<u8> {
+    let chunk = |kind: &[u8; 4], content: &[u8], filler: u8| {
+        let mut content = content.to_vec();
+        content.resize(content.len().next_multiple_of(4), filler);
+        [&(content.len() as u32).to_le_bytes()[..], kind, &content].concat()
+    };
+    let mut chunks = chunk(b"JSON", json.as_bytes(), b' ');
+    if let Some(binary) = binary {
+        chunks.extend(chunk(b"BIN\0", binary, 0));
+    }
+    [b"glTF", &2u32.to_le_bytes()[..], &(chunks.len() as u32 + 12).to_le_bytes(), &chunks].concat()
+}
+
+/// The bytes of floats.
+pub fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+/// The bytes of short integers.
+pub fn shorts(values: &[u16]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+/// Random numbers (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % end.max(1) as u64) as usize
+    }
+
+    /// Changes some bytes, numbers or ranges of a file.
+    pub fn mutate(&mut self, bytes: &mut Vec<u8>) {
+        const WORDS: [&str; 16] = [
+            "0",
+            "-1",
+            "1e999",
+            "1e39",
+            "nan",
+            "inf",
+            "4294967295",
+            "99999999999999999999",
+            "{}",
+            "[]",
+            "null",
+            "\"\"",
+            "1e18",
+            "-0",
+            "\n",
+            "\\",
+        ];
+        for _ in 0..=self.below(3) {
+            let at = self.below(bytes.len());
+            let length = self.below(8).min(bytes.len() - at);
+            match self.below(7) {
+                0 if at < bytes.len() => bytes[at] = self.below(256) as u8,
+                1 if at < bytes.len() => bytes[at] ^= 1 << self.below(8),
+                2 => bytes.truncate(at),
+                3 => drop(bytes.drain(at..at + length)),
+                4 => {
+                    let copied = bytes[at..at + length].to_vec();
+                    let to = self.below(bytes.len());
+                    drop(bytes.splice(to..to, copied));
+                }
+                5 => bytes[at..at + length].fill([0, 0x7f, 0x80, 0xff][self.below(4)]),
+                _ => {
+                    // A number in a text becomes another word.
+                    let digit = |byte: &u8| byte.is_ascii_digit();
+                    let start = bytes[at..].iter().position(digit).map_or(at, |start| at + start);
+                    let end =
+                        bytes[start..].iter().position(|byte| !digit(byte)).map_or(start, |end| start + end);
+                    drop(bytes.splice(start..end, WORDS[self.below(WORDS.len())].bytes()));
+                }
+            }
+        }
+    }
+}

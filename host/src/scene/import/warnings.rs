@@ -1,0 +1,57 @@
+//! What is not done as a file asks.
+
+use std::collections::HashSet;
+
+/// More different warnings than this are not kept.
+const MOST: usize = 200;
+
+/// Collects warnings: each feature once, each kind of drop with its count.
+#[derive(Debug, Default)]
+pub(super) struct Warnings {
+    texts: Vec<String>,
+    seen: HashSet<String>,
+    tallies: Vec<Tally>,
+}
+
+#[derive(Debug)]
+struct Tally {
+    what: &'static str,
+    count: u64,
+    first: String,
+}
+
+impl Warnings {
+    /// Adds a warning, unless it has been there before.
+    pub fn once(&mut self, text: impl AsRef<str>) {
+        let text = text.as_ref();
+        if self.texts.len() > MOST || self.seen.contains(text) {
+            return;
+        }
+        if self.texts.len() == MOST {
+            self.texts.push("there are more warnings, which are not shown".to_owned());
+            return;
+        }
+        self.seen.insert(text.to_owned());
+        self.texts.push(text.to_owned());
+    }
+
+    /// Adds to the count of `what`: a plural and what is done to them.
+    pub fn tally(&mut self, what: &'static str, count: u64, place: &str) {
+        if count == 0 {
+            return;
+        }
+        match self.tallies.iter_mut().find(|tally| tally.what == what) {
+            Some(tally) => tally.count = tally.count.saturating_add(count),
+            None => self.tallies.push(Tally { what, count, first: place.to_owned() }),
+        }
+    }
+
+    /// All of them as text.
+    pub fn finish(mut self) -> Vec<String> {
+        let tallies = self.tallies.iter();
+        self.texts.extend(
+            tallies.map(|Tally { what, count, first }| format!("{what}: {count}, the first in {first}")),
+        );
+        self.texts
+    }
+}

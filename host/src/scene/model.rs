@@ -1,0 +1,46 @@
+//! A model by itself as a scene: what it lacks to be seen.
+
+use super::ImageSettings;
+use super::description::{Description, ShapeKind, Sky};
+use super::lower::camera_for;
+use crate::render::Fresnel;
+use glam::DVec3;
+
+/// Gives a model a camera that sees all of it, if it has none, and, if nothing in it emits, a sky of radiance 1.
+pub(super) fn complete(mut model: Description) -> (Description, ImageSettings) {
+    let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
+    if model.cameras.is_empty() {
+        let (center, radius) = ball(&model);
+        model.cameras.push(("all".to_owned(), camera_for(center, radius)));
+        model.warnings.push("no camera: the view shows all of the model".to_owned());
+    }
+    let emits = model.materials.iter().any(|material| material.emission.max_element() > 0.0);
+    if model.sky.is_none() && model.lights.is_empty() && !emits {
+        model.sky = Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE });
+        model.warnings.push("no light: the sky has radiance 1".to_owned());
+    }
+    (model, image)
+}
+
+/// A ball around everything; of radius 1 around nothing.
+fn ball(model: &Description) -> (DVec3, f64) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut add = |p: DVec3| (low, high) = (low.min(p), high.max(p));
+    for instance in &model.instances {
+        let Some(mesh) = model.meshes.get(instance.mesh) else { continue };
+        for &[x, y, z] in &mesh.positions {
+            add(instance.transform.transform_point3(DVec3::new(f64::from(x), f64::from(y), f64::from(z))));
+        }
+    }
+    for shape in &model.shapes {
+        if let ShapeKind::Sphere { center, radius } = shape.kind {
+            add(center - radius);
+            add(center + radius);
+        }
+    }
+    if !(low.is_finite() && high.is_finite()) {
+        return (DVec3::ZERO, 1.0);
+    }
+    let radius = 0.5 * (high - low).length();
+    (0.5 * (low + high), if radius > 0.0 { radius } else { 1.0 })
+}

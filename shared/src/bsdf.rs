@@ -1,0 +1,408 @@
+//! How a surface scatters: a material with its textures read, in the frame of the shading normal.
+//!
+//! Radiance is transported without the factor eta² between media (the book's convention): it cancels between a camera and lights
+//! outside of glass.
+
+use crate::features::{Features, MICROFACETS, TEXTURES, has};
+use crate::fresnel;
+use crate::material::{
+    BLENDED, COMPLEX_IOR, CONDUCTOR, DIELECTRIC, LAMBERTIAN, MASKED, METAL, METALLIC_ROUGHNESS, Material,
+};
+use crate::math::{basis, greatest, max, min, normalize, sqrt, unit_circle, unit_f32};
+use crate::microfacet::{SMOOTH, distribution, lambda, sample_visible};
+use crate::rng::Words;
+use crate::scene::Scene;
+use crate::texture::{NO_TEXTURE, color, sample};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// The share of the light that a surface of `material` does not let pass unseen.
+///
+/// # Safety
+///
+/// The scene's textures were proven as [`crate::buffer`] says.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn coverage(scene: Scene, material: &Material, u: f32, v: f32) -> f32 {
+    if material.flags & (MASKED | BLENDED) == 0 {
+        return 1.0;
+    }
+    let mut opacity = material.opacity;
+    if material.albedo_texture != NO_TEXTURE {
+        // SAFETY: the caller's promise.
+        opacity *= unsafe { sample(scene, material.albedo_texture, u, v) }.w;
+    }
+    if material.flags & MASKED == 0 {
+        opacity
+    } else if opacity >= material.cutoff {
+        1.0
+    } else {
+        0.0
+    }
+}
+
+/// How the path goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// Unit vector, in the world.
+    pub direction: Vec3,
+    /// Value times |cosine| over density: what the throughput is multiplied with.
+    pub weight: Vec3,
+    /// By solid angle; 0 for a choice among finitely many directions, which no light sampling finds.
+    pub density: f32,
+    /// On the other side of the surface than the path came from.
+    pub transmitted: bool,
+    /// The path ends here.
+    pub absorbed: bool,
+}
+
+/// Value times |cosine|, by channel, and density by solid angle.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation {
+    /// Zero where the surface does not scatter.
+    pub value: Vec3,
+    /// Of sampling this direction.
+    pub density: f32,
+}
+
+const NO_SCATTERING: Evaluation = Evaluation { value: Vec3::ZERO, density: 0.0 };
+
+/// A material at a point, and where it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf {
+    material: Material,
+    /// Unit shading normal on the viewer's side.
+    normal: Vec3,
+    /// Axes of the shading frame besides the normal.
+    x: Vec3,
+    y: Vec3,
+    /// Unit vector to the viewer.
+    viewer: Vec3,
+    /// The same in the shading frame.
+    local: Vec3,
+    /// GGX's.
+    alpha: f32,
+    /// Whether the viewer is outside.
+    front: bool,
+}
+
+#[inline(always)]
+fn reflect(v: Vec3, h: Vec3) -> Vec3 {
+    h * (2.0 * v.dot(h)) - v
+}
+
+/// Chances of a metallic-roughness material's three lobes.
+#[derive(Clone, Copy, Debug)]
+struct Chances {
+    specular: f32,
+    diffuse: f32,
+    clear: f32,
+}
+
+impl Bsdf {
+    /// `material` with its textures read at (`u`, `v`), seen along the unit vector `incoming`; `normal` is the unit shading normal
+    /// on the viewer's side, `front` whether that is the outside.
+    ///
+    /// # Safety
+    ///
+    /// The scene's textures were proven as [`crate::buffer`] says.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub unsafe fn new<const FEATURES: Features>(
+        scene: Scene,
+        mut material: Material,
+        incoming: Vec3,
+        normal: Vec3,
+        front: bool,
+        (u, v): (f32, f32),
+    ) -> Self {
+        if has(FEATURES, TEXTURES) {
+            // SAFETY: the caller's promise.
+            unsafe {
+                material.albedo *= color(scene, material.albedo_texture, u, v);
+                if has(FEATURES, MICROFACETS) && material.kind == METALLIC_ROUGHNESS {
+                    let c = color(scene, material.metallic_roughness_texture, u, v);
+                    material.roughness *= c.y;
+                    material.metallic *= c.z;
+                    material.transmission *= color(scene, material.transmission_texture, u, v).x;
+                }
+            }
+        }
+        let (mut x, mut y, mut local) = (Vec3::X, Vec3::Y, Vec3::Z);
+        if has(FEATURES, MICROFACETS) {
+            (x, y) = basis(normal);
+            local = -Vec3::new(incoming.dot(x), incoming.dot(y), incoming.dot(normal));
+            local.z = max(local.z, 1e-6);
+        }
+        let alpha = material.roughness * material.roughness;
+        Self { material, normal, x, y, viewer: -incoming, local, alpha, front }
+    }
+
+    /// Whether light sampling can find any direction that [`Bsdf::sample`] chooses.
+    #[inline(always)]
+    pub fn is_smooth_lobe<const FEATURES: Features>(&self) -> bool {
+        let kind = self.material.kind;
+        if has(FEATURES, MICROFACETS) {
+            if kind == METALLIC_ROUGHNESS {
+                return self.alpha >= SMOOTH
+                    || (self.material.metallic < 1.0 && self.material.transmission < 1.0);
+            }
+            if kind != LAMBERTIAN && kind != METAL && kind != DIELECTRIC {
+                return self.alpha >= SMOOTH;
+            }
+        }
+        kind == LAMBERTIAN || (kind == METAL && self.material.fuzz > 0.0)
+    }
+
+    #[inline(always)]
+    fn world(&self, v: Vec3) -> Vec3 {
+        normalize(self.x * v.x + self.y * v.y + self.normal * v.z)
+    }
+
+    /// Chooses a direction: x and y of `random` within a lobe, z the lobe.
+    #[inline(always)]
+    pub fn sample<const FEATURES: Features>(&self, book_fresnel: bool, random: Words) -> BsdfSample {
+        let kind = self.material.kind;
+        if has(FEATURES, MICROFACETS) && kind > DIELECTRIC {
+            return self.sample_microfacets(random);
+        }
+        let scatter =
+            self.material.scatter::<FEATURES>(-self.viewer, self.normal, self.front, book_fresnel, random);
+        BsdfSample {
+            direction: scatter.direction,
+            weight: self.material.albedo,
+            density: self.simple(scatter.direction).density,
+            transmitted: scatter.transmitted,
+            absorbed: scatter.absorbed,
+        }
+    }
+
+    /// The cosine of a direction with the shading normal.
+    #[inline(always)]
+    pub fn cosine(&self, direction: Vec3) -> f32 {
+        direction.dot(self.normal)
+    }
+
+    /// Value and density for the unit vector `direction`.
+    #[inline(always)]
+    pub fn evaluate<const FEATURES: Features>(&self, direction: Vec3) -> Evaluation {
+        let kind = self.material.kind;
+        if has(FEATURES, MICROFACETS) && kind > DIELECTRIC {
+            let to = Vec3::new(direction.dot(self.x), direction.dot(self.y), direction.dot(self.normal));
+            return self.microfacets(to);
+        }
+        self.simple(direction)
+    }
+
+    /// The book's materials.
+    #[inline(always)]
+    fn simple(&self, direction: Vec3) -> Evaluation {
+        let cos = direction.dot(self.normal);
+        if cos <= 0.0 || self.material.kind == DIELECTRIC {
+            return NO_SCATTERING;
+        }
+        let density = if self.material.kind == METAL { self.fuzz_density(direction) } else { cos / PI };
+        Evaluation { value: self.material.albedo * density, density }
+    }
+
+    /// The density of the mirrored direction plus a uniform point of a ball, normalised: the ball's volume along the ray, whose
+    /// element at distance s is s² ds; the integral between the ball's two faces.
+    #[inline(always)]
+    fn fuzz_density(&self, direction: Vec3) -> f32 {
+        let mirrored = reflect(self.viewer, self.normal);
+        let fuzz = self.material.fuzz;
+        let along = direction.dot(mirrored);
+        let aside = direction - mirrored * along;
+        let half_chord2 = fuzz * fuzz - aside.dot(aside);
+        if half_chord2 <= 0.0 || along <= 0.0 {
+            return 0.0;
+        }
+        let s = 4.0 * along * along - (1.0 - fuzz * fuzz);
+        2.0 * sqrt(half_chord2) * s / (4.0 * PI * fuzz * fuzz * fuzz)
+    }
+
+    #[inline(always)]
+    fn sample_microfacets(&self, random: Words) -> BsdfSample {
+        let o = self.local;
+        let smooth = self.alpha < SMOOTH;
+        let choice = unit_f32(random.z);
+        let kind = self.material.kind;
+        let absorbed = BsdfSample {
+            direction: self.normal,
+            weight: Vec3::ZERO,
+            density: 0.0,
+            transmitted: false,
+            absorbed: true,
+        };
+        let chances = self.chances();
+        let h = if smooth { Vec3::Z } else { sample_visible(o, self.alpha, random.x, random.y) };
+        let cos = min(o.dot(h), 1.0);
+        if cos <= 0.0 {
+            return absorbed;
+        }
+        let mut i = reflect(o, h);
+        let mut transmitted = false;
+        if kind == METALLIC_ROUGHNESS {
+            if choice >= chances.specular {
+                if choice < chances.specular + chances.diffuse {
+                    let radius = sqrt(unit_f32(random.x));
+                    let (c, s) = unit_circle(random.y);
+                    i = Vec3::new(radius * c, radius * s, sqrt(1.0 - unit_f32(random.x)));
+                } else {
+                    i.z = -i.z; // a thin wall: what enters leaves mirrored
+                    transmitted = true;
+                }
+            }
+        } else if kind != CONDUCTOR {
+            let eta = self.eta();
+            let cos2 = fresnel::refracted_cos2(cos, eta);
+            if cos2 > 0.0 {
+                let refracted = sqrt(cos2);
+                if choice >= fresnel::dielectric(cos, refracted, eta) {
+                    i = h * (eta * cos - refracted) - o * eta;
+                    transmitted = true;
+                }
+            }
+        }
+        // A facet may send light to the wrong side of the surface: lost, as single scattering has it.
+        if (i.z < 0.0) != transmitted {
+            return absorbed;
+        }
+        let direction = self.world(i);
+        if smooth {
+            // The mirror's weight over its chance; the diffuse lobe is weighed like a rough surface's.
+            if kind == CONDUCTOR {
+                let weight = self.reflectance(cos);
+                return BsdfSample { direction, weight, density: 0.0, transmitted, absorbed: false };
+            }
+            let mirror = choice < chances.specular;
+            if mirror || transmitted {
+                let f = self.reflectance(cos);
+                let weight =
+                    if mirror { f * (1.0 / chances.specular) } else { self.clear(f) * (1.0 / chances.clear) };
+                return BsdfSample { direction, weight, density: 0.0, transmitted, absorbed: false };
+            }
+        }
+        let Evaluation { value, density } = self.microfacets(i);
+        // Written so that a density of NaN ends the path, too.
+        if density > 0.0 {
+            BsdfSample { direction, weight: value * (1.0 / density), density, transmitted, absorbed: false }
+        } else {
+            absorbed
+        }
+    }
+
+    /// Incident over refracted index.
+    #[inline(always)]
+    fn eta(&self) -> f32 {
+        if self.front { 1.0 / self.material.ior } else { self.material.ior }
+    }
+
+    /// A dielectric's reflectance at normal incidence.
+    #[inline(always)]
+    fn dielectric_f0(&self) -> f32 {
+        let r = (self.material.ior - 1.0) / (self.material.ior + 1.0);
+        r * r
+    }
+
+    /// A conductor's or a metallic-roughness material's reflectance under `cos`.
+    #[inline(always)]
+    fn reflectance(&self, cos: f32) -> Vec3 {
+        let m = &self.material;
+        if m.kind == CONDUCTOR && m.flags & COMPLEX_IOR != 0 {
+            return fresnel::conductor(cos, m.eta, m.k);
+        }
+        let f0 = if m.kind == CONDUCTOR {
+            m.albedo
+        } else {
+            Vec3::splat(self.dielectric_f0()) * (1.0 - m.metallic) + m.albedo * m.metallic
+        };
+        fresnel::schlick_from(f0, cos)
+    }
+
+    /// What the thin wall lets pass: colour and share of what the dielectric's boundary with reflectance `f` does not reflect.
+    #[inline(always)]
+    fn clear(&self, f: Vec3) -> Vec3 {
+        let m = &self.material;
+        m.albedo * (Vec3::ONE - f) * ((1.0 - m.metallic) * m.transmission)
+    }
+
+    #[inline(always)]
+    fn chances(&self) -> Chances {
+        let m = &self.material;
+        let f = greatest(self.reflectance(self.local.z));
+        let rest = (1.0 - m.metallic) * (1.0 - f) * greatest(m.albedo);
+        let (diffuse, clear) = (rest * (1.0 - m.transmission), rest * m.transmission);
+        let sum = f + diffuse + clear;
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        Chances { specular: f * scale, diffuse: diffuse * scale, clear: clear * scale }
+    }
+
+    /// Value and density of the microfacet materials for a direction of the shading frame.
+    #[inline(always)]
+    fn microfacets(&self, i: Vec3) -> Evaluation {
+        let (o, m) = (self.local, &self.material);
+        let rough = self.alpha >= SMOOTH;
+        if i.z == 0.0 || !(rough || m.kind == METALLIC_ROUGHNESS) {
+            return NO_SCATTERING;
+        }
+        let is_glass = m.kind != METALLIC_ROUGHNESS && m.kind != CONDUCTOR;
+        let reflected = i.z > 0.0;
+        let eta = if reflected || !is_glass { 1.0 } else { self.eta() };
+        // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which mirrors what it lets pass.
+        let mirrored = if is_glass { i } else { Vec3::new(i.x, i.y, i.z.abs()) };
+        let sum = if reflected || !is_glass { o + mirrored } else { o * eta + i };
+        let length2 = sum.dot(sum);
+        let mut h = if length2 > 0.0 { sum * (1.0 / sqrt(length2)) } else { Vec3::Z };
+        if h.z < 0.0 {
+            h = -h;
+        }
+        let (cos_o, cos_i) = (o.dot(h), mirrored.dot(h));
+        let mut specular = 0.0; // value without reflectance
+        let mut density_h = 0.0; // of directions by the facet lobe
+        if rough && cos_o > 0.0 && (cos_i > 0.0) == (mirrored.z > 0.0) {
+            let (lambda_o, lambda_i) = (lambda(o.z, self.alpha), lambda(i.z.abs(), self.alpha));
+            let d = distribution(h, self.alpha);
+            // Solid angle of i for one of facets, over cos_o.
+            let spread = if reflected || !is_glass {
+                1.0 / (4.0 * cos_o)
+            } else {
+                let s = cos_o * eta + cos_i;
+                if s == 0.0 { 0.0 } else { cos_i.abs() / (s * s) }
+            };
+            let common = d * cos_o * spread / o.z;
+            specular = common / (1.0 + lambda_o + lambda_i);
+            density_h = common / (1.0 + lambda_o);
+        }
+        if is_glass {
+            let cos2 = fresnel::refracted_cos2(min(cos_o, 1.0), self.eta());
+            let f =
+                if cos2 > 0.0 { fresnel::dielectric(min(cos_o, 1.0), sqrt(cos2), self.eta()) } else { 1.0 };
+            let share = if reflected { f } else { 1.0 - f };
+            return Evaluation { value: m.albedo * (specular * share), density: density_h * share };
+        }
+        let f = self.reflectance(max(min(cos_o, 1.0), 0.0));
+        if m.kind == CONDUCTOR {
+            if !reflected {
+                return NO_SCATTERING;
+            }
+            return Evaluation { value: f * specular, density: density_h };
+        }
+        let chances = self.chances();
+        if !reflected {
+            return Evaluation { value: self.clear(f) * specular, density: density_h * chances.clear };
+        }
+        // The diffuse base under a clear coat: what the boundary lets in and out again, normalised so that a white base returns
+        // all that enters (Ashikhmin and Shirley, 2000, with Schlick's mean 1/21): reciprocal, and not above 1 with the coat's share.
+        let f0 = self.dielectric_f0();
+        let enter = 1.0 - fresnel::schlick_from(Vec3::splat(f0), o.z).x;
+        let leave = 1.0 - fresnel::schlick_from(Vec3::splat(f0), i.z).x;
+        let mean = (1.0 - f0) * (20.0 / 21.0);
+        let base = if mean > 0.0 { enter * leave / mean } else { 0.0 };
+        let diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * i.z / PI);
+        Evaluation {
+            value: f * specular + diffuse,
+            density: density_h * chances.specular + chances.diffuse * i.z / PI,
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! A panorama of radiance from infinity, importance-sampled by an alias table over its texels.
+
+use crate::buffer::load;
+use crate::math::{circle, floor, min, mul_high, sqrt, turns, unit_f32};
+use crate::params::RenderParams;
+use crate::rng::Words;
+use crate::scene::Scene;
+use bytemuck::{Pod, Zeroable};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// A texel of a panorama in latitude and longitude. 32 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct EnvironmentTexel {
+    /// Radiance.
+    pub radiance: Vec3,
+    /// Probability of choosing this texel, times the number of texels.
+    pub density: f32,
+    /// Walker's alias table: keep this texel if a random word is below, else take `alias`.
+    pub threshold: u32,
+    /// Index of a texel.
+    pub alias: u32,
+    /// Unused.
+    pub pad: [u32; 2],
+}
+
+const _: () = assert!(size_of::<EnvironmentTexel>() == 32 && align_of::<EnvironmentTexel>() == 16);
+
+/// Radiance and the density by solid angle with which [`sample`] chooses its direction.
+#[derive(Clone, Copy, Debug)]
+pub struct EnvironmentLight {
+    /// Unit vector.
+    pub direction: Vec3,
+    /// From there.
+    pub radiance: Vec3,
+    /// Per steradian.
+    pub density: f32,
+}
+
+/// The direction's place on the panorama: across and down, each in [0, 1], and the sine of its angle with the vertical.
+#[inline(always)]
+fn place(params: &RenderParams, d: Vec3) -> (f32, f32, f32) {
+    // Turned back by the panorama's rotation about y.
+    let (c, s) = (params.environment_cos, params.environment_sin);
+    let (x, z) = (d.x * c - d.z * s, d.x * s + d.z * c);
+    let horizontal = sqrt(x * x + z * z);
+    (0.5 + turns(x, -z), 2.0 * turns(horizontal, d.y), horizontal)
+}
+
+/// Interpolated radiance at the fractional texel (`x`, `y`), texel centres at half integers.
+///
+/// # Safety
+///
+/// The environment was proven as [`crate::buffer`] says.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn interpolate(params: &RenderParams, scene: Scene, x: f32, y: f32) -> Vec3 {
+    let (x, y) = (x - 0.5, y - 0.5);
+    let (i, j) = (floor(x), floor(y));
+    let (fx, fy) = (x - i as f32, y - j as f32);
+    // SAFETY: the caller's promise.
+    unsafe {
+        let top = texel(params, scene, i, j) * (1.0 - fx) + texel(params, scene, i + 1, j) * fx;
+        let bottom = texel(params, scene, i, j + 1) * (1.0 - fx) + texel(params, scene, i + 1, j + 1) * fx;
+        top * (1.0 - fy) + bottom * fy
+    }
+}
+
+/// The radiance of column `i`, at most one beyond the border, wrapped, and row `j`, clamped.
+///
+/// # Safety
+///
+/// As [`interpolate`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
+    let (width, height) = (params.environment_width as i32, params.environment_height as i32);
+    let i = if i < 0 {
+        width - 1
+    } else if i >= width {
+        0
+    } else {
+        i
+    };
+    let j = if j < 0 {
+        0
+    } else if j >= height {
+        height - 1
+    } else {
+        j
+    };
+    // SAFETY: inside the panorama.
+    unsafe { load(scene.environment, (j * width + i) as u32).radiance }
+}
+
+/// A texel's density over the panorama as a density by solid angle: latitude and longitude cover 2π² sin θ.
+#[inline(always)]
+fn by_solid_angle(density: f32, sine: f32) -> f32 {
+    density / (2.0 * PI * PI * crate::math::max(sine, 1e-7))
+}
+
+/// Radiance from the unit direction `d`, and the density with which [`sample`] finds it.
+///
+/// # Safety
+///
+/// As above; the panorama has at least one texel.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> EnvironmentLight {
+    let (u, v, sine) = place(params, d);
+    let (width, height) = (params.environment_width, params.environment_height);
+    // Rounding may give exactly 1.
+    let x = min(u, 0.999_999_94) * width as f32;
+    let y = min(v, 0.999_999_94) * height as f32;
+    let column = min(x, (width - 1) as f32) as u32;
+    let row = min(y, (height - 1) as f32) as u32;
+    // SAFETY: the caller's promise; column and row are inside.
+    unsafe {
+        let density = load(scene.environment, row * width + column).density;
+        EnvironmentLight {
+            direction: d,
+            radiance: interpolate(params, scene, x, y),
+            density: by_solid_angle(density, sine),
+        }
+    }
+}
+
+/// A direction chosen by the panorama's radiance: `random`'s z and w choose the texel, x and y the place in it.
+///
+/// # Safety
+///
+/// As [`radiance`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> EnvironmentLight {
+    let width = params.environment_width;
+    let mut index = mul_high(random.z, width * params.environment_height);
+    // SAFETY: the caller's promise for the index and the alias.
+    let density = unsafe {
+        let texel = load(scene.environment, index);
+        if random.w >= texel.threshold {
+            index = texel.alias;
+        }
+        load(scene.environment, index).density
+    };
+    let row = index / width.max(1); // no check for division by zero
+    let column = index - row * width;
+    let x = column as f32 + unit_f32(random.x);
+    let y = row as f32 + unit_f32(random.y);
+    let (c, s) = (params.environment_cos, params.environment_sin);
+    let (across, around) = circle(x / width as f32 - 0.5);
+    let (cosine, sine) = circle(0.5 * y / params.environment_height as f32);
+    let (dx, dz) = (sine * around, -sine * across);
+    let direction = Vec3::new(dx * c + dz * s, cosine, dz * c - dx * s);
+    EnvironmentLight {
+        direction,
+        // SAFETY: the caller's promise.
+        radiance: unsafe { interpolate(params, scene, x, y) },
+        density: by_solid_angle(density, sine),
+    }
+}

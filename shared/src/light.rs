@@ -1,0 +1,300 @@
+//! Next-event estimation: choosing a point of a light, and the density of that choice.
+
+use crate::buffer::load;
+use crate::bvh::NO_PRIMITIVE;
+use crate::environment;
+use crate::features::{EMITTERS, ENVIRONMENT, FLATS, Features, TEXTURES, TRIANGLES, has};
+use crate::math::{basis, max, min, mul_high, sqrt, unit_circle, unit_f32, unit_sphere};
+use crate::params::RenderParams;
+use crate::rng::Words;
+use crate::scene::Scene;
+use crate::sphere::{MISS, Sphere};
+use crate::texture;
+use bytemuck::{Pod, Zeroable};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// A primitive that emits.
+pub const AREA: u32 = 0;
+/// A point; a spot if its cone is narrower than everything.
+pub const POINT: u32 = 1;
+/// From infinitely far.
+pub const DIRECTIONAL: u32 = 2;
+
+/// A light and its row of the alias table (Walker, 1977; Vose, 1991), which chooses lights by power. 64 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Light {
+    /// [`AREA`], [`POINT`] or [`DIRECTIONAL`].
+    pub kind: u32,
+    /// Of an area light: its primitive.
+    pub primitive: u32,
+    /// Keep this light if a random word is below, else take `alias`.
+    pub threshold: u32,
+    /// Index of a light.
+    pub alias: u32,
+    /// Where a point light is; unit vector towards a directional light.
+    pub position: Vec3,
+    /// Chance that this light is chosen.
+    pub probability: f32,
+    /// Power a solid angle of a point light; power an area of a directional one.
+    pub intensity: Vec3,
+    /// Slope of a spot's falloff over the cosine from its axis; 0 for a point.
+    pub cone_scale: f32,
+    /// Unit vector along a spot's axis.
+    pub axis: Vec3,
+    /// A spot has intensity times (cosine `cone_scale` + `cone_offset`)², that clamped to 0 to 1 (glTF's KHR_lights_punctual).
+    pub cone_offset: f32,
+}
+
+const _: () = assert!(size_of::<Light>() == 64 && align_of::<Light>() == 16);
+
+/// What next-event estimation chose.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit vector towards it.
+    pub direction: Vec3,
+    /// How far a shadow ray looks.
+    pub limit: f32,
+    /// The primitive that it may hit, or [`NO_PRIMITIVE`].
+    pub primitive: u32,
+    /// Arriving; zero for a choice that gives nothing. For a light without extent, irradiance.
+    pub radiance: Vec3,
+    /// Of this choice, by solid angle at the point; for a light without extent, its probability.
+    pub density: f32,
+    /// Whether no other way finds it.
+    pub is_delta: bool,
+}
+
+const NOTHING: LightSample = LightSample {
+    direction: Vec3::Y,
+    limit: MISS,
+    primitive: NO_PRIMITIVE,
+    radiance: Vec3::ZERO,
+    density: 1.0,
+    is_delta: true,
+};
+
+/// Half of the sphere's cone: 1 - cos of its half angle from outside `point`, or 0 from inside, where no cone holds it.
+#[inline(always)]
+fn cone(sphere: &Sphere, point: Vec3) -> f32 {
+    let to = sphere.center - point;
+    let sine2 = sphere.radius * sphere.radius / max(to.dot(to), 1e-37);
+    if sine2 < 1.0 { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
+}
+
+/// Chooses a light by its power, and a point on it.
+///
+/// `random`: x and y choose the point, z and w the light; `choice` whether it is the panorama.
+///
+/// # Safety
+///
+/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or a panorama with a probability.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn sample<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    point: Vec3,
+    random: Words,
+    choice: u32,
+) -> LightSample {
+    if has(FEATURES, ENVIRONMENT) && unit_f32(choice) < params.environment_probability {
+        // SAFETY: a probability above zero means a panorama.
+        let from = unsafe { environment::sample(params, scene, random) };
+        return LightSample {
+            direction: from.direction,
+            limit: MISS,
+            primitive: NO_PRIMITIVE,
+            radiance: from.radiance,
+            density: from.density * params.environment_probability,
+            is_delta: false,
+        };
+    }
+    if !has(FEATURES, EMITTERS) || params.lights == 0 {
+        return NOTHING;
+    }
+    // SAFETY: below the number of lights, as is each alias.
+    let light = unsafe {
+        let light = load(scene.lights, mul_high(random.z, params.lights));
+        if random.w < light.threshold { light } else { load(scene.lights, light.alias) }
+    };
+    if light.kind == AREA {
+        // SAFETY: the caller's promise for the light's primitive.
+        return unsafe { area::<FEATURES>(params, scene, light.primitive, point, random) };
+    }
+    if light.kind == DIRECTIONAL {
+        return LightSample {
+            direction: light.position,
+            radiance: light.intensity,
+            density: light.probability,
+            ..NOTHING
+        };
+    }
+    let to = light.position - point;
+    let square = to.dot(to);
+    if square <= 0.0 {
+        return NOTHING;
+    }
+    let distance = sqrt(square);
+    let direction = to * (1.0 / distance);
+    let cone = min(max(light.cone_offset - direction.dot(light.axis) * light.cone_scale, 0.0), 1.0);
+    LightSample {
+        direction,
+        limit: distance,
+        radiance: light.intensity * (cone * cone / square),
+        density: light.probability,
+        ..NOTHING
+    }
+}
+
+/// A point of an emitting primitive.
+///
+/// # Safety
+///
+/// As [`sample`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn area<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    primitive: u32,
+    point: Vec3,
+    random: Words,
+) -> LightSample {
+    let (u, v) = (unit_f32(random.x), unit_f32(random.y));
+    let (target, normal, material);
+    let (mut texture_u, mut texture_v) = (0.0, 0.0);
+    if has(FEATURES, TRIANGLES) && primitive >= params.first_triangle {
+        let index = primitive - params.first_triangle;
+        // SAFETY: the caller's promise.
+        let triangle = unsafe { load(scene.triangles, index) };
+        // Uniform by area (Turk, Graphics Gems, 1990).
+        let root = sqrt(u);
+        let (a, b) = (1.0 - root, root * (1.0 - v));
+        let c = root * v;
+        target = triangle.a * a + triangle.b * b + triangle.c * c;
+        let n = triangle.normal();
+        normal = n * (1.0 / sqrt(n.dot(n)));
+        material = triangle.material;
+        if has(FEATURES, TEXTURES) {
+            // SAFETY: as above.
+            let s = unsafe { load(scene.shading, index) };
+            texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
+            texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
+        }
+    } else if has(FEATURES, FLATS) && primitive >= params.first_flat {
+        // SAFETY: the caller's promise.
+        let flat = unsafe { load(scene.flats, primitive - params.first_flat) };
+        let (mut across, mut down) = (u, v);
+        if flat.kind == crate::flat::DISC {
+            let radius = sqrt(u);
+            let (cos, sin) = unit_circle(random.y);
+            (across, down) = (radius * cos, radius * sin);
+            (texture_u, texture_v) = (0.5 + 0.5 * across, 0.5 + 0.5 * down);
+        } else {
+            (texture_u, texture_v) = (u, v);
+        }
+        target = flat.origin + flat.edge_u * across + flat.edge_v * down;
+        normal = flat.normal;
+        material = flat.material;
+    } else {
+        // SAFETY: the caller's promise.
+        let sphere = unsafe { load(scene.spheres, primitive) };
+        let half_cone = cone(&sphere, point);
+        material = sphere.material;
+        if half_cone > 0.0 {
+            // Uniform in the cone that holds it (Shirley, Wang and Zimmerman, 1996): towards the near side.
+            let to = sphere.center - point;
+            let distance = sqrt(to.dot(to));
+            let axis = to * (1.0 / distance);
+            let below = u * half_cone; // 1 - cos, without cancellation
+            let (cos, sin2) = (1.0 - below, below * (2.0 - below));
+            let (x, y) = basis(axis);
+            let (c, s) = unit_circle(random.y);
+            let sine = sqrt(sin2);
+            let direction = axis * cos + (x * c + y * s) * sine;
+            let depth = sqrt(max(sphere.radius * sphere.radius - distance * distance * sin2, 0.0));
+            let away = point + direction * (distance * cos - depth) - sphere.center;
+            target = sphere.center + away;
+            normal = away * (1.0 / max(sqrt(away.dot(away)), 1e-37));
+        } else {
+            normal = unit_sphere(random.x, random.y);
+            target = sphere.center + normal * sphere.radius;
+        }
+        if has(FEATURES, TEXTURES) {
+            texture_u = 0.5 + crate::math::turns(-normal.z, normal.x);
+            texture_v = 2.0 * crate::math::turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
+        }
+    }
+    let to = target - point;
+    let square = to.dot(to);
+    // SAFETY: each primitive's material is in range.
+    let material = unsafe { load(scene.materials, material) };
+    let distance = sqrt(square);
+    let direction = to * (1.0 / distance);
+    let cos = -direction.dot(normal);
+    if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
+        return NOTHING;
+    }
+    let mut radiance = material.emission;
+    if has(FEATURES, TEXTURES) {
+        // SAFETY: the scene's textures are proven.
+        unsafe {
+            radiance *= texture::color(scene, material.emission_texture, texture_u, texture_v);
+            radiance *= crate::bsdf::coverage(scene, &material, texture_u, texture_v);
+        }
+    }
+    LightSample {
+        direction,
+        limit: distance * 1.001, // only to skip what lies behind
+        primitive,
+        radiance,
+        // SAFETY: the caller's promise.
+        density: unsafe {
+            density::<FEATURES>(params, scene, primitive, material.light_density, point, distance, cos)
+        },
+        is_delta: false,
+    }
+}
+
+/// The density by solid angle at `point` with which [`sample`] chooses the point of `primitive` at `distance`, seen there under
+/// `cos`; `light_density` is that of its material.
+///
+/// # Safety
+///
+/// As [`sample`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn density<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    primitive: u32,
+    light_density: f32,
+    point: Vec3,
+    distance: f32,
+    cos: f32,
+) -> f32 {
+    let is_sphere = (!has(FEATURES, FLATS) || primitive < params.first_flat)
+        && (!has(FEATURES, TRIANGLES) || primitive < params.first_triangle);
+    if is_sphere {
+        // SAFETY: the caller's promise.
+        let sphere = unsafe { load(scene.spheres, primitive) };
+        let half_cone = cone(&sphere, point);
+        if half_cone > 0.0 {
+            let chance = light_density * (4.0 * PI * sphere.radius * sphere.radius);
+            return chance / (2.0 * PI * half_cone);
+        }
+    }
+    light_density * distance * distance / max(cos.abs(), 1e-9)
+}
+
+/// The weight of a sample of density `own` where another technique finds the same with density `other`: the power heuristic with
+/// exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two weights of a pair sum to 1.
+#[inline(always)]
+pub fn mis_weight(own: f32, other: f32) -> f32 {
+    // Neither square overflows: the larger is divided out.
+    let ratio = if own >= other { other / own } else { own / other };
+    let square = ratio * ratio;
+    if own >= other { 1.0 / (1.0 + square) } else { square / (1.0 + square) }
+}

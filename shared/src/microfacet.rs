@@ -1,0 +1,46 @@
+//! The GGX distribution of facets (Walter et al., EGSR 2007) with Smith's shadowing, sampled by visible normals (Heitz, "Sampling
+//! the GGX Distribution of Visible Normals", JCGT 7(4), 2018). Vectors in the facets' frame: z is the surface's normal.
+
+use crate::math::{max, normalize, sqrt, unit_circle, unit_f32};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// Below this alpha a surface is a perfect mirror: its lobe, a tenth of a degree wide, is at f32's resolution of half vectors.
+pub const SMOOTH: f32 = 1e-3;
+
+/// The density of facet normals `h` by solid angle, times their area in the surface: D(h).
+#[inline(always)]
+pub fn distribution(h: Vec3, alpha: f32) -> f32 {
+    let a2 = alpha * alpha;
+    // As a sum of squares: 1 - cos² cancels where the lobe is narrow.
+    let s = (h.x * h.x + h.y * h.y) / a2 + h.z * h.z;
+    1.0 / (PI * a2 * s * s)
+}
+
+/// Smith's Λ: the ratio of masked to visible facets from a direction with height `z`, 0 < z ≤ 1.
+#[inline(always)]
+pub fn lambda(z: f32, alpha: f32) -> f32 {
+    let cos2 = max(z * z, 1e-14);
+    let tan2 = max(1.0 - z * z, 0.0) / cos2;
+    0.5 * (sqrt(1.0 + alpha * alpha * tan2) - 1.0)
+}
+
+/// A facet normal seen from `v` (v.z > 0), in proportion to the area seen: density D(h) G1(v) (v·h) / v.z.
+///
+/// The hemisphere stretched to a sphere's cap (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", HPG 2023): the
+/// distribution is Heitz's.
+#[inline(always)]
+pub fn sample_visible(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
+    let stretched = normalize(Vec3::new(v.x * alpha, v.y * alpha, v.z));
+    let z = (1.0 - unit_f32(height)) * (1.0 + stretched.z) - stretched.z;
+    let (cos, sin) = unit_circle(azimuth);
+    let radius = sqrt(max(1.0 - z * z, 0.0));
+    let cap = Vec3::new(radius * cos, radius * sin, z) + stretched;
+    normalize(Vec3::new(cap.x * alpha, cap.y * alpha, max(cap.z, 1e-9)))
+}
+
+/// The density of [`sample_visible`] by solid angle of the facet normal.
+#[inline(always)]
+pub fn visible_density(v: Vec3, h: Vec3, alpha: f32) -> f32 {
+    distribution(h, alpha) * max(v.dot(h), 0.0) / ((1.0 + lambda(v.z, alpha)) * v.z)
+}

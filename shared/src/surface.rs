@@ -1,0 +1,131 @@
+//! The surface at a hit: place, normals, texture coordinates.
+
+use crate::buffer::load;
+use crate::bvh::Hit;
+use crate::features::{FLATS, Features, TEXTURES, TRIANGLES, has};
+use crate::math::{normalize, sqrt, turns};
+use crate::params::RenderParams;
+use crate::ray::Ray;
+use crate::scene::Scene;
+use crate::triangle::Shear;
+use glam::Vec3;
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// On the surface, within rounding.
+    pub point: Vec3,
+    /// The surface's own unit normal, towards its outside.
+    pub normal: Vec3,
+    /// The unit normal that shading uses, on the same side: interpolated on a smooth mesh.
+    pub shading: Vec3,
+    /// A bound for how far from the surface `point` is, along `normal`; 0 where the primitive's number suffices.
+    pub error: f32,
+    /// Texture coordinate; 0 unless the variant has textures.
+    pub u: f32,
+    /// Texture coordinate.
+    pub v: f32,
+    /// Index into the scene's materials.
+    pub material: u32,
+}
+
+/// Relative error bound of a point that is a sum of three products and of the coordinates that it came from: 10 roundings
+/// (Pharr et al., "Physically Based Rendering", 4th ed., section 6.8.5, has 7, without this interpolation's weights).
+const ROUNDING: f32 = 10.0 * 0.5 * f32::EPSILON;
+
+/// Where a ray starts that leaves a flat primitive: off by the point's error bound, so that it does not meet a neighbour of the
+/// primitive, which lies on the wrong side of the point by rounding. Relative to the coordinates: no absolute epsilon.
+#[inline(always)]
+pub fn leave(point: Vec3, normal: Vec3, error: f32, outside: bool) -> Vec3 {
+    point + normal * (if outside { error } else { -error })
+}
+
+/// The surface where `ray` hits.
+///
+/// # Safety
+///
+/// The scene's indices were proven as [`crate::buffer`] says, and `hit` is of its traversal.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn at<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    hit: Hit,
+) -> Surface {
+    let index = hit.primitive;
+    if has(FEATURES, TRIANGLES) && index >= params.first_triangle {
+        // SAFETY: the caller's promise.
+        return unsafe { triangle::<FEATURES>(scene, ray, index - params.first_triangle) };
+    }
+    if has(FEATURES, FLATS) && index >= params.first_flat {
+        // SAFETY: the caller's promise.
+        let flat = unsafe { load(scene.flats, index - params.first_flat) };
+        let (u, v) = flat.coordinates(ray.origin + ray.direction * hit.distance);
+        let (along_u, along_v) = (flat.edge_u * u, flat.edge_v * v);
+        let size = flat.origin.abs() + along_u.abs() + along_v.abs();
+        let disc = flat.kind == crate::flat::DISC;
+        return Surface {
+            point: flat.origin + along_u + along_v,
+            normal: flat.normal,
+            shading: flat.normal,
+            error: size.dot(flat.normal.abs()) * ROUNDING,
+            u: if disc { 0.5 + 0.5 * u } else { u },
+            v: if disc { 0.5 + 0.5 * v } else { v },
+            material: flat.material,
+        };
+    }
+    // SAFETY: the caller's promise.
+    let sphere = unsafe { load(scene.spheres, index) };
+    let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
+    let (mut u, mut v) = (0.0, 0.0);
+    if has(FEATURES, TEXTURES) {
+        // From -x by -z, +x and +z; from the top down (Shirley et al., "Ray Tracing: The Next Week", section 4.4).
+        u = 0.5 + turns(-normal.z, normal.x);
+        v = 2.0 * turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
+    }
+    Surface { point, normal, shading: normal, error: 0.0, u, v, material: sphere.material }
+}
+
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32) -> Surface {
+    // SAFETY: the caller's promise; there is a shading record for each triangle.
+    let (triangle, shading) = unsafe { (load(scene.triangles, index), load(scene.shading, index)) };
+    // Again for this one triangle: cheaper than carrying its weights through the traversal.
+    let hit = triangle.hit(ray.origin, &Shear::new(ray.direction));
+    let (b, c) = (hit.weight_b, hit.weight_c);
+    let a = 1.0 - b - c;
+    let (part_a, part_b, part_c) = (triangle.a * a, triangle.b * b, triangle.c * c);
+    let size = part_a.abs() + part_b.abs() + part_c.abs();
+    let normal = normalize(triangle.normal());
+    let mixed = shading.normal_a * a + shading.normal_b * b + shading.normal_c * c;
+    let square = mixed.dot(mixed);
+    // Flat, or normals that cancel.
+    let smooth = if square > 1e-8 { mixed * (1.0 / sqrt(square)) } else { normal };
+    let (mut u, mut v) = (0.0, 0.0);
+    if has(FEATURES, TEXTURES) {
+        u = shading.u_a * a + shading.u_b * b + shading.u_c * c;
+        v = shading.v_a * a + shading.v_b * b + shading.v_c * c;
+    }
+    Surface {
+        point: part_a + part_b + part_c,
+        normal,
+        shading: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
+        error: size.dot(normal.abs()) * ROUNDING,
+        u,
+        v,
+        material: triangle.material,
+    }
+}
+
+/// The shading normal on the side of `normal`, bent where it looks away from `toward` (a unit vector on `normal`'s side), as an
+/// interpolated normal does at a silhouette: so that the viewer always sees the front of the shading.
+#[inline(always)]
+pub fn facing(shading: Vec3, toward: Vec3) -> Vec3 {
+    let cos = shading.dot(toward);
+    if cos >= LEAST_COSINE { shading } else { normalize(shading + toward * (LEAST_COSINE - cos)) }
+}
+
+/// About 0.06 degrees from the horizon.
+const LEAST_COSINE: f32 = 1e-3;
