@@ -18,7 +18,7 @@
 /// Calls a macro with each render variant: entry point, its name (attributes take literals only) and its feature mask.
 ///
 /// A scene is rendered by the first that covers its features, so cheaper ones stand before. The first eight serve spheres under a
-/// gradient sky; in the last two, [`ALL`](trisect_shared::features::ALL) leaves roulette and Fresnel to the launch record.
+/// gradient sky with the book's materials; the others leave roulette and Fresnel to the launch record.
 #[macro_export]
 macro_rules! for_each_variant {
     ($variant:ident) => {
@@ -31,6 +31,9 @@ macro_rules! for_each_variant {
             render_sobol_roulette "render_sobol_roulette": SOBOL | ROULETTE,
             render_sobol_schlick "render_sobol_schlick": SOBOL | SCHLICK,
             render_sobol_schlick_roulette "render_sobol_schlick_roulette": SOBOL | SCHLICK | ROULETTE,
+            render_microfacets "render_microfacets": MICROFACETS | ROULETTE | SCHLICK,
+            render_untextured "render_untextured": ALL & !TEXTURES,
+            render_untextured_sobol "render_untextured_sobol": ALL & !TEXTURES | SOBOL,
             render_all "render_all": ALL,
             render_all_sobol "render_all_sobol": ALL | SOBOL,
         }

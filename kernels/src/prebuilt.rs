@@ -1,6 +1,6 @@
 //! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
 
-use trisect_shared::features::{ALL, Features, ROULETTE, SCHLICK, SOBOL};
+use trisect_shared::features::{ALL, Features, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
 
 /// SPIR-V for Vulkan 1.2 with all entry points.
 pub const SPIRV: &[u8] = include_bytes!("../prebuilt/trisect.spv");

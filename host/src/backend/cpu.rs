@@ -7,7 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{ALL, ROULETTE, SCHLICK, SOBOL};
+use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
 use trisect_shared::film::PixelSums;
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
