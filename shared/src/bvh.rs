@@ -2,6 +2,7 @@
 
 use crate::buffer::{load, load_local, store_local};
 use crate::features::{FLATS, Features, TRIANGLES, has};
+#[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
 use crate::math::{max, min};
 use crate::params::RenderParams;
 use crate::ray::Ray;
@@ -10,7 +11,9 @@ use crate::sphere::MISS;
 use crate::triangle::Shear;
 use bytemuck::{Pod, Zeroable};
 use core::mem::MaybeUninit;
-use glam::Vec3;
+#[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+use glam::Vec4Swizzles;
+use glam::{Vec3, Vec4};
 
 /// Entries of the traversal stack. A ray pushes at most one child per level, so a tree with at most this many levels of inner
 /// nodes cannot overflow it; the host rejects a deeper one.
@@ -56,29 +59,41 @@ impl Child {
 }
 
 /// An inner node: both children with their boxes, so that one visit decides about two subtrees (Aila and Laine,
-/// "Understanding the Efficiency of Ray Traversal on GPUs", HPG 2009). 64 bytes, four rows.
+/// "Understanding the Efficiency of Ray Traversal on GPUs", HPG 2009). 64 bytes, four rows; a row is an axis, so that a CPU tests
+/// both boxes at once.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct BvhNode {
-    /// Lower corner of the first child's box.
-    pub first_min: Vec3,
+    /// Along x: lower bound of the first child's box, of the second's, upper bound of the first's, of the second's.
+    pub x: Vec4,
+    /// Along y.
+    pub y: Vec4,
+    /// Along z.
+    pub z: Vec4,
     /// The first [`Child`].
     pub first: u32,
-    /// Upper corner of the first child's box.
-    pub first_max: Vec3,
     /// The second [`Child`].
     pub second: u32,
-    /// Lower corner of the second child's box.
-    pub second_min: Vec3,
     /// Unused.
-    pub pad0: u32,
-    /// Upper corner of the second child's box.
-    pub second_max: Vec3,
-    /// Unused.
-    pub pad1: u32,
+    pub pad: [u32; 2],
 }
 
 const _: () = assert!(size_of::<BvhNode>() == 64 && align_of::<BvhNode>() == 16);
+
+impl BvhNode {
+    /// A node of two children and their boxes, lower and upper corner.
+    pub fn new(first: Child, first_box: (Vec3, Vec3), second: Child, second_box: (Vec3, Vec3)) -> Self {
+        let ((low, high), (low2, high2)) = (first_box, second_box);
+        Self {
+            x: Vec4::new(low.x, low2.x, high.x, high2.x),
+            y: Vec4::new(low.y, low2.y, high.y, high2.y),
+            z: Vec4::new(low.z, low2.z, high.z, high2.z),
+            first: first.0,
+            second: second.0,
+            pad: [0; 2],
+        }
+    }
+}
 
 /// Distance and index of the primitive that a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,18 +114,47 @@ fn reciprocal(x: f32) -> f32 {
     if x.abs() > 1e-37 { 1.0 / x } else { 1e37 }
 }
 
-/// Where a ray enters a box, and whether it does before `limit`.
-///
-/// Slabs, with the exit moved out by 2 ULP so that rounding never loses a hit (Ize, "Robust BVH Ray Traversal", JCGT 2(2),
-/// 2013). A ray that runs inside the plane of a face may miss the box: the host pads each primitive's box.
+/// Which boxes of a node a ray enters before a limit, and where.
+struct Entries {
+    first: bool,
+    second: bool,
+    t_first: f32,
+    t_second: f32,
+}
+
+/// By how much the exit from a box is moved out: 2 ULP, so that rounding never loses a hit (Ize, "Robust BVH Ray Traversal",
+/// JCGT 2(2), 2013).
+const EXIT: f32 = 1.0 + 2.0 * f32::EPSILON;
+
+/// Slabs, of both boxes. A ray that runs inside the plane of a face may miss the box: the host pads each primitive's box.
+#[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
 #[inline(always)]
-fn enter(origin: Vec3, inverse: Vec3, low: Vec3, high: Vec3, limit: f32) -> (bool, f32) {
-    let (x0, x1) = ((low.x - origin.x) * inverse.x, (high.x - origin.x) * inverse.x);
-    let (y0, y1) = ((low.y - origin.y) * inverse.y, (high.y - origin.y) * inverse.y);
-    let (z0, z1) = ((low.z - origin.z) * inverse.z, (high.z - origin.z) * inverse.z);
-    let entry = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), 0.0));
+fn enter(origin: Vec3, inverse: Vec3, node: &BvhNode, limit: f32) -> Entries {
+    let (x0, x1) = ((node.x.x - origin.x) * inverse.x, (node.x.z - origin.x) * inverse.x);
+    let (y0, y1) = ((node.y.x - origin.y) * inverse.y, (node.y.z - origin.y) * inverse.y);
+    let (z0, z1) = ((node.z.x - origin.z) * inverse.z, (node.z.z - origin.z) * inverse.z);
+    let t_first = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), 0.0));
     let exit = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), limit));
-    (entry <= exit * (1.0 + 2.0 * f32::EPSILON), entry)
+    let first = t_first <= exit * EXIT;
+    let (x0, x1) = ((node.x.y - origin.x) * inverse.x, (node.x.w - origin.x) * inverse.x);
+    let (y0, y1) = ((node.y.y - origin.y) * inverse.y, (node.y.w - origin.y) * inverse.y);
+    let (z0, z1) = ((node.z.y - origin.z) * inverse.z, (node.z.w - origin.z) * inverse.z);
+    let t_second = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), 0.0));
+    let exit = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), limit));
+    Entries { first, second: t_second <= exit * EXIT, t_first, t_second }
+}
+
+/// The same operations four at a time: the same bits, in a third of the instructions.
+#[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+#[inline(always)]
+fn enter(origin: Vec3, inverse: Vec3, node: &BvhNode, limit: f32) -> Entries {
+    let x = (node.x - Vec4::splat(origin.x)) * Vec4::splat(inverse.x);
+    let y = (node.y - Vec4::splat(origin.y)) * Vec4::splat(inverse.y);
+    let z = (node.z - Vec4::splat(origin.z)) * Vec4::splat(inverse.z);
+    let (x1, y1, z1) = (x.zwxy(), y.zwxy(), z.zwxy());
+    let entry = x.min(x1).max(y.min(y1)).max(z.min(z1).max(Vec4::ZERO));
+    let exit = x.max(x1).min(y.max(y1)).min(z.max(z1).min(Vec4::splat(limit))) * EXIT;
+    Entries { first: entry.x <= exit.x, second: entry.y <= exit.y, t_first: entry.x, t_second: entry.y }
 }
 
 /// How far a ray looks, and for what.
@@ -208,8 +252,7 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
         } else {
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load(nodes, child.index()) };
-            let (first, t_first) = enter(origin, inverse, node.first_min, node.first_max, best);
-            let (second, t_second) = enter(origin, inverse, node.second_min, node.second_max, best);
+            let Entries { first, second, t_first, t_second } = enter(origin, inverse, &node, best);
             if first {
                 if second {
                     let second_is_near = t_second < t_first;
@@ -247,7 +290,16 @@ mod tests {
     fn slabs_without_nan() {
         let corner = Vec3::new(1.0, 1.0, 1.0);
         let inverse = |d: Vec3| Vec3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z));
-        let hits = |o, d| enter(o, inverse(d), -corner, corner, MISS);
+        // The box in question is first or second; the other is a point that no ray here meets.
+        let at = |o: Vec3, d: Vec3, low: Vec3, high: Vec3| {
+            let (far, leaf) = ((Vec3::splat(-9.0), Vec3::splat(-9.0)), Child::leaf(0));
+            let one = enter(o, inverse(d), &BvhNode::new(leaf, (low, high), leaf, far), MISS);
+            let two = enter(o, inverse(d), &BvhNode::new(leaf, far, leaf, (low, high)), MISS);
+            assert_eq!((one.first, one.t_first.to_bits()), (two.second, two.t_second.to_bits()));
+            assert!(!one.second && !two.first);
+            (one.first, one.t_first)
+        };
+        let hits = |o, d| at(o, d, -corner, corner);
         assert_eq!(hits(Vec3::new(0.99, -0.99, 5.0), Vec3::NEG_Z), (true, 4.0));
         assert!(!hits(Vec3::new(1.1, 0.0, 5.0), Vec3::NEG_Z).0);
         // In the plane of a face and along an edge: 0 · 1e37 = 0, no NaN.
@@ -258,13 +310,7 @@ mod tests {
         // From inside: entry 0.
         assert_eq!(hits(Vec3::ZERO, Vec3::X), (true, 0.0));
         // Torture test 24: a slab of thickness 2e-6, a ray inside and parallel to it, the target far along.
-        let thin = enter(
-            Vec3::ZERO,
-            inverse(Vec3::Z),
-            Vec3::new(-1e-6, -1.0, -1.0),
-            Vec3::new(1e-6, 1.0, 100.0),
-            MISS,
-        );
+        let thin = at(Vec3::ZERO, Vec3::Z, Vec3::new(-1e-6, -1.0, -1.0), Vec3::new(1e-6, 1.0, 100.0));
         assert_eq!(thin, (true, 0.0));
     }
 

@@ -25,16 +25,8 @@ pub(super) fn build(bounds: &[Bounds]) -> Bvh {
         let (box_a, box_b) = (union(bounds, first), union(bounds, second));
         let leaf = |part: &[u32]| if let [one] = part { Child::leaf(*one).0 } else { 0 };
         let me = nodes.len();
-        nodes.push(BvhNode {
-            first_min: Vec3::from(box_a.min),
-            first: leaf(first),
-            first_max: Vec3::from(box_a.max),
-            second: leaf(second),
-            second_min: Vec3::from(box_b.min),
-            pad0: 0,
-            second_max: Vec3::from(box_b.max),
-            pad1: 0,
-        });
+        let corners = |b: Aabb| (Vec3::from(b.min), Vec3::from(b.max));
+        nodes.push(BvhNode::new(Child(leaf(first)), corners(box_a), Child(leaf(second)), corners(box_b)));
         if let Some((parent, is_second)) = slot {
             let parent = &mut nodes[parent];
             *(if is_second { &mut parent.second } else { &mut parent.first }) = Child::inner(me as u32).0;

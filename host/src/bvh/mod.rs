@@ -165,16 +165,8 @@ impl Bvh {
                     0 // filled in when the child is visited
                 }
             };
-            nodes.push(BvhNode {
-                first_min: Vec3::from(box_a.min),
-                first: child(a),
-                first_max: Vec3::from(box_a.max),
-                second: child(b),
-                second_min: Vec3::from(box_b.min),
-                pad0: 0,
-                second_max: Vec3::from(box_b.max),
-                pad1: 0,
-            });
+            let corners = |b: &Aabb| (Vec3::from(b.min), Vec3::from(b.max));
+            nodes.push(BvhNode::new(Child(child(a)), corners(box_a), Child(child(b)), corners(box_b)));
             if let Some((parent, is_second)) = slot {
                 let parent: &mut BvhNode = &mut nodes[parent];
                 *(if is_second { &mut parent.second } else { &mut parent.first }) = Child::inner(me as u32).0;
