@@ -1,7 +1,7 @@
 //! The panorama: directions follow their density, both functions agree, rotation, energy.
 
 use crate::materials::NO_SCENE;
-use crate::statistics::{Mean, chi_square, samples, sidak, words};
+use crate::statistics::{Mean, chi_square, sidak, words};
 use bytemuck::Zeroable;
 use core::f64::consts::{PI, TAU};
 use glam::Vec3;
@@ -76,7 +76,7 @@ fn texel_of(d: Vec3, rotation: f64) -> usize {
 fn p(texels: &[EnvironmentTexel], weights: &[f64], rotation: f64, judged: f64) -> f64 {
     let scene = Scene { environment: texels, ..NO_SCENE };
     let params = params(rotation);
-    let n = samples(400_000);
+    let n = 400_000u32;
     let mut observed = vec![0.0; weights.len()];
     for i in 0..n {
         // SAFETY: the panorama has the size that the parameters name.
@@ -112,9 +112,10 @@ fn densities_and_energy() {
     let texels = panorama(&colors, &weights);
     let scene = Scene { environment: &texels, ..NO_SCENE };
     let params = params(0.7);
-    let look = |d: Vec3| unsafe { radiance(&params, scene, d) }; // SAFETY: as above
+    // SAFETY: as above.
+    let look = |d: Vec3| unsafe { radiance(&params, scene, d) };
     let (mut covered, mut disagreeing) = (Mean::default(), 0);
-    let n = samples(400_000);
+    let n = 400_000u32;
     for i in 0..n {
         // SAFETY: as above.
         let light = unsafe { sample(&params, scene, words(6, i)) };

@@ -150,6 +150,26 @@ fn spheres() {
     check("centre", Shape::Sphere(sphere), sphere.center, 4.0 * PI);
 }
 
+/// From points of the sphere's own surface, as paths have them that are inside: the inner half of all directions, and no other.
+#[test]
+fn own_surfaces() {
+    let sphere = Sphere { center: Vec3::new(0.1, -0.2, 0.3), radius: 1.0, material: 0, pad: [0; 3] };
+    let mut inward = Mean::default();
+    for i in 0..40 {
+        let w = words(9, i);
+        let (normal, point) =
+            sphere.project(sphere.center + trisect_shared::math::unit_sphere(w.x, w.y), Vec3::X);
+        let mut sum = 0.0;
+        draw(Shape::Sphere(sphere), point, 1.0, |s, _| {
+            assert!(s.direction.dot(normal) < 1e-3, "{} leaves the sphere at {normal}", s.direction);
+            sum += 1.0 / f64::from(s.density);
+        });
+        inward.add(sum / f64::from(samples(200_000)));
+    }
+    println!("own surface: {inward:?}");
+    assert!(inward.is(2.0 * PI, 1e-3), "{inward:?}");
+}
+
 fn flat(kind: u32) -> Flat {
     let (edge_u, edge_v) = (Vec3::new(2.0, 0.3, 0.0), Vec3::new(0.2, 1.0, 0.5));
     // A disc's axes are perpendicular and as long.

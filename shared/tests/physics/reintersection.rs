@@ -40,7 +40,7 @@ fn found(scene: Scene, index: u32, origin: Vec3, target: Vec3) -> Option<Surface
 fn outward(normal: Vec3, i: u32) -> Vec3 {
     let w = words(21, i);
     let d = unit_sphere(w.x, w.y);
-    let lift = if i % 4 == 0 { 1e-3 } else { 1.0 };
+    let lift = if i.is_multiple_of(4) { 1e-3 } else { 1.0 };
     let flat = d - normal * d.dot(normal);
     normalize(flat + normal * (d.dot(normal).abs() * lift + 1e-6))
 }
@@ -109,7 +109,7 @@ fn quad(origin: Vec3, edge_u: Vec3, edge_v: Vec3) -> Flat {
 /// The same for the faces of a box and, beside its top, the next tile of its plane.
 fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
     let w = words(22, seed);
-    let x = if seed % 2 == 0 { Vec3::X } else { unit_sphere(w.x, w.y) };
+    let x = if seed.is_multiple_of(2) { Vec3::X } else { unit_sphere(w.x, w.y) };
     let (y, z) = trisect_shared::math::basis(x);
     let [x, y, z] = [x * scale, y * scale, z * scale];
     let corner = place;
@@ -126,8 +126,8 @@ fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
     for i in 0..40 {
         let w = words(23, seed * 40 + i);
         let near = |bits: u32| {
-            let distance = if bits % 2 == 0 { power(-8.0, -1.0, bits) } else { unit_f32(bits) };
-            if bits % 3 == 0 { distance } else { 1.0 - distance }
+            let distance = if bits.is_multiple_of(2) { power(-8.0, -1.0, bits) } else { unit_f32(bits) };
+            if bits.is_multiple_of(3) { distance } else { 1.0 - distance }
         };
         let f = flats[0];
         let target = f.origin + f.edge_u * near(w.x) + f.edge_v * near(w.y);
