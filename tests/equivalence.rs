@@ -3,40 +3,16 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::film::{Film, PixelTotals};
-use trisect::render::{Fresnel, Renderer, Settings};
+use trisect::render::{Fresnel, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::camera::Camera;
 use trisect_shared::path::FirstHit;
 use trisect_shared::ray::Ray;
 use trisect_shared::rng::PathKey;
+use trisect_tests::renders::{brighter, cpu, differing, film};
 use trisect_tests::statistics::{GLOBAL_LIMIT, ZTest};
 use trisect_tests::{Subject, for_each_backend, scene};
-
-fn cpu(scene: &Scene) -> Renderer {
-    Subject::Cpu.renderer(scene).expect("the CPU is always there")
-}
-
-fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
-    renderer.render(settings, &mut ()).unwrap().film
-}
-
-/// Albedo + 1 %: what the comparisons must notice.
-fn brighter(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
-    scene
-}
-
-/// Number of pixels that differ in a bit of a sum, or in a count.
-fn differing(a: &Film, b: &Film) -> usize {
-    assert_eq!(a.pixels.len(), b.pixels.len());
-    let bits = |p: &PixelTotals| {
-        let sums = [p.radiance, p.squares].map(|sums| sums.map(f64::to_bits));
-        (sums, [p.samples, p.rejected, p.segments, p.unwritten])
-    };
-    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| bits(a) != bits(b)).count()
-}
 
 /// Precise CUDA equals the CPU bit for bit: sums, squares, counts and segments of every pixel.
 #[test]

@@ -51,11 +51,7 @@ fn the_books_scene_is_the_books() {
 #[test]
 fn every_scene_renders() {
     let mut count = 0;
-    for entry in std::fs::read_dir(root().join("scenes")).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_none_or(|extension| extension != "ron") {
-            continue;
-        }
+    for path in trisect_tests::renders::scene_files() {
         let scene = trisect::scene::Scene::load(&path).unwrap();
         let settings = trisect::render::Settings { width: 32, height: 18, samples: 2, ..scene.settings() };
         let mut renderer = trisect_tests::Subject::Cpu.renderer(&scene).unwrap();
@@ -63,5 +59,5 @@ fn every_scene_renders() {
         assert_eq!(film.counts().samples, 32 * 18 * 2, "{}", path.display());
         count += 1;
     }
-    assert!(count >= 2);
+    assert!(count >= 12);
 }

@@ -171,3 +171,6 @@ impl Triangle {
         (self.b - self.a).cross(self.c - self.a)
     }
 }
+
+#[cfg(test)]
+mod tests;

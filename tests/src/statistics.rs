@@ -54,3 +54,86 @@ impl ZTest {
         self.share >= 0.9975 && self.global.iter().all(|z| z.abs() < GLOBAL_LIMIT)
     }
 }
+
+/// Side of the blocks that [`Blocks`] averages, in pixels.
+pub const BLOCK: u32 = 8;
+
+/// Means of blocks of pixels, and of all: many pixels' noise is nearer to normal than one's, and its variance better known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blocks {
+    /// Mean and its variance of each block by channel, row-major; blocks at the right and the bottom may be smaller.
+    pub blocks: Vec<([f64; 3], [f64; 3])>,
+    /// Of the whole film.
+    pub whole: ([f64; 3], [f64; 3]),
+}
+
+impl Blocks {
+    /// Of a film with the variances that it holds.
+    pub fn new(film: &Film) -> Self {
+        let pixels = film.pixels.iter().map(|p| (p.mean(), p.variance_of_mean()));
+        Self::of(film.width, film.height, pixels.collect())
+    }
+
+    /// Of means and their variances by pixel.
+    pub fn of(width: u32, height: u32, pixels: Vec<([f64; 3], [f64; 3])>) -> Self {
+        let mean = |columns: std::ops::Range<u32>, rows: std::ops::Range<u32>| {
+            let n = f64::from(columns.len() as u32 * rows.len() as u32);
+            let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
+            for y in rows {
+                for x in columns.clone() {
+                    let (m, v) = pixels[(y * width + x) as usize];
+                    for c in 0..3 {
+                        mean[c] += m[c] / n;
+                        variance[c] += v[c] / (n * n);
+                    }
+                }
+            }
+            (mean, variance)
+        };
+        let mut blocks = Vec::new();
+        for y in (0..height).step_by(BLOCK as usize) {
+            for x in (0..width).step_by(BLOCK as usize) {
+                blocks.push(mean(x..width.min(x + BLOCK), y..height.min(y + BLOCK)));
+            }
+        }
+        Self { blocks, whole: mean(0..width, 0..height) }
+    }
+
+    /// How many sigmas the blocks and the whole are off by channel, beyond a relative difference of `rounding`.
+    pub fn compare(&self, other: &Self, rounding: f64) -> BlockTest {
+        let z = |a: &([f64; 3], [f64; 3]), b: &([f64; 3], [f64; 3])| -> [f64; 3] {
+            std::array::from_fn(|c| {
+                let off = (a.0[c] - b.0[c]).abs() - rounding * a.0[c].abs().max(b.0[c].abs());
+                off.max(0.0) / (a.1[c] + b.1[c]).sqrt().max(1e-12)
+            })
+        };
+        let each: Vec<f64> = self.blocks.iter().zip(&other.blocks).flat_map(|(a, b)| z(a, b)).collect();
+        let inside = each.iter().filter(|&&z| z < PIXEL_LIMIT).count();
+        BlockTest {
+            worst: each.iter().copied().fold(0.0, f64::max),
+            share: inside as f64 / each.len().max(1) as f64,
+            whole: z(&self.whole, &other.whole).into_iter().fold(0.0, f64::max),
+            ratio: std::array::from_fn(|c| self.whole.0[c] / other.whole.0[c]),
+        }
+    }
+}
+
+/// What [`Blocks::compare`] found.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockTest {
+    /// Sigmas of the block and channel that is most off.
+    pub worst: f64,
+    /// Share of blocks and channels within [`PIXEL_LIMIT`].
+    pub share: f64,
+    /// Sigmas of the whole, of the channel that is most off.
+    pub whole: f64,
+    /// Ratio of the wholes.
+    pub ratio: [f64; 3],
+}
+
+impl BlockTest {
+    /// Whether the difference is noise: each block within [`PIXEL_LIMIT`], the whole within [`GLOBAL_LIMIT`].
+    pub fn passes(&self) -> bool {
+        self.share == 1.0 && self.whole < GLOBAL_LIMIT
+    }
+}

@@ -1,0 +1,206 @@
+//! Sampled directions against their density (torture test 34), and each sample's weight against value over density.
+
+use crate::materials::{self, Seen, Setup};
+use crate::statistics::{SLOW, chi_square, samples, sidak};
+use glam::{DVec3, Vec3};
+use trisect_shared::fresnel::refracted_cos2;
+use trisect_shared::math::{basis, greatest};
+
+/// To the viewer's angle with the normal.
+const COSINES: [f32; 4] = [1.0, 0.7, 0.3, 0.1];
+
+const ROWS: usize = 32;
+const COLUMNS: usize = 32;
+/// Points a cell in each direction; cells that hold an edge of the density have four times as many.
+const POINTS: usize = if SLOW { 4 } else { 12 };
+
+/// A grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2) = a⁴ and φ = 2πb.
+struct Chart {
+    axis: DVec3,
+    x: DVec3,
+    y: DVec3,
+}
+
+impl Chart {
+    fn new(axis: Vec3) -> Self {
+        let (x, y) = basis(axis);
+        Self { axis: axis.as_dvec3(), x: x.as_dvec3(), y: y.as_dvec3() }
+    }
+
+    fn cell(&self, d: Vec3) -> usize {
+        let d = d.as_dvec3();
+        let a = ((d - self.axis).length_squared() / 4.0).sqrt().sqrt();
+        let b = d.dot(self.y).atan2(d.dot(self.x)) / core::f64::consts::TAU + 0.5;
+        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        index(a, ROWS) * COLUMNS + index(b, COLUMNS)
+    }
+
+    /// The direction, and the solid angle of the unit square there.
+    fn place(&self, a: f64, b: f64) -> (Vec3, f64) {
+        let half2 = a.powi(4);
+        let sine = 2.0 * (half2 * (1.0 - half2)).sqrt();
+        let (s, c) = ((b - 0.5) * core::f64::consts::TAU).sin_cos();
+        let d = (self.x * c + self.y * s) * sine + self.axis * (1.0 - 2.0 * half2);
+        (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
+    }
+
+    /// The integral of `density` over a cell.
+    fn integral(&self, cell: usize, density: impl Fn(Vec3) -> f64) -> f64 {
+        let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
+        let sum = |n: usize| {
+            let (mut sum, mut zeros) = (0.0, 0);
+            for i in 0..n * n {
+                let a = (row + ((i / n) as f64 + 0.5) / n as f64) / ROWS as f64;
+                let b = (column + ((i % n) as f64 + 0.5) / n as f64) / COLUMNS as f64;
+                let (d, solid_angle) = self.place(a, b);
+                let value = density(d) * solid_angle;
+                zeros += usize::from(value == 0.0);
+                sum += value;
+            }
+            (sum / (n * n * ROWS * COLUMNS) as f64, zeros > 0 && zeros < n * n)
+        };
+        match sum(POINTS) {
+            (_, true) => sum(4 * POINTS).0,
+            (whole, false) => whole,
+        }
+    }
+}
+
+/// What came of one material under one angle.
+#[derive(Debug)]
+struct Outcome {
+    p: f64,
+    /// Of the samples, what is absorbed or sent into one of finitely many directions.
+    lost: f64,
+    /// Its standard deviation.
+    lost_error: f64,
+    /// Integral of the density.
+    total: f64,
+    /// The share of samples whose weight times density differs from the value evaluated at their direction, or density from density,
+    /// by more than rounding explains.
+    disagreement: f64,
+}
+
+/// `by` gives the densities that the samples of `of` are compared with.
+fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
+    let n = samples(400_000);
+    let cos2 = refracted_cos2(of.viewer.dot(of.normal), eta);
+    let mirrored = of.mirrored();
+    // Where a thin wall sends it, or what refracts: around a lobe's peak.
+    let through = if eta == 1.0 || cos2 <= 0.0 {
+        mirrored - of.normal * (2.0 * mirrored.dot(of.normal))
+    } else {
+        of.normal * (eta * of.viewer.dot(of.normal) - cos2.sqrt()) - of.viewer * eta
+    };
+    let charts = [mirrored, through].map(|axis| Chart::new(axis.normalize()));
+    let mut observed = vec![0.0; 2 * ROWS * COLUMNS];
+    let (mut lost, mut disagreeing) = (0.0, 0.0);
+    for i in 0..n {
+        let s = of.sample(stream, i);
+        if s.absorbed || s.density == 0.0 {
+            lost += 1.0;
+            continue;
+        }
+        let below = s.direction.dot(of.normal) < 0.0;
+        assert_eq!(below, s.transmitted);
+        observed[usize::from(below) * ROWS * COLUMNS + charts[usize::from(below)].cell(s.direction)] += 1.0;
+        let e = of.evaluate(s.direction);
+        // The direction is rounded to 1e-7: relative to its cosine with the normal, and to the narrowest lobe's width over the
+        // viewer's cosine.
+        let allowed = 2e-4 + 1e-6 / f64::from(s.direction.dot(of.normal).abs());
+        let relative = |a: f32, b: f32| f64::from((a - b).abs()) / f64::from(b.abs().max(1e-6)) / allowed;
+        let value = greatest(e.value);
+        let densities = relative(s.density, e.density);
+        let values = relative(greatest(s.weight) * e.density, value);
+        disagreeing += if densities < 1.0 && values < 1.0 { 0.0 } else { 1.0 };
+    }
+    let mut expected = Vec::with_capacity(observed.len());
+    for (chart, below) in charts.iter().zip([false, true]) {
+        let density = |d: Vec3| {
+            if (d.dot(by.normal) < 0.0) == below { f64::from(by.evaluate(d).density) } else { 0.0 }
+        };
+        expected.extend((0..ROWS * COLUMNS).map(|cell| chart.integral(cell, density)));
+    }
+    let total: f64 = expected.iter().sum();
+    let scale = (f64::from(n) - lost) / total;
+    expected.iter_mut().for_each(|e| *e *= scale);
+    let share = lost / f64::from(n);
+    Outcome {
+        p: chi_square(&observed, &expected),
+        lost: share,
+        lost_error: (share * (1.0 - share) / f64::from(n)).sqrt(),
+        total,
+        disagreement: disagreeing / f64::from(n),
+    }
+}
+
+fn relative_index(setup: &Setup) -> f32 {
+    let ior = setup.material.ior;
+    if !setup.name.starts_with("rough glass") {
+        1.0
+    } else if setup.front {
+        1.0 / ior
+    } else {
+        ior
+    }
+}
+
+fn check(setups: &[Setup]) {
+    let least = sidak(40 * COSINES.len()); // of all tests of this file together
+    for (k, setup) in setups.iter().enumerate() {
+        for cos in COSINES {
+            let (seen, eta) = (setup.seen(cos), relative_index(setup));
+            let outcome = compare(&seen, &seen, eta, k as u32);
+            let name = format!("{} at {cos}: {outcome:?}", setup.name);
+            println!("{name}");
+            assert!(outcome.p > least, "{name}");
+            // Two thousandths: the quadrature's error in the cells that hold an edge of the density.
+            let missing = (outcome.total + outcome.lost - 1.0).abs();
+            assert!(missing < 4.5 * outcome.lost_error + if SLOW { 2e-2 } else { 2e-3 }, "{missing} {name}");
+            // One in 5000: facets at glass's critical angle, where the share that passes goes like a square root.
+            assert!(outcome.disagreement < 2e-4, "{name}");
+        }
+    }
+}
+
+#[test]
+fn books_materials() {
+    check(&[materials::lambertian(), materials::metal(0.1), materials::metal(0.5), materials::metal(1.0)]);
+}
+
+#[test]
+fn rough_conductors() {
+    check(&[0.2, 0.5, 1.0].map(materials::conductor));
+    check(&[materials::copper(0.4)]);
+}
+
+#[test]
+fn rough_glass() {
+    check(&materials::rough_glasses(0.2));
+    check(&materials::rough_glasses(0.5));
+}
+
+#[test]
+fn metallic_roughness() {
+    check(&materials::mixes());
+}
+
+/// A density of another width by a tenth must be found.
+#[test]
+fn sabotage_other_widths_are_found() {
+    if SLOW {
+        return;
+    }
+    let setups = [
+        materials::metal(0.5),
+        materials::conductor(0.2),
+        materials::conductor(0.5),
+        materials::rough_glass(1.5, 0.5, true),
+        materials::mix(0.5, 0.6, 0.0),
+    ];
+    for setup in setups {
+        let (of, by) = (setup.seen(0.7), setup.with_alpha(1.1).seen(0.7));
+        let outcome = compare(&of, &by, relative_index(&setup), 9);
+        assert!(outcome.p < 1e-9 && outcome.disagreement < 2e-4, "{}: {outcome:?}", setup.name);
+    }
+}

@@ -1,0 +1,91 @@
+//! The white furnace by material (torture test 10): the share of light that a white surface sends on, by the viewer's angle.
+
+use crate::materials::{self, Setup};
+use crate::statistics::{Mean, SLOW, samples};
+use trisect_shared::math::greatest;
+
+const COSINES: [f32; 6] = [1.0, 0.9, 0.7, 0.4, 0.2, 0.05];
+const ROUGHNESSES: [f32; 6] = [0.05, 0.1, 0.3, 0.5, 0.7, 1.0];
+
+fn albedo(setup: &Setup, cos: f32) -> Mean {
+    let seen = setup.seen(cos);
+    let mut mean = Mean::default();
+    for i in 0..samples(200_000) {
+        let s = seen.sample(77, i);
+        mean.add(if s.absorbed { 0.0 } else { f64::from(greatest(s.weight)) });
+    }
+    mean
+}
+
+/// Whether all of it is sent on: 4.5 sigma and the rounding of the weights.
+fn is_whole(mean: Mean) -> bool {
+    mean.is(1.0, 1e-5)
+}
+
+/// Whether no light is invented.
+fn is_at_most_one(mean: Mean) -> bool {
+    mean.value() <= 1.0 + 4.5 * mean.error() + 1e-5
+}
+
+#[test]
+fn nothing_is_lost_by_what_has_one_lobe() {
+    for setup in [materials::lambertian(), materials::metal(0.0)]
+        .into_iter()
+        .chain([(1.5, true), (1.5, false), (0.67, true)].map(|(ior, front)| materials::glass(ior, front)))
+    {
+        for cos in COSINES {
+            assert!(is_whole(albedo(&setup, cos)), "{} at {cos}", setup.name);
+        }
+    }
+    // The twin.
+    let mut faulty = materials::lambertian();
+    faulty.material.albedo *= 1.01;
+    assert!(!is_at_most_one(albedo(&faulty, 0.7)));
+}
+
+/// Prints a table of losses, a row for each roughness; returns whether nothing is invented.
+fn table(title: &str, setup: impl Fn(f32) -> Setup) -> bool {
+    println!("{title}: 1 - albedo by cosine {COSINES:?}");
+    let mut good = true;
+    for roughness in ROUGHNESSES {
+        let means = COSINES.map(|cos| albedo(&setup(roughness), cos));
+        let row: Vec<String> = means.iter().map(|mean| format!("{:8.4}", 1.0 - mean.value())).collect();
+        println!("{roughness:5} {}", row.join(" "));
+        good &= means.into_iter().all(is_at_most_one);
+    }
+    good
+}
+
+/// What single scattering loses at normal incidence: the share of GGX's visible facets (alpha = roughness²) that send light below
+/// the surface or whose reflection Smith's G masks; 1 - ln 2 remains for alpha 1.
+#[test]
+fn the_loss_of_rough_metal_is_known() {
+    for (roughness, want) in [(0.1, 0.9999), (0.5, 0.9158), (1.0, 1.0 - core::f64::consts::LN_2)] {
+        let mean = albedo(&materials::conductor(roughness), 1.0);
+        assert!(mean.is(want, 1e-4), "{roughness}: {mean:?} for {want}");
+    }
+    // The twin: roughness taken for alpha.
+    let mean = albedo(&materials::conductor(0.5f32.sqrt()), 1.0);
+    assert!(!mean.is(0.9158, 1e-4), "{mean:?}");
+    assert!(table("white conductor", materials::conductor));
+}
+
+#[test]
+fn rough_glass_invents_nothing() {
+    assert!(table("glass 1.5 from outside", |roughness| materials::rough_glass(1.5, roughness, true)));
+    assert!(table("glass 1.5 from inside", |roughness| materials::rough_glass(1.5, roughness, false)));
+    let mut faulty = materials::rough_glass(1.5, 0.05, true);
+    faulty.material.albedo *= 1.01;
+    assert!(!is_at_most_one(albedo(&faulty, 1.0)) || SLOW);
+}
+
+#[test]
+fn plastic_invents_nothing() {
+    assert!(table("white plastic", |roughness| materials::mix(0.0, roughness, 0.0)));
+    assert!(table("half metal", |roughness| materials::mix(0.5, roughness, 0.0)));
+    assert!(table("white metal", |roughness| materials::mix(1.0, roughness, 0.0)));
+    assert!(table("half film", |roughness| materials::mix(0.0, roughness, 0.5)));
+    let mut faulty = materials::mix(1.0, 0.05, 0.0);
+    faulty.material.albedo *= 1.01;
+    assert!(!is_at_most_one(albedo(&faulty, 0.9)) || SLOW);
+}

@@ -1,0 +1,129 @@
+//! Silhouettes, weights of multiple importance sampling, texture lookups: whatever comes in, what comes out is in range.
+
+use crate::materials::NO_SCENE;
+use crate::statistics::{samples, words};
+use glam::Vec3;
+use trisect_shared::light::mis_weight;
+use trisect_shared::math::{normalize, unit_f32, unit_sphere};
+use trisect_shared::scene::Scene;
+use trisect_shared::surface::facing;
+use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture, sample};
+
+/// Both weights of a pair sum to 1 whatever the densities; 0 against 0 is asked for nowhere, as each sample has a density.
+#[test]
+fn weights_of_a_pair_sum_to_one() {
+    let extremes = [0.0f32, 1e-38, 1e-30, 1e-7, 0.5, 1.0, 1e7, 1e30, f32::MAX];
+    for a in extremes {
+        for b in extremes {
+            if a + b > 0.0 {
+                let (x, y) = (mis_weight(a, b), mis_weight(b, a));
+                assert!((x + y - 1.0).abs() < 2e-7 && (0.0..=1.0).contains(&x), "{a} {b}: {x} {y}");
+                let ratio = f64::from(a) / f64::from(b);
+                let want = if b == 0.0 { 1.0 } else { ratio * ratio / (1.0 + ratio * ratio) };
+                let want = if want.is_nan() { 1.0 } else { want };
+                assert!((f64::from(x) - want).abs() < 1e-6, "{a} {b}: {x} for {want}");
+            }
+        }
+    }
+}
+
+/// A unit vector on the viewer's side, also where the interpolated normal looks straight away.
+#[test]
+fn facing_at_silhouettes() {
+    let mut bent = 0;
+    for i in 0..samples(200_000) {
+        let w = words(1, i);
+        let viewer = unit_sphere(w.x, w.y);
+        let about = unit_sphere(w.z, w.w);
+        // Anywhere; near the horizon; nearly opposite; opposite.
+        let shading = match i % 4 {
+            0 => about,
+            1 => normalize(about - viewer * (about.dot(viewer) + 1e-3 * unit_f32(w.x ^ w.z))),
+            2 => normalize(about * 1e-5 - viewer),
+            _ => -viewer,
+        };
+        let n = facing(shading, viewer);
+        assert!((n.dot(n) - 1.0).abs() < 1e-6, "{shading} {viewer}: {n}");
+        assert!(n.dot(viewer) > 0.0, "{shading} {viewer}: {n}");
+        if shading.dot(viewer) > 2e-3 {
+            assert_eq!(n, shading);
+        } else {
+            bent += 1;
+        }
+    }
+    assert!(bent > samples(200_000) / 2, "the test does not reach the bend");
+}
+
+const SIDE: u32 = 5;
+
+fn texture(flags: u32, scale: f32) -> Texture {
+    let (width, height) = (SIDE, SIDE);
+    Texture {
+        first: 3,
+        width,
+        height,
+        flags,
+        uu: scale,
+        uv: 0.0,
+        vu: 0.0,
+        vv: scale,
+        u0: 0.0,
+        v0: 0.0,
+        pad: [0; 2],
+    }
+}
+
+/// NaN, infinite and huge coordinates read some texel of the image: never beyond it, never NaN, never out of its range. The texels
+/// around the image are infinite.
+#[test]
+fn texture_lookups_stay_inside() {
+    let half = |x: f32| u32::from(((x.to_bits() >> 13) - (112 << 10)) as u16); // of normal numbers
+    let outside = 0x7c00 | 0x7c00 << 16;
+    let mut texels = vec![Texel { red_green: outside, blue_alpha: outside }; 3 + (SIDE * SIDE) as usize + 3];
+    for (i, texel) in texels[3..][..(SIDE * SIDE) as usize].iter_mut().enumerate() {
+        let value = half(0.25 + 0.5 * (i as f32 / (SIDE * SIDE) as f32));
+        *texel = Texel { red_green: value | value << 16, blue_alpha: value | value << 16 };
+    }
+    let odd =
+        [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX, 3e9, -3e9, 1e-40, -0.0, 1.0, 0.5];
+    for wrapping in [REPEAT, MIRROR, CLAMP] {
+        for flags in [wrapping | wrapping << 2, wrapping | wrapping << 2 | NEAREST] {
+            for scale in [1.0, -1e6, 0.0] {
+                let textures = [texture(flags, scale)];
+                let scene = Scene { textures: &textures, texels: &texels, ..NO_SCENE };
+                let check = |u: f32, v: f32| {
+                    // SAFETY: the texture lies inside the texels.
+                    let c = unsafe { sample(scene, 0, u, v) };
+                    let inside = |x: f32| (0.2499..0.7501).contains(&x);
+                    assert!(inside(c.x) && inside(c.w), "{flags:#x} {scale} ({u}, {v}): {c}");
+                };
+                for u in odd {
+                    odd.iter().for_each(|&v| check(u, v));
+                }
+                for i in 0..samples(20_000) {
+                    let w = words(2, i);
+                    check(f32::from_bits(w.x), f32::from_bits(w.y));
+                    check(unit_f32(w.z) * 3.0 - 1.0, unit_f32(w.w) * 3.0 - 1.0);
+                }
+            }
+        }
+    }
+}
+
+/// Interpolation passes through the texels' centres, and only there are texels whole.
+#[test]
+fn texels_are_where_they_belong() {
+    let one = 0x3c00;
+    let mut texels = vec![Texel { red_green: 0, blue_alpha: 0 }; 3 + (SIDE * SIDE) as usize];
+    texels[3 + (SIDE + 2) as usize].red_green = one; // column 2, row 1
+    let textures = [texture(REPEAT, 1.0)];
+    let scene = Scene { textures: &textures, texels: &texels, ..NO_SCENE };
+    // SAFETY: as above.
+    let red = |u: f32, v: f32| unsafe { sample(scene, 0, u, v) }.x;
+    assert!((red(0.5, 0.3) - 1.0).abs() < 1e-6);
+    assert!((red(0.5, 1.3) - 1.0).abs() < 1e-5);
+    assert!((red(0.6, 0.3) - 0.5).abs() < 1e-6);
+    assert!((red(0.4, 0.4) - 0.25).abs() < 1e-6);
+    assert!(red(0.7, 0.3).abs() < 1e-6);
+    assert_eq!(Vec3::splat(red(0.1, 0.9)), Vec3::ZERO);
+}

@@ -1,0 +1,109 @@
+//! Exchanging light and viewer.
+
+use crate::materials::{self, Setup};
+use crate::statistics::{SLOW, samples, words};
+use glam::Vec3;
+use trisect_shared::fresnel::refracted_cos2;
+use trisect_shared::material::ROUGH_DIELECTRIC;
+use trisect_shared::math::{greatest, normalize, unit_sphere};
+
+/// Value over both cosines for one way and for the other, for random pairs of directions on one side of the surface or on both.
+/// Returns the greatest relative difference, the second way times `factor`, of how many pairs that scatter.
+fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, u32) {
+    let normal = normalize(Vec3::new(0.48, 0.6, -0.64));
+    let (mut worst, mut count) = (0.0f32, 0);
+    for i in 0..samples(200_000) {
+        let w = words(5, i);
+        let mut o = unit_sphere(w.x, w.y);
+        let mut i = unit_sphere(w.z, w.w);
+        o = if o.dot(normal) < 0.0 { -o } else { o };
+        i = if (i.dot(normal) < 0.0) != through { -i } else { i };
+        let cosines = (o.dot(normal), i.dot(normal).abs());
+        if cosines.0.min(cosines.1) < 0.02 {
+            continue; // rounding, 1e-7 over the cosine, is magnified
+        }
+        if is_critical(there, o, i, through) {
+            continue;
+        }
+        let forth = greatest(there.seen_from(o, normal).evaluate(i).value) / cosines.1;
+        let other_normal = if through { -normal } else { normal };
+        let other = greatest(back.seen_from(i, other_normal).evaluate(o).value) / cosines.0 * factor;
+        // The tails of a narrow lobe are small differences of large numbers.
+        if forth.max(other) > 1e-3 {
+            worst = worst.max((forth - other).abs() / forth.max(other));
+            count += 1;
+        }
+    }
+    assert!(count > samples(200_000) / 100, "{}: {count}", there.name);
+    (worst, count)
+}
+
+/// Whether the facet that sends one to the other is glass near the critical angle: there the share that passes goes with the cosine
+/// of refraction, whose square, below 0.003, has rounding's 1e-7.
+fn is_critical(setup: &Setup, o: Vec3, i: Vec3, through: bool) -> bool {
+    if setup.material.kind != ROUGH_DIELECTRIC {
+        return false;
+    }
+    let eta = if setup.front { 1.0 / setup.material.ior } else { setup.material.ior };
+    let h = normalize(if through { o * eta + i } else { o + i });
+    let (c, passes) = (o.dot(h), refracted_cos2(o.dot(h).abs(), eta));
+    passes.abs() < 3e-3 || c * c < 3e-3
+}
+
+/// A few roundings over the least cosine, 0.02, or twice the square of the least cosine of refraction, 0.003.
+const ROUNDING: f32 = 2e-4;
+
+fn reflects_alike(setup: &Setup) -> bool {
+    difference(setup, setup, false, 1.0).0 < ROUNDING
+}
+
+#[test]
+fn reflection() {
+    let mut setups = vec![materials::lambertian()];
+    setups.extend([0.2, 0.5, 1.0].map(materials::conductor));
+    setups.extend([0.3, 0.7].map(materials::copper));
+    setups.extend(materials::mixes());
+    setups.extend(materials::rough_glasses(0.3));
+    setups.extend(materials::rough_glasses(0.8));
+    for setup in setups {
+        let (worst, count) = difference(&setup, &setup, false, 1.0);
+        println!("{}: {worst:.1e} of {count}", setup.name);
+        assert!(worst < ROUNDING, "{}: {worst} of {count}", setup.name);
+    }
+}
+
+/// The book's fuzz is no reciprocal material: its density, not its value over the cosine, stays the same. It serves as the twin.
+#[test]
+fn sabotage_fuzz_is_not_reciprocal() {
+    assert!(!reflects_alike(&materials::metal(0.5)));
+    let seen = |o, i| materials::metal(0.5).seen_from(o, Vec3::Z).evaluate(i).density;
+    let (o, i) = (normalize(Vec3::new(0.5, 0.1, 0.8)), normalize(Vec3::new(-0.7, 0.1, 0.6)));
+    assert!((seen(o, i) / seen(i, o) - 1.0).abs() < 1e-5);
+}
+
+/// Without the factor eta² on radiance, a surface transports L / n², n the index of the medium: what is reciprocal then is value over
+/// both cosines times n² of the viewer's medium.
+#[test]
+fn refraction() {
+    for roughness in [0.3, 0.8] {
+        for ior in [1.5, 0.67] {
+            let sides = [true, false].map(|front| materials::rough_glass(ior, roughness, front));
+            let [outside, inside] = &sides;
+            // Seen from outside n = 1, from inside n = ior.
+            let worst = difference(outside, inside, true, ior * ior).0;
+            println!("{}: {worst:.1e}", outside.name);
+            assert!(worst < ROUNDING, "{}: {worst}", outside.name);
+            let twin = difference(outside, inside, true, 1.0).0;
+            assert!(twin > 0.1 || SLOW, "{twin}");
+        }
+    }
+}
+
+/// Both sides of a thin wall are in one medium.
+#[test]
+fn thin_walls() {
+    let there = materials::mix(0.2, 0.4, 0.6);
+    let back = Setup { front: false, ..there.clone() };
+    let worst = difference(&there, &back, true, 1.0).0;
+    assert!(worst < ROUNDING, "{worst}");
+}

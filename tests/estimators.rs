@@ -1,0 +1,149 @@
+//! The same mean by another way: with and without light sampling, from either sampler, with and without roulette, by any kernel
+//! variant.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use trisect::render::{Sampler, Settings};
+use trisect::scene::Scene;
+use trisect_tests::renders::{differing, film, lit};
+use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
+use trisect_tests::{Subject, for_each_backend, root, scene};
+
+/// A scene and its settings, small; and samples a pixel with and without light sampling on the CPU.
+struct Case {
+    name: &'static str,
+    scene: Scene,
+    settings: Settings,
+    samples: (u32, u32),
+}
+
+fn case(name: &'static str, samples: (u32, u32)) -> Case {
+    let scene = Scene::load(&root().join("scenes").join(name)).unwrap();
+    let settings = Settings { width: 32, height: 24, depth: 4, ..scene.settings() };
+    Case { name, scene, settings, samples }
+}
+
+fn cases() -> Vec<Case> {
+    let mut cases = vec![
+        case("cornell_box.ron", (128, 1024)),
+        case("materials.ron", (128, 512)),
+        case("next_week.ron", (128, 1024)),
+        case("gltf/features.gltf", (128, 512)),
+        case("light_sphere.ron", (128, 1024)),
+        case("veach_mis.ron", (128, 512)),
+    ];
+    // Without light sampling, paths never find lights without extent.
+    cases[3].scene.lights.clear();
+    // The small lights of this scene: found by chance by one path in ten thousand.
+    cases[5].scene.spheres.retain(|s| s.radius > 0.2);
+    // A panorama alone.
+    let mut panorama = case("materials.ron", (128, 256));
+    panorama.name = "materials.ron without its area light";
+    panorama.scene.flats.retain(|flat| panorama.scene.materials[flat.material as usize].emission.x == 0.0);
+    cases.push(panorama);
+    cases
+}
+
+/// What a software adapter has time for: fewer scenes, pixels and samples.
+fn smaller(subject: Subject, case: &mut Case) -> bool {
+    if subject != Subject::Cpu {
+        (case.settings.width, case.settings.height) = (16, 12);
+        case.samples = (case.samples.0 / 16, case.samples.1 / 32);
+    }
+    subject == Subject::Cpu || ["cornell_box.ron", "materials.ron", "gltf/features.gltf"].contains(&case.name)
+}
+
+/// `with` against `without` light sampling: blocks' and the whole's sigmas.
+fn compare(subject: Subject, case: &Case, with: &Scene) -> Option<BlockTest> {
+    let render = |scene: &Scene, light_sampling, samples, seed| {
+        let settings = Settings { samples, light_sampling, seed, ..case.settings.clone() };
+        Some(Blocks::new(&film(&mut subject.renderer(scene)?, &settings)))
+    };
+    let without = render(&case.scene, false, case.samples.1, 1)?;
+    Some(render(with, true, case.samples.0, 2)?.compare(&without, 1e-5))
+}
+
+/// Next-event estimation with multiple importance sampling changes the noise, not the mean.
+fn light_sampling_keeps_the_mean(subject: Subject) {
+    for mut case in cases() {
+        if !smaller(subject, &mut case) {
+            continue;
+        }
+        let Some(test) = compare(subject, &case, &case.scene) else { return };
+        eprintln!("{}: {test:?}", case.name);
+        assert!(test.whole < GLOBAL_LIMIT, "{}: {test:?}", case.name);
+        if subject != Subject::Cpu {
+            continue;
+        }
+        assert!(test.passes(), "{}: {test:?}", case.name);
+    }
+}
+
+/// The twin: weights that are 2 % off, as lights brighter by that would show them.
+#[test]
+fn sabotage_wrong_weights_are_found() {
+    let case = case("light_sphere.ron", (256, 4096));
+    let test = compare(Subject::Cpu, &case, &lit(&case.scene, 1.02)).unwrap();
+    assert!(test.whole > GLOBAL_LIMIT, "a comparison that cannot fail: {test:?}");
+}
+
+/// Sobol's points and independent ones, roulette from the first and from a later segment: the same mean. (The variance that a film of
+/// Sobol points estimates is that of independent ones: above theirs, so that this test is too kind to them.)
+fn samplers_and_roulette_keep_the_mean(subject: Subject) {
+    let names = ["cornell_box.ron", "materials.ron", "rtiow_final.ron"];
+    for name in names.into_iter().take(if subject == Subject::Cpu { 3 } else { 1 }) {
+        let scene = scene(name);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let samples = if subject == Subject::Cpu { 256 } else { 4 };
+        let (width, height) = if subject == Subject::Cpu { (32, 24) } else { (16, 12) };
+        let plain = Settings { width, height, samples, depth: 12, seed: 1, ..scene.settings() };
+        let want = Blocks::new(&film(&mut renderer, &plain));
+        let sobol = Settings { sampler: Sampler::Sobol, seed: 2, ..plain.clone() };
+        let others = [
+            ("sobol", sobol.clone()),
+            ("roulette", Settings { roulette: true, seed: 3, ..plain.clone() }),
+            ("late roulette", Settings { roulette: true, roulette_depth: 4, seed: 4, ..plain.clone() }),
+            ("sobol and roulette", Settings { roulette: true, seed: 5, ..sobol.clone() }),
+        ];
+        for (way, settings) in others {
+            let got = film(&mut renderer, &settings);
+            let test = Blocks::new(&got).compare(&want, 1e-5);
+            eprintln!("{name}, {way}: {test:?}");
+            assert!(test.whole < GLOBAL_LIMIT, "{name}, {way}: {test:?}");
+            assert!(subject != Subject::Cpu || test.share > 0.99, "{name}, {way}: {test:?}");
+        }
+        // The twin.
+        if subject == Subject::Cpu && name != "cornell_box.ron" {
+            let got = film(&mut subject.renderer(&lit(&scene, 1.05)).unwrap(), &sobol);
+            let test = Blocks::new(&got).compare(&want, 1e-5);
+            assert!(test.whole > GLOBAL_LIMIT, "{name}: a comparison that cannot fail: {test:?}");
+        }
+    }
+}
+
+for_each_backend!(light_sampling_keeps_the_mean, samplers_and_roulette_keep_the_mean);
+
+/// The kernels of the book's scenes and the general ones share their arithmetic: a light that nothing wears changes the variant, not
+/// the film.
+#[test]
+fn variants_give_the_same_bits() {
+    for name in ["three_spheres.ron", "rtiow_final.ron"] {
+        let scene = scene(name);
+        let mut general = scene.clone();
+        let mut lamp = general.materials[0];
+        (lamp.emission, lamp.light_density) = (glam::Vec3::ONE, 1.0);
+        general.materials.push(lamp);
+        let (mut simple, mut all) =
+            (Subject::Cpu.renderer(&scene).unwrap(), Subject::Cpu.renderer(&general).unwrap());
+        for sampler in [Sampler::Independent, Sampler::Sobol] {
+            for roulette in [false, true] {
+                let settings =
+                    Settings { width: 160, height: 90, samples: 16, sampler, roulette, ..scene.settings() };
+                let want = film(&mut simple, &settings);
+                let count = differing(&film(&mut all, &settings), &want);
+                assert_eq!(count, 0, "{name} {sampler:?} {roulette}");
+                let other = Settings { seed: 1, ..settings };
+                assert_ne!(differing(&film(&mut all, &other), &want), 0, "a comparison that cannot fail");
+            }
+        }
+    }
+}

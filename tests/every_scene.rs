@@ -1,0 +1,79 @@
+//! Every scene of the project on every backend against the CPU: CUDA's bits, wgpu's first hits and, from the same random numbers,
+//! radiance.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::path::Path;
+use trisect::film::Film;
+use trisect::render::Settings;
+use trisect::scene::Scene;
+use trisect_shared::path::FirstHit;
+use trisect_tests::renders::{brighter, cpu, differing, film, scene_files};
+use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
+use trisect_tests::{Subject, for_each_backend};
+
+/// Share of pixels whose radiance is the same but for rounding: the same random numbers take the same paths, but for a few that an ulp
+/// sends another way at an edge, a choice of a lobe, or a texel's border.
+fn close(a: &Film, b: &Film) -> f64 {
+    let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-3 * a.abs().max(b.abs()) + 1e-6;
+    let pixels = a.pixels.iter().zip(&b.pixels);
+    let same = pixels.filter(|(a, b)| a.mean().into_iter().zip(b.mean()).all(near)).count();
+    same as f64 / a.pixels.len() as f64
+}
+
+/// Whether a backend whose rounding is its own shows the CPU's image.
+fn is_the_same(got: &Film, want: &Film) -> bool {
+    close(got, want) >= 0.97 && Blocks::new(got).compare(&Blocks::new(want), 1e-5).whole < GLOBAL_LIMIT
+}
+
+/// First hits of another primitive.
+fn elsewhere(a: &[FirstHit], b: &[FirstHit]) -> usize {
+    a.iter().zip(b).filter(|(a, b)| a.primitive != b.primitive).count()
+}
+
+fn one(subject: Subject, path: &Path) -> Option<()> {
+    let scene = Scene::load(path).unwrap();
+    let name = path.file_name().unwrap().display();
+    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..scene.settings() };
+    let mut renderer = subject.renderer(&scene)?;
+    let mut cpu = cpu(&scene);
+    let (got, want) = (film(&mut renderer, &settings), film(&mut cpu, &settings));
+    let counts = got.counts();
+    assert_eq!((counts.rejected, counts.unwritten), (0, 0), "{name}");
+    // More pixels: they cost one ray each.
+    let many = Settings { width: 160, height: 120, ..settings.clone() };
+    let (hits, wanted) = (renderer.first_hits(&many, 1).unwrap(), cpu.first_hits(&many, 1).unwrap());
+    if matches!(subject, Subject::Cpu | Subject::Cuda) {
+        assert_eq!(differing(&got, &want), 0, "{name}");
+        assert!(hits == wanted, "{name}: first hits");
+    } else {
+        let (off, share) = (elsewhere(&hits, &wanted), close(&got, &want));
+        eprintln!(
+            "{subject:?} {name}: {off} of {} first hits differ, {share:.4} of pixels close",
+            hits.len()
+        );
+        assert!(off * 1000 <= hits.len(), "{name}: {off} of {}", hits.len());
+        assert!(is_the_same(&got, &want), "{name}: {share}");
+    }
+    Some(())
+}
+
+fn every_scene_is_the_cpus(subject: Subject) {
+    let files = scene_files();
+    assert!(files.len() >= 12, "{files:?}");
+    for path in &files {
+        if one(subject, path).is_none() {
+            return;
+        }
+    }
+    // The twins: albedo + 1 %, where there is light and scattering; another sample's rays.
+    let path = files.iter().find(|path| path.ends_with("cornell_box.ron")).unwrap();
+    let scene = Scene::load(path).unwrap();
+    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..scene.settings() };
+    let want = film(&mut cpu(&scene), &settings);
+    let Some(mut renderer) = subject.renderer(&brighter(&scene)) else { return };
+    assert!(!is_the_same(&film(&mut renderer, &settings), &want), "a comparison that cannot fail");
+    let hits = |sample| cpu(&scene).first_hits(&settings, sample).unwrap();
+    assert!(elsewhere(&hits(0), &hits(1)) * 1000 > hits(0).len(), "a comparison that cannot fail");
+}
+
+for_each_backend!(every_scene_is_the_cpus);

@@ -1,0 +1,91 @@
+//! Rendering and comparing films.
+
+use crate::Subject;
+use std::path::PathBuf;
+use trisect::film::{Film, PixelTotals};
+use trisect::render::{Renderer, Settings};
+use trisect::scene::Scene;
+
+/// A renderer on the CPU.
+///
+/// # Panics
+///
+/// If the scene cannot be rendered.
+pub fn cpu(scene: &Scene) -> Renderer {
+    match Subject::Cpu.renderer(scene) {
+        Some(renderer) => renderer,
+        None => panic!("the CPU is always there"),
+    }
+}
+
+/// A film.
+///
+/// # Panics
+///
+/// If the backend fails.
+pub fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
+    match renderer.render(settings, &mut ()) {
+        Ok(frame) => frame.film,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Albedo + 1 %: what the comparisons must notice.
+pub fn brighter(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
+    scene
+}
+
+/// Every light, the sky among them, brighter by `factor`.
+pub fn lit(scene: &Scene, factor: f32) -> Scene {
+    let mut scene = scene.clone();
+    for material in &mut scene.materials {
+        material.emission *= factor;
+        material.light_density *= factor;
+    }
+    scene.lights.iter_mut().for_each(|light| light.intensity *= factor);
+    scene.sky.bottom *= factor;
+    scene.sky.top *= factor;
+    for texel in scene.environment.iter_mut().flat_map(|environment| &mut environment.texels) {
+        texel.radiance *= factor;
+    }
+    scene
+}
+
+/// Number of pixels that differ in a bit of a sum, or in a count.
+///
+/// # Panics
+///
+/// If the films are of different sizes.
+pub fn differing(a: &Film, b: &Film) -> usize {
+    assert_eq!(a.pixels.len(), b.pixels.len());
+    let bits = |p: &PixelTotals| {
+        let sums = [p.radiance, p.squares].map(|sums| sums.map(f64::to_bits));
+        (sums, [p.samples, p.rejected, p.segments, p.unwritten])
+    };
+    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| bits(a) != bits(b)).count()
+}
+
+/// Every scene file of the project, and its model; without those whose generated mesh is missing, aloud.
+///
+/// # Panics
+///
+/// If the folder cannot be read.
+pub fn scene_files() -> Vec<PathBuf> {
+    let folder = crate::root().join("scenes");
+    let Ok(entries) = std::fs::read_dir(&folder) else { panic!("{}", folder.display()) };
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "ron"));
+    files.push(folder.join("gltf/features.gltf"));
+    files.sort();
+    let mesh = folder.join("generated/asteroid.ply");
+    files.retain(|path| {
+        let there = !path.ends_with("mesh.ron") || mesh.exists();
+        if !there {
+            eprintln!("SKIPPED {}: {} is not generated", path.display(), mesh.display());
+        }
+        there
+    });
+    files
+}
