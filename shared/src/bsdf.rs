@@ -9,7 +9,7 @@ use crate::material::{
     BLENDED, COMPLEX_IOR, CONDUCTOR, DIELECTRIC, LAMBERTIAN, MASKED, METAL, METALLIC_ROUGHNESS, Material,
 };
 use crate::math::{basis, greatest, max, min, normalize, sqrt, unit_circle, unit_f32};
-use crate::microfacet::{SMOOTH, distribution, lambda, sample_visible};
+use crate::microfacet::{SMOOTH, distribution, grazing_share, lambda, mean_grazing_share, sample_visible};
 use crate::rng::Words;
 use crate::scene::Scene;
 use crate::texture::{NO_TEXTURE, color, sample};
@@ -392,13 +392,13 @@ impl Bsdf {
         if !reflected {
             return Evaluation { value: self.clear(f) * specular, density: density_h * chances.clear };
         }
-        // The diffuse base under a clear coat: what the boundary lets in and out again, normalised so that a white base returns
-        // all that enters (Ashikhmin and Shirley, 2000, with Schlick's mean 1/21): reciprocal, and not above 1 with the coat's share.
-        let f0 = self.dielectric_f0();
-        let enter = 1.0 - fresnel::schlick_from(Vec3::splat(f0), o.z).x;
-        let leave = 1.0 - fresnel::schlick_from(Vec3::splat(f0), i.z).x;
-        let mean = (1.0 - f0) * (20.0 / 21.0);
-        let base = if mean > 0.0 { enter * leave / mean } else { 0.0 };
+        // The diffuse base under the boundary: what the boundary lets in and out again, normalised so that a white base returns
+        // all that enters (the form of Ashikhmin and Shirley, 2000, with this boundary's reflectance): reciprocal, and with the
+        // boundary's share not above 1.
+        let rest = 1.0 - self.dielectric_f0();
+        let enter = 1.0 - grazing_share(o.z, m.roughness);
+        let leave = 1.0 - grazing_share(i.z, m.roughness);
+        let base = rest * enter * leave / (1.0 - mean_grazing_share(m.roughness));
         let diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * i.z / PI);
         Evaluation {
             value: f * specular + diffuse,

@@ -75,12 +75,22 @@ const NOTHING: LightSample = LightSample {
     is_delta: true,
 };
 
-/// Half of the sphere's cone: 1 - cos of its half angle from outside `point`, or 0 from inside, where no cone holds it.
+/// Where light is gathered.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// On a surface.
+    pub point: Vec3,
+    /// The primitive of that surface.
+    pub primitive: u32,
+}
+
+/// 1 - cos of the half angle of the cone that holds the sphere; 0 where none does: from inside, and from its own surface, which
+/// rounding puts inside or outside.
 #[inline(always)]
-fn cone(sphere: &Sphere, point: Vec3) -> f32 {
-    let to = sphere.center - point;
+fn cone(sphere: &Sphere, primitive: u32, from: Vertex) -> f32 {
+    let to = sphere.center - from.point;
     let sine2 = sphere.radius * sphere.radius / max(to.dot(to), 1e-37);
-    if sine2 < 1.0 { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
+    if sine2 < 1.0 && primitive != from.primitive { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
 }
 
 /// Chooses a light by its power, and a point on it.
@@ -95,19 +105,19 @@ fn cone(sphere: &Sphere, point: Vec3) -> f32 {
 pub unsafe fn sample<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
-    point: Vec3,
+    from: Vertex,
     random: Words,
     choice: u32,
 ) -> LightSample {
     if has(FEATURES, ENVIRONMENT) && unit_f32(choice) < params.environment_probability {
         // SAFETY: a probability above zero means a panorama.
-        let from = unsafe { environment::sample(params, scene, random) };
+        let sky = unsafe { environment::sample(params, scene, random) };
         return LightSample {
-            direction: from.direction,
+            direction: sky.direction,
             limit: MISS,
             primitive: NO_PRIMITIVE,
-            radiance: from.radiance,
-            density: from.density * params.environment_probability,
+            radiance: sky.radiance,
+            density: sky.density * params.environment_probability,
             is_delta: false,
         };
     }
@@ -121,7 +131,7 @@ pub unsafe fn sample<const FEATURES: Features>(
     };
     if light.kind == AREA {
         // SAFETY: the caller's promise for the light's primitive.
-        return unsafe { area::<FEATURES>(params, scene, light.primitive, point, random) };
+        return unsafe { area::<FEATURES>(params, scene, light.primitive, from, random) };
     }
     if light.kind == DIRECTIONAL {
         return LightSample {
@@ -131,7 +141,7 @@ pub unsafe fn sample<const FEATURES: Features>(
             ..NOTHING
         };
     }
-    let to = light.position - point;
+    let to = light.position - from.point;
     let square = to.dot(to);
     if square <= 0.0 {
         return NOTHING;
@@ -159,11 +169,14 @@ unsafe fn area<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     primitive: u32,
-    point: Vec3,
+    from: Vertex,
     random: Words,
 ) -> LightSample {
+    let point = from.point;
     let (u, v) = (unit_f32(random.x), unit_f32(random.y));
     let (target, normal, material);
+    // Of a sphere seen from outside: the direction itself, since its near point may be the very point that it is seen from.
+    let mut inside_cone = Vec3::ZERO;
     let (mut texture_u, mut texture_v) = (0.0, 0.0);
     if has(FEATURES, TRIANGLES) && primitive >= params.first_triangle {
         let index = primitive - params.first_triangle;
@@ -191,9 +204,9 @@ unsafe fn area<const FEATURES: Features>(
             let radius = sqrt(u);
             let (cos, sin) = unit_circle(random.y);
             (across, down) = (radius * cos, radius * sin);
-            (texture_u, texture_v) = (0.5 + 0.5 * across, 0.5 + 0.5 * down);
+            (texture_u, texture_v) = (0.5 + 0.5 * across, 0.5 - 0.5 * down);
         } else {
-            (texture_u, texture_v) = (u, v);
+            (texture_u, texture_v) = (u, 1.0 - v);
         }
         target = flat.origin + flat.edge_u * across + flat.edge_v * down;
         normal = flat.normal;
@@ -201,7 +214,7 @@ unsafe fn area<const FEATURES: Features>(
     } else {
         // SAFETY: the caller's promise.
         let sphere = unsafe { load(scene.spheres, primitive) };
-        let half_cone = cone(&sphere, point);
+        let half_cone = cone(&sphere, primitive, from);
         material = sphere.material;
         if half_cone > 0.0 {
             // Uniform in the cone that holds it (Shirley, Wang and Zimmerman, 1996): towards the near side.
@@ -216,8 +229,9 @@ unsafe fn area<const FEATURES: Features>(
             let direction = axis * cos + (x * c + y * s) * sine;
             let depth = sqrt(max(sphere.radius * sphere.radius - distance * distance * sin2, 0.0));
             let away = point + direction * (distance * cos - depth) - sphere.center;
-            target = sphere.center + away;
             normal = away * (1.0 / max(sqrt(away.dot(away)), 1e-37));
+            target = sphere.center; // no nearer than the near side
+            inside_cone = direction;
         } else {
             normal = unit_sphere(random.x, random.y);
             target = sphere.center + normal * sphere.radius;
@@ -232,8 +246,11 @@ unsafe fn area<const FEATURES: Features>(
     // SAFETY: each primitive's material is in range.
     let material = unsafe { load(scene.materials, material) };
     let distance = sqrt(square);
-    let direction = to * (1.0 / distance);
-    let cos = -direction.dot(normal);
+    let mut direction = to * (1.0 / distance);
+    let mut cos = -direction.dot(normal);
+    if inside_cone.dot(inside_cone) > 0.0 {
+        (direction, cos) = (inside_cone, 1.0);
+    }
     if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
         return NOTHING;
     }
@@ -252,14 +269,14 @@ unsafe fn area<const FEATURES: Features>(
         radiance,
         // SAFETY: the caller's promise.
         density: unsafe {
-            density::<FEATURES>(params, scene, primitive, material.light_density, point, distance, cos)
+            density::<FEATURES>(params, scene, primitive, material.light_density, from, distance, -cos)
         },
         is_delta: false,
     }
 }
 
-/// The density by solid angle at `point` with which [`sample`] chooses the point of `primitive` at `distance`, seen there under
-/// `cos`; `light_density` is that of its material.
+/// The density by solid angle at `from` with which [`sample`] chooses the point of `primitive` at `distance`, seen there under
+/// `cos`, of the direction with its own normal; `light_density` is that of its material.
 ///
 /// # Safety
 ///
@@ -271,7 +288,7 @@ pub unsafe fn density<const FEATURES: Features>(
     scene: Scene,
     primitive: u32,
     light_density: f32,
-    point: Vec3,
+    from: Vertex,
     distance: f32,
     cos: f32,
 ) -> f32 {
@@ -280,9 +297,11 @@ pub unsafe fn density<const FEATURES: Features>(
     if is_sphere {
         // SAFETY: the caller's promise.
         let sphere = unsafe { load(scene.spheres, primitive) };
-        let half_cone = cone(&sphere, point);
+        let half_cone = cone(&sphere, primitive, from);
         if half_cone > 0.0 {
-            let chance = light_density * (4.0 * PI * sphere.radius * sphere.radius);
+            // The far side, seen through holes of the near one, is not chosen.
+            let chance = if cos > 0.0 { 0.0 } else { light_density };
+            let chance = chance * (4.0 * PI * sphere.radius * sphere.radius);
             return chance / (2.0 * PI * half_cone);
         }
     }

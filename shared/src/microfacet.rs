@@ -1,7 +1,7 @@
 //! The GGX distribution of facets (Walter et al., EGSR 2007) with Smith's shadowing, sampled by visible normals (Heitz, "Sampling
 //! the GGX Distribution of Visible Normals", JCGT 7(4), 2018). Vectors in the facets' frame: z is the surface's normal.
 
-use crate::math::{max, normalize, sqrt, unit_circle, unit_f32};
+use crate::math::{max, min, normalize, sqrt, unit_circle, unit_f32};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -43,4 +43,40 @@ pub fn sample_visible(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
 #[inline(always)]
 pub fn visible_density(v: Vec3, h: Vec3, alpha: f32) -> f32 {
     distribution(h, alpha) * max(v.dot(h), 0.0) / ((1.0 + lambda(v.z, alpha)) * v.z)
+}
+
+/// The share that a rough boundary reflects of the part of Fresnel's reflectance that depends on the angle, (1 - v·h)⁵: with
+/// `normal_incidence` f the boundary reflects at most f + (1 - f) times this.
+///
+/// A fit, 0 to 0.06 above the integral over GGX's visible normals with single scattering (sampled for 0.03 ≤ roughness ≤ 1 and
+/// 0.005 ≤ `cos` ≤ 1): the error is a margin, so that no more than all is reflected.
+#[inline(always)]
+pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
+    let x = max(1.0 - cos, 0.0);
+    let (x2, c) = (x * x, coefficients(roughness));
+    let x4 = x2 * x2;
+    let x8 = x4 * x4;
+    min(max(c.0 * x2 + c.1 * (x4 * x) + c.2 * (x8 * x) + c.3 * (x8 * x4 * x2) + MARGIN * x, 0.0), 1.0)
+}
+
+/// The mean of [`grazing_share`] over the hemisphere, weighted by the cosine.
+#[inline(always)]
+pub fn mean_grazing_share(roughness: f32) -> f32 {
+    let c = coefficients(roughness);
+    c.0 / 6.0 + c.1 / 21.0 + c.2 / 55.0 + c.3 / 120.0 + MARGIN / 3.0
+}
+
+const MARGIN: f32 = 0.034;
+
+/// Of (1 - cos) to the powers 2, 5, 9 and 14.
+#[inline(always)]
+fn coefficients(roughness: f32) -> (f32, f32, f32, f32) {
+    let r = roughness;
+    let (p, q) = (1.0 / (1.0 + 10.0 * r * r), 1.0 / (1.0 + 100.0 * r * r));
+    (
+        -0.506_99 + 0.564_1 * r + 0.537_53 * p + 0.219_89 * q,
+        4.064_3 - 4.351_7 * r - 3.176_2 * p - 1.223_7 * q,
+        -8.559_9 + 8.718_4 * r + 9.892_3 * p + 0.927_9 * q,
+        5.138_5 - 5.110_7 * r - 6.652 * p + 0.304_25 * q,
+    )
 }

@@ -8,7 +8,7 @@ use crate::features::{
     EMITTERS, ENVIRONMENT, FLATS, Features, LIGHTS, MICROFACETS, ROULETTE, TEXTURES, TRIANGLES, has, has_any,
 };
 use crate::film::PixelSums;
-use crate::light::{self, mis_weight};
+use crate::light::{self, Vertex, mis_weight};
 use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
 use crate::params::{FLAG_HOLES, FLAG_SCHLICK, RenderParams};
@@ -59,7 +59,8 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     let mut passes = 0;
     // Of the direction that the path took last; 0 where light sampling cannot find it.
     let mut density = 0.0;
-    // From that vertex to the ray's origin, along the ray: above 0 after holes.
+    // The primitive of that vertex, and the way from there to the ray's origin: above 0 after holes.
+    let mut vertex = NO_PRIMITIVE;
     let mut travelled = 0.0;
     // A shadow ray, and what is done after it.
     let mut shadow = false;
@@ -76,6 +77,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             radiance = Vec3::ZERO;
             rays = 0;
             density = 0.0;
+            vertex = NO_PRIMITIVE;
             travelled = 0.0;
         }
         let reach = if has_any(FEATURES, LIGHTS) && shadow {
@@ -147,14 +149,18 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
                 if has(FEATURES, EMITTERS) && material.emits(front) {
                     // SAFETY: the caller's promise.
                     let emitted = unsafe {
-                        emission::<FEATURES>(params, scene, &material, &surface, ray, hit, travelled, density)
+                        emission::<FEATURES>(
+                            params, scene, &material, &surface, ray, hit, vertex, travelled, density,
+                        )
                     };
                     radiance += throughput * emitted;
                 }
                 if segment < params.depth {
                     let normal = if front { surface.normal } else { -surface.normal };
                     let mut shading = normal;
-                    if has(FEATURES, TRIANGLES) {
+                    // Only a triangle's shading normal is not its own: other primitives keep their bits in every variant.
+                    let bent = has(FEATURES, TRIANGLES) && hit.primitive >= params.first_triangle;
+                    if bent {
                         let towards = if front { surface.shading } else { -surface.shading };
                         shading = facing(towards, -ray.direction);
                     }
@@ -169,7 +175,16 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
                     {
                         // SAFETY: the caller's promise.
                         let light = unsafe {
-                            connect::<FEATURES>(params, scene, key, segment, &surface, &bsdf, front)
+                            connect::<FEATURES>(
+                                params,
+                                scene,
+                                key,
+                                segment,
+                                hit.primitive,
+                                &surface,
+                                &bsdf,
+                                front,
+                            )
                         };
                         gathered = throughput * light.gathered;
                         shadow = greatest(gathered) > 0.0;
@@ -185,7 +200,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
                     let scatter = bsdf.sample::<FEATURES>(book_fresnel, random);
                     throughput *= scatter.weight;
                     goes_on = !scatter.absorbed;
-                    if has(FEATURES, TRIANGLES) {
+                    if bent {
                         // What the shading normal sends through the surface is lost.
                         goes_on &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
                     }
@@ -199,6 +214,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
                     }
                     let inside = front == scatter.transmitted;
                     density = scatter.density;
+                    vertex = hit.primitive;
                     travelled = 0.0;
                     next = Ray {
                         origin: origin::<FEATURES>(&surface, inside),
@@ -256,6 +272,7 @@ unsafe fn emission<const FEATURES: Features>(
     surface: &Surface,
     ray: Ray,
     hit: Hit,
+    vertex: u32,
     travelled: f32,
     density: f32,
 ) -> Vec3 {
@@ -265,14 +282,13 @@ unsafe fn emission<const FEATURES: Features>(
         emission *= unsafe { texture::color(scene, material.emission_texture, surface.u, surface.v) };
     }
     if density > 0.0 && params.lights > 0 {
-        let vertex = ray.origin - ray.direction * travelled;
+        let from = Vertex { point: ray.origin - ray.direction * travelled, primitive: vertex };
         let distance = travelled + hit.distance;
         let cos = ray.direction.dot(surface.normal);
         let chance = material.light_density;
         // SAFETY: the caller's promise.
-        let other = unsafe {
-            light::density::<FEATURES>(params, scene, hit.primitive, chance, vertex, distance, cos)
-        };
+        let other =
+            unsafe { light::density::<FEATURES>(params, scene, hit.primitive, chance, from, distance, cos) };
         emission *= mis_weight(density, other);
     }
     emission
@@ -296,11 +312,13 @@ struct Connection {
 /// As [`render_pixel`]; there is a light or a panorama to sample.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
+#[allow(clippy::too_many_arguments, reason = "a part of the loop above")]
 unsafe fn connect<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     key: PathKey,
     segment: u32,
+    primitive: u32,
     surface: &Surface,
     bsdf: &Bsdf,
     front: bool,
@@ -310,8 +328,9 @@ unsafe fn connect<const FEATURES: Features>(
     if has(FEATURES, ENVIRONMENT) && has(FEATURES, EMITTERS) && params.lights > 0 {
         choice = words::<FEATURES>(key, PANORAMA_BLOCK | segment).x;
     }
+    let from = Vertex { point: surface.point, primitive };
     // SAFETY: the caller's promise.
-    let light = unsafe { light::sample::<FEATURES>(params, scene, surface.point, random, choice) };
+    let light = unsafe { light::sample::<FEATURES>(params, scene, from, random, choice) };
     let outside = light.direction.dot(surface.normal) > 0.0;
     let mut value = Vec3::ZERO;
     // A direction between the horizons of the surface and of its shading normal would leak.

@@ -71,7 +71,7 @@ pub unsafe fn at<const FEATURES: Features>(
             shading: flat.normal,
             error: size.dot(flat.normal.abs()) * ROUNDING,
             u: if disc { 0.5 + 0.5 * u } else { u },
-            v: if disc { 0.5 + 0.5 * v } else { v },
+            v: if disc { 0.5 - 0.5 * v } else { 1.0 - v }, // an image's top row is its first
             material: flat.material,
         };
     }

@@ -171,6 +171,3 @@ impl Triangle {
         (self.b - self.a).cross(self.c - self.a)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -98,7 +98,7 @@ impl Bvh {
     pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
         let boxes = bounds(scene);
         let mut bvh = match boxes.len() {
-            0 => Self::leaf(Child::EMPTY),
+            0 => return Ok(Self::leaf(Child::EMPTY)),
             1 => Self::leaf(Child::leaf(0)),
             count => {
                 let default = if count <= HIGH_UP_TO { BvhQuality::High } else { BvhQuality::Medium };
@@ -255,6 +255,15 @@ mod tests {
             damage(&mut tree);
             assert!(tree.prove(3).is_err(), "fault {i}");
         }
+    }
+
+    #[test]
+    fn scenes_of_no_and_of_one_object() {
+        let mut scene = Scene::hello_world().unwrap();
+        scene.spheres.truncate(1);
+        assert_eq!(Bvh::build(&scene, None).unwrap().root, Child::leaf(0));
+        scene.spheres.clear();
+        assert_eq!(Bvh::build(&scene, None).unwrap().root, Child::EMPTY);
     }
 
     /// Boxes at one place: PLOC merges them into a chain, deeper than the traversal stack.

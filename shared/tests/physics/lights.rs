@@ -8,11 +8,12 @@ use glam::{DVec3, Vec3};
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::features::{EMITTERS, FLATS, TRIANGLES};
 use trisect_shared::flat::{DISC, Flat, QUAD};
-use trisect_shared::light::{Light, LightSample, density, sample};
+use trisect_shared::light::{Light, LightSample, Vertex, density, sample};
 use trisect_shared::material::{EMITS_BOTH_SIDES, LAMBERTIAN, Material};
 use trisect_shared::params::RenderParams;
+use trisect_shared::ray::Departure;
 use trisect_shared::scene::Scene;
-use trisect_shared::sphere::Sphere;
+use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
 const F: u32 = EMITTERS | FLATS | TRIANGLES;
@@ -57,8 +58,9 @@ impl Shape {
     }
 }
 
-/// `count` samples of `shape` from `point`; the density of choosing it is that of an area larger by `factor`.
-fn draw(shape: Shape, point: Vec3, factor: f32, mut each: impl FnMut(&LightSample, f32)) {
+/// Samples of `shape` from a vertex, with the density again and the distance; the density of choosing it is that of an area larger by `factor`.
+fn draw(shape: Shape, from: Vertex, factor: f32, mut each: impl FnMut(&LightSample, f32, f32)) {
+    let point = from.point;
     let mut params = RenderParams::zeroed();
     params.lights = 1;
     let (spheres, flats, triangles): (&[Sphere], &[Flat], &[Triangle]) = match &shape {
@@ -87,30 +89,41 @@ fn draw(shape: Shape, point: Vec3, factor: f32, mut each: impl FnMut(&LightSampl
     };
     for i in 0..samples(200_000) {
         // SAFETY: the scene has one light, of primitive 0.
-        let s = unsafe { sample::<F>(&params, scene, point, words(8, i), 0) };
+        let s = unsafe { sample::<F>(&params, scene, from, words(8, i), 0) };
         if s.radiance == Vec3::ZERO {
             continue; // seen edge on
         }
         assert!(!s.is_delta && s.primitive != NO_PRIMITIVE);
         assert!((s.direction.length() - 1.0).abs() < 1e-6);
-        let distance = s.limit / 1.001;
+        let distance = match &shape {
+            Shape::Sphere(sphere) if from.primitive != 0 => {
+                sphere.distance(point, s.direction, false, Departure::NONE)
+            }
+            _ => s.limit / 1.001,
+        };
+        if distance == MISS {
+            continue; // by rounding, at the rim
+        }
         let normal = match &shape {
             Shape::Sphere(sphere) => (point + s.direction * distance - sphere.center) / sphere.radius,
             Shape::Flat(f) => f.normal,
             Shape::Triangle(t) => t.normal().normalize(),
         };
-        let cos = s.direction.dot(normal);
+        let cos = match shape {
+            Shape::Sphere(_) if from.primitive != 0 => -s.direction.dot(normal).abs(), // at the rim, either
+            _ => s.direction.dot(normal),
+        };
         // SAFETY: as above.
-        let again = unsafe { density::<F>(&params, scene, 0, light_density, point, distance, cos) };
-        each(&s, again);
+        let again = unsafe { density::<F>(&params, scene, 0, light_density, from, distance, cos) };
+        each(&s, again, distance);
     }
 }
 
 /// Draws, and returns the mean of 1 / density: the solid angle, if each direction to the light is found.
 fn solid_angle(name: &str, shape: Shape, point: Vec3, factor: f32) -> Mean {
     let mut mean = Mean::default();
-    draw(shape, point, factor, |s, again| {
-        let p = point + s.direction * (s.limit / 1.001);
+    draw(shape, Vertex { point, primitive: NO_PRIMITIVE }, factor, |s, again, distance| {
+        let p = point + s.direction * distance;
         // A few roundings of coordinates and of a distance some times larger than the light.
         let rounding = 2e-6 * (1.0 + (p.length() + s.limit) / (shape.area() as f32).sqrt());
         let off = shape.distance(p);
@@ -160,7 +173,7 @@ fn own_surfaces() {
         let (normal, point) =
             sphere.project(sphere.center + trisect_shared::math::unit_sphere(w.x, w.y), Vec3::X);
         let mut sum = 0.0;
-        draw(Shape::Sphere(sphere), point, 1.0, |s, _| {
+        draw(Shape::Sphere(sphere), Vertex { point, primitive: 0 }, 1.0, |s, _, _| {
             assert!(s.direction.dot(normal) < 1e-3, "{} leaves the sphere at {normal}", s.direction);
             sum += 1.0 / f64::from(s.density);
         });
