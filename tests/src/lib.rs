@@ -9,6 +9,7 @@
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
+pub mod program;
 pub mod statistics;
 
 use std::path::{Path, PathBuf};
