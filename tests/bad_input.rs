@@ -2,29 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use trisect_tests::{binary, root};
+use trisect_tests::program::{self, fails, trisect};
+use trisect_tests::root;
 
-/// A folder of this test's own.
 fn folder(name: &str) -> PathBuf {
-    let path = std::env::temp_dir().join(format!("trisect-bad-input-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&path).unwrap();
-    path
-}
-
-fn trisect(arguments: &[&str]) -> Output {
-    Command::new(binary()).args(arguments).env("NO_COLOR", "1").output().expect("the program runs")
-}
-
-/// Runs the program, which must end with `code` and say each of `words`, without a panic.
-fn fails(arguments: &[&str], code: i32, words: &[&str]) {
-    let output = trisect(arguments);
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
-    assert!(!text.contains("panicked"), "{text}");
-    for word in words {
-        assert!(text.contains(word), "{arguments:?}: no {word:?} in: {text}");
-    }
+    program::folder("bad-input", name)
 }
 
 const GOOD: &str = r#"Scene(

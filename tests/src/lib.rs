@@ -9,6 +9,7 @@
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
+pub mod program;
 pub mod renders;
 pub mod statistics;
 

@@ -1,6 +1,7 @@
 //! A tree whose depth has a bound, for input that PLOC makes a chain of: many boxes at one place.
 
-use super::{Bounds, Bvh};
+use super::Bvh;
+use super::bounds::Bounds;
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use std::ops::Range;

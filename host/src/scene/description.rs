@@ -1,6 +1,6 @@
 //! A scene as its author describes it: what every reader (RON, glTF, OBJ, PLY) produces, in f64 and without device records.
 //!
-//! A reader has checked each number: finite and in the ranges of [`super::values`], indices in range.
+//! A reader has checked each number: finite and in the ranges of `super::values`, indices in range.
 
 use super::CameraPose;
 use glam::{DAffine2, DAffine3, DVec3};

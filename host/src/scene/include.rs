@@ -2,9 +2,10 @@
 
 use super::CameraPose;
 use super::describe::Loader;
-use super::description::{Description, Instance, Material, PunctualLight, Surface, TextureUse};
+use super::description::{Description, Instance, Material, Mesh, PunctualLight, Surface, TextureUse};
 use super::error::SceneError;
 use super::format::{self, Name, Object, SceneFile, Source};
+use super::room::Room;
 use super::values::{GREATEST, unit};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
@@ -18,6 +19,7 @@ pub struct Models<'a> {
     /// Whether any object shows a file's own materials.
     shows_its_own: HashMap<PathBuf, bool>,
     read: HashMap<PathBuf, Model>,
+    room: Room,
 }
 
 /// A model that is part of the scene, except for what each of its copies has for itself.
@@ -42,7 +44,7 @@ impl<'a> Models<'a> {
                 *shows_its_own.entry(folder.join(&file.name)).or_insert(false) |= material.is_none();
             }
         }
-        Self { folder, source: file.source, shows_its_own, read: HashMap::new() }
+        Self { folder, source: file.source, shows_its_own, read: HashMap::new(), room: Room::default() }
     }
 
     /// Adds a copy of a model to the scene; `material` replaces its own.
@@ -67,6 +69,8 @@ impl<'a> Models<'a> {
                 entry.insert(Model::merge(scene, file.name.clone(), part, own, material))
             }
         };
+        let meshes = &scene.meshes;
+        model.ask(meshes, material, &mut self.room).map_err(|fault| source.at(file, fault))?;
         model
             .copy(scene, transform, material)
             .map_err(|fault| source.at(file, format!("\"{}\" with this transform: {fault}", file.name)))
@@ -105,6 +109,15 @@ impl Model {
             lights: part.lights,
             cameras: part.cameras,
         }
+    }
+
+    /// Whether there is room for a copy.
+    fn ask(&self, meshes: &[Mesh], material: Option<usize>, room: &mut Room) -> Result<(), String> {
+        let from = self.meshes.values().min().copied().unwrap_or_default();
+        if !self.meshes.contains_key(&material) {
+            meshes[from..from + self.materials.len()].iter().try_for_each(|mesh| room.store(mesh))?;
+        }
+        self.instances.iter().try_for_each(|instance| room.place(&meshes[from + instance.mesh]))
     }
 
     fn copy(

@@ -1,6 +1,6 @@
 //! Scenes: read, validated, turned into device records.
 //!
-//! A reader (RON in [`format`], models in [`import`]) makes a [`description::Description`]; [`lower`] makes records of it.
+//! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`]; `lower` makes records of it.
 
 mod describe;
 pub mod description;
@@ -11,11 +11,13 @@ mod include;
 mod lower;
 mod model;
 mod prove;
+mod room;
 mod values;
 
 pub use describe::ImageSettings;
 pub use error::SceneError;
 
+use crate::image::{Image, ImageError};
 use crate::render::Settings;
 use describe::Loader;
 use description::{Description, TextureImage};
@@ -106,10 +108,15 @@ impl Loader for FromDisk {
         import::load(path)
     }
 
-    fn panorama(&mut self, path: &Path) -> Result<crate::image::Image, SceneError> {
-        crate::image::Image::read(path).map_err(|error| SceneError::Inconsistent {
-            file: path.display().to_string(),
-            message: error.to_string(),
+    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
+        Image::read(path).map_err(|error| match error {
+            ImageError::Io { path, source } => SceneError::Read { path, source },
+            ImageError::Codec { message, .. } => {
+                SceneError::Inconsistent { file: path.display().to_string(), message }
+            }
+            other @ ImageError::UnknownExtension { .. } => {
+                SceneError::Inconsistent { file: path.display().to_string(), message: other.to_string() }
+            }
         })
     }
 
@@ -124,8 +131,7 @@ impl Scene {
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         if import::is_model(path) {
-            let (description, image) = model::complete(import::load(path)?);
-            return lower::lower(&description, &image, &name);
+            return Self::from_model(import::load(path)?, &name);
         }
         let text = std::fs::read_to_string(path)
             .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
@@ -136,6 +142,12 @@ impl Scene {
     /// Reads a scene from text; `name` stands for the file in messages. Files that it names are sought in the current folder.
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
         Self::parse_in(text, name, Path::new(""))
+    }
+
+    /// A model that was read from somewhere else; as with [`Self::load`], it gets what it lacks to be seen.
+    pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
+        let (description, image) = model::complete(model);
+        lower::lower(&description, &image, name)
     }
 
     fn parse_in(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {

@@ -3,6 +3,7 @@
 //! Instances are baked: 112 bytes and a BVH node of 64 for each triangle of each instance, for a traversal without transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
+use super::super::room::Room;
 use super::super::values::GREATEST;
 use super::unit;
 use glam::{DMat3, DVec3, Vec3};
@@ -27,15 +28,16 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
     for shape in &description.shapes {
         geometry.shape(shape);
     }
+    let mesh = |instance: &Instance| {
+        let (index, count) = (instance.mesh, description.meshes.len());
+        description.meshes.get(index).ok_or_else(|| format!("an instance of mesh {index}, there are {count}"))
+    };
+    let mut room = Room::default();
     for instance in &description.instances {
-        let Some(mesh) = description.meshes.get(instance.mesh) else {
-            return Err(format!(
-                "an instance of mesh {}, there are {}",
-                instance.mesh,
-                description.meshes.len()
-            ));
-        };
-        geometry.mesh(mesh, instance)?;
+        room.place(mesh(instance)?)?;
+    }
+    for instance in &description.instances {
+        geometry.mesh(mesh(instance)?, instance)?;
     }
     Ok(geometry)
 }

@@ -12,6 +12,10 @@ pub(super) struct Packer {
     pub textures: Vec<Texture>,
     pub texels: Vec<Texel>,
     first: HashMap<usize, u32>,
+    /// The textures by what their records are.
+    known: HashMap<Vec<u8>, u32>,
+    /// Of images, by their first texels.
+    means: HashMap<u32, [f64; 3]>,
 }
 
 impl Packer {
@@ -48,11 +52,11 @@ impl Packer {
             v0: t.y as f32,
             pad: [0; 2],
         };
-        let known = self.textures.iter().position(|texture| *texture == record);
-        Ok(known.unwrap_or_else(|| {
+        let index = *self.known.entry(bytemuck::bytes_of(&record).to_vec()).or_insert_with(|| {
             self.textures.push(record);
-            self.textures.len() - 1
-        }) as u32)
+            self.textures.len() as u32 - 1
+        });
+        Ok(index)
     }
 
     fn pack(&mut self, image: &TextureImage) -> Result<u32, String> {
@@ -83,15 +87,20 @@ impl Packer {
     }
 
     /// The mean of the texels of texture `index`, by channel.
-    pub fn mean(&self, index: u32) -> [f64; 3] {
+    pub fn mean(&mut self, index: u32) -> [f64; 3] {
         let Some(t) = self.textures.get(index as usize) else { return [1.0; 3] };
+        if let Some(&mean) = self.means.get(&t.first) {
+            return mean;
+        }
         let count = t.width as usize * t.height as usize;
         let mut sum = [0.0; 3];
         for texel in &self.texels[t.first as usize..t.first as usize + count] {
             let c = texel.channels();
             (0..3).for_each(|i| sum[i] += f64::from(c[i]));
         }
-        sum.map(|s| s / count as f64)
+        let mean = sum.map(|s| s / count as f64);
+        self.means.insert(t.first, mean);
+        mean
     }
 }
 
@@ -108,6 +117,31 @@ fn texel(channels: [f32; 4]) -> Texel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{DAffine2, DVec2};
+
+    #[test]
+    fn ways_of_reading_an_image_are_listed_once_each() {
+        let texels = Texels::Linear8(vec![[0, 51, 255, 255], [255, 51, 255, 255]]);
+        let images = [TextureImage { name: "a".to_owned(), width: 2, height: 1, texels }];
+        let at = |offset: u32| TextureUse {
+            image: 0,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Linear,
+            transform: DAffine2::from_translation(DVec2::new(f64::from(offset), 0.0)),
+        };
+        let mut packer = Packer::default();
+        // So many that comparing each with each would take minutes, and a mean of each as well.
+        for offset in (0..200_000).chain([7, 199_999]) {
+            let index = packer.add(&at(offset), &images).unwrap();
+            assert_eq!(index, offset);
+            let mean = packer.mean(index);
+            assert!(
+                (mean[0] - 0.5).abs() < 1e-3 && (mean[1] - 0.2).abs() < 1e-3 && mean[2] == 1.0,
+                "{mean:?}"
+            );
+        }
+        assert_eq!((packer.textures.len(), packer.texels.len(), packer.means.len()), (200_000, 2, 1));
+    }
 
     #[test]
     fn texels_keep_their_values() {

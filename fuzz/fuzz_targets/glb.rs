@@ -1,0 +1,24 @@
+//! GLB. The input is JSON and a buffer, divided by the first byte 0: container and lengths are right, so that the rest is reached.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use trisect::scene::import::{NoFiles, gltf};
+use trisect_fuzz::model;
+
+fuzz_target!(|bytes: &[u8]| {
+    if bytes.starts_with(b"glTF") {
+        return model(gltf::parse(bytes, "fuzz.glb", &mut NoFiles));
+    }
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    let (json, binary) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    let chunk = |kind: &[u8; 4], content: &[u8], filler: u8| {
+        let mut content = content.to_vec();
+        content.resize(content.len().next_multiple_of(4), filler);
+        [&(content.len() as u32).to_le_bytes()[..], kind, &content].concat()
+    };
+    let chunks = [chunk(b"JSON", json, b' '), chunk(b"BIN\0", binary, 0)].concat();
+    let length = chunks.len() as u32 + 12;
+    let file = [b"glTF", &2u32.to_le_bytes()[..], &length.to_le_bytes(), &chunks].concat();
+    model(gltf::parse(&file, "fuzz.glb", &mut NoFiles));
+});

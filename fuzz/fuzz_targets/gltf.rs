@@ -1,0 +1,15 @@
+//! glTF as JSON. Every file that it names is what comes after the first byte 0, or the input without one, so that buffers and
+//! images have content.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use trisect::scene::import::gltf;
+use trisect_fuzz::{Same, model};
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    let json = parts.next().unwrap_or_default();
+    let file = parts.next().unwrap_or(json);
+    model(gltf::parse(json, "fuzz.gltf", &mut Same(file)));
+});

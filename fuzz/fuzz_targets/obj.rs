@@ -1,0 +1,13 @@
+//! OBJ and MTL. The input is one, then the other, divided by the first byte 0; every file that they name is the MTL.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use trisect::scene::import::obj;
+use trisect_fuzz::{Same, model};
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    let (geometry, library) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    model(obj::parse(geometry, "fuzz.obj", &mut Same(library)));
+});

@@ -1,0 +1,9 @@
+//! PLY.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use trisect::scene::import::ply;
+use trisect_fuzz::model;
+
+fuzz_target!(|bytes: &[u8]| model(ply::parse(bytes, "fuzz.ply")));

@@ -1,0 +1,126 @@
+//! What the targets share: files in memory, a folder, and what becomes of a description.
+
+use std::io::{ErrorKind, Result};
+use std::path::{Path, PathBuf};
+use trisect::bvh::Bvh;
+use trisect::lights::Lights;
+use trisect::scene::description::{Description, Texels};
+use trisect::scene::import::Files;
+use trisect::scene::{Scene, SceneError};
+
+/// Larger scenes are not lowered, larger images not decoded: a few bytes may stand for millions, which take their time.
+const TRIANGLES: usize = 20_000;
+const TREE: usize = 2_000;
+pub const TEXELS: u64 = 1 << 20;
+
+/// Gives the same bytes whatever is asked for.
+pub struct Same<'a>(pub &'a [u8]);
+
+impl Files for Same<'_> {
+    fn read(&mut self, _: &str, limit: u64) -> Result<Vec<u8>> {
+        if self.0.len() as u64 > limit || !small(self.0) {
+            return Err(ErrorKind::FileTooLarge.into());
+        }
+        Ok(self.0.to_vec())
+    }
+}
+
+/// Whether bytes are no image, or a small one.
+pub fn small(bytes: &[u8]) -> bool {
+    let Ok(mut reader) = image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format() else {
+        return true;
+    };
+    reader.no_limits(); // what goes beyond them is an error, too
+    reader.into_dimensions().map_or(true, |(width, height)| u64::from(width) * u64::from(height) <= TEXELS)
+}
+
+/// Checks what a reader promises, and goes on to the tree if the model is small.
+pub fn model(read: std::result::Result<Description, SceneError>) {
+    let Ok(description) = read else { return };
+    promises(&description);
+    let placed = |mesh: usize| description.meshes[mesh].triangles.len();
+    let triangles: usize = description.instances.iter().map(|instance| placed(instance.mesh)).sum();
+    if triangles <= TRIANGLES {
+        scene(Scene::from_model(description, "fuzz"));
+    }
+}
+
+/// The tree and the lights of a small scene.
+pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
+    let Ok(scene) = lowered else { return };
+    let sound = |x: f32| x.is_finite();
+    for triangle in &scene.triangles {
+        let normal = triangle.normal();
+        assert!(normal.length_squared() > 0.0 && sound(normal.length_squared()), "{triangle:?}");
+    }
+    for (index, flat) in scene.flats.iter().enumerate() {
+        let sizes = [flat.edge_u, flat.edge_v, flat.dual_u, flat.dual_v, flat.normal];
+        assert!(sizes.iter().all(|v| v.is_finite()) && sound(flat.area), "{index}: {flat:?}");
+    }
+    for material in &scene.materials {
+        assert!(material.emission.is_finite() && material.albedo.is_finite(), "{material:?}");
+        assert!(sound(material.light_density) && material.light_density >= 0.0, "{material:?}");
+    }
+    if (1..=TREE).contains(&scene.primitives()) {
+        let bvh = Bvh::build(&scene, None).expect("every scene has a tree");
+        assert_eq!(bvh.triangles.len(), scene.triangles.len());
+        Lights::new(&scene, &bvh.triangles);
+    }
+}
+
+fn promises(description: &Description) {
+    for mesh in &description.meshes {
+        let vertices = mesh.positions.len();
+        assert!(mesh.material < description.materials.len());
+        assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+        assert!(mesh.uvs.is_empty() || mesh.uvs.len() == vertices);
+        assert!(mesh.triangles.iter().flatten().all(|corner| (*corner as usize) < vertices));
+        assert!(mesh.positions.iter().flatten().all(|x| x.abs() <= 1e18));
+        assert!(mesh.normals.iter().flatten().chain(mesh.uvs.iter().flatten()).all(|x| x.is_finite()));
+    }
+    for instance in &description.instances {
+        assert!(instance.mesh < description.meshes.len());
+        assert!(instance.transform.inverse().is_finite());
+    }
+    for material in &description.materials {
+        let textures = [&material.base_color_texture, &material.emission_texture];
+        assert!(textures.into_iter().flatten().all(|texture| texture.image < description.images.len()));
+        assert!(material.emission.is_finite() && (0.0..=1.0).contains(&material.opacity));
+    }
+    for image in &description.images {
+        let texels = match &image.texels {
+            Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.len(),
+            Texels::Float(texels) => texels.len(),
+        };
+        assert_eq!(texels, image.width as usize * image.height as usize);
+    }
+    assert!(description.cameras.iter().all(|(_, pose)| pose.look_from != pose.look_at));
+}
+
+const PREFIX: &str = "trisect-fuzz-";
+
+/// Removes the folders of processes that are no more: they end too suddenly to do that.
+fn remove_abandoned(parent: &Path) {
+    if !Path::new("/proc/self").exists() {
+        return;
+    }
+    for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let process =
+            name.to_str().and_then(|name| name.strip_prefix(PREFIX)).and_then(|id| id.parse::<u32>().ok());
+        if process.is_some_and(|id| !Path::new(&format!("/proc/{id}")).exists()) {
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+/// Makes a folder for this process and goes there, so that relative names of files lead nowhere else.
+pub fn enter_folder() -> PathBuf {
+    let memory = PathBuf::from("/dev/shm");
+    let parent = if memory.is_dir() { memory } else { std::env::temp_dir() };
+    remove_abandoned(&parent);
+    let folder = parent.join(format!("{PREFIX}{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("the folder can be made");
+    std::env::set_current_dir(&folder).expect("the folder can be entered");
+    folder
+}

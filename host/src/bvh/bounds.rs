@@ -1,0 +1,81 @@
+//! The boxes of primitives.
+
+use crate::scene::Scene;
+use glam::{Vec3, Vec3A};
+use obvhs::Boundable;
+use obvhs::aabb::Aabb;
+use trisect_shared::flat::{DISC, Flat};
+use trisect_shared::math::unit_f32;
+use trisect_shared::rng::PathKey;
+use trisect_shared::sphere::Sphere;
+use trisect_shared::triangle::Triangle;
+
+/// A box, as the builder wants it.
+pub(super) struct Bounds(pub Aabb);
+
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// A box padded so that it contains the primitive whatever rounding does to its corners and to a ray that touches
+/// one: by 2 ULP of the farthest coordinate, and of the greatest extent, which keeps the pad above zero at the origin.
+fn padded(low: Vec3, high: Vec3) -> Aabb {
+    let (low, high) = (Vec3A::from(low), Vec3A::from(high));
+    let extent = Vec3A::splat((high - low).max_element());
+    let pad = (low.abs().max(high.abs()) + extent) * (2.0 * f32::EPSILON);
+    Aabb::new(low - pad, high + pad)
+}
+
+pub(super) fn sphere_bounds(sphere: &Sphere) -> Aabb {
+    padded(sphere.center - sphere.radius, sphere.center + sphere.radius)
+}
+
+fn flat_bounds(flat: &Flat) -> Aabb {
+    let (u, v) = (flat.edge_u, flat.edge_v);
+    if flat.kind == DISC {
+        let reach = Vec3::from_array(std::array::from_fn(|i| u[i].hypot(v[i])));
+        return padded(flat.origin - reach, flat.origin + reach);
+    }
+    let corners = [flat.origin, flat.origin + u, flat.origin + v, flat.origin + u + v];
+    let low = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
+    padded(low, corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max))
+}
+
+fn triangle_bounds(t: &Triangle) -> Aabb {
+    padded(t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c))
+}
+
+/// The box moved by up to a 1000th of its size, each by another amount: PLOC joins boxes that are each other's best neighbours, and
+/// in a row of equal ones only the first two are, so that it would take a pass for each.
+pub(super) fn shifted(index: u32, bounds: &Bounds) -> Bounds {
+    let size = bounds.0.max - bounds.0.min;
+    let w = PathKey { seed: 0, pixel: index, sample: 0 }.words(0);
+    let shift = size * 1e-3 * Vec3A::new(unit_f32(w.x), unit_f32(w.y), unit_f32(w.z));
+    Bounds(Aabb::new(bounds.0.min + shift, bounds.0.max + shift))
+}
+
+/// One box for each primitive, in their order.
+pub(super) fn bounds(scene: &Scene) -> Vec<Bounds> {
+    let spheres = scene.spheres.iter().map(sphere_bounds);
+    let flats = scene.flats.iter().map(flat_bounds);
+    let triangles = scene.triangles.iter().map(triangle_bounds);
+    spheres.chain(flats).chain(triangles).map(Bounds).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_contain_their_spheres() {
+        for (center, radius) in [(0.0f32, 1e-6f32), (1e6, 1e-3), (-1000.0, 1000.0), (0.1, 0.2), (-1e18, 1e18)]
+        {
+            let sphere = Sphere { center: Vec3::splat(center), radius, material: 0, pad: [0; 3] };
+            let b = sphere_bounds(&sphere);
+            let (c, r) = (f64::from(center), f64::from(radius));
+            assert!(f64::from(b.min.x) < c - r && f64::from(b.max.x) > c + r, "{center} {radius}");
+        }
+    }
+}

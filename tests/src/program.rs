@@ -1,0 +1,70 @@
+//! The program as people run it, and what it must say when it fails.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// A folder of a test's own.
+///
+/// # Panics
+///
+/// If it cannot be made.
+pub fn folder(file: &str, name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("trisect-{file}-{}-{name}", std::process::id()));
+    match std::fs::create_dir_all(&path) {
+        Ok(()) => path,
+        Err(error) => panic!("{}: {error}", path.display()),
+    }
+}
+
+/// Runs the program.
+///
+/// # Panics
+///
+/// If it cannot be run.
+pub fn trisect(arguments: &[&str]) -> Output {
+    run(Command::new(crate::binary()).args(arguments))
+}
+
+/// Runs the program within `memory` bytes of address space, where there is bash to limit it. What it does before it opens a backend
+/// takes one thread, and so no more than it needs.
+///
+/// # Panics
+///
+/// If it cannot be run.
+pub fn within(memory: u64, arguments: &[&str]) -> Output {
+    if !cfg!(target_os = "linux") {
+        return trisect(arguments);
+    }
+    let script = format!("ulimit -v {} && exec \"$0\" \"$@\"", memory / 1024);
+    run(Command::new("bash").args(["-c", &script]).arg(crate::binary()).args(arguments))
+}
+
+fn run(command: &mut Command) -> Output {
+    match command.env("NO_COLOR", "1").output() {
+        Ok(output) => output,
+        Err(error) => panic!("the program does not run: {error}"),
+    }
+}
+
+/// Checks that the program ended with `code` and said each of `words`, without a panic.
+///
+/// # Panics
+///
+/// If it did not.
+pub fn check_failure(output: &Output, arguments: &[&str], code: i32, words: &[&str]) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
+    assert!(!text.contains("panicked"), "{text}");
+    for word in words {
+        assert!(text.contains(word), "{arguments:?}: no {word:?} in: {text}");
+    }
+}
+
+/// Runs the program, which must end with `code` and say each of `words`, without a panic.
+///
+/// # Panics
+///
+/// If it does not.
+pub fn fails(arguments: &[&str], code: i32, words: &[&str]) {
+    check_failure(&trisect(arguments), arguments, code, words);
+}
