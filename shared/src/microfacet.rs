@@ -39,12 +39,6 @@ pub fn sample_visible(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
     normalize(Vec3::new(cap.x * alpha, cap.y * alpha, max(cap.z, 1e-9)))
 }
 
-/// The density of [`sample_visible`] by solid angle of the facet normal.
-#[inline(always)]
-pub fn visible_density(v: Vec3, h: Vec3, alpha: f32) -> f32 {
-    distribution(h, alpha) * max(v.dot(h), 0.0) / ((1.0 + lambda(v.z, alpha)) * v.z)
-}
-
 /// The share that a rough boundary reflects of the part of Fresnel's reflectance that depends on the angle, (1 - v·h)⁵: with
 /// `normal_incidence` f the boundary reflects at most f + (1 - f) times this.
 ///
