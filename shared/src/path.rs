@@ -7,11 +7,11 @@ use crate::environment;
 use crate::features::{
     EMITTERS, ENVIRONMENT, FLATS, Features, LIGHTS, MICROFACETS, ROULETTE, TEXTURES, TRIANGLES, has, has_any,
 };
-use crate::film::PixelSums;
+use crate::film::{Carry, PixelSums};
 use crate::light::{self, Vertex, mis_weight};
 use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
-use crate::params::{FLAG_HOLES, FLAG_SCHLICK, RenderParams};
+use crate::params::{FLAG_FINISH, FLAG_HOLES, FLAG_SCHLICK, RenderParams};
 use crate::ray::{Departure, Ray};
 use crate::rng::PathKey;
 use crate::sampler::words;
@@ -31,7 +31,7 @@ const PASS_BLOCK: u32 = 0xc000_0000;
 /// Surfaces with holes that a sample may pass; it is black beyond, so that no path is endless.
 const GREATEST_PASSES: u32 = 1023;
 
-/// Adds the launch's samples of pixel (`x`, `y`) to `sums`, in the order of their indices.
+/// Adds the launch's samples of pixel (`x`, `y`) to `sums`, in the order of their indices, and what they round off to `carry`.
 ///
 /// One loop over the rays of all samples: when a path ends, the lane starts its next sample at once instead of
 /// waiting for the longest path of its warp, and a shadow ray is a turn of the loop like any other, so that there is one traversal.
@@ -48,6 +48,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     x: u32,
     y: u32,
     sums: &mut PixelSums,
+    carry: &mut Carry,
 ) {
     let pixel = y * params.width + x;
     let mut key = PathKey { seed: params.seed, pixel, sample: params.first_sample };
@@ -227,12 +228,15 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             }
         }
         if ended {
-            sums.add(radiance);
+            sums.add(radiance, carry);
             sums.segments += if has_any(FEATURES, LIGHTS | TEXTURES) { rays } else { segment };
             key.sample += 1;
             segment = 0;
             passes = 0;
         }
+    }
+    if params.flags & FLAG_FINISH != 0 {
+        sums.finish(*carry);
     }
 }
 

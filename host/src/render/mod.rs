@@ -21,7 +21,7 @@ use trisect_shared::camera::Camera;
 use trisect_shared::features::Features;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::material::{BLENDED, MASKED};
-use trisect_shared::params::{FLAG_HOLES, FLAG_SCHLICK, RenderParams};
+use trisect_shared::params::{FLAG_FINISH, FLAG_HOLES, FLAG_SCHLICK, RenderParams};
 use trisect_shared::path::FirstHit;
 use trisect_shared::sky::Sky;
 
@@ -164,6 +164,9 @@ impl Renderer {
                 params.first_sample = first_sample + part.first_sample;
                 params.end_sample = params.first_sample + part.samples;
                 params.resume = u32::from(part.first_sample > 0);
+                if part.first_sample + part.samples == samples {
+                    params.flags |= FLAG_FINISH;
+                }
                 let wall = Instant::now();
                 let time = self.backend.render(&Launch::new(params))?;
                 let part_samples = part.samples(settings.width);

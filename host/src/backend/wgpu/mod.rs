@@ -12,7 +12,7 @@ use bytemuck::Pod;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
 use trisect_kernels::{FIRST_HIT, WORKGROUP};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use wgpu::{
@@ -44,6 +44,8 @@ pub struct Wgpu {
 /// The film on the device, what erases it, and what it is read through.
 struct Film {
     sums: Buffer,
+    /// A [`Carry`] for each pixel.
+    carries: Buffer,
     unwritten: Buffer,
     staging: Buffer,
 }
@@ -116,6 +118,7 @@ impl Wgpu {
         entry: &'static str,
         params: &RenderParams,
         output: &Buffer,
+        carries: &Buffer,
     ) -> Result<Duration, BackendError> {
         let Some(scene) = &self.scene else {
             return Err(self.misuse("no scene was uploaded"));
@@ -128,7 +131,7 @@ impl Wgpu {
             return Err(BackendError::TooLong { backend: "wgpu", width, rows, limit });
         }
         self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
-        let group = self.pipelines.bind(&self.gpu.device, &self.params, scene, output);
+        let group = self.pipelines.bind(&self.gpu.device, &self.params, scene, [output, carries]);
         let start = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         {
@@ -209,7 +212,9 @@ impl Backend for Wgpu {
             let staging = self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the film")?;
             let pixels = vec![PixelSums::UNWRITTEN; job.pixels()];
             self.gpu.queue.write_buffer(&unwritten, 0, bytemuck::cast_slice(&pixels));
-            self.film = Some(Film { sums, unwritten, staging });
+            let carries = (job.pixels() * size_of::<Carry>()) as u64;
+            let carries = self.buffer(carries, BufferUsages::STORAGE, "the film")?;
+            self.film = Some(Film { sums, carries, unwritten, staging });
         }
         let Some(film) = &self.film else { return Err(self.misuse("no film")) };
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
@@ -218,7 +223,7 @@ impl Backend for Wgpu {
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        self.dispatch(self.entry, launch.params(), &film.sums)
+        self.dispatch(self.entry, launch.params(), &film.sums, &film.carries)
     }
 
     fn read_film(&mut self, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
@@ -234,7 +239,8 @@ impl Backend for Wgpu {
         let output = self.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC, "the first hits")?;
         let staging =
             self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the first hits")?;
-        self.dispatch(FIRST_HIT, launch.params(), &output)?;
+        let no_carries = self.buffer(0, BufferUsages::STORAGE, "the first hits")?;
+        self.dispatch(FIRST_HIT, launch.params(), &output, &no_carries)?;
         self.copy(&output, &staging, "reading first hits")?;
         self.gpu.read(&staging, bytemuck::cast_slice_mut(hits), "reading first hits")
     }

@@ -35,7 +35,8 @@ impl Pipelines {
         let read = BufferBindingType::Storage { read_only: true };
         let mut entries = vec![entry(0, BufferBindingType::Uniform)];
         entries.extend((1..=SCENE_ARRAYS).map(|binding| entry(binding, read)));
-        entries.push(entry(SCENE_ARRAYS + 1, BufferBindingType::Storage { read_only: false }));
+        let write = BufferBindingType::Storage { read_only: false };
+        entries.extend([entry(SCENE_ARRAYS + 1, write), entry(SCENE_ARRAYS + 2, write)]);
         let bindings = gpu
             .device
             .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
@@ -74,15 +75,15 @@ impl Pipelines {
         })
     }
 
-    /// Binds the launch record, the scene's arrays and the output, in the order of their bindings.
+    /// Binds the launch record, the scene's arrays, the output and the carries, in the order of their bindings.
     pub fn bind(
         &self,
         device: &Device,
         params: &Buffer,
         scene: &[Buffer; SCENE_ARRAYS as usize],
-        output: &Buffer,
+        film: [&Buffer; 2],
     ) -> BindGroup {
-        let buffers = [params].into_iter().chain(scene).chain([output]);
+        let buffers = [params].into_iter().chain(scene).chain(film);
         let entries: Vec<BindGroupEntry> = (0u32..)
             .zip(buffers)
             .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
