@@ -178,7 +178,7 @@ mod tests {
         let mut film = Film::new(1, 1);
         let (mut chunk, mut carry) = (PixelSums::ZERO, Carry::ZERO);
         for _ in 0..256 {
-            chunk.add(Vec3::splat(0.1), &mut carry);
+            chunk.add(Vec3::splat(0.1), &mut carry, 0);
         }
         chunk.finish(carry);
         for _ in 0..1 << 17 {

@@ -40,13 +40,14 @@ impl PixelSums {
     /// Adds one sample of radiance, unless it is NaN or infinite, and to `carry` what the sum rounded off.
     ///
     /// Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54, 1974, with the error of each addition
-    /// by Knuth's TwoSum, which has no branch. It needs each operation rounded by itself: `NoContraction` in SPIR-V.
-    /// The squares are summed plainly: they tell the variance, which no one needs to 1e-5.
+    /// by Knuth's TwoSum, which has no branch. A compiler that may reassociate would find each error to be 0: it must not see that
+    /// what is subtracted was just added, and so both pass through an exclusive or with `zero`, a word that is 0 and that no compiler
+    /// knows. The squares are summed plainly: they tell the variance, which no one needs to 1e-5.
     #[inline(always)]
-    pub fn add(&mut self, radiance: Vec3, carry: &mut Carry) {
+    pub fn add(&mut self, radiance: Vec3, carry: &mut Carry, zero: u32) {
         if is_finite(radiance.x) && is_finite(radiance.y) && is_finite(radiance.z) {
-            let sum = self.radiance + radiance;
-            let added = sum - self.radiance;
+            let sum = hide(self.radiance + radiance, zero);
+            let added = hide(sum - self.radiance, zero);
             carry.radiance += (self.radiance - (sum - added)) + (radiance - added);
             self.radiance = sum;
             self.squares += radiance * radiance;
@@ -59,6 +60,13 @@ impl PixelSums {
     pub fn finish(&mut self, carry: Carry) {
         self.radiance += carry.radiance;
     }
+}
+
+/// `v`, if `zero` is 0.
+#[inline(always)]
+fn hide(v: Vec3, zero: u32) -> Vec3 {
+    let hide = |x: f32| f32::from_bits(x.to_bits() ^ zero);
+    Vec3::new(hide(v.x), hide(v.y), hide(v.z))
 }
 
 /// What the f32 sums of an unfinished chunk rounded off. 16 bytes; it stays on the device, for the launch that goes on.
@@ -85,11 +93,11 @@ mod tests {
     #[test]
     fn leaves_out_what_is_not_finite() {
         let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
-        sums.add(Vec3::new(1.0, 2.0, 3.0), &mut carry);
+        sums.add(Vec3::new(1.0, 2.0, 3.0), &mut carry, 0);
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            sums.add(Vec3::new(bad, 0.0, 0.0), &mut carry);
-            sums.add(Vec3::new(0.0, bad, 0.0), &mut carry);
-            sums.add(Vec3::new(0.0, 0.0, bad), &mut carry);
+            sums.add(Vec3::new(bad, 0.0, 0.0), &mut carry, 0);
+            sums.add(Vec3::new(0.0, bad, 0.0), &mut carry, 0);
+            sums.add(Vec3::new(0.0, 0.0, bad), &mut carry, 0);
         }
         assert_eq!((sums.radiance, sums.samples), (Vec3::new(1.0, 2.0, 3.0), 1));
         assert_eq!(sums.squares, Vec3::new(1.0, 4.0, 9.0));
@@ -100,7 +108,7 @@ mod tests {
     fn sums_round_once() {
         let sum = |values: &mut dyn Iterator<Item = f32>| {
             let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
-            values.for_each(|value| sums.add(Vec3::splat(value), &mut carry));
+            values.for_each(|value| sums.add(Vec3::splat(value), &mut carry, 0));
             sums.finish(carry);
             sums.radiance.x
         };

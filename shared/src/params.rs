@@ -60,5 +60,7 @@ pub const FLAG_SCHLICK: u32 = 1;
 pub const FLAG_HOLES: u32 = 2;
 /// The launch's last sample is its chunk's last: what the sums rounded off is added to them.
 pub const FLAG_FINISH: u32 = 4;
+/// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
+pub const FLAG_NEVER: u32 = 1 << 31;
 
 const _: () = assert!(size_of::<RenderParams>() == 208 && align_of::<RenderParams>() == 16);

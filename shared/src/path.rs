@@ -11,7 +11,7 @@ use crate::film::{Carry, PixelSums};
 use crate::light::{self, Vertex, mis_weight};
 use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
-use crate::params::{FLAG_FINISH, FLAG_HOLES, FLAG_SCHLICK, RenderParams};
+use crate::params::{FLAG_FINISH, FLAG_HOLES, FLAG_NEVER, FLAG_SCHLICK, RenderParams};
 use crate::ray::{Departure, Ray};
 use crate::rng::PathKey;
 use crate::sampler::words;
@@ -228,7 +228,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             }
         }
         if ended {
-            sums.add(radiance, carry);
+            sums.add(radiance, carry, params.flags & FLAG_NEVER);
             sums.segments += if has_any(FEATURES, LIGHTS | TEXTURES) { rays } else { segment };
             key.sample += 1;
             segment = 0;

@@ -9,13 +9,16 @@
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
+pub mod probe;
 pub mod program;
 pub mod renders;
+pub mod report;
 pub mod statistics;
+pub mod ulp;
 
 use std::path::{Path, PathBuf};
 use trisect::backend::wgpu::{Route, Wgpu};
-use trisect::backend::{Backend, BackendError, cpu::Cpu, cuda::Cuda};
+use trisect::backend::{Backend, BackendError, Device, DeviceKind, cpu::Cpu, cuda::Cuda};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
 
@@ -42,15 +45,23 @@ impl Subject {
         }
     }
 
+    /// The name of the device that tests of it run on.
+    pub fn device(self) -> String {
+        let first = |devices: Result<Vec<Device>, BackendError>, index: usize| {
+            devices.ok().and_then(|d| d.into_iter().nth(index)).map_or_else(String::new, |d| d.name)
+        };
+        match self {
+            Self::Cpu => trisect::backend::cpu::describe(1).name,
+            Self::Wgpu | Self::WgpuNaga => {
+                first(trisect::backend::wgpu::devices(), wgpu_device().unwrap_or_default())
+            }
+            Self::Cuda => first(trisect::backend::cuda::devices(), 0),
+        }
+    }
+
     fn open(self) -> Result<Box<dyn Backend>, BackendError> {
         let wgpu = |route| -> Result<Box<dyn Backend>, BackendError> {
-            let named = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok());
-            // A test asks for whatever there is: hardware first, then a software adapter.
-            let adapter = match named {
-                Some(index) => Wgpu::open(Some(index), route),
-                None => Wgpu::open(None, route).or_else(|_| Wgpu::open(Some(0), route)),
-            };
-            Ok(Box::new(adapter?))
+            Ok(Box::new(Wgpu::open(Some(wgpu_device()?), route)?))
         };
         match self {
             Self::Cpu => Ok(Box::new(Cpu::open(None)?)),
@@ -66,12 +77,22 @@ impl Subject {
     ///
     /// If `REQUIRE_BACKENDS` names a backend that is missing, or a backend that is there fails.
     pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
+        let backend = self.available(self.open())?;
+        match Renderer::new(backend, scene) {
+            Ok(renderer) => Some(renderer),
+            Err(error) => panic!("{self:?}: {error}"),
+        }
+    }
+
+    /// What was opened, or `None` where it is missing and not required; says so on standard error.
+    ///
+    /// # Panics
+    ///
+    /// If `REQUIRE_BACKENDS` names it and it is missing.
+    pub fn available<T>(self, opened: Result<T, BackendError>) -> Option<T> {
         let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-        match self.open() {
-            Ok(backend) => match Renderer::new(backend, scene) {
-                Ok(renderer) => Some(renderer),
-                Err(error) => panic!("{self:?}: {error}"),
-            },
+        match opened {
+            Ok(opened) => Some(opened),
             Err(error) if required.split(',').any(|name| name.trim() == self.name()) => {
                 panic!("REQUIRE_BACKENDS names {}, but: {error}", self.name())
             }
@@ -81,6 +102,15 @@ impl Subject {
             }
         }
     }
+}
+
+/// Index of the wgpu adapter that tests take: whatever there is, hardware first, then a software adapter.
+pub fn wgpu_device() -> Result<usize, BackendError> {
+    if let Some(index) = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok()) {
+        return Ok(index);
+    }
+    let devices = trisect::backend::wgpu::devices()?;
+    Ok(devices.iter().position(|device| device.kind == DeviceKind::Gpu).unwrap_or(0))
 }
 
 /// Instantiates a generic test, `fn name(subject: Subject)`, for each backend, as tests of a module of its name.

@@ -3,6 +3,7 @@
 use crate::record::{Input, Output, ProbeParams, floats, row};
 use glam::{UVec4, Vec3, Vec4};
 use trisect_shared::film::{Carry, PixelSums};
+use trisect_shared::params::FLAG_NEVER;
 use trisect_shared::scene::Scene;
 
 /// Row a: a value, and how often (word y) it is added. Output: sum, and samples.
@@ -43,7 +44,7 @@ pub fn sums(params: &ProbeParams, _: Scene, input: Input) -> Output {
         if operation == PLAIN || operation == PLAIN_LIST {
             plain += value;
         } else {
-            sums.add(Vec3::splat(value), &mut carry);
+            sums.add(Vec3::splat(value), &mut carry, params.render.flags & FLAG_NEVER);
         }
         i += 1;
     }
