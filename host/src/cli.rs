@@ -95,7 +95,7 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub bvh_quality: Option<QualityArg>,
 
-    /// Which build of the kernels; fast exists for cuda.
+    /// Which build of the kernels; fast exists for cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
     pub math: MathArg,
 }
@@ -206,9 +206,9 @@ impl QualityArg {
 /// `--math`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MathArg {
-    /// Correctly rounded; the CPU's bits on cuda.
+    /// Each operation rounded by itself; the CPU's bits on cuda.
     Precise,
-    /// Fused and approximate; cuda only.
+    /// Fused and approximate.
     Fast,
 }
 

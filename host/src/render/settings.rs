@@ -23,9 +23,10 @@ pub enum Fresnel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MathMode {
-    /// Correctly rounded operations, no contraction: the CPU's bits on CUDA.
+    /// No contraction, and on CUDA correctly rounded operations: there the CPU's bits, and on Vulkan wherever the driver's division
+    /// and square root are correctly rounded, too.
     Precise,
-    /// Fused multiply-add and approximate division and square root; CUDA only.
+    /// Fused multiply-add, and on CUDA approximate division and square root; not on the CPU.
     Fast,
 }
 
@@ -115,7 +116,7 @@ pub enum SettingsError {
     #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
     DeviceOfWhat,
     /// A build of the kernels that the backend does not have.
-    #[error("--math fast exists for cuda only; {backend} has one build: leave --math out")]
+    #[error("--math fast exists for cuda and wgpu; {backend} has one build: leave --math out")]
     NoFastMath {
         /// The backend.
         backend: &'static str,

@@ -18,6 +18,9 @@ pub const SPIRV_TARGET: &str = "spirv-unknown-vulkan1.2";
 /// approximate.
 pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
 
+/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x / c becomes x (1 / c).)
+pub const SPIRV_OPT: &str = "spirv-opt";
+
 /// What an artifact is, and so what it must not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -85,9 +88,21 @@ fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8
     builder.target_dir_path = Some(root.join("target/kernels-spirv"));
     builder.spirv_metadata = SpirvMetadata::None;
     builder.build_script.defaults = false;
+    builder.extra_args = vec!["--no-spirv-opt".to_owned()];
     let compiled = builder.build()?;
     let path = compiled.module.unwrap_single();
-    contraction::forbid(&read(path)?).ok_or_else(|| Error::Module { path: path.to_owned() })
+    let module = contraction::forbid(&read(path)?).ok_or_else(|| Error::Module { path: path.to_owned() })?;
+    let exact = path.with_extension("exact.spv");
+    let optimised = path.with_extension("optimised.spv");
+    fs::write(&exact, &module).map_err(|source| Error::Io { path: exact.clone(), source })?;
+    output_of(
+        Command::new(SPIRV_OPT)
+            .args(["--target-env=vulkan1.2", "--skip-validation", "--strip-debug", "-O"])
+            .arg(&exact)
+            .arg("-o")
+            .arg(&optimised),
+    )?;
+    read(&optimised)
 }
 
 fn ptx(root: &Path, toolchain: &Toolchain, package: &Package, llvm: &[&str]) -> Result<Vec<u8>, Error> {

@@ -23,6 +23,9 @@ pub enum Error {
         /// The file looked for.
         missing: PathBuf,
     },
+    /// No optimiser for SPIR-V.
+    #[error("spirv-opt is not installed (Debian: spirv-tools); it makes kernels/prebuilt/trisect.spv")]
+    NoSpirvOpt,
     /// A tool failed.
     #[error("{tool} failed:\n{output}")]
     Tool {

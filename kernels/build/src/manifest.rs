@@ -49,6 +49,7 @@ pub fn stamp(root: &Path, toolchain: &Toolchain, artifacts: &[Artifact]) -> Resu
         tools: BTreeMap::from([
             ("rustc".to_owned(), toolchain.rustc_version.clone()),
             ("rustc_codegen_spirv".to_owned(), "0.10.0-alpha.1".to_owned()),
+            ("spirv-opt".to_owned(), toolchain.spirv_opt_version.clone()),
         ]),
     })
 }

@@ -6,7 +6,7 @@ mod pipeline;
 pub use adapter::devices;
 
 use super::{Backend, BackendError, Device, Job, Launch, SceneRecords, kernel};
-use crate::render::{MathMode, SettingsError};
+use crate::render::MathMode;
 use adapter::Gpu;
 use bytemuck::Pod;
 use pipeline::Pipelines;
@@ -38,6 +38,7 @@ pub struct Wgpu {
     scene: Option<[Buffer; 10]>,
     film: Option<Film>,
     entry: &'static str,
+    math: MathMode,
     timer: Option<Timer>,
 }
 
@@ -83,7 +84,17 @@ impl Wgpu {
         device.timer = if timer.is_some() { "timestamp queries" } else { "wall clock" };
         let params = buffer(size_of::<RenderParams>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         gpu.check("creating buffers")?;
-        Ok(Self { device, gpu, pipelines, params, scene: None, film: None, entry: "render", timer })
+        Ok(Self {
+            device,
+            gpu,
+            pipelines,
+            params,
+            scene: None,
+            film: None,
+            entry: "render",
+            math: MathMode::Precise,
+            timer,
+        })
     }
 
     /// A buffer, after its size was compared with the adapter's limits.
@@ -143,7 +154,7 @@ impl Wgpu {
                     end_of_pass_write_index: Some(1),
                 }),
             });
-            pass.set_pipeline(self.pipelines.get(entry)?);
+            pass.set_pipeline(self.pipelines.get(entry, self.math)?);
             pass.set_bind_group(0, &group, &[]);
             pass.dispatch_workgroups(groups_x, groups_y, 1);
         }
@@ -198,11 +209,9 @@ impl Backend for Wgpu {
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
-        if job.math == MathMode::Fast {
-            return Err(SettingsError::NoFastMath { backend: "wgpu" }.into());
-        }
         self.entry = kernel("wgpu", job.features)?;
-        self.pipelines.compile(&self.gpu, self.entry)?;
+        self.math = job.math;
+        self.pipelines.compile(&self.gpu, self.entry, self.math)?;
         let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;
         if self.film.as_ref().is_none_or(|film| film.sums.size() != bytes) {
             self.film = None; // before the new one is allocated
@@ -234,7 +243,7 @@ impl Backend for Wgpu {
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        self.pipelines.compile(&self.gpu, FIRST_HIT)?;
+        self.pipelines.compile(&self.gpu, FIRST_HIT, self.math)?;
         let bytes = size_of_val(hits) as u64;
         let output = self.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC, "the first hits")?;
         let staging =
