@@ -11,6 +11,7 @@
 
 pub mod program;
 pub mod renders;
+pub mod report;
 pub mod statistics;
 
 use std::path::{Path, PathBuf};
@@ -68,10 +69,13 @@ impl Subject {
     pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
         let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
         match self.open() {
-            Ok(backend) => match Renderer::new(backend, scene) {
-                Ok(renderer) => Some(renderer),
-                Err(error) => panic!("{self:?}: {error}"),
-            },
+            Ok(backend) => {
+                self.opened(&backend.device().name);
+                match Renderer::new(backend, scene) {
+                    Ok(renderer) => Some(renderer),
+                    Err(error) => panic!("{self:?}: {error}"),
+                }
+            }
             Err(error) if required.split(',').any(|name| name.trim() == self.name()) => {
                 panic!("REQUIRE_BACKENDS names {}, but: {error}", self.name())
             }
