@@ -70,7 +70,7 @@ impl Subject {
         let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
         match self.open() {
             Ok(backend) => {
-                self.opened(&backend.device().name);
+                self.opened(backend.device());
                 match Renderer::new(backend, scene) {
                     Ok(renderer) => Some(renderer),
                     Err(error) => panic!("{self:?}: {error}"),

@@ -9,7 +9,8 @@
 
 use crate::Subject;
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use trisect::backend::{Device, DeviceKind};
 
 /// How a backend met a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,8 +23,12 @@ pub enum Outcome {
     NotApplicable,
 }
 
-/// The devices that were opened, by the backend's label.
-static DEVICES: Mutex<BTreeMap<&str, String>> = Mutex::new(BTreeMap::new());
+/// Names and kinds of the devices that were opened, by the backend's label.
+static DEVICES: Mutex<BTreeMap<&str, (String, DeviceKind)>> = Mutex::new(BTreeMap::new());
+
+fn devices() -> MutexGuard<'static, BTreeMap<&'static str, (String, DeviceKind)>> {
+    DEVICES.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 impl Subject {
     /// Its name in reports, where both routes of wgpu show.
@@ -34,10 +39,20 @@ impl Subject {
         }
     }
 
-    /// Keeps the name of the device that it opened, for reports.
-    pub fn opened(self, device: &str) {
-        let mut devices = DEVICES.lock().unwrap_or_else(PoisonError::into_inner);
-        devices.entry(self.label()).or_insert_with(|| device.replace('|', "/").trim().to_owned());
+    /// Keeps what it opened, for reports.
+    pub fn opened(self, device: &Device) {
+        let name = device.name.replace('|', "/").trim().to_owned();
+        devices().entry(self.label()).or_insert((name, device.kind));
+    }
+
+    /// Whether it is a graphics driver that computes on the CPU, which has time for few samples. `false` if nothing opens.
+    pub fn is_software(self) -> bool {
+        if !devices().contains_key(self.label())
+            && let Ok(backend) = self.open()
+        {
+            self.opened(backend.device());
+        }
+        devices().get(self.label()).is_some_and(|(_, kind)| *kind == DeviceKind::SoftwareGpu)
     }
 }
 
@@ -53,8 +68,8 @@ pub fn line(number: u32, subject: Subject, device: &str, outcome: Outcome, figur
 
 /// Prints the line of torture test `number` on standard error; `figure` says in words what was measured.
 pub fn report(number: u32, subject: Subject, outcome: Outcome, figure: &str) {
-    let devices = DEVICES.lock().unwrap_or_else(PoisonError::into_inner);
-    let device = devices.get(subject.label()).map_or("not opened", String::as_str);
+    let devices = devices();
+    let device = devices.get(subject.label()).map_or("not opened", |(name, _)| name.as_str());
     eprintln!("{}", line(number, subject, device, outcome, figure));
 }
 

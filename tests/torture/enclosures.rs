@@ -9,10 +9,6 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Known;
 use trisect_tests::{Subject, for_each_backend};
 
-fn is_software(subject: Subject) -> bool {
-    matches!(subject, Subject::Wgpu | Subject::WgpuNaga)
-}
-
 /// The unit sphere around a camera at `from`, which looks along -z; its wall reflects `albedo` and emits `emission` on both sides.
 fn enclosure(albedo: f32, emission: f32, from: &str) -> Scene {
     let text = format!(
@@ -39,8 +35,8 @@ fn radiance(albedo: f64, emission: f64, depth: u32) -> f64 {
 fn t02_closed_emissive_sphere(subject: Subject) {
     let scene = enclosure(0.5, 0.5, "(0.3, 0.2, 0.1)");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let samples = if is_software(subject) { 4 } else { 256 };
-    let depths: &[u32] = if is_software(subject) { &[1, 3, 8] } else { &[1, 2, 3, 5, 8, 20] };
+    let samples = if subject.is_software() { 4 } else { 256 };
+    let depths: &[u32] = if subject.is_software() { &[1, 3, 8] } else { &[1, 2, 3, 5, 8, 20] };
     let mut worst = 0.0f64;
     for &depth in depths {
         for light_sampling in [true, false] {
@@ -54,7 +50,7 @@ fn t02_closed_emissive_sphere(subject: Subject) {
     let mut renderer =
         subject.renderer(&enclosure(0.51, 0.5, "(0.3, 0.2, 0.1)")).expect("it was there a moment ago");
     for light_sampling in [true, false] {
-        let samples = if is_software(subject) && light_sampling { 64 } else { samples };
+        let samples = if subject.is_software() && light_sampling { 64 } else { samples };
         let settings = Settings { samples, depth: 8, light_sampling, ..scene.settings() };
         let known = Known::of(&film(&mut renderer, &settings).pixels, radiance(0.5, 0.5, 8));
         assert!(!known.holds(), "a comparison that cannot fail: {known:?}");
@@ -72,7 +68,7 @@ fn t36_enclosures(subject: Subject) {
     let mut worst = 0.0f64;
     for (albedo, emission, depths) in [
         (0.99f32, 0.01f32, [1, 10, 100, 1000]),
-        (1.0, 1.0 / 1024.0, [1, 32, 1024, if is_software(subject) { 2048 } else { 65_535 }]),
+        (1.0, 1.0 / 1024.0, [1, 32, 1024, if subject.is_software() { 2048 } else { 65_535 }]),
     ] {
         let scene = enclosure(albedo, emission, "(0.3, 0.2, 0.1)");
         let Some(mut renderer) = subject.renderer(&scene) else { return };

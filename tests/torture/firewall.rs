@@ -24,7 +24,7 @@ fn t03_nothing_is_caught(subject: Subject) {
     let files = scene_files();
     for path in &files {
         let scene = Scene::load(path).unwrap();
-        let spp = if matches!(subject, Subject::Wgpu | Subject::WgpuNaga) { 2 } else { 64 };
+        let spp = if subject.is_software() { 2 } else { 64 };
         let settings = Settings { width: 16, height: 12, samples: spp, seed: 3, ..scene.settings() };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let counts = film(&mut renderer, &settings).counts();

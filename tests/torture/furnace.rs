@@ -43,7 +43,7 @@ const LOSSY: [(&str, Option<f64>); 9] = [
 ];
 
 fn samples(subject: Subject, cpu: u32, software: u32) -> u32 {
-    if matches!(subject, Subject::Wgpu | Subject::WgpuNaga) { software } else { cpu }
+    if subject.is_software() { software } else { cpu }
 }
 
 /// The mean over the window for `depth`, against 1.
