@@ -1,6 +1,7 @@
 //! What can go wrong, and the exit code for each.
 
 use crate::backend::BackendError;
+use crate::film::FilmError;
 use crate::image::ImageError;
 use crate::metrics::MetricsError;
 use crate::render::SettingsError;
@@ -25,6 +26,9 @@ pub enum Error {
     /// Two images could not be compared.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
+    /// Films that do not belong together.
+    #[error(transparent)]
+    Film(#[from] FilmError),
     /// The render was cancelled by its observer.
     #[error("cancelled")]
     Cancelled,
@@ -47,7 +51,7 @@ impl Error {
                 }
             }
             Self::Image(ImageError::UnknownExtension { .. }) => 2,
-            Self::Image(_) | Self::Metrics(_) | Self::Cancelled => 1,
+            Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Cancelled => 1,
         }
     }
 }

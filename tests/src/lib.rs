@@ -18,7 +18,7 @@ pub mod ulp;
 
 use std::path::{Path, PathBuf};
 use trisect::backend::wgpu::{Route, Wgpu};
-use trisect::backend::{Backend, BackendError, Device, DeviceKind, cpu::Cpu, cuda::Cuda};
+use trisect::backend::{Backend, BackendError, cpu::Cpu, cuda::Cuda};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
 
@@ -45,23 +45,9 @@ impl Subject {
         }
     }
 
-    /// The name of the device that tests of it run on.
-    pub fn device(self) -> String {
-        let first = |devices: Result<Vec<Device>, BackendError>, index: usize| {
-            devices.ok().and_then(|d| d.into_iter().nth(index)).map_or_else(String::new, |d| d.name)
-        };
-        match self {
-            Self::Cpu => trisect::backend::cpu::describe(1).name,
-            Self::Wgpu | Self::WgpuNaga => {
-                first(trisect::backend::wgpu::devices(), wgpu_device().unwrap_or_default())
-            }
-            Self::Cuda => first(trisect::backend::cuda::devices(), 0),
-        }
-    }
-
     fn open(self) -> Result<Box<dyn Backend>, BackendError> {
         let wgpu = |route| -> Result<Box<dyn Backend>, BackendError> {
-            Ok(Box::new(Wgpu::open(Some(wgpu_device()?), route)?))
+            Ok(Box::new(Wgpu::open(Some(self.index()), route)?))
         };
         match self {
             Self::Cpu => Ok(Box::new(Cpu::open(None)?)),
@@ -102,15 +88,6 @@ impl Subject {
             }
         }
     }
-}
-
-/// Index of the wgpu adapter that tests take: whatever there is, hardware first, then a software adapter.
-pub fn wgpu_device() -> Result<usize, BackendError> {
-    if let Some(index) = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok()) {
-        return Ok(index);
-    }
-    let devices = trisect::backend::wgpu::devices()?;
-    Ok(devices.iter().position(|device| device.kind == DeviceKind::Gpu).unwrap_or(0))
 }
 
 /// Instantiates a generic test, `fn name(subject: Subject)`, for each backend, as tests of a module of its name.

@@ -18,7 +18,13 @@ mod statistics;
 
 mod boundaries;
 mod census;
+mod enclosures;
 mod equality;
+mod estimates;
+mod films;
+mod firewall;
+mod furnace;
 mod random;
+mod scale;
 mod scattering;
 mod sums;

@@ -9,7 +9,7 @@ use super::format::{self, Camera, Index, Light, Name, Object, SceneFile, Source}
 use super::include::Models;
 use super::values::{GREATEST, sin_cos_degrees, vector};
 use crate::image::Image;
-use crate::render::Fresnel;
+use crate::render::{Fresnel, MathMode, Sampler, Settings};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,25 @@ pub struct ImageSettings {
     pub depth: u32,
     /// How dielectrics reflect.
     pub fresnel: Fresnel,
+}
+
+impl ImageSettings {
+    /// With the program's defaults for what no file says.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            width: self.width,
+            height: self.height,
+            samples: self.samples,
+            depth: self.depth,
+            seed: 0,
+            roulette: false,
+            roulette_depth: 1,
+            fresnel: self.fresnel,
+            math: MathMode::Precise,
+            sampler: Sampler::Independent,
+            light_sampling: true,
+        }
+    }
 }
 
 /// Reads the files that a scene file names.

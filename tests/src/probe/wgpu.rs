@@ -1,9 +1,10 @@
 //! As SPIR-V: as it is, or through naga.
 
 use super::{Device, ProbeScene};
+use crate::Subject;
 use bytemuck::Pod;
 use std::collections::HashMap;
-use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use trisect::backend::BackendError;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_probes::{NAMES, SPIRV, WORKGROUP};
@@ -16,29 +17,51 @@ use wgpu::{
     ShaderStages,
 };
 
-/// The adapter that the other tests take.
+/// The adapter that the other tests take, with a scene on it.
 pub struct Wgpu {
+    shared: Arc<Shared>,
+    scene: [Buffer; 10],
+}
+
+/// What all probes of a route share: drivers make some dozens of devices in a process, not hundreds.
+struct Shared {
     name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
     module: ShaderModule,
     layout: BindGroupLayout,
-    scene: [Buffer; 10],
-    pipelines: HashMap<&'static str, ComputePipeline>,
+    pipelines: Mutex<HashMap<&'static str, ComputePipeline>>,
 }
 
 fn failed(message: String) -> BackendError {
     BackendError::Device { backend: "wgpu", action: "probing", message }
 }
 
-impl Wgpu {
-    pub fn open(passes_through: bool, scene: &ProbeScene) -> Result<Self, BackendError> {
-        let index = crate::wgpu_device()?;
+/// The device of a route, made once.
+fn shared(passes_through: bool) -> Result<Arc<Shared>, BackendError> {
+    static OPEN: Mutex<[Option<Arc<Shared>>; 2]> = Mutex::new([None, None]);
+    let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let slot = &mut open[usize::from(passes_through)];
+    if let Some(shared) = slot {
+        return Ok(shared.clone());
+    }
+    let made = Arc::new(Shared::open(passes_through)?);
+    *slot = Some(made.clone());
+    Ok(made)
+}
+
+impl Shared {
+    fn open(passes_through: bool) -> Result<Self, BackendError> {
         let mut descriptor = InstanceDescriptor::new_without_display_handle();
         descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
         let adapters =
             pollster::block_on(Instance::new(descriptor).enumerate_adapters(wgpu::Backends::all()));
-        let adapter = adapters.get(index).ok_or_else(|| failed(format!("no adapter {index}")))?;
+        let index = Subject::Wgpu.index();
+        let adapter = adapters.get(index).ok_or_else(|| BackendError::NoSuchDevice {
+            backend: "wgpu",
+            index,
+            devices: adapters.len(),
+        })?;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             required_features: adapter.features() & Features::PASSTHROUGH_SHADERS,
             required_limits: adapter.limits(),
@@ -58,28 +81,29 @@ impl Wgpu {
         entries.push(entry(12, storage(false)));
         let layout =
             device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let name = adapter.get_info().name;
+        Ok(Self { name, device, queue, module, layout, pipelines: Mutex::default() })
+    }
+}
+
+impl Wgpu {
+    pub fn open(passes_through: bool, scene: &ProbeScene) -> Result<Self, BackendError> {
+        let shared = shared(passes_through)?;
         let records = scene.records();
+        let device = &shared.device;
         let scene = [
-            store(&device, records.spheres),
-            store(&device, records.nodes),
-            store(&device, records.materials),
-            store(&device, records.flats),
-            store(&device, records.triangles),
-            store(&device, records.shading),
-            store(&device, records.lights),
-            store(&device, records.textures),
-            store(&device, records.texels),
-            store(&device, records.environment),
+            store(device, records.spheres),
+            store(device, records.nodes),
+            store(device, records.materials),
+            store(device, records.flats),
+            store(device, records.triangles),
+            store(device, records.shading),
+            store(device, records.lights),
+            store(device, records.textures),
+            store(device, records.texels),
+            store(device, records.environment),
         ];
-        Ok(Self {
-            name: adapter.get_info().name,
-            device,
-            queue,
-            module,
-            layout,
-            scene,
-            pipelines: HashMap::new(),
-        })
+        Ok(Self { shared, scene })
     }
 }
 
@@ -140,7 +164,7 @@ fn pipeline(
 
 impl Device for Wgpu {
     fn name(&self) -> &str {
-        &self.name
+        &self.shared.name
     }
 
     fn run(
@@ -149,11 +173,11 @@ impl Device for Wgpu {
         params: &ProbeParams,
         inputs: &[Input],
     ) -> Result<Vec<Output>, BackendError> {
-        let device = &self.device;
-        let pipeline = self
-            .pipelines
-            .entry(probe)
-            .or_insert_with(|| pipeline(device, &self.layout, &self.module, probe));
+        let Shared { device, queue, module, layout, pipelines, .. } = self.shared.as_ref();
+        let mut pipelines = pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let pipeline =
+            pipelines.entry(probe).or_insert_with(|| pipeline(device, layout, module, probe)).clone();
+        drop(pipelines);
         let params = device.create_buffer_init(&BufferInitDescriptor {
             label: None,
             contents: bytemuck::bytes_of(params),
@@ -176,20 +200,16 @@ impl Device for Wgpu {
             .zip(buffers)
             .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let group = device.create_bind_group(&BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &entries,
-        });
+        let group = device.create_bind_group(&BindGroupDescriptor { label: None, layout, entries: &entries });
         let mut encoder = device.create_command_encoder(&Default::default());
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(pipeline);
+            pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &group, &[]);
             pass.dispatch_workgroups((inputs.len() as u32).div_ceil(WORKGROUP), 1, 1);
         }
         encoder.copy_buffer_to_buffer(&answers, 0, &staging, 0, bytes as u64);
-        self.queue.submit([encoder.finish()]);
+        queue.submit([encoder.finish()]);
         let (sender, receiver) = mpsc::channel();
         staging.slice(..).map_async(MapMode::Read, move |result| {
             let _ = sender.send(result);
