@@ -2,6 +2,7 @@
 
 use crate::backend::BackendError;
 use crate::image::ImageError;
+use crate::limits::WriteError;
 use crate::metrics::MetricsError;
 use crate::render::SettingsError;
 use crate::scene::SceneError;
@@ -25,6 +26,9 @@ pub enum Error {
     /// Two images could not be compared.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
+    /// A copy of a scene could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// The render was cancelled by its observer.
     #[error("cancelled")]
     Cancelled,
@@ -34,7 +38,9 @@ impl Error {
     /// The process's exit code: 1 run time, 2 usage, 3 backend unavailable, 4 bad scene.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_) => 4,
+            Self::Scene(_) | Self::Write(WriteError::Scene(_)) => 4,
+            Self::Write(WriteError::Io { .. }) => 1,
+            Self::Write(_) => 2,
             Self::Settings(_)
             | Self::Backend(
                 BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },

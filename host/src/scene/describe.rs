@@ -82,7 +82,7 @@ pub fn describe(
     scene.lights.extend(file.lights.iter().map(light));
     let materials = Index::new(&file.materials);
     let mut models = Models::of(file, folder);
-    for object in &file.objects {
+    for (index, object) in file.objects.iter().enumerate() {
         let material = object.material().map(|name| materials.find(name, source)).transpose()?;
         match (object, material) {
             (Object::Mesh { file, transform, .. }, material) => {
@@ -93,6 +93,8 @@ pub fn describe(
             }
             (_, None) => {}
         }
+        scene.shape_objects.resize(scene.shapes.len(), index);
+        scene.instance_objects.resize(scene.instances.len(), index);
     }
     if scene.cameras.is_empty() {
         return Err(source.inconsistent(

@@ -79,7 +79,7 @@ impl Described {
     fn read(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
         let file = format::parse(text, name)?;
         let (description, image) = describe::describe(&file, folder, &mut FromDisk)?;
-        Ok(Self { name: name.to_owned(), description, image, space: file.space() })
+        Ok(Self { name: name.to_owned(), description, image, space: file.space.space })
     }
 
     /// What to render unless told otherwise, with the program's defaults for what no file says.

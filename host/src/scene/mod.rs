@@ -9,6 +9,7 @@ mod error;
 mod format;
 pub mod import;
 mod include;
+mod insert;
 mod lower;
 mod model;
 mod prove;
@@ -19,7 +20,10 @@ mod values;
 pub use describe::ImageSettings;
 pub use described::Described;
 pub use error::SceneError;
+pub(crate) use import::is_model;
+pub(crate) use insert::insert_space;
 pub use space::Space;
+pub(crate) use space::triple;
 
 use crate::render::Settings;
 use description::Description;
