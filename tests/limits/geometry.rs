@@ -1,6 +1,6 @@
 //! Places and sizes: what rounding does to hits.
 
-use super::{Random, agrees, found, grey, spread};
+use super::{Random, agrees, described, found, grey, spread};
 use glam::{DVec3, Vec3};
 use trisect::limits::{Limit, ROUNDING};
 use trisect::scene::{Described, Scene, Space};
@@ -73,7 +73,7 @@ fn flat_errors(
     let errors = (0..300).map(|_| {
         let place = DVec3::new(far, far, -far) * (1.0 + 0.1 * random.number());
         let scene = text(place, size).lower(Space::IDENTITY).unwrap();
-        let height = 3.0 * size;
+        let height = (2.0 + random.number()) * size;
         let origin = place + DVec3::new(0.3 * size, height, 0.2 * size);
         let distance = f64::from(hit(&scene, origin.as_vec3(), Vec3::NEG_Y));
         (distance - height).abs().min(size) / size
@@ -223,12 +223,14 @@ fn a_great_sphere_as_ground() {
 #[test]
 fn small_spheres_on_a_great_one() {
     let scene = |radius: f64, size: f64| {
-        grey(&format!(
-            "Sphere(center: (0, -{radius}, 0), radius: {radius}, material: \"grey\"),
-             Sphere(center: (0, {size}, 0), radius: {size}, material: \"grey\")"
+        described(&format!(
+            "camera: (look_from: (0, 1, 3), look_at: (0, 0, 0), vertical_fov: 40),
+             materials: {{ \"grey\": Lambertian(albedo: (0.5, 0.5, 0.5)) }},
+             objects: [Sphere(center: (0, -{radius}, 0), radius: {radius}, material: \"grey\"),
+                 Sphere(center: (0, {size}, 0), radius: {size}, material: \"grey\")]"
         ))
     };
-    // The camera is 3 away: only the small sphere is too small.
+    // The eye is high enough.
     let found = |radius, size| found(&scene(radius, size), Limit::NearSurface);
     assert_eq!(found(1e3, 0.2), []);
     let beyond = found(1e4, 0.2);

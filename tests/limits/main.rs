@@ -39,8 +39,8 @@ fn found(scene: &Described, limit: Limit) -> Vec<Finding> {
     report.findings.into_iter().filter(|finding| finding.limit == limit).collect()
 }
 
-/// Whether the one finding of a kind predicts the error, within the factor of 4 that [`trisect::limits::Predicted`] promises; where
-/// the error is less than a fourth of the tolerance there must be none.
+/// Whether the one finding of a kind predicts the error, within the factor of 4 that [`trisect::limits::Predicted`] promises; without
+/// a finding the error must be within the tolerance.
 fn agrees(scene: &Described, limit: Limit, measured: f64) -> Result<(), String> {
     match &found(scene, limit)[..] {
         [] if measured < RELATIVE => Ok(()),
@@ -87,4 +87,15 @@ fn spread(errors: impl IntoIterator<Item = f64>) -> (f64, f64) {
     }
     assert!(count > 100, "{count} measurements");
     ((squares / f64::from(count)).sqrt(), greatest)
+}
+
+/// The twin of all that compare a prediction: sixteen times the error, an error without a finding, a finding without an error.
+#[test]
+fn predictions_can_be_wrong() {
+    let far = grey("Sphere(center: (1e6, 1e6, 1e6), radius: 1, material: \"grey\")");
+    let predicted = found(&far, Limit::FarFromOrigin)[0].predicted.value;
+    let agrees = |scene: &Described, measured| agrees(scene, Limit::FarFromOrigin, measured);
+    assert!(agrees(&far, predicted).is_ok() && agrees(&grey(""), 0.5 * RELATIVE).is_ok());
+    assert!(agrees(&far, 16.0 * predicted).is_err() && agrees(&far, predicted / 16.0).is_err());
+    assert!(agrees(&grey(""), 2.0 * RELATIVE).is_err());
 }

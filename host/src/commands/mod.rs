@@ -39,7 +39,7 @@ impl Session {
         };
         let settings = job.settings(described.settings());
         settings.check()?;
-        let beyond = limits::check(&described, &settings).summary();
+        let beyond = limits::warnings(&described, &settings);
         let scene = described.lower(Space::IDENTITY)?;
         let load_seconds = start.elapsed().as_secs_f64();
         if job.backend == BackendArg::Auto && job.device.is_some() {

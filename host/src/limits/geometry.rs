@@ -10,7 +10,7 @@ use crate::scene::{Described, Space};
 use glam::{DVec3, Vec3};
 use trisect_shared::triangle::Triangle;
 
-const FAR: &str =
+pub(super) const FAR: &str =
     "move the renderer's origin to the scene, with the field `space`: `trisect check --write` computes it";
 const SMALL: &str = "scale the scene up, with the field `space`: `trisect check --write` computes it";
 

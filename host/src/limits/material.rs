@@ -11,7 +11,7 @@ use crate::scene::Described;
 use crate::scene::description::Surface;
 
 const NEAR_ONE: &str =
-    "leave the object out, or give it an ior of exactly 1: it reflects less than 2e-9 of the light";
+    "leave the object out, or give it an ior of exactly 1: at normal incidence it reflects less than 2e-9";
 const EXTREME: &str = "use an ior between 1/74 and 74; for a mirror, a Metal or a Conductor";
 
 pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {

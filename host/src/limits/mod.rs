@@ -64,9 +64,24 @@ pub struct Report {
     pub more: BTreeMap<Limit, usize>,
 }
 
-/// Looks for all that is outside the supported range, in the space that the scene asks for.
+/// Looks for all that is outside the supported range, in the space that the scene asks for, and for the space that suits it best.
 pub fn check(scene: &Described, settings: &Settings) -> Report {
     let extent = Extent::of(&scene.description);
+    let (findings, more) = worst(collect(scene, settings));
+    Report {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION"),
+        scene: scene.name.clone(),
+        extent,
+        space: scene.space,
+        best_space: best(scene, extent.best_space()),
+        accumulation: accumulation(settings.samples),
+        findings,
+        more,
+    }
+}
+
+fn collect(scene: &Described, settings: &Settings) -> Vec<Finding> {
     let mut found = Vec::new();
     geometry::check(scene, &mut found);
     surface::check(scene, &mut found);
@@ -74,18 +89,29 @@ pub fn check(scene: &Described, settings: &Settings) -> Report {
     material::check(scene, &mut found);
     light::check(scene, &mut found);
     samples::check(settings, &mut found);
-    let (findings, more) = worst(found);
-    Report {
-        format: FORMAT,
-        version: env!("CARGO_PKG_VERSION"),
-        scene: scene.name.clone(),
-        extent,
-        space: scene.space,
-        best_space: extent.best_space(),
-        accumulation: accumulation(settings.samples),
-        findings,
-        more,
-    }
+    found
+}
+
+/// The space `wanted`, if everything has a place there: what is tiny in a great scene may be lost by its scale. Else only its origin,
+/// else what the scene has.
+fn best(scene: &Described, wanted: Space) -> Space {
+    let lost = |scene: &Described| {
+        let mut found = Vec::new();
+        geometry::check(scene, &mut found);
+        found.iter().filter(|finding| finding.limit == Limit::TooSmall).count()
+    };
+    let before = lost(scene);
+    let fits = |space: &Space| {
+        let mut moved = Described { space: *space, ..scene.clone() };
+        lost(&moved) <= before && moved.description.move_to(*space).is_ok()
+    };
+    [wanted, Space { scale: 1.0, ..wanted }].into_iter().find(fits).unwrap_or(scene.space)
+}
+
+/// One line for each kind of finding, for people who render the scene.
+pub fn warnings(scene: &Described, settings: &Settings) -> Vec<String> {
+    let (findings, more) = worst(collect(scene, settings));
+    summary(&findings, &more)
 }
 
 /// The worst of each kind, one for each thing, and how many others there are.
@@ -110,20 +136,13 @@ fn worst(mut found: Vec<Finding>) -> (Vec<Finding>, BTreeMap<Limit, usize>) {
     (kept, more)
 }
 
-impl Report {
-    /// One line for each kind that was found, for people.
-    pub fn summary(&self) -> Vec<String> {
-        let mut lines: Vec<String> = Vec::new();
-        let mut last = None;
-        for finding in
-            self.findings.iter().filter(|finding| last.replace(finding.limit) != Some(finding.limit))
-        {
-            let limit = finding.limit;
-            let count = self.findings.iter().filter(|other| other.limit == limit).count()
-                + self.more.get(&limit).copied().unwrap_or_default();
-            let others = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
-            lines.push(format!("{}: {}{others}: {}", limit.title(), finding.what, finding.predicted));
-        }
-        lines
-    }
+/// One line for each kind: the worst of it, and how many others there are.
+fn summary(findings: &[Finding], more: &BTreeMap<Limit, usize>) -> Vec<String> {
+    let line = |same: &[Finding]| {
+        let worst = same.first()?;
+        let others = same.len() - 1 + more.get(&worst.limit).copied().unwrap_or_default();
+        let others = if others > 0 { format!(" and {others} more") } else { String::new() };
+        Some(format!("{}: {}{others}: {}", worst.limit.title(), worst.what, worst.predicted))
+    };
+    findings.chunk_by(|a, b| a.limit == b.limit).filter_map(line).collect()
 }

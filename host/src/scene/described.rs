@@ -2,13 +2,47 @@
 
 use super::describe::{self, Loader};
 use super::description::{Description, TextureImage};
-use super::{ImageSettings, Scene, SceneError, Space, format, import, lower, model};
+use super::{Scene, SceneError, Space, format, import, lower, model};
 use crate::image::{Image, ImageError};
-use crate::render::Settings;
+use crate::render::{Fresnel, MathMode, Sampler, Settings};
 use std::path::Path;
 
 /// The scene that `trisect render` draws when none is named.
 const HELLO_WORLD: &str = include_str!("../../../scenes/three_spheres.ron");
+
+/// What to render unless the command line says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSettings {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Segments a path, at most.
+    pub depth: u32,
+    /// How dielectrics reflect.
+    pub fresnel: Fresnel,
+}
+
+impl ImageSettings {
+    /// With the program's defaults for what no file says.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            width: self.width,
+            height: self.height,
+            samples: self.samples,
+            depth: self.depth,
+            seed: 0,
+            roulette: false,
+            roulette_depth: 1,
+            fresnel: self.fresnel,
+            math: MathMode::Precise,
+            sampler: Sampler::Independent,
+            light_sampling: true,
+        }
+    }
+}
 
 /// A scene as its author describes it, before anything is rounded to f32. [`Self::lower`] makes a [`Scene`] of it.
 #[derive(Clone, Debug)]

@@ -17,8 +17,7 @@ mod room;
 mod space;
 mod values;
 
-pub use describe::ImageSettings;
-pub use described::Described;
+pub use described::{Described, ImageSettings};
 pub use error::SceneError;
 pub(crate) use import::is_model;
 pub(crate) use insert::insert_space;

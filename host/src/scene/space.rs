@@ -96,6 +96,9 @@ impl Description {
             camera.look_from = space.point(camera.look_from);
             camera.look_at = camera.look_from + axis;
             camera.focus_distance *= space.scale;
+            if camera.defocus_angle == 0.0 {
+                camera.focus_distance = camera.focus_distance.clamp(LEAST, GREATEST); // a pinhole's means nothing
+            }
             let beyond =
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
             let inside =

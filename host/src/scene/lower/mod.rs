@@ -6,7 +6,7 @@ mod light;
 mod material;
 mod texture;
 
-use super::describe::ImageSettings;
+use super::described::ImageSettings;
 use super::description::{self, Description};
 use super::error::SceneError;
 use super::{CameraPose, Scene};
