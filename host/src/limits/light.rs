@@ -8,13 +8,15 @@ use super::finding::{Finding, Limit, Predicted, Supported, Unit};
 use super::{ROUNDING, closest, geometry, names};
 use crate::scene::Described;
 use crate::scene::description::{PunctualLight, Sky};
-use glam::DVec3;
 use std::f64::consts::PI;
 use trisect_shared::film::CHUNK_SAMPLES;
 
 const BRIGHT: &str = "lower all lights by one factor: the image is as much darker, no more";
 const NEAR: &str = "move the light away from the surface, give it an area (an emitting Sphere), or lower all lights by one factor";
 const DIM: &str = "raise all lights by one factor: the image is as much brighter, no more";
+
+/// The lights without extent that are looked at, the strongest: each is compared with all surfaces.
+const BRIGHTEST: usize = 16;
 
 /// The brightest radiance of which a chunk of samples has a finite sum of squares.
 pub(super) fn brightest() -> f64 {
@@ -69,9 +71,10 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
         see(radiance, &|| "sky".to_owned());
         found.extend(bright("sky".to_owned(), EMITTED, radiance, BRIGHT));
     }
-    let mut punctual = false;
-    for (index, light) in description.lights.iter().enumerate() {
-        punctual |= is_lit(light);
+    let punctual = description.lights.iter().any(|light| strength(light) > 0.0);
+    let mut lights: Vec<(usize, &PunctualLight)> = description.lights.iter().enumerate().collect();
+    lights.sort_by(|a, b| strength(b.1).total_cmp(&strength(a.1)));
+    for (index, light) in lights.into_iter().take(BRIGHTEST) {
         if let Some(radiance) = reflected(scene, light) {
             found.extend(bright(
                 names::light(index),
@@ -95,11 +98,12 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
     }
 }
 
-fn is_lit(light: &PunctualLight) -> bool {
+/// The greatest channel of what it sends.
+fn strength(light: &PunctualLight) -> f64 {
     let (PunctualLight::Point { intensity: strength, .. }
     | PunctualLight::Spot { intensity: strength, .. }
     | PunctualLight::Directional { irradiance: strength, .. }) = light;
-    *strength != DVec3::ZERO
+    strength.max_element()
 }
 
 /// The radiance of a white diffuse surface that faces the light where the nearest surface is: intensity / (π distance²). `None` where

@@ -87,7 +87,7 @@ impl Described {
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         if import::is_model(path) {
-            return Ok(Self::from_model(import::load(path)?, &name));
+            return Self::from_model(import::load(path)?, &name);
         }
         let text = std::fs::read_to_string(path)
             .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
@@ -105,9 +105,11 @@ impl Described {
     }
 
     /// A model with what it lacks to be seen; see [`Scene::from_model`].
-    pub fn from_model(model: Description, name: &str) -> Self {
+    pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
+        let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
+        lower::check_room(&model).map_err(refused)?;
         let (description, image) = model::complete(model);
-        Self { name: name.to_owned(), description, image, space: Space::IDENTITY }
+        Ok(Self { name: name.to_owned(), description, image, space: Space::IDENTITY })
     }
 
     fn read(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {

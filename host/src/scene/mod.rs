@@ -128,7 +128,7 @@ impl Scene {
 
     /// A model that was read from somewhere else; as with [`Self::load`], it gets what it lacks to be seen.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
-        Described::from_model(model, name).lower(Space::IDENTITY)
+        Described::from_model(model, name)?.lower(Space::IDENTITY)
     }
 
     /// The built-in scene: `scenes/three_spheres.ron`.

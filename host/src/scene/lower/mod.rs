@@ -6,6 +6,8 @@ mod light;
 mod material;
 mod texture;
 
+pub(super) use geometry::check_room;
+
 use super::described::ImageSettings;
 use super::description::{self, Description};
 use super::error::SceneError;
