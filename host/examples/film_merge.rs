@@ -6,13 +6,15 @@
 
 use std::time::Instant;
 use trisect::film::{Film, FilmError, Part};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 
 fn main() -> Result<(), FilmError> {
     let (width, height) = (1920, 1080);
     let mut chunk = vec![PixelSums::ZERO; width as usize * height as usize];
     for (i, sums) in chunk.iter_mut().enumerate() {
-        (0..4).for_each(|s| sums.add(glam::Vec3::new(0.1, 0.7, 1e-3) * (i % 97 + s) as f32));
+        (0..4).for_each(|s| {
+            sums.add(glam::Vec3::new(0.1, 0.7, 1e-3) * (i % 97 + s) as f32, &mut Carry::ZERO.clone(), 0)
+        });
     }
     let mut film = Film::new(width, height);
     let mut times = Vec::new();

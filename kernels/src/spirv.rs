@@ -2,7 +2,7 @@
 
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
-use trisect_shared::buffer::{load, store};
+use trisect_shared::buffer::store;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
@@ -10,7 +10,7 @@ use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::params::{FLAG_FINISH, RenderParams};
+use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
@@ -56,20 +56,10 @@ macro_rules! render {
         entry_point! {
             /// Adds samples to each pixel's sums.
             $name $text, PixelSums, |params, scene, x, y, film, carries| {
-                let pixel = y * params.width + x;
-                let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
                 // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
-                    if params.resume != 0 {
-                        sums = load(film, pixel);
-                        carry = load(carries, pixel);
-                    }
-                    path::render_pixel::<{ $features }>(params, scene, x, y, &mut sums, &mut carry);
-                    store(film, pixel, sums);
-                    if params.flags & FLAG_FINISH == 0 {
-                        store(carries, pixel, carry);
-                    }
+                    path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, y * params.width + x);
                 }
             }
         }

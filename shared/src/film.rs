@@ -15,7 +15,7 @@ pub const CHUNK_SAMPLES: u32 = 256;
 pub struct PixelSums {
     /// Of the radiance.
     pub radiance: Vec3,
-    /// How many samples were added; those with a NaN or infinite radiance are not.
+    /// How many samples were added; those that would make the radiance NaN or infinite are not.
     pub samples: u32,
     /// Of the squared radiance, by channel: the pixel's variance.
     pub squares: Vec3,
@@ -37,7 +37,7 @@ impl PixelSums {
         segments: u32::MAX,
     };
 
-    /// Adds one sample of radiance, unless it is NaN or infinite, and to `carry` what the sum rounded off.
+    /// Adds one sample of radiance, unless the sum would be NaN or infinite, and to `carry` what the sum rounded off.
     ///
     /// Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54, 1974, with the error of each addition
     /// by Knuth's TwoSum, which has no branch. A compiler that may reassociate would find each error to be 0: it must not see that
@@ -45,8 +45,9 @@ impl PixelSums {
     /// knows. The squares are summed plainly: they tell the variance, which no one needs to 1e-5.
     #[inline(always)]
     pub fn add(&mut self, radiance: Vec3, carry: &mut Carry, zero: u32) {
-        if is_finite(radiance.x) && is_finite(radiance.y) && is_finite(radiance.z) {
-            let sum = hide(self.radiance + radiance, zero);
+        let sum = hide(self.radiance + radiance, zero);
+        // A NaN or an infinity makes the sum one, and so does what is too bright for it.
+        if is_finite(sum.x) && is_finite(sum.y) && is_finite(sum.z) {
             let added = hide(sum - self.radiance, zero);
             carry.radiance += (self.radiance - (sum - added)) + (radiance - added);
             self.radiance = sum;
@@ -99,6 +100,10 @@ mod tests {
             sums.add(Vec3::new(0.0, bad, 0.0), &mut carry, 0);
             sums.add(Vec3::new(0.0, 0.0, bad), &mut carry, 0);
         }
+        // Finite alone, not together.
+        let mut bright = PixelSums::ZERO;
+        (0..3).for_each(|_| bright.add(Vec3::splat(f32::MAX), &mut Carry::ZERO.clone(), 0));
+        assert_eq!((bright.radiance, bright.samples), (Vec3::splat(f32::MAX), 1));
         assert_eq!((sums.radiance, sums.samples), (Vec3::new(1.0, 2.0, 3.0), 1));
         assert_eq!(sums.squares, Vec3::new(1.0, 4.0, 9.0));
     }

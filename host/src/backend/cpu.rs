@@ -119,7 +119,7 @@ pub fn describe(threads: usize) -> Device {
     }
 }
 
-type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut PixelSums, &mut Carry);
+type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut [PixelSums], &mut [Carry], u32);
 
 /// The shared crate's function for a kernel variant.
 fn kernel_function(name: &str) -> Option<Kernel> {
@@ -171,15 +171,10 @@ impl Backend for Cpu {
         self.pool.install(|| {
             let tasks = film.par_chunks_mut(TASK).zip(carries.par_chunks_mut(TASK));
             tasks.enumerate().for_each(|(task, (pixels, carries))| {
-                for (pixel, (slot, kept)) in (first + task * TASK..).zip(pixels.iter_mut().zip(carries)) {
+                for (slot, pixel) in (0u32..).zip(first + task * TASK..).take(pixels.len()) {
                     let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
-                    let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
-                    if params.resume != 0 {
-                        (sums, carry) = (*slot, *kept);
-                    }
                     // SAFETY: a scene and a launch come from a renderer, which proved the indices.
-                    unsafe { render(params, scene, x, y, &mut sums, &mut carry) };
-                    (*slot, *kept) = (sums, carry);
+                    unsafe { render(params, scene, x, y, pixels, carries, slot) };
                 }
             });
         });

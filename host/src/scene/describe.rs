@@ -1,5 +1,6 @@
 //! From the words of a scene file to what it describes, with the files that it names.
 
+use super::described::ImageSettings;
 use super::description::{
     Alpha, ConductorFresnel, Description, Filter, Material, PunctualLight, Shape, ShapeKind, Sky, Surface,
     TextureImage, TextureUse, Wrap,
@@ -9,47 +10,13 @@ use super::format::{self, Camera, Index, Light, Name, Object, SceneFile, Source}
 use super::include::Models;
 use super::values::{GREATEST, sin_cos_degrees, vector};
 use crate::image::Image;
-use crate::render::{Fresnel, MathMode, Sampler, Settings};
+use crate::render::Fresnel;
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 #[cfg(test)]
 mod tests;
-
-/// What to render unless the command line says otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImageSettings {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// Samples a pixel.
-    pub samples: u32,
-    /// Segments a path, at most.
-    pub depth: u32,
-    /// How dielectrics reflect.
-    pub fresnel: Fresnel,
-}
-
-impl ImageSettings {
-    /// With the program's defaults for what no file says.
-    pub fn settings(&self) -> Settings {
-        Settings {
-            width: self.width,
-            height: self.height,
-            samples: self.samples,
-            depth: self.depth,
-            seed: 0,
-            roulette: false,
-            roulette_depth: 1,
-            fresnel: self.fresnel,
-            math: MathMode::Precise,
-            sampler: Sampler::Independent,
-            light_sampling: true,
-        }
-    }
-}
 
 /// Reads the files that a scene file names.
 pub trait Loader {
@@ -82,7 +49,7 @@ pub fn describe(
     scene.lights.extend(file.lights.iter().map(light));
     let materials = Index::new(&file.materials);
     let mut models = Models::of(file, folder);
-    for object in &file.objects {
+    for (index, object) in file.objects.iter().enumerate() {
         let material = object.material().map(|name| materials.find(name, source)).transpose()?;
         match (object, material) {
             (Object::Mesh { file, transform, .. }, material) => {
@@ -93,6 +60,8 @@ pub fn describe(
             }
             (_, None) => {}
         }
+        scene.shape_objects.resize(scene.shapes.len(), index);
+        scene.instance_objects.resize(scene.instances.len(), index);
     }
     if scene.cameras.is_empty() {
         return Err(source.inconsistent(

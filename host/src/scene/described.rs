@@ -2,13 +2,47 @@
 
 use super::describe::{self, Loader};
 use super::description::{Description, TextureImage};
-use super::{ImageSettings, Scene, SceneError, Space, format, import, lower, model};
+use super::{Scene, SceneError, Space, format, import, lower, model};
 use crate::image::{Image, ImageError};
-use crate::render::Settings;
+use crate::render::{Fresnel, MathMode, Sampler, Settings};
 use std::path::Path;
 
 /// The scene that `trisect render` draws when none is named.
 const HELLO_WORLD: &str = include_str!("../../../scenes/three_spheres.ron");
+
+/// What to render unless the command line says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSettings {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Segments a path, at most.
+    pub depth: u32,
+    /// How dielectrics reflect.
+    pub fresnel: Fresnel,
+}
+
+impl ImageSettings {
+    /// With the program's defaults for what no file says.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            width: self.width,
+            height: self.height,
+            samples: self.samples,
+            depth: self.depth,
+            seed: 0,
+            roulette: false,
+            roulette_depth: 1,
+            fresnel: self.fresnel,
+            math: MathMode::Precise,
+            sampler: Sampler::Independent,
+            light_sampling: true,
+        }
+    }
+}
 
 /// A scene as its author describes it, before anything is rounded to f32. [`Self::lower`] makes a [`Scene`] of it.
 #[derive(Clone, Debug)]
@@ -53,7 +87,7 @@ impl Described {
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         if import::is_model(path) {
-            return Ok(Self::from_model(import::load(path)?, &name));
+            return Self::from_model(import::load(path)?, &name);
         }
         let text = std::fs::read_to_string(path)
             .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
@@ -71,15 +105,17 @@ impl Described {
     }
 
     /// A model with what it lacks to be seen; see [`Scene::from_model`].
-    pub fn from_model(model: Description, name: &str) -> Self {
+    pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
+        let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
+        lower::check_room(&model).map_err(refused)?;
         let (description, image) = model::complete(model);
-        Self { name: name.to_owned(), description, image, space: Space::IDENTITY }
+        Ok(Self { name: name.to_owned(), description, image, space: Space::IDENTITY })
     }
 
     fn read(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
         let file = format::parse(text, name)?;
         let (description, image) = describe::describe(&file, folder, &mut FromDisk)?;
-        Ok(Self { name: name.to_owned(), description, image, space: file.space() })
+        Ok(Self { name: name.to_owned(), description, image, space: file.space.space })
     }
 
     /// What to render unless told otherwise, with the program's defaults for what no file says.

@@ -9,6 +9,7 @@ mod error;
 mod format;
 pub mod import;
 mod include;
+mod insert;
 mod lower;
 mod model;
 mod prove;
@@ -16,10 +17,12 @@ mod room;
 mod space;
 mod values;
 
-pub use describe::ImageSettings;
-pub use described::Described;
+pub use described::{Described, ImageSettings};
 pub use error::SceneError;
+pub(crate) use import::is_model;
+pub(crate) use insert::insert_space;
 pub use space::Space;
+pub(crate) use space::triple;
 
 use crate::render::Settings;
 use description::Description;
@@ -125,7 +128,7 @@ impl Scene {
 
     /// A model that was read from somewhere else; as with [`Self::load`], it gets what it lacks to be seen.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
-        Described::from_model(model, name).lower(Space::IDENTITY)
+        Described::from_model(model, name)?.lower(Space::IDENTITY)
     }
 
     /// The built-in scene: `scenes/three_spheres.ron`.

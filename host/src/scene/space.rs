@@ -5,6 +5,7 @@ use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind}
 use super::format;
 use super::values::{GREATEST, LEAST};
 use glam::{DAffine3, DVec3};
+use serde::{Serialize, Serializer};
 
 /// A plane stays one in any space: a disc so large that it has no border. `crate::lights` knows planes by this least radius.
 const PLANE: std::ops::RangeInclusive<f64> = 1e11..=GREATEST;
@@ -19,12 +20,18 @@ const GREATEST_INTENSITY: f64 = GREATEST * GREATEST;
 /// does, so that what arrives stays. Emitted radiance, the irradiance of directional lights, the sky and panoramas, directions, angles
 /// and textures have no length and stay as they are. With a power of two as `scale` and no origin, the CPU's image keeps its bits,
 /// as long as no number leaves the range of f32.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Space {
     /// The point of the scene that becomes 0, in the scene's units; each coordinate at most 1e18 from 0.
+    #[serde(serialize_with = "triple")]
     pub origin: DVec3,
     /// Factor on all lengths, between 1e-18 and 1e18. A power of two rounds nothing.
     pub scale: f64,
+}
+
+/// As a list of three numbers.
+pub(crate) fn triple<S: Serializer>(vector: &DVec3, serializer: S) -> Result<S::Ok, S::Error> {
+    vector.to_array().serialize(serializer)
 }
 
 impl Default for Space {
@@ -89,6 +96,9 @@ impl Description {
             camera.look_from = space.point(camera.look_from);
             camera.look_at = camera.look_from + axis;
             camera.focus_distance *= space.scale;
+            if camera.defocus_angle == 0.0 {
+                camera.focus_distance = camera.focus_distance.clamp(LEAST, GREATEST); // a pinhole's means nothing
+            }
             let beyond =
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
             let inside =
@@ -118,6 +128,7 @@ impl Description {
 
 impl Shape {
     fn move_to(&mut self, space: Space) -> Result<(), &'static str> {
+        let is_plane = self.kind.is_plane();
         let (point, size) = match &mut self.kind {
             ShapeKind::Sphere { center, radius } => {
                 *radius *= space.scale;
@@ -125,7 +136,7 @@ impl Shape {
             }
             ShapeKind::Disc { center, radius, .. } => {
                 let moved = *radius * space.scale;
-                *radius = if *radius >= GREATEST { moved.clamp(*PLANE.start(), *PLANE.end()) } else { moved };
+                *radius = if is_plane { moved.clamp(*PLANE.start(), *PLANE.end()) } else { moved };
                 (center, *radius)
             }
             ShapeKind::Quad { corner, u, v } => {

@@ -48,8 +48,8 @@ pub struct SceneFile<'a> {
     #[serde(default, deserialize_with = "some")]
     pub camera: Option<Camera>,
     /// Where to compute.
-    #[serde(default)]
-    space: Space,
+    #[serde(default, borrow)]
+    pub space: Space<'a>,
     /// Radiance from infinity.
     #[serde(default, borrow)]
     pub sky: Sky<'a>,
@@ -169,9 +169,10 @@ pub fn parse<'a>(text: &'a str, file: &'a str) -> Result<SceneFile<'a>, SceneErr
 }
 
 impl SceneFile<'_> {
-    /// Where to compute.
-    pub fn space(&self) -> crate::scene::Space {
-        self.space.space()
+    /// Whether the file names others.
+    pub fn names_files(&self) -> bool {
+        let panorama = matches!(self.sky, Sky::Image { .. });
+        panorama || !self.textures.is_empty() || self.objects.iter().any(|o| matches!(o, Object::Mesh { .. }))
     }
 
     /// Checks what names refer to: serde knows a name's place only while it reads, and what has names only afterwards.

@@ -6,7 +6,9 @@ mod light;
 mod material;
 mod texture;
 
-use super::describe::ImageSettings;
+pub(super) use geometry::check_room;
+
+use super::described::ImageSettings;
 use super::description::{self, Description};
 use super::error::SceneError;
 use super::{CameraPose, Scene};
