@@ -6,3 +6,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 mod census;
+mod construct;
+mod exact;
+mod flats;
+mod radii;
+mod spheres;
