@@ -9,5 +9,8 @@ mod census;
 mod construct;
 mod exact;
 mod flats;
+#[path = "../../shared/tests/physics/mesh.rs"]
+mod mesh;
 mod radii;
 mod spheres;
+mod triangles;
