@@ -50,7 +50,7 @@ fn along(flat: &Flat, stream: u32) -> Vec<(Vec3, Vec3)> {
     let ray = |i: u32| {
         let w = words(2300 + stream, i);
         let at = |bits: u32| (bits % 9) as f32 * 0.25 - 0.5;
-        let height = if i % 3 == 0 { size * power(-6.0, 1.0, w.z) } else { 0.0 };
+        let height = if i.is_multiple_of(3) { size * power(-6.0, 1.0, w.z) } else { 0.0 };
         let origin = flat.origin + flat.edge_u * at(w.x) + flat.edge_v * at(w.y) + flat.normal * height;
         let side = [-1.0, -0.0, 0.0, 1.0][w.z as usize % 4];
         let mut direction = flat.edge_u / size * side + flat.edge_v / size * [1.0, -0.5][w.w as usize % 2];

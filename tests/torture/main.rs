@@ -5,6 +5,7 @@
 //! [`trisect_tests::report`]. Where a tolerance is a bound that a backend may use up, its rule is cited.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
+mod boxes;
 mod census;
 mod construct;
 mod exact;
@@ -12,5 +13,6 @@ mod flats;
 #[path = "../../shared/tests/physics/mesh.rs"]
 mod mesh;
 mod radii;
+mod rays;
 mod spheres;
 mod triangles;

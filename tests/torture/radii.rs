@@ -33,7 +33,7 @@ fn is_defined(t: f32) -> bool {
 fn about(radius: f32) -> Vec<Case> {
     let case = |i: u32| {
         let (w, v) = (words(2700, i), words(2701, i));
-        let origin = unit_sphere(w.x, w.y) * if i % 4 == 0 { 0.0 } else { power(-3.0, 3.0, w.z) };
+        let origin = unit_sphere(w.x, w.y) * if i.is_multiple_of(4) { 0.0 } else { power(-3.0, 3.0, w.z) };
         let at = unit_sphere(v.x, v.y);
         let direction = if i % 4 == 1 { unit(-origin) } else { at };
         Case::new(Vec3::ZERO, radius, origin, direction)

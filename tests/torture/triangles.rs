@@ -137,7 +137,7 @@ fn at_degenerate(corners: &[Vec3; 3], salt: u32) -> Vec<(Vec3, Vec3)> {
         let origin = unit_sphere(w.x, w.y);
         let (from, to) = (corners[v.x as usize % 3], corners[v.x as usize / 3 % 3]);
         let on = from + (to - from) * (2.0 * unit_f32(w.z) - 0.5);
-        let beside = on + unit_sphere(v.z, v.w) * if k % 2 == 0 { 0.01 } else { 0.0 };
+        let beside = on + unit_sphere(v.z, v.w) * if k.is_multiple_of(2) { 0.01 } else { 0.0 };
         (origin, normalize(beside - origin))
     };
     (0..20_000).map(ray).collect()
@@ -224,11 +224,11 @@ fn t28_degenerate_triangles(subject: Subject) {
 fn slivers() -> Vec<[Vec3; 3]> {
     let sliver = |i: u32| {
         let (w, v) = (words(2870, i), words(2871, i));
-        let size = if i % 4 == 0 { power(-9.8, -9.0, w.x) } else { power(-6.0, 2.0, w.x) };
+        let size = if i.is_multiple_of(4) { power(-9.8, -9.0, w.x) } else { power(-6.0, 2.0, w.x) };
         let a = unit_sphere(w.y, w.z) * size;
         let b = unit_sphere(v.x, v.y) * size;
         let share = unit_f32(v.z);
-        let beside = if i % 4 == 0 { 1.0 } else { [0.0, 0.0, 1e-7, 1e-6][v.w as usize % 4] };
+        let beside = if i.is_multiple_of(4) { 1.0 } else { [0.0, 0.0, 1e-7, 1e-6][v.w as usize % 4] };
         [a, b, a + (b - a) * share + unit_sphere(w.w, v.w) * (size * beside)]
     };
     (0..4096).map(sliver).collect()
@@ -271,7 +271,7 @@ fn t28_normals(subject: Subject) {
             let square = triangles[output.a.w as usize].normal().length_squared();
             let may_flush = !rounds_correctly(subject) && square < 4.0 * f32::MIN_POSITIVE && square > 0.0;
             let length = vector(output.a).as_dvec3().length();
-            bad += usize::from(!((length - 1.0).abs() < 1e-6) && !may_flush);
+            bad += usize::from((length.is_nan() || (length - 1.0).abs() > 1e-6) && !may_flush);
         }
         Some((bad, hits))
     };
