@@ -10,6 +10,7 @@ mod census;
 mod construct;
 mod exact;
 mod flats;
+mod leaving;
 #[path = "../../shared/tests/physics/mesh.rs"]
 mod mesh;
 mod radii;
