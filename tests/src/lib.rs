@@ -69,7 +69,15 @@ impl Subject {
         let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
         match self.open() {
             Ok(backend) => match Renderer::new(backend, scene) {
-                Ok(renderer) => Some(renderer),
+                Ok(renderer) => {
+                    // Or a comparison with the CPU would compare its image with itself.
+                    assert_eq!(
+                        renderer.backend().device().backend,
+                        self.name(),
+                        "{self:?} is another backend"
+                    );
+                    Some(renderer)
+                }
                 Err(error) => panic!("{self:?}: {error}"),
             },
             Err(error) if required.split(',').any(|name| name.trim() == self.name()) => {

@@ -4,11 +4,13 @@
 #![allow(unsafe_code, reason = "calls what reads without bounds checks; the scenes are whole")]
 
 mod chi_square;
+mod critical_angle;
 mod environment;
 mod furnace;
 mod lights;
 mod lookups;
 mod materials;
+mod random;
 mod reciprocity;
 mod reintersection;
 mod statistics;

@@ -104,8 +104,12 @@ impl Builder {
 }
 
 fn executable(message: Message) -> Option<(Target, Executable)> {
-    let Message { package_id: Some(id), manifest_path: Some(manifest), target: Some(target), executable: Some(path) } =
-        message
+    let Message {
+        package_id: Some(id),
+        manifest_path: Some(manifest),
+        target: Some(target),
+        executable: Some(path),
+    } = message
     else {
         return None;
     };

@@ -33,7 +33,7 @@ impl Copy {
             Err(TryLockError::Error(source)) => return Err(Error::Io { path, source }),
         }
         let copy = Self { root: root.to_owned(), folder: folder.to_owned(), _lock: lock };
-        copy.restore()?;
+        copy.fill()?;
         Ok(copy)
     }
 
@@ -43,11 +43,7 @@ impl Copy {
     }
 
     /// Makes the copy equal to the workspace; touches only what differs, so that Cargo builds no more than it must.
-    ///
-    /// # Errors
-    ///
-    /// If a file cannot be read or written.
-    pub fn restore(&self) -> Result<(), Error> {
+    fn fill(&self) -> Result<(), Error> {
         let wanted = self.files()?;
         for file in &wanted {
             let (from, to) = (self.root.join(file), self.folder.join(file));
@@ -76,19 +72,24 @@ impl Copy {
         Ok(())
     }
 
+    /// The content of a file of the copy.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read.
+    pub fn read(&self, file: &Path) -> Result<Vec<u8>, Error> {
+        let path = self.folder.join(file);
+        fs::read(&path).map_err(Error::io(&path))
+    }
+
     /// Changes a file of the copy.
     ///
     /// # Errors
     ///
-    /// If it cannot be read or written, or `change` fails.
-    pub fn change(
-        &self,
-        file: &Path,
-        change: impl FnOnce(&[u8]) -> Result<Vec<u8>, Error>,
-    ) -> Result<(), Error> {
+    /// If it cannot be written.
+    pub fn write(&self, file: &Path, content: &[u8]) -> Result<(), Error> {
         let path = self.folder.join(file);
-        let source = fs::read(&path).map_err(Error::io(&path))?;
-        fs::write(&path, change(&source)?).map_err(Error::io(&path))
+        fs::write(&path, content).map_err(Error::io(&path))
     }
 
     /// From the root: tracked files, those that are new and not ignored, generated scenes.

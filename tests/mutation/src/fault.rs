@@ -80,10 +80,13 @@ impl Fault {
     /// If its text does not stand there exactly once.
     pub fn plant(&self, source: &[u8]) -> Result<Vec<u8>, Error> {
         let (find, replace) = (self.bytes(&self.find), self.bytes(&self.replace));
-        let places: Vec<usize> =
-            (0..source.len()).filter(|&at| source[at..].starts_with(&find)).collect();
+        let places: Vec<usize> = (0..source.len()).filter(|&at| source[at..].starts_with(&find)).collect();
         let &[at] = places.as_slice() else {
-            return Err(Error::Text { fault: self.name.clone(), file: self.file.clone(), count: places.len() });
+            return Err(Error::Text {
+                fault: self.name.clone(),
+                file: self.file.clone(),
+                count: places.len(),
+            });
         };
         Ok([&source[..at], &replace, &source[at + find.len()..]].concat())
     }
@@ -95,8 +98,11 @@ impl Fault {
 }
 
 fn hexadecimal(text: &str) -> Option<Vec<u8>> {
-    let digits: Vec<u8> =
-        text.split_whitespace().flat_map(str::chars).map(|c| Some(c.to_digit(16)? as u8)).collect::<Option<_>>()?;
+    let digits: Vec<u8> = text
+        .split_whitespace()
+        .flat_map(str::chars)
+        .map(|c| Some(c.to_digit(16)? as u8))
+        .collect::<Option<_>>()?;
     digits.len().is_multiple_of(2).then(|| digits.chunks(2).map(|pair| pair[0] << 4 | pair[1]).collect())
 }
 

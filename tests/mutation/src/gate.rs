@@ -76,11 +76,9 @@ impl Gate {
     ) -> Result<Self, Error> {
         let copy = Copy::new(root, &folder.join("work"))?;
         for fault in faults {
-            let path = copy.folder().join(&fault.file);
-            fault.plant(&std::fs::read(&path).map_err(Error::io(&path))?)?;
+            fault.plant(&copy.read(&fault.file)?)?;
         }
-        let builder =
-            Builder { folder: copy.folder().to_owned(), target_dir: target_dir.to_owned(), config };
+        let builder = Builder { folder: copy.folder().to_owned(), target_dir: target_dir.to_owned(), config };
         let tests = faults.iter().flat_map(|fault| &fault.caught_by);
         let built = builder.build(tests).map_err(|output| Error::Tool {
             action: "compiling the tests without a fault".to_owned(),
@@ -127,34 +125,48 @@ impl Gate {
             finding.verdict = Verdict::Skipped(messages.join("; "));
             return Ok(finding);
         }
-        self.copy.restore()?;
-        self.copy.change(&fault.file, |source| fault.plant(source))?;
+        let source = self.copy.read(&fault.file)?;
+        self.copy.write(&fault.file, &fault.plant(&source)?)?;
         finding.tests += start.elapsed();
         let start = Instant::now();
         let built = self.builder.build(runnable.iter().map(|(test, _)| *test));
         finding.build = start.elapsed();
         let start = Instant::now();
-        match built {
-            Err(output) => finding.verdict = Verdict::DoesNotCompile(output),
-            Ok(executables) => {
-                let wanted = if fault.control { Outcome::Passed } else { Outcome::Failed };
-                let mut others = Vec::new();
-                for (test, limit) in runnable {
-                    let outcome = self.run(&executables, test, limit)?.outcome;
-                    if outcome == wanted {
-                        finding.by.push(test.clone());
-                    } else {
-                        others.push((test.clone(), outcome));
-                    }
-                }
-                if !others.is_empty() {
-                    finding.verdict = Verdict::Missed(others);
-                }
+        let judged = match built {
+            Ok(executables) => self.judge(fault, &executables, runnable, &mut finding),
+            Err(output) => {
+                finding.verdict = Verdict::DoesNotCompile(output);
+                Ok(())
             }
-        }
-        self.copy.restore()?;
+        };
+        self.copy.write(&fault.file, &source)?;
+        judged?;
         finding.tests += start.elapsed();
         Ok(finding)
+    }
+
+    /// Runs tests, each with its time limit, with the fault planted.
+    fn judge(
+        &self,
+        fault: &Fault,
+        executables: &BTreeMap<Target, Executable>,
+        tests: Vec<(&Test, Duration)>,
+        finding: &mut Finding,
+    ) -> Result<(), Error> {
+        let wanted = if fault.control { Outcome::Passed } else { Outcome::Failed };
+        let mut others = Vec::new();
+        for (test, limit) in tests {
+            let outcome = self.run(executables, test, limit)?.outcome;
+            if outcome == wanted {
+                finding.by.push(test.clone());
+            } else {
+                others.push((test.clone(), outcome));
+            }
+        }
+        if !others.is_empty() {
+            finding.verdict = Verdict::Missed(others);
+        }
+        Ok(())
     }
 
     /// How the test ends without a fault.

@@ -67,9 +67,11 @@ fn run(options: &Options) -> Result<bool, Error> {
     }
     let total = chosen.iter().filter(|fault| !fault.control).count();
     println!("\n{caught} of {total} faults caught, in {:.0} s", start.elapsed().as_secs_f64());
-    for (what, names) in
-        [("skipped, for want of a backend", &skipped), ("not run, for want of time", &late), ("FAILED", &failed)]
-    {
+    for (what, names) in [
+        ("skipped, for want of a backend", &skipped),
+        ("not run, for want of time", &late),
+        ("FAILED", &failed),
+    ] {
         if !names.is_empty() {
             println!("{} {what}: {}", names.len(), names.join(", "));
         }

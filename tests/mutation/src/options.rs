@@ -107,7 +107,9 @@ mod tests {
                 shard: Some((2, 4)),
             }
         );
-        for wrong in ["--nonsense", "--only", "--seconds many", "--shard 0/2", "--shard 3/2", "--shard 1", "x"] {
+        for wrong in
+            ["--nonsense", "--only", "--seconds many", "--shard 0/2", "--shard 3/2", "--shard 1", "x"]
+        {
             assert!(matches!(parse(wrong), Err(Error::Usage(_))), "{wrong}");
         }
     }
@@ -121,7 +123,10 @@ mod tests {
         assert_eq!(choose("--seconds 1 --start 2", 3).unwrap(), [2, 3, 0, 1]);
         assert_eq!(choose("--only c --only a", 0).unwrap(), [0, 2]);
         // The parts are all.
-        assert_eq!((choose("--shard 1/3", 0).unwrap(), choose("--shard 2/3", 0).unwrap()), (vec![0, 3], vec![1]));
+        assert_eq!(
+            (choose("--shard 1/3", 0).unwrap(), choose("--shard 2/3", 0).unwrap()),
+            (vec![0, 3], vec![1])
+        );
         assert!(choose("--only e", 0).is_err());
     }
 }
