@@ -13,5 +13,7 @@ mod materials;
 mod random;
 mod reciprocity;
 mod reintersection;
+mod scales;
+mod slabs;
 mod statistics;
 mod watertight;
