@@ -65,8 +65,8 @@ fn run(options: &Options) -> Result<bool, Error> {
             _ => caught += usize::from(!fault.control),
         }
     }
-    let total = chosen.iter().filter(|fault| !fault.control).count();
-    println!("\n{caught} of {total} faults caught, in {:.0} s", start.elapsed().as_secs_f64());
+    let tried = caught + failed.len();
+    println!("\n{caught} of {tried} faults caught, in {:.0} s", start.elapsed().as_secs_f64());
     for (what, names) in [
         ("skipped, for want of a backend", &skipped),
         ("not run, for want of time", &late),

@@ -193,3 +193,23 @@ fn the_projects_faults_apply() {
         assert!(alone || !fault.file.starts_with("shared"), "{}: only a comparison catches it", fault.name);
     }
 }
+
+/// `profile.toml` names each member: one that it forgets could overwrite the artifact that Cargo makes without it.
+#[test]
+fn the_profile_names_each_member() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .current_dir(here)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let profile = fs::read_to_string(here.join("profile.toml")).unwrap();
+    let profile: toml::Table = toml::from_str(&profile).unwrap();
+    let named = &profile["profile"]["release"]["package"];
+    for package in metadata["packages"].as_array().unwrap() {
+        let name = package["name"].as_str().unwrap();
+        assert!(named.get(name).is_some(), "tests/mutation/profile.toml does not name {name}");
+    }
+}
