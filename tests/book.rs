@@ -21,15 +21,18 @@ fn reference() -> Film {
     let (means, variances) = (read("rtiow_80x45_mean.f64"), read("rtiow_80x45_variance.f64"));
     assert_eq!((means.len(), variances.len()), (80 * 45 * 3, 80 * 45 * 3));
     let pixel = |(mean, variance): (&[f64], &[f64])| PixelTotals {
-        radiance: std::array::from_fn(|c| mean[c] * SAMPLES),
-        squares: std::array::from_fn(|c| (variance[c] * (SAMPLES - 1.0) + mean[c] * mean[c]) * SAMPLES),
+        radiance: std::array::from_fn(|c| (mean[c] * SAMPLES).into()),
+        squares: std::array::from_fn(|c| {
+            ((variance[c] * (SAMPLES - 1.0) + mean[c] * mean[c]) * SAMPLES).into()
+        }),
         samples: SAMPLES as u64,
         rejected: 0,
         segments: 0,
         unwritten: 0,
     };
-    let pixels = means.chunks_exact(3).zip(variances.chunks_exact(3)).map(pixel).collect();
-    Film { width: 80, height: 45, pixels }
+    let mut film = Film::new(80, 45);
+    film.pixels = means.chunks_exact(3).zip(variances.chunks_exact(3)).map(pixel).collect();
+    film
 }
 
 fn the_image_is_the_books(subject: Subject) {

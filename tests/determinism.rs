@@ -60,9 +60,9 @@ fn chunks_add_up(subject: Subject) {
     let (chunk, first) = (at(&mut renderer, 256), at(&mut renderer, 44));
     let mut repeated = 0;
     for ((whole, chunk), first) in whole.pixels.iter().zip(&chunk.pixels).zip(&first.pixels) {
-        let added = whole.radiance[1] - chunk.radiance[1];
+        let added = whole.radiance[1].value() - chunk.radiance[1].value();
         assert!(added > 0.0 && added < 44.01, "{added}");
-        repeated += usize::from((added - first.radiance[1]).abs() < 1e-4);
+        repeated += usize::from((added - first.radiance[1].value()).abs() < 1e-4);
     }
     // A pixel of bare sky may come close; the rest must not.
     assert!(repeated < whole.pixels.len() / 4, "{repeated} pixels repeat the first samples");

@@ -11,7 +11,7 @@ use trisect::render::{MathMode, Sampler, Settings};
 #[command(
     version,
     about,
-    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ."
+    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range."
 )]
 pub struct Cli {
     /// What to do.
@@ -28,6 +28,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Compare two images: RMSE, relMSE, PSNR, FLIP, greatest difference and its pixel.
     Compare(CompareArgs),
+    /// Say what in a scene is outside the range that single precision supports, by how much, and what helps.
+    Check(CheckArgs),
     /// List backends and devices, and for a missing one why.
     Info,
 }
@@ -95,7 +97,7 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub bvh_quality: Option<QualityArg>,
 
-    /// Which build of the kernels; fast exists for cuda.
+    /// Which build of the kernels; fast exists for cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
     pub math: MathArg,
 }
@@ -148,6 +150,25 @@ pub struct CompareArgs {
     /// Exit with code 5 if relMSE is greater.
     #[arg(long, value_name = "X")]
     pub max_rel_mse: Option<f64>,
+}
+
+/// `trisect check`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 nothing found, 4 bad scene, 6 something is outside the supported range."
+)]
+pub struct CheckArgs {
+    /// Scene file or model.
+    pub scene: PathBuf,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write a copy of the scene that is computed where it has the most digits: recentred and rescaled by the field `space`, the same
+    /// image. Of a model, a scene that shows it.
+    #[arg(long, value_name = "FILE.ron")]
+    pub write: Option<PathBuf>,
 }
 
 /// `--backend`.
@@ -206,9 +227,9 @@ impl QualityArg {
 /// `--math`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MathArg {
-    /// Correctly rounded; the CPU's bits on cuda.
+    /// Each operation rounded by itself; the CPU's bits on cuda.
     Precise,
-    /// Fused and approximate; cuda only.
+    /// Fused and approximate.
     Fast,
 }
 

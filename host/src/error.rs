@@ -1,7 +1,9 @@
 //! What can go wrong, and the exit code for each.
 
 use crate::backend::BackendError;
+use crate::film::FilmError;
 use crate::image::ImageError;
+use crate::limits::WriteError;
 use crate::metrics::MetricsError;
 use crate::render::SettingsError;
 use crate::scene::SceneError;
@@ -25,6 +27,12 @@ pub enum Error {
     /// Two images could not be compared.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
+    /// Films that do not belong together.
+    #[error(transparent)]
+    Film(#[from] FilmError),
+    /// A copy of a scene could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// The render was cancelled by its observer.
     #[error("cancelled")]
     Cancelled,
@@ -34,7 +42,9 @@ impl Error {
     /// The process's exit code: 1 run time, 2 usage, 3 backend unavailable, 4 bad scene.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_) => 4,
+            Self::Scene(_) | Self::Write(WriteError::Scene(_)) => 4,
+            Self::Write(WriteError::Io { .. }) => 1,
+            Self::Write(_) => 2,
             Self::Settings(_)
             | Self::Backend(
                 BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },
@@ -47,7 +57,7 @@ impl Error {
                 }
             }
             Self::Image(ImageError::UnknownExtension { .. }) => 2,
-            Self::Image(_) | Self::Metrics(_) | Self::Cancelled => 1,
+            Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Cancelled => 1,
         }
     }
 }

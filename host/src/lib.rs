@@ -23,6 +23,7 @@ pub mod error;
 pub mod film;
 pub mod image;
 pub mod lights;
+pub mod limits;
 pub mod memory;
 pub mod metrics;
 pub mod output;

@@ -4,7 +4,7 @@ use crate::alias;
 use crate::scene::Scene;
 use glam::Vec3;
 use std::f64::consts::PI;
-use trisect_shared::flat::Flat;
+use trisect_shared::flat::{DISC, Flat};
 use trisect_shared::light::{AREA, DIRECTIONAL, Light};
 use trisect_shared::material::Material;
 use trisect_shared::math::luminance;
@@ -22,8 +22,8 @@ pub struct Lights {
     pub environment_probability: f32,
 }
 
-/// What a light without a place counts as far away as.
-const GREATEST_RADIUS: f64 = 1e9;
+/// A disc with such a radius is a plane: no other is one, and a plane keeps at least this in every space.
+const PLANE_RADIUS: f32 = 1e11;
 
 impl Lights {
     /// The table for `scene`, its triangles in the order of `triangles`. Chances follow the power: luminance times π times area for
@@ -100,7 +100,7 @@ fn areas(spheres: &[Sphere], flats: &[Flat], triangles: &[Triangle]) -> impl Ite
     spheres.chain(flats).chain(triangles)
 }
 
-/// Half the diagonal of everything but planes.
+/// Half the diagonal of everything but planes; of planes alone, how far the camera looks. Both scale with the scene.
 fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let mut add = |p: Vec3| (low, high) = (low.min(p), high.max(p));
@@ -108,12 +108,14 @@ fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
         add(s.center - s.radius);
         add(s.center + s.radius);
     }
-    for f in scene.flats.iter().filter(|f| f64::from(f.area) < GREATEST_RADIUS * GREATEST_RADIUS) {
+    let is_plane = |f: &Flat| f.kind == DISC && f.edge_u.abs().max_element() >= 0.5 * PLANE_RADIUS;
+    for f in scene.flats.iter().filter(|f| !is_plane(f)) {
         [f.origin, f.origin + f.edge_u, f.origin + f.edge_v].into_iter().for_each(&mut add);
     }
     for t in triangles {
         [t.a, t.b, t.c].into_iter().for_each(&mut add);
     }
     let diagonal = (high.as_dvec3() - low.as_dvec3()).length();
-    if diagonal.is_finite() && diagonal > 0.0 { (0.5 * diagonal).min(GREATEST_RADIUS) } else { 1.0 }
+    let view = || scene.camera.look_at.distance(scene.camera.look_from);
+    if diagonal.is_finite() && diagonal > 0.0 { 0.5 * diagonal } else { view() }
 }

@@ -1,7 +1,7 @@
 //! The `trisect` program: parses, dispatches, maps errors to exit codes.
 //!
 //! Data goes to standard output, progress and messages to standard error. Exit codes: 0 ok, 1 run time, 2 usage,
-//! 3 backend unavailable, 4 bad scene, 5 images differ.
+//! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range.
 
 mod cli;
 mod commands;
@@ -15,6 +15,7 @@ fn main() -> ExitCode {
         cli::Command::Render(arguments) => commands::render::run(&arguments),
         cli::Command::Bench(arguments) => commands::bench::run(&arguments),
         cli::Command::Compare(arguments) => commands::compare::run(&arguments),
+        cli::Command::Check(arguments) => commands::check::run(&arguments),
         cli::Command::Info => commands::info::run(),
     };
     match outcome {

@@ -1,7 +1,7 @@
 //! What a render took, for people and as versioned JSON.
 
 use crate::backend::Device;
-use crate::film::{Film, FilmCounts};
+use crate::film::FilmCounts;
 use crate::render::Settings;
 use serde::Serialize;
 use std::time::Duration;
@@ -89,8 +89,8 @@ impl RenderStats {
         }
     }
 
-    pub(crate) fn finish(&mut self, film: &Film, render: Duration, merge: Duration) {
-        let FilmCounts { samples, rejected, segments, unwritten } = film.counts();
+    pub(crate) fn finish(&mut self, counts: FilmCounts, render: Duration, merge: Duration) {
+        let FilmCounts { samples, rejected, segments, unwritten } = counts;
         self.phases.render_seconds = render.as_secs_f64();
         self.phases.merge_seconds = merge.as_secs_f64();
         self.samples = samples;

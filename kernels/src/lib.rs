@@ -8,8 +8,9 @@
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
 //! | 0 | uniform | by value | [`RenderParams`](trisect_shared::params::RenderParams) |
-//! | 1 to 10 | storage, read | [`SceneLengths`](arguments::SceneLengths) by value, then pointers | the arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
+//! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | the arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
 //! | 11 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
+//! | 12 | storage | pointer | `[Carry]`, a whole image; read and written by launches of a part of a chunk only |
 //!
 //! A thread serves pixel (x, `first_row` + y); work groups are 8 × 8.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
@@ -40,8 +41,6 @@ macro_rules! for_each_variant {
     };
 }
 
-#[cfg(not(target_arch = "spirv"))]
-pub mod arguments;
 #[cfg(target_arch = "nvptx64")]
 pub mod ptx;
 #[cfg(target_arch = "spirv")]

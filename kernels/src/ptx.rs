@@ -3,21 +3,20 @@
 //! Parameters come by value: they lie in the constant bank then, and cost neither loads nor registers.
 #![allow(unsafe_code, reason = "kernels take raw pointers and export names")]
 
-use crate::arguments::SceneLengths;
 use core::arch::nvptx::{
     _block_dim_x, _block_dim_y, _block_idx_x, _block_idx_y, _thread_idx_x, _thread_idx_y, trap,
 };
-use core::slice::from_raw_parts;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
-use trisect_shared::scene::Scene;
+use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
@@ -43,12 +42,12 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
 ///
 /// The scene's pointers are arguments of their own: only of those LLVM knows that they point to global memory.
 macro_rules! entry_point {
-    ($name:ident, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident| $body:block) => {
+    ($name:ident, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident| $body:block) => {
         /// See `kernels/README.md` for the arguments.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of the given lengths, and the last one of width * height records.
+        /// The pointers name device arrays of the given lengths, and the last two of width * height records.
         #[unsafe(no_mangle)]
         #[allow(clippy::too_many_arguments, reason = "a pointer each")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -65,6 +64,7 @@ macro_rules! entry_point {
             texels: *const Texel,
             environment: *const EnvironmentTexel,
             $output: *mut $record,
+            $carries: *mut Carry,
         ) {
             let ($x, $y) = pixel_of_thread(&$params);
             if $x >= $params.width || $y >= $params.height {
@@ -92,17 +92,16 @@ macro_rules! entry_point {
 
 macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
-        entry_point!($name, PixelSums, |params, scene, x, y, film| {
-            let film = film.add((y * params.width + x) as usize);
-            let mut sums = if params.resume != 0 { *film } else { PixelSums::ZERO };
-            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums);
-            *film = sums;
+        entry_point!($name, PixelSums, |params, scene, x, y, film, carries| {
+            let pixel = (y * params.width + x) as usize;
+            let (film, carries) = (from_raw_parts_mut(film.add(pixel), 1), from_raw_parts_mut(carries.add(pixel), 1));
+            path::render_pixel::<{ $features }>(&params, scene, x, y, film, carries, 0);
         });
     )*};
 }
 
 for_each_variant!(render);
 
-entry_point!(first_hit, FirstHit, |params, scene, x, y, hits| {
+entry_point!(first_hit, FirstHit, |params, scene, x, y, hits, _carries| {
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
 });

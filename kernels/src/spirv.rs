@@ -2,11 +2,11 @@
 
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
-use trisect_shared::buffer::{load, store};
+use trisect_shared::buffer::store;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -19,7 +19,7 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// An entry point: `$body` gets the launch record, the scene, the pixel, and the output's buffer.
 macro_rules! entry_point {
-    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident| $body:block) => {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "a binding each")]
@@ -37,6 +37,7 @@ macro_rules! entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Texel],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[EnvironmentTexel],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [$record],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $carries: &mut [Carry],
         ) {
             if id.x >= $params.width || id.y >= $params.rows {
                 return;
@@ -54,17 +55,11 @@ macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, |params, scene, x, y, film| {
-                let pixel = y * params.width + x;
-                let mut sums = PixelSums::ZERO;
-                // SAFETY: the guard, and the host's proof of the scene and its film of width * height pixels.
+            $name $text, PixelSums, |params, scene, x, y, film, carries| {
+                // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
-                    if params.resume != 0 {
-                        sums = load(film, pixel);
-                    }
-                    path::render_pixel::<{ $features }>(params, scene, x, y, &mut sums);
-                    store(film, pixel, sums);
+                    path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, y * params.width + x);
                 }
             }
         }
@@ -75,7 +70,7 @@ for_each_variant!(render);
 
 entry_point! {
     /// Writes each pixel's first hit.
-    first_hit "first_hit", FirstHit, |params, scene, x, y, hits| {
+    first_hit "first_hit", FirstHit, |params, scene, x, y, hits, _carries| {
         // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
         #[allow(unsafe_code, reason = "see buffer")]
         unsafe {

@@ -173,10 +173,14 @@ impl Reach {
     pub const CLOSEST: Self = Self { limit: MISS, target: NO_PRIMITIVE, any: false };
 }
 
-/// Distance to primitive `index`, or [`MISS`].
+/// Distance to primitive `index`, or [`MISS`]; `shear` is of the ray's direction.
+///
+/// # Safety
+///
+/// `index` is below the number of the scene's primitives, and `params` of this scene.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn distance<const FEATURES: Features>(
+pub unsafe fn distance<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,

@@ -24,7 +24,7 @@ pub struct RenderParams {
     pub first_sample: u32,
     /// One past the last sample.
     pub end_sample: u32,
-    /// Whether the film's sums go on (1) or start anew (0).
+    /// Whether the film's sums, and what they rounded off, go on (1) or start anew (0).
     pub resume: u32,
     /// Of the random numbers.
     pub seed: u32,
@@ -40,7 +40,7 @@ pub struct RenderParams {
     pub lights: u32,
     /// A path may end at random from this segment on.
     pub roulette_from: u32,
-    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`].
+    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_FINISH`].
     pub flags: u32,
     /// Chance that next-event estimation chooses the panorama; 0 where light sampling is off.
     pub environment_probability: f32,
@@ -58,5 +58,9 @@ pub struct RenderParams {
 pub const FLAG_SCHLICK: u32 = 1;
 /// Some surface has holes: shadow rays look at what they hit.
 pub const FLAG_HOLES: u32 = 2;
+/// The launch's last sample is its chunk's last: what the sums rounded off is added to them.
+pub const FLAG_FINISH: u32 = 4;
+/// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
+pub const FLAG_NEVER: u32 = 1 << 31;
 
 const _: () = assert!(size_of::<RenderParams>() == 208 && align_of::<RenderParams>() == 16);

@@ -1,17 +1,17 @@
 //! Paths: the samples of one pixel, and its first hit.
 
 use crate::bsdf::{Bsdf, coverage};
-use crate::buffer::load;
+use crate::buffer::{load, reload, store, store_now};
 use crate::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit};
 use crate::environment;
 use crate::features::{
     EMITTERS, ENVIRONMENT, FLATS, Features, LIGHTS, MICROFACETS, ROULETTE, TEXTURES, TRIANGLES, has, has_any,
 };
-use crate::film::PixelSums;
+use crate::film::{Carry, PixelSums};
 use crate::light::{self, Vertex, mis_weight};
 use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
-use crate::params::{FLAG_HOLES, FLAG_SCHLICK, RenderParams};
+use crate::params::{FLAG_FINISH, FLAG_HOLES, FLAG_NEVER, FLAG_SCHLICK, RenderParams};
 use crate::ray::{Departure, Ray};
 use crate::rng::PathKey;
 use crate::sampler::words;
@@ -31,7 +31,8 @@ const PASS_BLOCK: u32 = 0xc000_0000;
 /// Surfaces with holes that a sample may pass; it is black beyond, so that no path is endless.
 const GREATEST_PASSES: u32 = 1023;
 
-/// Adds the launch's samples of pixel (`x`, `y`) to `sums`, in the order of their indices.
+/// Adds the launch's samples of pixel (`x`, `y`), in the order of their indices, to `film[slot]`, and what they round off to
+/// `carries[slot]`. Both stay in memory between samples: in registers they would cost a GPU more lanes than the memory costs time.
 ///
 /// One loop over the rays of all samples: when a path ends, the lane starts its next sample at once instead of
 /// waiting for the longest path of its warp, and a shadow ray is a turn of the loop like any other, so that there is one traversal.
@@ -39,7 +40,7 @@ const GREATEST_PASSES: u32 = 1023;
 ///
 /// # Safety
 ///
-/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says.
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn render_pixel<const FEATURES: Features>(
@@ -47,8 +48,17 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     scene: Scene,
     x: u32,
     y: u32,
-    sums: &mut PixelSums,
+    film: &mut [PixelSums],
+    carries: &mut [Carry],
+    slot: u32,
 ) {
+    if params.resume == 0 {
+        // SAFETY: the caller's promise.
+        unsafe {
+            store(film, slot, PixelSums::ZERO);
+            store(carries, slot, Carry::ZERO);
+        }
+    }
     let pixel = y * params.width + x;
     let mut key = PathKey { seed: params.seed, pixel, sample: params.first_sample };
     let mut segment = 0;
@@ -227,11 +237,25 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             }
         }
         if ended {
-            sums.add(radiance);
-            sums.segments += if has_any(FEATURES, LIGHTS | TEXTURES) { rays } else { segment };
+            // SAFETY: the caller's promise, and the stores above or of the launch before.
+            unsafe {
+                let (mut sums, mut carry) = (reload(film, slot), reload(carries, slot));
+                sums.add(radiance, &mut carry, params.flags & FLAG_NEVER);
+                sums.segments += if has_any(FEATURES, LIGHTS | TEXTURES) { rays } else { segment };
+                store_now(film, slot, sums);
+                store_now(carries, slot, carry);
+            }
             key.sample += 1;
             segment = 0;
             passes = 0;
+        }
+    }
+    if params.flags & FLAG_FINISH != 0 {
+        // SAFETY: as above.
+        unsafe {
+            let mut sums = reload(film, slot);
+            sums.finish(reload(carries, slot));
+            store(film, slot, sums);
         }
     }
 }

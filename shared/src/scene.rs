@@ -36,3 +36,47 @@ pub struct Scene<'a> {
     /// The panorama; empty for none.
     pub environment: &'a [EnvironmentTexel],
 }
+
+/// Lengths of a scene's arrays, which PTX entry points take by value. 72 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneLengths {
+    /// Of [`Scene::spheres`], and so on.
+    pub spheres: usize,
+    /// Inner nodes of the BVH.
+    pub nodes: usize,
+    /// By index from the primitives.
+    pub materials: usize,
+    /// Flat shapes.
+    pub flats: usize,
+    /// Triangles, and their shading records.
+    pub triangles: usize,
+    /// For next-event estimation.
+    pub lights: usize,
+    /// By index from the materials.
+    pub textures: usize,
+    /// Of all textures.
+    pub texels: usize,
+    /// Of the panorama.
+    pub environment: usize,
+}
+
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+impl SceneLengths {
+    /// Those of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            spheres: scene.spheres.len(),
+            nodes: scene.nodes.len(),
+            materials: scene.materials.len(),
+            flats: scene.flats.len(),
+            triangles: scene.triangles.len(),
+            lights: scene.lights.len(),
+            textures: scene.textures.len(),
+            texels: scene.texels.len(),
+            environment: scene.environment.len(),
+        }
+    }
+}
+
+const _: () = assert!(size_of::<SceneLengths>() == 9 * size_of::<usize>());

@@ -1,5 +1,6 @@
 //! Triangles by the watertight test of Woop, Benthin and Wald (JCGT 2(1), 2013).
 
+use crate::math::{greatest, max};
 use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -165,9 +166,12 @@ impl Triangle {
         }
     }
 
-    /// Not of unit length; along the front's side; twice the area long.
+    /// Along the front's side, not of unit length: twice the area long if the longest extent of an edge along an axis is taken for 1.
+    /// So it depends on the shape alone; the edges' own product leaves f32's range for edges below 3e-10 or above 4e9.
     #[inline(always)]
     pub fn normal(&self) -> Vec3 {
-        (self.b - self.a).cross(self.c - self.a)
+        let (b, c) = (self.b - self.a, self.c - self.a);
+        let scale = 1.0 / max(greatest(b.abs()), greatest(c.abs()));
+        (b * scale).cross(c * scale)
     }
 }

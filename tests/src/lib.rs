@@ -9,9 +9,12 @@
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
+pub mod probe;
 pub mod program;
 pub mod renders;
+pub mod report;
 pub mod statistics;
+pub mod ulp;
 
 use std::path::{Path, PathBuf};
 use trisect::backend::wgpu::{Route, Wgpu};
@@ -44,13 +47,7 @@ impl Subject {
 
     fn open(self) -> Result<Box<dyn Backend>, BackendError> {
         let wgpu = |route| -> Result<Box<dyn Backend>, BackendError> {
-            let named = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok());
-            // A test asks for whatever there is: hardware first, then a software adapter.
-            let adapter = match named {
-                Some(index) => Wgpu::open(Some(index), route),
-                None => Wgpu::open(None, route).or_else(|_| Wgpu::open(Some(0), route)),
-            };
-            Ok(Box::new(adapter?))
+            Ok(Box::new(Wgpu::open(Some(self.index()), route)?))
         };
         match self {
             Self::Cpu => Ok(Box::new(Cpu::open(None)?)),
@@ -66,20 +63,26 @@ impl Subject {
     ///
     /// If `REQUIRE_BACKENDS` names a backend that is missing, or a backend that is there fails.
     pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
+        let backend = self.available(self.open())?;
+        match Renderer::new(backend, scene) {
+            Ok(renderer) => {
+                // Or a comparison with the CPU would compare its image with itself.
+                assert_eq!(renderer.backend().device().backend, self.name(), "{self:?} is another backend");
+                Some(renderer)
+            }
+            Err(error) => panic!("{self:?}: {error}"),
+        }
+    }
+
+    /// What was opened, or `None` where it is missing and not required; says so on standard error.
+    ///
+    /// # Panics
+    ///
+    /// If `REQUIRE_BACKENDS` names it and it is missing.
+    pub fn available<T>(self, opened: Result<T, BackendError>) -> Option<T> {
         let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-        match self.open() {
-            Ok(backend) => match Renderer::new(backend, scene) {
-                Ok(renderer) => {
-                    // Or a comparison with the CPU would compare its image with itself.
-                    assert_eq!(
-                        renderer.backend().device().backend,
-                        self.name(),
-                        "{self:?} is another backend"
-                    );
-                    Some(renderer)
-                }
-                Err(error) => panic!("{self:?}: {error}"),
-            },
+        match opened {
+            Ok(opened) => Some(opened),
             Err(error) if required.split(',').any(|name| name.trim() == self.name()) => {
                 panic!("REQUIRE_BACKENDS names {}, but: {error}", self.name())
             }

@@ -61,7 +61,12 @@ pub fn lit(scene: &Scene, factor: f32) -> Scene {
 pub fn differing(a: &Film, b: &Film) -> usize {
     assert_eq!(a.pixels.len(), b.pixels.len());
     let bits = |p: &PixelTotals| {
-        let sums = [p.radiance, p.squares].map(|sums| sums.map(f64::to_bits));
+        let sums = [p.radiance, p.squares].map(|sums| {
+            sums.map(|sum| {
+                let (high, low) = sum.parts();
+                (high.to_bits(), low.to_bits())
+            })
+        });
         (sums, [p.samples, p.rejected, p.segments, p.unwritten])
     };
     a.pixels.iter().zip(&b.pixels).filter(|(a, b)| bits(a) != bits(b)).count()

@@ -1,6 +1,6 @@
 //! The statistics of equivalence: is the difference of two renders noise?
 
-use trisect::film::Film;
+use trisect::film::{Film, PixelTotals};
 
 /// Two films compared channel by channel.
 #[derive(Clone, Debug)]
@@ -115,6 +115,52 @@ impl Blocks {
             whole: z(&self.whole, &other.whole).into_iter().fold(0.0, f64::max),
             ratio: std::array::from_fn(|c| self.whole.0[c] / other.whole.0[c]),
         }
+    }
+}
+
+/// A mean against what it is known to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// The mean, of the channel that is most off.
+    pub mean: f64,
+    /// Its standard deviation, by the film's own variances.
+    pub sigma: f64,
+    /// Sigmas that it is off, beyond [`Known::ROUNDING`].
+    pub off: f64,
+}
+
+impl Known {
+    /// Relative: what 256 sums in f32 round at worst.
+    pub const ROUNDING: f64 = 256.0 / 16_777_216.0;
+
+    /// The mean of `pixels` for `want`.
+    ///
+    /// # Panics
+    ///
+    /// If there is none, or a sample is missing.
+    pub fn of<'a>(pixels: impl IntoIterator<Item = &'a PixelTotals>, want: f64) -> Self {
+        let (mut mean, mut variance, mut n) = ([0.0; 3], [0.0; 3], 0.0);
+        for pixel in pixels {
+            assert!(pixel.rejected + pixel.unwritten == 0, "{pixel:?}");
+            let (m, v) = (pixel.mean(), pixel.variance_of_mean());
+            (0..3).for_each(|c| (mean[c], variance[c]) = (mean[c] + m[c], variance[c] + v[c]));
+            n += 1.0;
+        }
+        let channels = (0..3).map(|c| {
+            let (mean, sigma) = (mean[c] / n, variance[c].sqrt() / n);
+            let off = ((mean - want).abs() - Self::ROUNDING * want.abs()).max(0.0);
+            Self { mean, sigma, off: if off > 0.0 { off / sigma.max(1e-300) } else { off } }
+        });
+        let most = channels.max_by(|a, b| a.off.total_cmp(&b.off));
+        match most {
+            Some(known) if n > 0.0 => known,
+            _ => panic!("no pixel"),
+        }
+    }
+
+    /// Whether it is within [`GLOBAL_LIMIT`] sigmas.
+    pub fn holds(&self) -> bool {
+        self.off < GLOBAL_LIMIT
     }
 }
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -29,6 +29,8 @@ pub struct Cpu {
     scene: OwnScene,
     kernel: Kernel,
     film: Vec<PixelSums>,
+    /// One for each pixel.
+    carries: Vec<Carry>,
 }
 
 impl Cpu {
@@ -50,6 +52,7 @@ impl Cpu {
             scene: OwnScene::default(),
             kernel: path::render_pixel::<0>,
             film: Vec::new(),
+            carries: Vec::new(),
         })
     }
 }
@@ -116,7 +119,7 @@ pub fn describe(threads: usize) -> Device {
     }
 }
 
-type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut PixelSums);
+type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut [PixelSums], &mut [Carry], u32);
 
 /// The shared crate's function for a kernel variant.
 fn kernel_function(name: &str) -> Option<Kernel> {
@@ -151,6 +154,7 @@ impl Backend for Cpu {
         self.kernel = kernel_function(name).ok_or_else(|| failed("no such kernel"))?;
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
+        self.carries.resize(job.pixels(), Carry::ZERO);
         Ok(())
     }
 
@@ -161,15 +165,16 @@ impl Backend for Cpu {
         let (scene, render) = (self.scene.borrow(), self.kernel);
         let first = params.first_row as usize * params.width as usize;
         let count = params.rows as usize * params.width as usize;
-        let film = self.film.get_mut(first..first + count).ok_or_else(|| failed("rows beyond the film"))?;
+        let beyond = || failed("rows beyond the film");
+        let film = self.film.get_mut(first..first + count).ok_or_else(beyond)?;
+        let carries = self.carries.get_mut(first..first + count).ok_or_else(beyond)?;
         self.pool.install(|| {
-            film.par_chunks_mut(TASK).enumerate().for_each(|(task, pixels)| {
-                for (pixel, slot) in (first + task * TASK..).zip(pixels) {
+            let tasks = film.par_chunks_mut(TASK).zip(carries.par_chunks_mut(TASK));
+            tasks.enumerate().for_each(|(task, (pixels, carries))| {
+                for (slot, pixel) in (0u32..).zip(first + task * TASK..).take(pixels.len()) {
                     let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
-                    let mut sums = if params.resume != 0 { *slot } else { PixelSums::ZERO };
                     // SAFETY: a scene and a launch come from a renderer, which proved the indices.
-                    unsafe { render(params, scene, x, y, &mut sums) };
-                    *slot = sums;
+                    unsafe { render(params, scene, x, y, pixels, carries, slot) };
                 }
             });
         });

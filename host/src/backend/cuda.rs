@@ -17,11 +17,11 @@ use cudarc::nvrtc::Ptx;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
-use trisect_kernels::arguments::SceneLengths;
 use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
+use trisect_shared::scene::SceneLengths;
 
 /// The oldest driver that has every function that this program calls.
 const LEAST_DRIVER: i32 = 12_000;
@@ -39,10 +39,16 @@ pub struct Cuda {
     modules: HashMap<MathMode, Arc<CudaModule>>,
     scene: Option<SceneOnDevice>,
     kernel: Option<CudaFunction>,
-    film: Option<CudaSlice<u8>>,
+    film: Option<Film>,
     math: MathMode,
     start: CudaEvent,
     end: CudaEvent,
+}
+
+/// The film on the device: a [`PixelSums`] and a [`Carry`] for each pixel.
+struct Film {
+    sums: CudaSlice<u8>,
+    carries: CudaSlice<u8>,
 }
 
 /// The arrays in the order of the kernels' arguments.
@@ -204,7 +210,7 @@ impl Cuda {
         Ok(memory)
     }
 
-    /// Fills a film with [`PixelSums::UNWRITTEN`].
+    /// Fills a film's sums with [`PixelSums::UNWRITTEN`].
     fn erase(&self, film: &mut CudaSlice<u8>) -> Result<(), BackendError> {
         let bytes = film.len();
         let (pointer, _guard) = film.device_ptr_mut(&self.stream);
@@ -219,6 +225,7 @@ impl Cuda {
         kernel: &CudaFunction,
         params: &RenderParams,
         output: &mut CudaSlice<u8>,
+        carries: &mut CudaSlice<u8>,
     ) -> Result<Duration, BackendError> {
         let Some(scene) = &self.scene else {
             return Err(BackendError::Device {
@@ -244,9 +251,9 @@ impl Cuda {
         for array in &scene.arrays {
             arguments.arg(array);
         }
-        arguments.arg(output);
-        // SAFETY: the arguments are those of every entry point (see trisect_kernels); `output` holds a record for each pixel
-        // of the image, and the host proved the scene's indices.
+        arguments.arg(output).arg(carries);
+        // SAFETY: the arguments are those of every entry point (see trisect_kernels); `output`, and for a render kernel `carries`,
+        // hold a record for each pixel of the image, and the host proved the scene's indices.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
         self.end.synchronize().map_err(failed("rendering"))?;
@@ -263,17 +270,7 @@ impl Backend for Cuda {
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         let scene = scene.scene();
         self.scene = None; // before the new one is allocated
-        let lengths = Lengths(SceneLengths {
-            spheres: scene.spheres.len(),
-            nodes: scene.nodes.len(),
-            materials: scene.materials.len(),
-            flats: scene.flats.len(),
-            triangles: scene.triangles.len(),
-            lights: scene.lights.len(),
-            textures: scene.textures.len(),
-            texels: scene.texels.len(),
-            environment: scene.environment.len(),
-        });
+        let lengths = Lengths(SceneLengths::of(&scene));
         let arrays = [
             self.copy(scene.spheres, "the scene's spheres")?,
             self.copy(scene.nodes, "the scene's BVH")?,
@@ -297,13 +294,14 @@ impl Backend for Cuda {
         self.kernel = Some(module.load_function(name).map_err(failed("finding the kernel"))?);
         let bytes = job.pixels() * size_of::<PixelSums>();
         let mut film = match self.film.take() {
-            Some(film) if film.len() == bytes => film,
+            Some(film) if film.sums.len() == bytes => film,
             other => {
                 drop(other); // before the new one is allocated
-                self.allocate(bytes, "the film")?
+                let carries = self.allocate(job.pixels() * size_of::<Carry>(), "the film")?;
+                Film { sums: self.allocate(bytes, "the film")?, carries }
             }
         };
-        self.erase(&mut film)?;
+        self.erase(&mut film.sums)?;
         self.film = Some(film);
         Ok(())
     }
@@ -312,7 +310,7 @@ impl Backend for Cuda {
         let (Some(kernel), Some(mut film)) = (self.kernel.clone(), self.film.take()) else {
             return Err(not_prepared());
         };
-        let time = self.launch(&kernel, launch.params(), &mut film);
+        let time = self.launch(&kernel, launch.params(), &mut film.sums, &mut film.carries);
         self.film = Some(film);
         time
     }
@@ -320,8 +318,8 @@ impl Backend for Cuda {
     fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
         let Some(mut memory) = self.film.take() else { return Err(not_prepared()) };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(film);
-        self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading the film"))?;
-        self.erase(&mut memory)?;
+        self.stream.memcpy_dtoh(&memory.sums, bytes).map_err(failed("reading the film"))?;
+        self.erase(&mut memory.sums)?;
         self.stream.synchronize().map_err(failed("reading the film"))?;
         self.film = Some(memory);
         Ok(())
@@ -332,7 +330,8 @@ impl Backend for Cuda {
         let kernel = module.load_function(FIRST_HIT).map_err(failed("finding the kernel"))?;
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;
-        self.launch(&kernel, launch.params(), &mut memory)?;
+        let mut no_carries = self.allocate(size_of::<Carry>(), "the first hits")?;
+        self.launch(&kernel, launch.params(), &mut memory, &mut no_carries)?;
         hits.fill(FirstHit::zeroed());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(hits);
         self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading first hits"))?;

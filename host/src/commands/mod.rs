@@ -1,6 +1,7 @@
 //! One file a command.
 
 pub mod bench;
+pub mod check;
 pub mod compare;
 pub mod info;
 pub mod render;
@@ -10,8 +11,9 @@ use std::io::Write;
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Selection};
+use trisect::limits;
 use trisect::render::{Renderer, Settings};
-use trisect::scene::Scene;
+use trisect::scene::{Described, Space};
 
 /// A scene on a backend with the command line's settings.
 pub struct Session {
@@ -31,13 +33,15 @@ impl Session {
     /// Reads the scene, checks the settings, opens the backend.
     pub fn open(job: &JobArgs) -> Result<Self, Error> {
         let start = Instant::now();
-        let scene = match &job.scene {
-            Some(path) => Scene::load(path)?,
-            None => Scene::hello_world()?,
+        let described = match &job.scene {
+            Some(path) => Described::load(path)?,
+            None => Described::hello_world()?,
         };
-        let load_seconds = start.elapsed().as_secs_f64();
-        let settings = job.settings(scene.settings());
+        let settings = job.settings(described.settings());
         settings.check()?;
+        let beyond = limits::warnings(&described, &settings);
+        let scene = described.lower(Space::IDENTITY)?;
+        let load_seconds = start.elapsed().as_secs_f64();
         if job.backend == BackendArg::Auto && job.device.is_some() {
             return Err(trisect::render::SettingsError::DeviceOfWhat.into());
         }
@@ -49,6 +53,8 @@ impl Session {
         if !settings.light_sampling && !scene.lights.is_empty() {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
         }
+        let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
+        warnings.extend(beyond.iter().map(|line| format!("{line}; what helps: trisect check {name}")));
         for warning in &warnings {
             eprintln!("warning: {warning}");
         }

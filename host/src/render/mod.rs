@@ -4,6 +4,7 @@ mod camera;
 mod schedule;
 mod settings;
 
+pub use crate::film::Part;
 pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 
 use crate::Error;
@@ -21,7 +22,7 @@ use trisect_shared::camera::Camera;
 use trisect_shared::features::Features;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::material::{BLENDED, MASKED};
-use trisect_shared::params::{FLAG_HOLES, FLAG_SCHLICK, RenderParams};
+use trisect_shared::params::{FLAG_FINISH, FLAG_HOLES, FLAG_SCHLICK, RenderParams};
 use trisect_shared::path::FirstHit;
 use trisect_shared::sky::Sky;
 
@@ -142,46 +143,69 @@ impl Renderer {
     /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] when the device fails,
     /// [`Error::Cancelled`] when the observer says so.
     pub fn render(&mut self, settings: &Settings, observer: &mut dyn Observer) -> Result<Frame, Error> {
+        self.render_part(settings, &settings.whole(), observer)
+    }
+
+    /// Renders some rows and some samples of the frame that `settings` describe. The films of parts that make up the frame, added by
+    /// [`Film::add`] in any order and grouping, are the film of the whole: a pixel's chunks are the same everywhere, and the sum over
+    /// them is exact. Rows beyond the part stay unwritten.
+    ///
+    /// # Errors
+    ///
+    /// As [`render`](Self::render); [`SettingsError::NoSuchPart`] for rows and samples beyond the frame, and
+    /// [`SettingsError::SplitsChunk`] for samples that do not begin and end at multiples of [`CHUNK_SAMPLES`] (or at the last sample).
+    pub fn render_part(
+        &mut self,
+        settings: &Settings,
+        part: &Part,
+        observer: &mut dyn Observer,
+    ) -> Result<Frame, Error> {
         let start = Instant::now();
         self.prepare(settings)?;
+        settings.check_part(part)?;
         let mut stats = RenderStats::new(self.backend.device(), settings, self.features, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();
         let mut film = Film::new(settings.width, settings.height);
         self.chunk.resize(film.pixels.len(), PixelSums::UNWRITTEN);
-        let total = settings.total_samples();
+        let pixels = u64::from(settings.width) * part.rows.len() as u64;
+        let total = pixels * part.samples.len() as u64;
         let mut done = 0;
         let mut merge_time = Duration::ZERO;
-        let mut first_sample = 0;
-        while first_sample < settings.samples {
-            let samples = CHUNK_SAMPLES.min(settings.samples - first_sample);
-            let mut submissions = Submissions::new(settings.width, settings.height, samples);
-            while let Some(part) = submissions.next(&self.pace) {
+        let mut first_sample = part.samples.start;
+        while first_sample < part.samples.end {
+            let samples = CHUNK_SAMPLES.min(part.samples.end - first_sample);
+            let mut submissions = Submissions::new(settings.width, part.rows.clone(), samples);
+            while let Some(submission) = submissions.next(&self.pace) {
                 let mut params = self.launch(settings);
-                params.first_row = part.first_row;
-                params.rows = part.rows;
-                params.first_sample = first_sample + part.first_sample;
-                params.end_sample = params.first_sample + part.samples;
-                params.resume = u32::from(part.first_sample > 0);
+                params.first_row = submission.first_row;
+                params.rows = submission.rows;
+                params.first_sample = first_sample + submission.first_sample;
+                params.end_sample = params.first_sample + submission.samples;
+                params.resume = u32::from(submission.first_sample > 0);
+                if submission.first_sample + submission.samples == samples {
+                    params.flags |= FLAG_FINISH;
+                }
                 let wall = Instant::now();
                 let time = self.backend.render(&Launch::new(params))?;
-                let part_samples = part.samples(settings.width);
-                self.pace.learn(part_samples, wall.elapsed().max(time));
+                let samples = submission.samples(settings.width);
+                self.pace.learn(samples, wall.elapsed().max(time));
                 stats.submissions += 1;
                 stats.device_seconds += time.as_secs_f64();
-                done += part_samples;
+                done += samples;
                 if observer.progress(done, total).is_break() {
                     return Err(Error::Cancelled);
                 }
             }
             let merge = Instant::now();
             self.backend.read_film(&mut self.chunk)?;
-            film.merge(&self.chunk, samples);
+            let samples = first_sample..first_sample + samples;
+            first_sample = samples.end;
+            film.merge(&Part { rows: part.rows.clone(), samples }, &self.chunk)?;
             merge_time += merge.elapsed();
-            first_sample += samples;
         }
-        stats.finish(&film, start.elapsed(), merge_time);
+        stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time);
         Ok(Frame { film, stats })
     }
 

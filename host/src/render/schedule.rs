@@ -3,6 +3,7 @@
 //! How a chunk is cut does not touch its bits: a kernel resumes a pixel's sums where the last submission left them.
 
 use crate::backend::DeviceKind;
+use std::ops::Range;
 use std::time::Duration;
 
 /// What a submission should take.
@@ -49,7 +50,7 @@ impl Pace {
 
 /// One submission: rows of the image, samples of the chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Part {
+pub(super) struct Submission {
     pub first_row: u32,
     pub rows: u32,
     /// From the chunk's start.
@@ -57,7 +58,7 @@ pub(super) struct Part {
     pub samples: u32,
 }
 
-impl Part {
+impl Submission {
     /// Samples of all its pixels.
     pub(super) fn samples(&self, width: u32) -> u64 {
         u64::from(width) * u64::from(self.rows) * u64::from(self.samples)
@@ -67,7 +68,8 @@ impl Part {
 /// The submissions of one chunk: bands of rows, each finished before the next begins.
 pub(super) struct Submissions {
     width: u32,
-    height: u32,
+    /// One past the last row.
+    end_row: u32,
     samples: u32,
     first_row: u32,
     rows: u32,
@@ -75,16 +77,17 @@ pub(super) struct Submissions {
 }
 
 impl Submissions {
-    pub(super) fn new(width: u32, height: u32, samples: u32) -> Self {
-        Self { width, height, samples, first_row: 0, rows: 0, first_sample: 0 }
+    /// Of `samples` samples of some rows of an image.
+    pub(super) fn new(width: u32, rows: Range<u32>, samples: u32) -> Self {
+        Self { width, end_row: rows.end, samples, first_row: rows.start, rows: 0, first_sample: 0 }
     }
 
-    pub(super) fn next(&mut self, pace: &Pace) -> Option<Part> {
+    pub(super) fn next(&mut self, pace: &Pace) -> Option<Submission> {
         if self.first_sample == self.samples {
             self.first_sample = 0;
             self.first_row += self.rows;
         }
-        if self.first_row >= self.height {
+        if self.first_row >= self.end_row {
             return None;
         }
         let width = u64::from(self.width);
@@ -94,12 +97,16 @@ impl Submissions {
             let least = pace.pixels.div_ceil(width);
             let samples = (pace.budget / (least * width)).clamp(1, u64::from(left));
             let rows = (pace.budget / (samples * width)).max(1);
-            self.rows = rows.min(u64::from(self.height - self.first_row)) as u32;
+            self.rows = rows.min(u64::from(self.end_row - self.first_row)) as u32;
         }
         let pixels = u64::from(self.rows) * width;
         let samples = (pace.budget / pixels).clamp(1, u64::from(left)) as u32;
-        let part =
-            Part { first_row: self.first_row, rows: self.rows, first_sample: self.first_sample, samples };
+        let part = Submission {
+            first_row: self.first_row,
+            rows: self.rows,
+            first_sample: self.first_sample,
+            samples,
+        };
         self.first_sample += samples;
         Some(part)
     }
@@ -116,15 +123,17 @@ mod tests {
             for (width, height, samples) in [(1, 1, 1), (400, 225, 64), (1920, 1080, 256), (7, 1000, 3)] {
                 let mut next = vec![0; height as usize];
                 let mut pace = Pace::new(kind);
-                let mut parts = Submissions::new(width, height, samples);
                 let mut step = 0;
-                while let Some(part) = parts.next(&pace) {
-                    for row in part.first_row..part.first_row + part.rows {
-                        assert_eq!(next[row as usize], part.first_sample);
-                        next[row as usize] += part.samples;
+                for rows in [0..height / 3, height / 3..height] {
+                    let mut parts = Submissions::new(width, rows, samples);
+                    while let Some(part) = parts.next(&pace) {
+                        for row in part.first_row..part.first_row + part.rows {
+                            assert_eq!(next[row as usize], part.first_sample);
+                            next[row as usize] += part.samples;
+                        }
+                        step += 1;
+                        pace.learn(part.samples(width), Duration::from_micros(1 + 77_777 * (step % 3)));
                     }
-                    step += 1;
-                    pace.learn(part.samples(width), Duration::from_micros(1 + 77_777 * (step % 3)));
                 }
                 assert!(next.iter().all(|&done| done == samples), "{kind:?} {width}x{height}");
             }
@@ -137,15 +146,15 @@ mod tests {
         for _ in 0..4 {
             pace.learn(pace.budget, Duration::from_micros(pace.budget / 4000));
         }
-        let part = Submissions::new(1280, 720, 30).next(&pace);
-        assert_eq!(part, Some(Part { first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
+        let part = Submissions::new(1280, 0..720, 30).next(&pace);
+        assert_eq!(part, Some(Submission { first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
     }
 
     #[test]
     fn a_slow_device_gets_little() {
         let mut pace = Pace::new(DeviceKind::SoftwareGpu);
         pace.learn(1000, Duration::from_secs(1));
-        let part = Submissions::new(1920, 1080, 256).next(&pace).map(|part| part.samples(1920));
+        let part = Submissions::new(1920, 0..1080, 256).next(&pace).map(|part| part.samples(1920));
         assert_eq!(part, Some(1920)); // a row with one sample
     }
 }

@@ -1,10 +1,12 @@
 //! What to render.
 
-use crate::film::Film;
+use crate::film::{Film, Part};
 use crate::memory;
 use serde::Serialize;
+use std::ops::Range;
 use thiserror::Error;
 use trisect_shared::features::{Features, ROULETTE, SCHLICK, SOBOL};
+use trisect_shared::film::CHUNK_SAMPLES;
 
 /// The greatest depth of a path.
 pub const GREATEST_DEPTH: u32 = 65_535;
@@ -23,9 +25,10 @@ pub enum Fresnel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MathMode {
-    /// Correctly rounded operations, no contraction: the CPU's bits on CUDA.
+    /// No contraction, and on CUDA correctly rounded operations: there the CPU's bits, and on Vulkan wherever the driver's division
+    /// and square root are correctly rounded, too.
     Precise,
-    /// Fused multiply-add and approximate division and square root; CUDA only.
+    /// Fused multiply-add, and on CUDA approximate division and square root; not on the CPU.
     Fast,
 }
 
@@ -105,6 +108,32 @@ pub enum SettingsError {
         /// Bytes.
         available: u64,
     },
+    /// Rows or samples that the frame does not have, or none at all.
+    #[error(
+        "rows {} to {} and samples {} to {} are no part of an image of {height} rows and {of} samples; name some, all within it",
+        rows.start, rows.end, samples.start, samples.end
+    )]
+    NoSuchPart {
+        /// From the first to one past the last.
+        rows: Range<u32>,
+        /// The same.
+        samples: Range<u32>,
+        /// Rows of the image.
+        height: u32,
+        /// Samples a pixel of the image.
+        of: u32,
+    },
+    /// A part that splits a chunk: its f32 sum would be rounded otherwise than in one piece.
+    #[error(
+        "samples {} to {} of {of} split a chunk; a part begins at a multiple of {CHUNK_SAMPLES} and ends at one or at the last sample",
+        samples.start, samples.end
+    )]
+    SplitsChunk {
+        /// From the first to one past the last.
+        samples: Range<u32>,
+        /// Samples a pixel of the image.
+        of: u32,
+    },
     /// Two outputs to one file.
     #[error("--output and --stats name the same file, {path}")]
     SameFile {
@@ -115,7 +144,7 @@ pub enum SettingsError {
     #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
     DeviceOfWhat,
     /// A build of the kernels that the backend does not have.
-    #[error("--math fast exists for cuda only; {backend} has one build: leave --math out")]
+    #[error("--math fast exists for cuda and wgpu; {backend} has one build: leave --math out")]
     NoFastMath {
         /// The backend.
         backend: &'static str,
@@ -131,6 +160,24 @@ impl Settings {
     /// Samples of all pixels.
     pub fn total_samples(&self) -> u64 {
         self.pixels() * u64::from(self.samples)
+    }
+
+    /// All of the frame.
+    pub fn whole(&self) -> Part {
+        Part { rows: 0..self.height, samples: 0..self.samples }
+    }
+
+    /// Refuses a part of something else, and one that splits a chunk.
+    pub fn check_part(&self, part: &Part) -> Result<(), SettingsError> {
+        let Part { rows, samples } = part.clone();
+        if rows.is_empty() || rows.end > self.height || samples.is_empty() || samples.end > self.samples {
+            return Err(SettingsError::NoSuchPart { rows, samples, height: self.height, of: self.samples });
+        }
+        let ends_whole = samples.end % CHUNK_SAMPLES == 0 || samples.end == self.samples;
+        if samples.start % CHUNK_SAMPLES != 0 || !ends_whole {
+            return Err(SettingsError::SplitsChunk { samples, of: self.samples });
+        }
+        Ok(())
     }
 
     /// What a kernel must be able to do, besides what the scene needs.
@@ -206,5 +253,21 @@ mod tests {
         assert!(matches!(deep.check(), Err(SettingsError::TooDeep { .. })));
         let no_samples = Settings { samples: 0, ..settings(1, 1) };
         assert!(matches!(no_samples.check(), Err(SettingsError::Zero { .. })));
+    }
+
+    #[test]
+    fn parts_are_of_whole_chunks() {
+        let frame = Settings { samples: 600, ..settings(4, 4) };
+        let check = |rows, samples| frame.check_part(&Part { rows, samples });
+        assert_eq!(frame.check_part(&frame.whole()), Ok(()));
+        for samples in [0..256, 256..512, 0..512, 256..600, 512..600] {
+            assert_eq!(check(1..3, samples), Ok(()));
+        }
+        for samples in [0..255, 1..256, 256..511, 500..600] {
+            assert!(matches!(check(1..3, samples), Err(SettingsError::SplitsChunk { of: 600, .. })));
+        }
+        for (rows, samples) in [(0..5, 0..256), (2..2, 0..256), (0..4, 512..601), (0..4, 256..256)] {
+            assert!(matches!(check(rows, samples), Err(SettingsError::NoSuchPart { .. })));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! From the words of a scene file to what it describes, with the files that it names.
 
+use super::described::ImageSettings;
 use super::description::{
     Alpha, ConductorFresnel, Description, Filter, Material, PunctualLight, Shape, ShapeKind, Sky, Surface,
     TextureImage, TextureUse, Wrap,
@@ -16,21 +17,6 @@ use std::path::{Path, PathBuf};
 
 #[cfg(test)]
 mod tests;
-
-/// What to render unless the command line says otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImageSettings {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// Samples a pixel.
-    pub samples: u32,
-    /// Segments a path, at most.
-    pub depth: u32,
-    /// How dielectrics reflect.
-    pub fresnel: Fresnel,
-}
 
 /// Reads the files that a scene file names.
 pub trait Loader {
@@ -63,7 +49,7 @@ pub fn describe(
     scene.lights.extend(file.lights.iter().map(light));
     let materials = Index::new(&file.materials);
     let mut models = Models::of(file, folder);
-    for object in &file.objects {
+    for (index, object) in file.objects.iter().enumerate() {
         let material = object.material().map(|name| materials.find(name, source)).transpose()?;
         match (object, material) {
             (Object::Mesh { file, transform, .. }, material) => {
@@ -74,6 +60,8 @@ pub fn describe(
             }
             (_, None) => {}
         }
+        scene.shape_objects.resize(scene.shapes.len(), index);
+        scene.instance_objects.resize(scene.instances.len(), index);
     }
     if scene.cameras.is_empty() {
         return Err(source.inconsistent(

@@ -26,6 +26,10 @@ pub struct Description {
     pub sky: Option<Sky>,
     /// What the file asks for and this program does not do, each by name and once; what was dropped, with counts.
     pub warnings: Vec<String>,
+    /// Which object of a scene file each of `shapes` belongs to, by its index; empty for a model.
+    pub shape_objects: Vec<usize>,
+    /// The same for `instances`.
+    pub instance_objects: Vec<usize>,
 }
 
 /// Radiance from infinity.
@@ -241,6 +245,13 @@ pub enum ShapeKind {
         /// Positive.
         radius: f64,
     },
+}
+
+impl ShapeKind {
+    /// Whether it has no border: a disc as large as a scene may be.
+    pub fn is_plane(&self) -> bool {
+        matches!(self, Self::Disc { radius, .. } if *radius >= super::values::GREATEST)
+    }
 }
 
 /// A triangle mesh in its own coordinates.

@@ -3,24 +3,29 @@
 //! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`]; `lower` makes records of it.
 
 mod describe;
+mod described;
 pub mod description;
 mod error;
 mod format;
 pub mod import;
 mod include;
+mod insert;
 mod lower;
 mod model;
 mod prove;
 mod room;
+mod space;
 mod values;
 
-pub use describe::ImageSettings;
+pub use described::{Described, ImageSettings};
 pub use error::SceneError;
+pub(crate) use import::is_model;
+pub(crate) use insert::insert_space;
+pub use space::Space;
+pub(crate) use space::triple;
 
-use crate::image::{Image, ImageError};
 use crate::render::Settings;
-use describe::Loader;
-use description::{Description, TextureImage};
+use description::Description;
 use glam::DVec3;
 use std::path::Path;
 use trisect_shared::environment::EnvironmentTexel;
@@ -33,9 +38,6 @@ use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
-
-/// The scene that `trisect render` draws when none is named.
-const HELLO_WORLD: &str = include_str!("../../../scenes/three_spheres.ron");
 
 /// A thin-lens camera in the world: scene units, radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,65 +102,38 @@ pub struct Scene {
     settings: Settings,
 }
 
-/// Reads the files that a scene names from the file system.
-struct FromDisk;
-
-impl Loader for FromDisk {
-    fn model(&mut self, path: &Path) -> Result<Description, SceneError> {
-        import::load(path)
-    }
-
-    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
-        Image::read(path).map_err(|error| match error {
-            ImageError::Io { path, source } => SceneError::Read { path, source },
-            ImageError::Codec { message, .. } => {
-                SceneError::Inconsistent { file: path.display().to_string(), message }
-            }
-            other @ ImageError::UnknownExtension { .. } => {
-                SceneError::Inconsistent { file: path.display().to_string(), message: other.to_string() }
-            }
-        })
-    }
-
-    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
-        import::texture(path, linear)
-    }
-}
-
 impl Scene {
     /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`) with a camera and a light of its own or, where it has none,
     /// such as show all of it.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let name = path.display().to_string();
-        if import::is_model(path) {
-            return Self::from_model(import::load(path)?, &name);
-        }
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        Self::parse_in(&text, &name, folder)
+        Self::load_in(path, Space::IDENTITY)
+    }
+
+    /// The same, then moved and scaled to `space`, after the space that the file itself asks for. Its doc says what scales how: the
+    /// image stays, since the intensity of point and spot lights scales with the square of lengths, while emitted radiance, the
+    /// irradiance of directional lights, the sky and panoramas stay as they are.
+    pub fn load_in(path: &Path, space: Space) -> Result<Self, SceneError> {
+        Described::load(path)?.lower(space)
     }
 
     /// Reads a scene from text; `name` stands for the file in messages. Files that it names are sought in the current folder.
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
-        Self::parse_in(text, name, Path::new(""))
+        Self::parse_in(text, name, Space::IDENTITY)
+    }
+
+    /// The same in another space, as [`Self::load_in`].
+    pub fn parse_in(text: &str, name: &str, space: Space) -> Result<Self, SceneError> {
+        Described::parse(text, name)?.lower(space)
     }
 
     /// A model that was read from somewhere else; as with [`Self::load`], it gets what it lacks to be seen.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
-        let (description, image) = model::complete(model);
-        lower::lower(&description, &image, name)
-    }
-
-    fn parse_in(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
-        let file = format::parse(text, name)?;
-        let (description, image) = describe::describe(&file, folder, &mut FromDisk)?;
-        lower::lower(&description, &image, name)
+        Described::from_model(model, name)?.lower(Space::IDENTITY)
     }
 
     /// The built-in scene: `scenes/three_spheres.ron`.
     pub fn hello_world() -> Result<Self, SceneError> {
-        Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
+        Described::hello_world()?.lower(Space::IDENTITY)
     }
 
     /// Primitives of all kinds.

@@ -41,6 +41,10 @@ number!(
     Length, "a positive finite length between 1e-18 and 1e18", x => (LEAST..=GREATEST).contains(&x)
 );
 number!(
+    /// A factor on all lengths.
+    Magnification, "a factor on lengths, between 1e-18 and 1e18", x => (LEAST..=GREATEST).contains(&x)
+);
+number!(
     /// A reflected share, a fuzz radius, a roughness.
     Share, "between 0 and 1", x => (0.0..=1.0).contains(&x)
 );

@@ -86,7 +86,8 @@ struct Scratch(PathBuf);
 
 impl Scratch {
     fn new(artifact: &Artifact) -> Result<Self, Error> {
-        let path = env::temp_dir().join(format!("{}-{}", std::process::id(), artifact.name));
+        let name = artifact.name.replace('/', "-");
+        let path = env::temp_dir().join(format!("{}-{name}", std::process::id()));
         std::fs::write(&path, &artifact.bytes).map_err(|source| Error::Io { path: path.clone(), source })?;
         Ok(Self(path))
     }

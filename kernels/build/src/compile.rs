@@ -1,5 +1,6 @@
-//! Compiles the kernel crate for both targets.
+//! Compiles the crates with entry points for both targets.
 
+use crate::contraction;
 use crate::error::Error;
 use crate::toolchain::{Toolchain, output_of};
 use spirv_builder::{SpirvBuilder, SpirvMetadata};
@@ -17,6 +18,9 @@ pub const SPIRV_TARGET: &str = "spirv-unknown-vulkan1.2";
 /// approximate.
 pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
 
+/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x / c becomes x (1 / c).)
+pub const SPIRV_OPT: &str = "spirv-opt";
+
 /// What an artifact is, and so what it must not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -28,10 +32,10 @@ pub enum Kind {
     PtxFast,
 }
 
-/// One compiled module with all entry points.
+/// One compiled module with all entry points of a crate.
 #[derive(Debug)]
 pub struct Artifact {
-    /// File name in `kernels/prebuilt/`.
+    /// The file, from the workspace.
     pub name: &'static str,
     /// What it is.
     pub kind: Kind,
@@ -39,16 +43,34 @@ pub struct Artifact {
     pub bytes: Vec<u8>,
 }
 
-/// Compiles SPIR-V, precise PTX and fast PTX.
+/// A crate with entry points: what renders, and what the tests ask.
+struct Package {
+    name: &'static str,
+    /// From the workspace.
+    folder: &'static str,
+}
+
+const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
+const PROBES: Package = Package { name: "trisect-probes", folder: "tests/probes" };
+
+/// Compiles SPIR-V, precise PTX and, of the kernels, fast PTX.
 pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
+    let artifact = |name, kind, bytes| Artifact { name, kind, bytes };
+    let spirv = |name, package| spirv(root, toolchain, package).map(|b| artifact(name, Kind::Spirv, b));
+    let precise =
+        |name, package| ptx(root, toolchain, package, &[]).map(|b| artifact(name, Kind::PtxPrecise, b));
+    let fast =
+        |name, package| ptx(root, toolchain, package, &FAST_MATH).map(|b| artifact(name, Kind::PtxFast, b));
     Ok(vec![
-        Artifact { name: "trisect.spv", kind: Kind::Spirv, bytes: spirv(root, toolchain)? },
-        Artifact { name: "trisect.precise.ptx", kind: Kind::PtxPrecise, bytes: ptx(root, toolchain, &[])? },
-        Artifact { name: "trisect.fast.ptx", kind: Kind::PtxFast, bytes: ptx(root, toolchain, &FAST_MATH)? },
+        spirv("kernels/prebuilt/trisect.spv", &KERNELS)?,
+        spirv("tests/probes/prebuilt/probes.spv", &PROBES)?,
+        precise("kernels/prebuilt/trisect.precise.ptx", &KERNELS)?,
+        fast("kernels/prebuilt/trisect.fast.ptx", &KERNELS)?,
+        precise("tests/probes/prebuilt/probes.precise.ptx", &PROBES)?,
     ])
 }
 
-fn spirv(root: &Path, toolchain: &Toolchain) -> Result<Vec<u8>, Error> {
+fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8>, Error> {
     // spirv-builder runs the `cargo` and `rustc` that it finds first.
     let mut path = toolchain.directory.join("bin").into_os_string();
     path.push(":");
@@ -61,16 +83,29 @@ fn spirv(root: &Path, toolchain: &Toolchain) -> Result<Vec<u8>, Error> {
         std::env::set_var("CARGO_PROFILE_RELEASE_LTO", "off");
         std::env::remove_var("RUSTUP_TOOLCHAIN");
     }
-    let mut builder = SpirvBuilder::new(root.join("kernels"), SPIRV_TARGET);
+    let mut builder = SpirvBuilder::new(root.join(package.folder), SPIRV_TARGET);
     builder.rustc_codegen_spirv_location = Some(toolchain.codegen_spirv());
     builder.target_dir_path = Some(root.join("target/kernels-spirv"));
     builder.spirv_metadata = SpirvMetadata::None;
     builder.build_script.defaults = false;
+    builder.extra_args = vec!["--no-spirv-opt".to_owned()];
     let compiled = builder.build()?;
-    read(compiled.module.unwrap_single())
+    let path = compiled.module.unwrap_single();
+    let module = contraction::forbid(&read(path)?).ok_or_else(|| Error::Module { path: path.to_owned() })?;
+    let exact = path.with_extension("exact.spv");
+    let optimised = path.with_extension("optimised.spv");
+    fs::write(&exact, &module).map_err(|source| Error::Io { path: exact.clone(), source })?;
+    output_of(
+        Command::new(SPIRV_OPT)
+            .args(["--target-env=vulkan1.2", "--skip-validation", "--strip-debug", "-O"])
+            .arg(&exact)
+            .arg("-o")
+            .arg(&optimised),
+    )?;
+    read(&optimised)
 }
 
-fn ptx(root: &Path, toolchain: &Toolchain, llvm: &[&str]) -> Result<Vec<u8>, Error> {
+fn ptx(root: &Path, toolchain: &Toolchain, package: &Package, llvm: &[&str]) -> Result<Vec<u8>, Error> {
     let target = root.join("target/kernels-ptx");
     let mut command = Command::new(toolchain.cargo());
     command
@@ -80,7 +115,7 @@ fn ptx(root: &Path, toolchain: &Toolchain, llvm: &[&str]) -> Result<Vec<u8>, Err
         .env_remove("RUSTUP_TOOLCHAIN")
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .args(["rustc", "--quiet", "--package", "trisect-kernels", "--lib", "--crate-type", "cdylib"])
+        .args(["rustc", "--quiet", "--package", package.name, "--lib", "--crate-type", "cdylib"])
         .args(["--profile", "kernels", "--target", "nvptx64-nvidia-cuda", "-Zbuild-std=core", "--target-dir"])
         .arg(&target)
         // After fat LTO the assembly is the PTX of the whole program: nothing is left to link.
@@ -90,7 +125,8 @@ fn ptx(root: &Path, toolchain: &Toolchain, llvm: &[&str]) -> Result<Vec<u8>, Err
         command.arg(format!("-Cllvm-args={option}"));
     }
     output_of(&mut command)?;
-    read(&target.join("nvptx64-nvidia-cuda/kernels/deps/trisect_kernels.s"))
+    let file = format!("{}.s", package.name.replace('-', "_"));
+    read(&target.join("nvptx64-nvidia-cuda/kernels/deps").join(file))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Error> {

@@ -23,6 +23,9 @@ pub enum Error {
         /// The file looked for.
         missing: PathBuf,
     },
+    /// No optimiser for SPIR-V.
+    #[error("spirv-opt is not installed (Debian: spirv-tools); it makes kernels/prebuilt/trisect.spv")]
+    NoSpirvOpt,
     /// A tool failed.
     #[error("{tool} failed:\n{output}")]
     Tool {
@@ -34,6 +37,12 @@ pub enum Error {
     /// rust-gpu failed.
     #[error("rust-gpu: {0}")]
     Spirv(#[from] spirv_builder::SpirvBuilderError),
+    /// What rust-gpu wrote is no module.
+    #[error("{}: not a SPIR-V module", path.display())]
+    Module {
+        /// The file.
+        path: PathBuf,
+    },
     /// A kernel holds an instruction that it must not.
     #[error("{artifact}, line {line}: `{text}`: {reason}")]
     Audit {
@@ -55,7 +64,7 @@ pub enum Error {
         message: String,
     },
     /// The prebuilt kernels are not what the sources give.
-    #[error("kernels/prebuilt is out of date; run `cargo kernels`:\n{}", differences.join("\n"))]
+    #[error("the prebuilt kernels are out of date; run `cargo kernels`:\n{}", differences.join("\n"))]
     Stale {
         /// What differs.
         differences: Vec<String>,

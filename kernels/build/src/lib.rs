@@ -2,6 +2,7 @@
 
 pub mod audit;
 pub mod compile;
+pub mod contraction;
 pub mod error;
 pub mod manifest;
 pub mod toolchain;

@@ -1,8 +1,8 @@
-//! `cargo kernels`: builds the kernels, audits them and stamps `kernels/prebuilt/`.
+//! `cargo kernels`: builds the kernels, audits them and stamps them.
 //!
 //! ```text
-//! cargo kernels             build, audit, write kernels/prebuilt/ and its manifest
-//! cargo kernels --check     build and audit, compare with kernels/prebuilt/ byte by byte, write nothing
+//! cargo kernels             build, audit, write kernels/prebuilt/ with the manifest, and tests/probes/prebuilt/
+//! cargo kernels --check     build and audit, compare with what is there byte by byte, write nothing
 //! cargo kernels --sources   compare the sources with the manifest; needs no kernel toolchain
 //! ```
 //!
@@ -62,7 +62,7 @@ fn build(mode: Mode) -> Result<(), Error> {
     }
     for artifact in &artifacts {
         let verb = if mode == Mode::Write { "wrote" } else { "same bytes:" };
-        eprintln!("{verb} {}/{} ({} bytes)", manifest::PREBUILT, artifact.name, artifact.bytes.len());
+        eprintln!("{verb} {} ({} bytes)", artifact.name, artifact.bytes.len());
     }
     Ok(())
 }

@@ -9,11 +9,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the artifacts lie, from the workspace.
-pub const PREBUILT: &str = "kernels/prebuilt";
-
-/// The manifest's file name there.
-pub const FILE: &str = "manifest.json";
+/// The manifest, from the workspace.
+pub const FILE: &str = "kernels/prebuilt/manifest.json";
 
 /// Packages of the lock file that end up in kernels.
 const PACKAGES: [&str; 8] = [
@@ -36,7 +33,7 @@ pub struct Manifest {
     pub packages: BTreeMap<String, String>,
     /// Targets, options, and the build profiles of the workspace.
     pub settings: BTreeMap<String, String>,
-    /// SHA-256 of each artifact.
+    /// SHA-256 of each artifact, by its path from the workspace.
     pub artifacts: BTreeMap<String, String>,
     /// The compilers.
     pub tools: BTreeMap<String, String>,
@@ -52,24 +49,24 @@ pub fn stamp(root: &Path, toolchain: &Toolchain, artifacts: &[Artifact]) -> Resu
         tools: BTreeMap::from([
             ("rustc".to_owned(), toolchain.rustc_version.clone()),
             ("rustc_codegen_spirv".to_owned(), "0.10.0-alpha.1".to_owned()),
+            ("spirv-opt".to_owned(), toolchain.spirv_opt_version.clone()),
         ]),
     })
 }
 
 /// Reads the committed manifest.
 pub fn read(root: &Path) -> Result<Manifest, Error> {
-    let path = root.join(PREBUILT).join(FILE);
+    let path = root.join(FILE);
     let text = load(&path)?;
     serde_json::from_slice(&text).map_err(|e| Error::Manifest { path, message: e.to_string() })
 }
 
 /// Writes the artifacts and their manifest.
 pub fn write(root: &Path, artifacts: &[Artifact], manifest: &Manifest) -> Result<(), Error> {
-    let folder = root.join(PREBUILT);
     for artifact in artifacts {
-        save(&folder.join(artifact.name), &artifact.bytes)?;
+        save(&root.join(artifact.name), &artifact.bytes)?;
     }
-    let path = folder.join(FILE);
+    let path = root.join(FILE);
     let mut text = serde_json::to_string_pretty(manifest)
         .map_err(|e| Error::Manifest { path: path.clone(), message: e.to_string() })?;
     text.push('\n');
@@ -81,7 +78,7 @@ pub fn compare(root: &Path, artifacts: &[Artifact], fresh: &Manifest) -> Result<
     let committed = read(root)?;
     let mut differences = changes(&committed, fresh);
     for artifact in artifacts {
-        let path = root.join(PREBUILT).join(artifact.name);
+        let path = root.join(artifact.name);
         if load(&path)? != artifact.bytes {
             differences.push(format!("  {}: other bytes than the build gives", artifact.name));
         }
@@ -93,7 +90,7 @@ pub fn compare(root: &Path, artifacts: &[Artifact], fresh: &Manifest) -> Result<
 pub fn check_sources(root: &Path, manifest: &Manifest) -> Result<(), Error> {
     let mut artifacts = BTreeMap::new();
     for name in manifest.artifacts.keys() {
-        artifacts.insert(name.clone(), hash(&load(&root.join(PREBUILT).join(name))?));
+        artifacts.insert(name.clone(), hash(&load(&root.join(name))?));
     }
     let now = Manifest {
         sources: sources(root)?,
@@ -129,9 +126,11 @@ fn sources(root: &Path) -> Result<BTreeMap<String, String>, Error> {
     let mut files = vec![
         root.join("shared/Cargo.toml"),
         root.join("kernels/Cargo.toml"),
+        root.join("tests/probes/Cargo.toml"),
         root.join("kernels/build/src/compile.rs"), // holds the options
+        root.join("kernels/build/src/contraction.rs"),
     ];
-    for folder in ["shared/src", "kernels/src"] {
+    for folder in ["shared/src", "kernels/src", "tests/probes/src"] {
         collect(&root.join(folder), &mut files)?;
     }
     let mut hashes = BTreeMap::new();

@@ -1,5 +1,6 @@
 //! Finds the compilers.
 
+use crate::compile::SPIRV_OPT;
 use crate::error::Error;
 use std::env;
 use std::path::PathBuf;
@@ -12,6 +13,8 @@ pub struct Toolchain {
     pub directory: PathBuf,
     /// First line of `rustc -V`.
     pub rustc_version: String,
+    /// Of `spirv-opt`, which comes with the system.
+    pub spirv_opt_version: String,
 }
 
 impl Toolchain {
@@ -40,13 +43,18 @@ pub fn find() -> Result<Toolchain, Error> {
         },
         PathBuf::from,
     );
-    let mut toolchain = Toolchain { directory, rustc_version: String::new() };
+    let mut toolchain =
+        Toolchain { directory, rustc_version: String::new(), spirv_opt_version: String::new() };
     for file in [toolchain.rustc(), toolchain.cargo(), toolchain.codegen_spirv()] {
         if !file.exists() {
             return Err(Error::NoToolchain { missing: file });
         }
     }
     toolchain.rustc_version = output_of(Command::new(toolchain.rustc()).arg("-V"))?.trim().to_owned();
+    let version = Command::new(SPIRV_OPT).arg("--version").output();
+    let version = version.map_err(|_| Error::NoSpirvOpt)?;
+    let text = String::from_utf8_lossy(&version.stdout);
+    toolchain.spirv_opt_version = text.lines().next().unwrap_or_default().trim().to_owned();
     Ok(toolchain)
 }
 

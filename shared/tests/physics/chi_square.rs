@@ -1,70 +1,14 @@
 //! Sampled directions against their density (torture test 34), and each sample's weight against value over density.
 
+use crate::chart::{CELLS, Chart};
 use crate::materials::{self, Seen, Setup};
 use crate::statistics::{SLOW, chi_square, samples, sidak};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use trisect_shared::fresnel::refracted_cos2;
-use trisect_shared::math::{basis, greatest};
+use trisect_shared::math::greatest;
 
 /// To the viewer's angle with the normal.
 const COSINES: [f32; 4] = [1.0, 0.7, 0.3, 0.1];
-
-const ROWS: usize = 32;
-const COLUMNS: usize = 32;
-/// Points a cell in each direction; cells that hold an edge of the density have four times as many.
-const POINTS: usize = if SLOW { 4 } else { 12 };
-
-/// A grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2) = a⁴ and φ = 2πb.
-struct Chart {
-    axis: DVec3,
-    x: DVec3,
-    y: DVec3,
-}
-
-impl Chart {
-    fn new(axis: Vec3) -> Self {
-        let (x, y) = basis(axis);
-        Self { axis: axis.as_dvec3(), x: x.as_dvec3(), y: y.as_dvec3() }
-    }
-
-    fn cell(&self, d: Vec3) -> usize {
-        let d = d.as_dvec3();
-        let a = ((d - self.axis).length_squared() / 4.0).sqrt().sqrt();
-        let b = d.dot(self.y).atan2(d.dot(self.x)) / core::f64::consts::TAU + 0.5;
-        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
-        index(a, ROWS) * COLUMNS + index(b, COLUMNS)
-    }
-
-    /// The direction, and the solid angle of the unit square there.
-    fn place(&self, a: f64, b: f64) -> (Vec3, f64) {
-        let half2 = a.powi(4);
-        let sine = 2.0 * (half2 * (1.0 - half2)).sqrt();
-        let (s, c) = ((b - 0.5) * core::f64::consts::TAU).sin_cos();
-        let d = (self.x * c + self.y * s) * sine + self.axis * (1.0 - 2.0 * half2);
-        (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
-    }
-
-    /// The integral of `density` over a cell.
-    fn integral(&self, cell: usize, density: impl Fn(Vec3) -> f64) -> f64 {
-        let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
-        let sum = |n: usize| {
-            let (mut sum, mut zeros) = (0.0, 0);
-            for i in 0..n * n {
-                let a = (row + ((i / n) as f64 + 0.5) / n as f64) / ROWS as f64;
-                let b = (column + ((i % n) as f64 + 0.5) / n as f64) / COLUMNS as f64;
-                let (d, solid_angle) = self.place(a, b);
-                let value = density(d) * solid_angle;
-                zeros += usize::from(value == 0.0);
-                sum += value;
-            }
-            (sum / (n * n * ROWS * COLUMNS) as f64, zeros > 0 && zeros < n * n)
-        };
-        match sum(POINTS) {
-            (_, true) => sum(4 * POINTS).0,
-            (whole, false) => whole,
-        }
-    }
-}
 
 /// What came of one material under one angle.
 #[derive(Debug)]
@@ -93,7 +37,7 @@ fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
         of.normal * (eta * of.viewer.dot(of.normal) - cos2.sqrt()) - of.viewer * eta
     };
     let charts = [mirrored, through].map(|axis| Chart::new(axis.normalize()));
-    let mut observed = vec![0.0; 2 * ROWS * COLUMNS];
+    let mut observed = vec![0.0; 2 * CELLS];
     let (mut lost, mut disagreeing) = (0.0, 0.0);
     for i in 0..n {
         let s = of.sample(stream, i);
@@ -103,7 +47,7 @@ fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
         }
         let below = s.direction.dot(of.normal) < 0.0;
         assert_eq!(below, s.transmitted);
-        observed[usize::from(below) * ROWS * COLUMNS + charts[usize::from(below)].cell(s.direction)] += 1.0;
+        observed[usize::from(below) * CELLS + charts[usize::from(below)].cell(s.direction)] += 1.0;
         let e = of.evaluate(s.direction);
         // The direction is rounded to 1e-7: relative to its cosine with the normal, and to the narrowest lobe's width over the
         // viewer's cosine.
@@ -119,7 +63,7 @@ fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
         let density = |d: Vec3| {
             if (d.dot(by.normal) < 0.0) == below { f64::from(by.evaluate(d).density) } else { 0.0 }
         };
-        expected.extend((0..ROWS * COLUMNS).map(|cell| chart.integral(cell, density)));
+        expected.extend((0..CELLS).map(|cell| chart.integral(cell, density)));
     }
     let total: f64 = expected.iter().sum();
     let scale = (f64::from(n) - lost) / total;

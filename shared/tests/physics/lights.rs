@@ -31,7 +31,7 @@ impl Shape {
         match self {
             Self::Sphere(s) => 4.0 * PI * f64::from(s.radius).powi(2),
             Self::Flat(f) => f64::from(f.area),
-            Self::Triangle(t) => 0.5 * t.normal().as_dvec3().length(),
+            Self::Triangle(t) => 0.5 * (t.b - t.a).as_dvec3().cross((t.c - t.a).as_dvec3()).length(),
         }
     }
 
@@ -49,7 +49,7 @@ impl Shape {
                 beyond.max((p - f.origin).dot(f.normal).abs() / f.area.sqrt())
             }
             Self::Triangle(t) => {
-                let n = t.normal();
+                let n = (t.b - t.a).cross(t.c - t.a);
                 let inside = |a: Vec3, b: Vec3| -(b - a).cross(p - a).dot(n) / n.dot(n);
                 let beyond = inside(t.a, t.b).max(inside(t.b, t.c)).max(inside(t.c, t.a)).max(0.0);
                 beyond.max((p - t.a).dot(n).abs() / n.dot(n).powf(0.75))

@@ -3,6 +3,7 @@
 //! build, which finds them.
 #![allow(unsafe_code, reason = "calls what reads without bounds checks; the scenes are whole")]
 
+mod chart;
 mod chi_square;
 mod critical_angle;
 mod environment;

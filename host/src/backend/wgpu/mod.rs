@@ -6,13 +6,13 @@ mod pipeline;
 pub use adapter::devices;
 
 use super::{Backend, BackendError, Device, Job, Launch, SceneRecords, kernel};
-use crate::render::{MathMode, SettingsError};
+use crate::render::MathMode;
 use adapter::Gpu;
 use bytemuck::Pod;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
 use trisect_kernels::{FIRST_HIT, WORKGROUP};
-use trisect_shared::film::PixelSums;
+use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use wgpu::{
@@ -38,12 +38,15 @@ pub struct Wgpu {
     scene: Option<[Buffer; 10]>,
     film: Option<Film>,
     entry: &'static str,
+    math: MathMode,
     timer: Option<Timer>,
 }
 
 /// The film on the device, what erases it, and what it is read through.
 struct Film {
     sums: Buffer,
+    /// A [`Carry`] for each pixel.
+    carries: Buffer,
     unwritten: Buffer,
     staging: Buffer,
 }
@@ -81,7 +84,17 @@ impl Wgpu {
         device.timer = if timer.is_some() { "timestamp queries" } else { "wall clock" };
         let params = buffer(size_of::<RenderParams>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         gpu.check("creating buffers")?;
-        Ok(Self { device, gpu, pipelines, params, scene: None, film: None, entry: "render", timer })
+        Ok(Self {
+            device,
+            gpu,
+            pipelines,
+            params,
+            scene: None,
+            film: None,
+            entry: "render",
+            math: MathMode::Precise,
+            timer,
+        })
     }
 
     /// A buffer, after its size was compared with the adapter's limits.
@@ -116,6 +129,7 @@ impl Wgpu {
         entry: &'static str,
         params: &RenderParams,
         output: &Buffer,
+        carries: &Buffer,
     ) -> Result<Duration, BackendError> {
         let Some(scene) = &self.scene else {
             return Err(self.misuse("no scene was uploaded"));
@@ -128,7 +142,7 @@ impl Wgpu {
             return Err(BackendError::TooLong { backend: "wgpu", width, rows, limit });
         }
         self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
-        let group = self.pipelines.bind(&self.gpu.device, &self.params, scene, output);
+        let group = self.pipelines.bind(&self.gpu.device, &self.params, scene, [output, carries]);
         let start = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         {
@@ -140,7 +154,7 @@ impl Wgpu {
                     end_of_pass_write_index: Some(1),
                 }),
             });
-            pass.set_pipeline(self.pipelines.get(entry)?);
+            pass.set_pipeline(self.pipelines.get(entry, self.math)?);
             pass.set_bind_group(0, &group, &[]);
             pass.dispatch_workgroups(groups_x, groups_y, 1);
         }
@@ -195,11 +209,9 @@ impl Backend for Wgpu {
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
-        if job.math == MathMode::Fast {
-            return Err(SettingsError::NoFastMath { backend: "wgpu" }.into());
-        }
         self.entry = kernel("wgpu", job.features)?;
-        self.pipelines.compile(&self.gpu, self.entry)?;
+        self.math = job.math;
+        self.pipelines.compile(&self.gpu, self.entry, self.math)?;
         let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;
         if self.film.as_ref().is_none_or(|film| film.sums.size() != bytes) {
             self.film = None; // before the new one is allocated
@@ -209,7 +221,9 @@ impl Backend for Wgpu {
             let staging = self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the film")?;
             let pixels = vec![PixelSums::UNWRITTEN; job.pixels()];
             self.gpu.queue.write_buffer(&unwritten, 0, bytemuck::cast_slice(&pixels));
-            self.film = Some(Film { sums, unwritten, staging });
+            let carries = (job.pixels() * size_of::<Carry>()) as u64;
+            let carries = self.buffer(carries, BufferUsages::STORAGE, "the film")?;
+            self.film = Some(Film { sums, carries, unwritten, staging });
         }
         let Some(film) = &self.film else { return Err(self.misuse("no film")) };
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
@@ -218,7 +232,7 @@ impl Backend for Wgpu {
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        self.dispatch(self.entry, launch.params(), &film.sums)
+        self.dispatch(self.entry, launch.params(), &film.sums, &film.carries)
     }
 
     fn read_film(&mut self, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
@@ -229,12 +243,13 @@ impl Backend for Wgpu {
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        self.pipelines.compile(&self.gpu, FIRST_HIT)?;
+        self.pipelines.compile(&self.gpu, FIRST_HIT, self.math)?;
         let bytes = size_of_val(hits) as u64;
         let output = self.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC, "the first hits")?;
         let staging =
             self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the first hits")?;
-        self.dispatch(FIRST_HIT, launch.params(), &output)?;
+        let no_carries = self.buffer(0, BufferUsages::STORAGE, "the first hits")?;
+        self.dispatch(FIRST_HIT, launch.params(), &output, &no_carries)?;
         self.copy(&output, &staging, "reading first hits")?;
         self.gpu.read(&staging, bytemuck::cast_slice_mut(hits), "reading first hits")
     }

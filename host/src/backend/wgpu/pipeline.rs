@@ -3,6 +3,7 @@
 use super::Route;
 use super::adapter::Gpu;
 use crate::backend::BackendError;
+use crate::render::MathMode;
 use std::collections::HashMap;
 use trisect_kernels::{FIRST_HIT, SPIRV, VARIANTS, WORKGROUP};
 use wgpu::{
@@ -17,15 +18,15 @@ const SCENE_ARRAYS: u32 = 10;
 
 /// One layout for all entry points, and a pipeline for each that was used.
 pub(super) struct Pipelines {
-    module: ShaderModule,
+    route: Route,
+    modules: HashMap<MathMode, ShaderModule>,
     bindings: BindGroupLayout,
     layout: PipelineLayout,
-    compiled: HashMap<&'static str, ComputePipeline>,
+    compiled: HashMap<(&'static str, MathMode), ComputePipeline>,
 }
 
 impl Pipelines {
     pub fn new(gpu: &Gpu, route: Route) -> Result<Self, BackendError> {
-        let module = module(&gpu.device, route);
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -35,7 +36,8 @@ impl Pipelines {
         let read = BufferBindingType::Storage { read_only: true };
         let mut entries = vec![entry(0, BufferBindingType::Uniform)];
         entries.extend((1..=SCENE_ARRAYS).map(|binding| entry(binding, read)));
-        entries.push(entry(SCENE_ARRAYS + 1, BufferBindingType::Storage { read_only: false }));
+        let write = BufferBindingType::Storage { read_only: false };
+        entries.extend([entry(SCENE_ARRAYS + 1, write), entry(SCENE_ARRAYS + 2, write)]);
         let bindings = gpu
             .device
             .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
@@ -45,44 +47,45 @@ impl Pipelines {
             ..Default::default()
         });
         gpu.check("loading the kernels")?;
-        Ok(Self { module, bindings, layout, compiled: HashMap::new() })
+        Ok(Self { route, modules: HashMap::new(), bindings, layout, compiled: HashMap::new() })
     }
 
     /// Compiles an entry point, once.
-    pub fn compile(&mut self, gpu: &Gpu, entry: &'static str) -> Result<(), BackendError> {
-        if !self.compiled.contains_key(entry) {
+    pub fn compile(&mut self, gpu: &Gpu, entry: &'static str, math: MathMode) -> Result<(), BackendError> {
+        if !self.compiled.contains_key(&(entry, math)) {
+            let module = self.modules.entry(math).or_insert_with(|| module(&gpu.device, self.route, math));
             let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(&self.layout),
-                module: &self.module,
+                module,
                 entry_point: Some(entry),
                 compilation_options: Default::default(),
                 cache: None,
             });
             gpu.check("compiling the kernels")?;
-            self.compiled.insert(entry, pipeline);
+            self.compiled.insert((entry, math), pipeline);
         }
         Ok(())
     }
 
     /// A pipeline that [`Pipelines::compile`] made.
-    pub fn get(&self, entry: &'static str) -> Result<&ComputePipeline, BackendError> {
-        self.compiled.get(entry).ok_or_else(|| BackendError::Device {
+    pub fn get(&self, entry: &'static str, math: MathMode) -> Result<&ComputePipeline, BackendError> {
+        self.compiled.get(&(entry, math)).ok_or_else(|| BackendError::Device {
             backend: "wgpu",
             action: "rendering",
             message: format!("the kernel {entry} was not compiled"),
         })
     }
 
-    /// Binds the launch record, the scene's arrays and the output, in the order of their bindings.
+    /// Binds the launch record, the scene's arrays, the output and the carries, in the order of their bindings.
     pub fn bind(
         &self,
         device: &Device,
         params: &Buffer,
         scene: &[Buffer; SCENE_ARRAYS as usize],
-        output: &Buffer,
+        film: [&Buffer; 2],
     ) -> BindGroup {
-        let buffers = [params].into_iter().chain(scene).chain([output]);
+        let buffers = [params].into_iter().chain(scene).chain(film);
         let entries: Vec<BindGroupEntry> = (0u32..)
             .zip(buffers)
             .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
@@ -95,8 +98,27 @@ impl Pipelines {
     }
 }
 
-fn module(device: &Device, route: Route) -> ShaderModule {
-    let words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
+/// The module without its `NoContraction` decorations: the driver may fuse a product and a sum, and reassociate.
+fn contractible(words: &[u32]) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const NO_CONTRACTION: [u32; 2] = [3 << 16 | 71, 42]; // OpDecorate of three words, and the decoration
+    let (header, mut rest) = words.split_at(HEADER.min(words.len()));
+    let mut kept = header.to_vec();
+    while let Some(&first) = rest.first() {
+        let (instruction, after) = rest.split_at(((first >> 16).max(1) as usize).min(rest.len()));
+        if first != NO_CONTRACTION[0] || instruction.get(2) != Some(&NO_CONTRACTION[1]) {
+            kept.extend(instruction);
+        }
+        rest = after;
+    }
+    kept
+}
+
+fn module(device: &Device, route: Route, math: MathMode) -> ShaderModule {
+    let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
+    if math == MathMode::Fast {
+        words = contractible(&words);
+    }
     if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
         let names = VARIANTS.iter().map(|variant| variant.name).chain([FIRST_HIT]);
         let entry_points: Vec<_> = names
@@ -121,4 +143,20 @@ fn module(device: &Device, route: Route) -> ShaderModule {
         label: Some("trisect"),
         source: ShaderSource::SpirV(words.into()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_its_decorations_go() {
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
+        let decorations =
+            |words: &[u32]| words.windows(3).filter(|w| w[0] == 3 << 16 | 71 && w[2] == 42).count();
+        let fast = contractible(&words);
+        assert!(decorations(&words) > 1000 && decorations(&fast) == 0);
+        assert_eq!(words.len() - fast.len(), 3 * decorations(&words));
+        assert!(contractible(&[]).is_empty());
+    }
 }

@@ -278,9 +278,10 @@ fn the_documented_scenes_are_read() {
     let document = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenes.md"));
     let blocks: Vec<&str> =
         document.split("```ron\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
-    let [minimal, textured] = blocks[..] else { panic!("{} blocks", blocks.len()) };
+    let [minimal, space, textured] = blocks[..] else { panic!("{} blocks", blocks.len()) };
     format::parse(minimal, "minimal.ron").unwrap();
     with(CAMERA, &format!("{textured} objects: []")).0.unwrap();
+    with(CAMERA, &format!("{space} materials: {{}}, objects: []")).0.unwrap();
     // The example of an error is what the program says.
     let example =
         document.split("```text\nerror: ").nth(1).and_then(|rest| rest.split("```").next()).unwrap();

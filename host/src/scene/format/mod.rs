@@ -7,6 +7,7 @@ mod light;
 mod material;
 mod name;
 mod object;
+mod space;
 mod transform;
 
 #[cfg(test)]
@@ -16,7 +17,7 @@ pub use camera::{Camera, check as check_camera};
 pub use light::Light;
 pub use material::{ColorSpace, ConductorFresnel, Filter, Material, Texture, Wrap};
 pub use name::{Index, Name, Source};
-pub use object::{Object, sides};
+pub use object::{Object, has_area, sides};
 pub use transform::{in_range, is_singular};
 
 use super::error::SceneError;
@@ -24,6 +25,7 @@ use super::values::{Angle, Colour, Count, Gain};
 use name::{some, unique_names};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
+use space::Space;
 
 /// The only version so far.
 pub const VERSION: u32 = 1;
@@ -45,6 +47,9 @@ pub struct SceneFile<'a> {
     /// The eye; without it, the first one of a model.
     #[serde(default, deserialize_with = "some")]
     pub camera: Option<Camera>,
+    /// Where to compute.
+    #[serde(default, borrow)]
+    pub space: Space<'a>,
     /// Radiance from infinity.
     #[serde(default, borrow)]
     pub sky: Sky<'a>,
@@ -164,6 +169,12 @@ pub fn parse<'a>(text: &'a str, file: &'a str) -> Result<SceneFile<'a>, SceneErr
 }
 
 impl SceneFile<'_> {
+    /// Whether the file names others.
+    pub fn names_files(&self) -> bool {
+        let panorama = matches!(self.sky, Sky::Image { .. });
+        panorama || !self.textures.is_empty() || self.objects.iter().any(|o| matches!(o, Object::Mesh { .. }))
+    }
+
     /// Checks what names refer to: serde knows a name's place only while it reads, and what has names only afterwards.
     fn check_names(&self) -> Result<(), SceneError> {
         let source = self.source;

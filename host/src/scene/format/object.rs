@@ -128,7 +128,7 @@ impl<'a> Object<'a> {
 }
 
 /// Checks that a parallelogram remains one once it is rounded to f32.
-fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
+pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
     let (u, v) = (u.as_vec3().as_dvec3(), v.as_vec3().as_dvec3());
     let least = 0.999 * LEAST; // as it may be itself after rounding
     if u.length() < least || v.length() < least {

@@ -74,6 +74,28 @@ fn every_construct_is_read() {
 }
 
 #[test]
+fn a_space_is_read_and_checked() {
+    let with = |space: &str| FIRST.replace("version: 1,", &format!("version: 1,\n    space: {space},"));
+    let read = |space: &str| parse(&with(space), "space.ron").map(|scene| scene.space.space);
+    let space = |origin, scale| crate::scene::Space { origin, scale };
+    assert_eq!(read("()").unwrap(), space(DVec3::ZERO, 1.0));
+    assert_eq!(read("(scale: 0.5, origin: (1, -2, 3e9))").unwrap(), space(DVec3::new(1.0, -2.0, 3e9), 0.5));
+    assert_eq!(parse(FIRST, "first.ron").unwrap().space.space, space(DVec3::ZERO, 1.0));
+    for (bad, why) in [
+        ("(scale: 0)", "0 is not a factor on lengths"),
+        ("(scale: -1)", "-1 is not"),
+        ("(scale: inf)", "inf is not"),
+        ("(scale: 1e19)", "between 1e-18 and 1e18"),
+        ("(origin: (0, NaN, 0))", "NaN is not a finite coordinate"),
+        ("(size: 2)", "size"),
+        ("7", "space"),
+    ] {
+        let error = read(bad).unwrap_err().to_string();
+        assert!(error.starts_with("space.ron:3:") && error.contains(why), "{bad}: {error}");
+    }
+}
+
+#[test]
 fn first_files_read_as_before() {
     let scene = parse(FIRST, "first.ron").unwrap();
     assert!(scene.camera.is_some() && matches!(scene.sky, Sky::Gradient { .. }));

@@ -28,18 +28,22 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
     for shape in &description.shapes {
         geometry.shape(shape);
     }
-    let mesh = |instance: &Instance| {
-        let (index, count) = (instance.mesh, description.meshes.len());
-        description.meshes.get(index).ok_or_else(|| format!("an instance of mesh {index}, there are {count}"))
-    };
-    let mut room = Room::default();
+    check_room(description)?;
     for instance in &description.instances {
-        room.place(mesh(instance)?)?;
-    }
-    for instance in &description.instances {
-        geometry.mesh(mesh(instance)?, instance)?;
+        geometry.mesh(mesh(description, instance)?, instance)?;
     }
     Ok(geometry)
+}
+
+fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mesh, String> {
+    let (index, count) = (instance.mesh, description.meshes.len());
+    description.meshes.get(index).ok_or_else(|| format!("an instance of mesh {index}, there are {count}"))
+}
+
+/// Whether there is memory for all triangles. Looking at each of them may take long: this comes first.
+pub(in crate::scene) fn check_room(description: &Description) -> Result<(), String> {
+    let mut room = Room::default();
+    description.instances.iter().try_for_each(|instance| room.place(mesh(description, instance)?))
 }
 
 impl Geometry {
@@ -97,7 +101,7 @@ impl Geometry {
                 ));
             };
             let triangle = Triangle { a: pa, material: mesh.material as u32, b: pb, pad0: 0, c: pc, pad1: 0 };
-            // By the very arithmetic of the kernels: they divide by its length.
+            // By the very arithmetic of the kernels: they divide by its length. It does not depend on the triangle's size.
             let square = triangle.normal().length_squared();
             if !(square > f32::MIN_POSITIVE && square.is_finite()) {
                 flat += 1;

@@ -6,11 +6,12 @@ mod light;
 mod material;
 mod texture;
 
-use super::describe::ImageSettings;
+pub(super) use geometry::check_room;
+
+use super::described::ImageSettings;
 use super::description::{self, Description};
 use super::error::SceneError;
 use super::{CameraPose, Scene};
-use crate::render::{MathMode, Sampler, Settings};
 use glam::{DVec3, Vec3};
 use trisect_shared::sky::Sky;
 
@@ -56,19 +57,7 @@ pub(super) fn lower(
         texels: textures.texels,
         lights: description.lights.iter().map(light::lower).collect(),
         warnings,
-        settings: Settings {
-            width: image.width,
-            height: image.height,
-            samples: image.samples,
-            depth: image.depth,
-            seed: 0,
-            roulette: false,
-            roulette_depth: 1,
-            fresnel: image.fresnel,
-            math: MathMode::Precise,
-            sampler: Sampler::Independent,
-            light_sampling: true,
-        },
+        settings: image.settings(),
     };
     scene.prove()?;
     Ok(scene)

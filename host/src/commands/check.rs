@@ -1,0 +1,74 @@
+//! `trisect check`.
+
+use crate::cli::CheckArgs;
+use std::fmt::Write;
+use std::process::ExitCode;
+use trisect::Error;
+use trisect::image::ImageError;
+use trisect::limits::{self, Report};
+use trisect::scene::Described;
+
+/// Something in the scene is outside the supported range.
+const OUTSIDE: u8 = 6;
+
+/// Prints what was found, and writes a copy in the best space if asked for.
+pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
+    let scene = Described::load(&arguments.scene)?;
+    let report = limits::check(&scene, &scene.settings());
+    if let Some(path) = &arguments.write {
+        limits::write(&arguments.scene, &scene, report.best_space, path)?;
+    }
+    // What the reader changed and what rounding drops are errors or warnings of their own.
+    for warning in &scene.description.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let outside = !report.findings.is_empty();
+    let text = if arguments.json {
+        let json = serde_json::to_string_pretty(&report).map_err(|error| ImageError::Codec {
+            path: arguments.scene.clone(),
+            message: error.to_string(),
+        })?;
+        json + "\n"
+    } else {
+        text(&report)
+    };
+    super::print(&text)?;
+    if let Some(path) = &arguments.write {
+        eprintln!("wrote {}", path.display());
+    }
+    Ok(if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS })
+}
+
+fn text(report: &Report) -> String {
+    let mut text = String::new();
+    let extent = &report.extent;
+    let _ = writeln!(text, "{}", report.scene);
+    if let (Some(low), Some(high)) = (extent.low, extent.high) {
+        let _ = writeln!(text, "all of it     {low} to {high}");
+    }
+    let _ = writeln!(text, "what matters  {} ± {}", extent.center, extent.radius);
+    if let Some(eye) = extent.eye {
+        let _ = writeln!(text, "eye           {eye}");
+    }
+    let _ = writeln!(text, "space         origin {}, scale {:?}", report.space.origin, report.space.scale);
+    let _ = writeln!(
+        text,
+        "best space    origin {}, scale {:?}",
+        report.best_space.origin, report.best_space.scale
+    );
+    let _ = writeln!(
+        text,
+        "accumulation  a pixel's mean is off by at most {:.1e} of itself",
+        report.accumulation
+    );
+    for finding in &report.findings {
+        let _ = write!(text, "\n{finding}");
+    }
+    for (limit, count) in &report.more {
+        let _ = writeln!(text, "\n{}: {count} more", limit.title());
+    }
+    if report.findings.is_empty() {
+        text += "nothing outside the supported range\n";
+    }
+    text
+}

@@ -1,0 +1,131 @@
+//! Which samples of which rows a film holds.
+
+use std::ops::Range;
+
+/// A part of a frame: some rows, and some samples of each of their pixels.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Rows of the whole image, the top one 0.
+    pub rows: Range<u32>,
+    /// Indices of samples, of all samples of a pixel.
+    pub samples: Range<u32>,
+}
+
+/// Rows and sample indices that are there twice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// The first such row.
+    pub row: u32,
+    /// Its samples.
+    pub samples: Range<u32>,
+}
+
+/// The samples that a film holds, by row. How they came together does not show: equal sets are equal.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Coverage {
+    /// Of each row, ranges that neither overlap nor touch, in order.
+    rows: Vec<Vec<Range<u32>>>,
+}
+
+impl Coverage {
+    /// Nothing of `height` rows.
+    pub fn new(height: u32) -> Self {
+        Self { rows: vec![Vec::new(); height as usize] }
+    }
+
+    /// Ranges of sample indices that row `row` holds, in order; none of a row that is not there.
+    pub fn samples(&self, row: u32) -> &[Range<u32>] {
+        self.rows.get(row as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// Adds `part`; rows that are not there do not count.
+    ///
+    /// # Errors
+    ///
+    /// If some of it is there already; then nothing is added.
+    pub fn insert(&mut self, part: &Part) -> Result<(), Overlap> {
+        let rows = part.rows.clone().filter(|_| !part.samples.is_empty());
+        self.insert_rows(rows.map(|row| (row, std::slice::from_ref(&part.samples))))
+    }
+
+    /// Adds all that `other` holds.
+    ///
+    /// # Errors
+    ///
+    /// If some of it is there already; then nothing is added.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Overlap> {
+        self.insert_rows((0..).zip(other.rows.iter().map(Vec::as_slice)))
+    }
+
+    fn insert_rows<'a>(
+        &mut self,
+        rows: impl Iterator<Item = (u32, &'a [Range<u32>])> + Clone,
+    ) -> Result<(), Overlap> {
+        for (row, ranges) in rows.clone() {
+            for new in ranges {
+                let common = |old: &Range<u32>| old.start.max(new.start)..old.end.min(new.end);
+                if let Some(samples) = self.samples(row).iter().map(common).find(|r| !r.is_empty()) {
+                    return Err(Overlap { row, samples });
+                }
+            }
+        }
+        for (row, ranges) in rows {
+            let Some(held) = self.rows.get_mut(row as usize) else { continue };
+            for new in ranges {
+                // Into its place, then joined with the neighbours that it touches.
+                let at = held.partition_point(|old| old.start < new.start);
+                held.insert(at, new.clone());
+                if held.get(at + 1).is_some_and(|next| next.start == new.end) {
+                    held[at].end = held.remove(at + 1).end;
+                }
+                if at > 0 && held[at - 1].end == new.start {
+                    held[at - 1].end = held.remove(at).end;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(rows: Range<u32>, samples: Range<u32>) -> Part {
+        Part { rows, samples }
+    }
+
+    #[test]
+    fn how_it_came_together_does_not_show() {
+        let mut whole = Coverage::new(4);
+        whole.insert(&part(0..4, 0..1024)).unwrap();
+        let pieces = [part(0..2, 256..512), part(2..4, 512..1024), part(0..2, 512..1024), part(0..4, 0..256)];
+        let last = part(2..4, 256..512);
+        let mut one = Coverage::new(4);
+        for piece in pieces.iter().chain([&last]) {
+            assert_ne!(one, whole);
+            one.insert(piece).unwrap();
+        }
+        assert_eq!(one, whole);
+        let (mut a, mut b) = (Coverage::new(4), Coverage::new(4));
+        pieces[..2].iter().for_each(|p| a.insert(p).unwrap());
+        pieces[2..].iter().chain([&last]).for_each(|p| b.insert(p).unwrap());
+        a.merge(&b).unwrap();
+        assert_eq!(a, whole);
+        assert_eq!(a.samples(3), std::slice::from_ref(&(0..1024)));
+        assert!(a.samples(4).is_empty());
+    }
+
+    #[test]
+    fn what_is_there_twice_is_named_and_nothing_is_added() {
+        let mut one = Coverage::new(4);
+        one.insert(&part(2..3, 256..512)).unwrap();
+        let before = one.clone();
+        assert_eq!(one.insert(&part(0..4, 0..300)), Err(Overlap { row: 2, samples: 256..300 }));
+        assert_eq!(one.merge(&before), Err(Overlap { row: 2, samples: 256..512 }));
+        assert_eq!(one, before);
+        one.insert(&part(2..3, 512..600)).unwrap();
+        one.insert(&part(2..3, 9..9)).unwrap();
+        assert_eq!(one.samples(2), std::slice::from_ref(&(256..600)));
+    }
+}

@@ -1,0 +1,274 @@
+//! The film: exact sums over the chunks that kernels sum in single precision.
+
+mod coverage;
+mod sum;
+
+pub use coverage::{Coverage, Overlap, Part};
+pub use sum::ExactSum;
+
+use crate::image::Image;
+use rayon::prelude::*;
+use std::ops::Range;
+use thiserror::Error;
+use trisect_shared::film::{Carry, PixelSums};
+
+/// Sums over all samples of one pixel so far. They do not depend on the order or grouping of chunks and films; [`ExactSum`] says when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelTotals {
+    /// Of the radiance, by channel. NaN until the first chunk is merged, so that a pixel no one wrote shows.
+    pub radiance: [ExactSum; 3],
+    /// Of the squared radiance.
+    pub squares: [ExactSum; 3],
+    /// Samples in the sums.
+    pub samples: u64,
+    /// Samples that were NaN or infinite and are not in the sums.
+    pub rejected: u64,
+    /// Path segments traced.
+    pub segments: u64,
+    /// Samples that were to be taken and that no kernel wrote; with any, the sums are NaN for good.
+    pub unwritten: u64,
+}
+
+impl PixelTotals {
+    const EMPTY: Self = Self {
+        radiance: [ExactSum::NAN; 3],
+        squares: [ExactSum::NAN; 3],
+        samples: 0,
+        rejected: 0,
+        segments: 0,
+        unwritten: 0,
+    };
+
+    fn is_empty(&self) -> bool {
+        self.samples + self.rejected + self.unwritten == 0
+    }
+
+    /// Adds a chunk that should hold `samples` samples.
+    fn merge(&mut self, sums: &PixelSums, samples: u32) {
+        let is_first = self.is_empty();
+        if sums.samples > samples {
+            self.radiance = [ExactSum::NAN; 3];
+            self.squares = [ExactSum::NAN; 3];
+            self.unwritten += u64::from(samples);
+            return;
+        }
+        for c in 0..3 {
+            let (radiance, squares) = (f64::from(sums.radiance[c]), f64::from(sums.squares[c]));
+            if is_first {
+                (self.radiance[c], self.squares[c]) = (radiance.into(), squares.into());
+            } else {
+                self.radiance[c].add(radiance);
+                self.squares[c].add(squares);
+            }
+        }
+        self.samples += u64::from(sums.samples);
+        self.rejected += u64::from(samples - sums.samples);
+        self.segments += u64::from(sums.segments);
+    }
+
+    /// Adds what `other` holds of the same pixel.
+    fn add(&mut self, other: &Self) {
+        if other.is_empty() {
+            return;
+        }
+        if self.is_empty() {
+            *self = *other;
+            return;
+        }
+        for c in 0..3 {
+            self.radiance[c].merge(other.radiance[c]);
+            self.squares[c].merge(other.squares[c]);
+        }
+        self.samples += other.samples;
+        self.rejected += other.rejected;
+        self.segments += other.segments;
+        self.unwritten += other.unwritten;
+    }
+
+    /// Mean radiance by channel; NaN without samples.
+    pub fn mean(&self) -> [f64; 3] {
+        self.radiance.map(|sum| sum.value() / self.samples as f64)
+    }
+
+    /// Estimated variance of the mean by channel: the sample variance over n; NaN with fewer than two samples.
+    pub fn variance_of_mean(&self) -> [f64; 3] {
+        let n = self.samples as f64;
+        std::array::from_fn(|c| {
+            let mean = self.radiance[c].value() / n;
+            ((self.squares[c].value() / n - mean * mean) / (n - 1.0)).max(0.0)
+        })
+    }
+}
+
+/// An image's worth of [`PixelTotals`], row-major, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// `width * height` totals.
+    pub pixels: Vec<PixelTotals>,
+    /// The samples in them.
+    pub coverage: Coverage,
+}
+
+/// Counts over a whole film.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FilmCounts {
+    /// Samples in the sums.
+    pub samples: u64,
+    /// NaN or infinite samples, left out.
+    pub rejected: u64,
+    /// Path segments traced.
+    pub segments: u64,
+    /// Pixels that miss samples which no kernel wrote.
+    pub unwritten: u64,
+}
+
+/// What cannot be added to a film.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum FilmError {
+    /// Of another image.
+    #[error("a film of {}x{} cannot be added to one of {}x{}; render both at the same size", other.0, other.1, film.0, film.1)]
+    Size {
+        /// Pixels across and down.
+        film: (u32, u32),
+        /// What was to be added.
+        other: (u32, u32),
+    },
+    /// A chunk that is not the image's, or rows that the image does not have.
+    #[error("a chunk of {pixels} pixels with rows {} to {} does not fit a film of {}x{}", rows.start, rows.end, film.0, film.1)]
+    Chunk {
+        /// Pixels across and down.
+        film: (u32, u32),
+        /// In the chunk.
+        pixels: usize,
+        /// From the first to one past the last.
+        rows: Range<u32>,
+    },
+    /// Samples that would count twice.
+    #[error("samples {} to {} of row {} are in both films; merge each part once", samples.start, samples.end, row)]
+    Overlap {
+        /// The first such row.
+        row: u32,
+        /// From the first to one past the last.
+        samples: Range<u32>,
+    },
+}
+
+impl From<Overlap> for FilmError {
+    fn from(Overlap { row, samples }: Overlap) -> Self {
+        Self::Overlap { row, samples }
+    }
+}
+
+/// Pixels that a thread takes at a time.
+const TASK: usize = 4096;
+
+impl Film {
+    /// Bytes that one pixel takes on the host: its totals, a chunk on the CPU backend with its carry and one read back, the picture, and two
+    /// copies of it while it is encoded.
+    pub const BYTES_PER_PIXEL: u64 =
+        (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + size_of::<Carry>() + 3 * 12) as u64;
+
+    /// A film that no one has written.
+    pub fn new(width: u32, height: u32) -> Self {
+        let pixels = width as usize * height as usize;
+        // In parallel: the first touch of fresh memory is what takes the time.
+        let pixels = rayon::iter::repeat_n(PixelTotals::EMPTY, pixels).with_min_len(TASK).collect();
+        Self { width, height, pixels, coverage: Coverage::new(height) }
+    }
+
+    /// Adds the rows of `part` of a whole image's `chunk`, each pixel of which should hold `part`'s samples. The order of chunks does
+    /// not matter.
+    ///
+    /// A pixel that no kernel wrote in this chunk becomes NaN and stays so.
+    ///
+    /// # Errors
+    ///
+    /// If the film has not these pixels, or has these samples already; then it stays as it was.
+    pub fn merge(&mut self, part: &Part, chunk: &[PixelSums]) -> Result<(), FilmError> {
+        let rows = self.row_range(&part.rows).filter(|_| chunk.len() == self.pixels.len());
+        let Some((totals, sums)) =
+            rows.and_then(|rows| Some((self.pixels.get_mut(rows.clone())?, chunk.get(rows)?)))
+        else {
+            return Err(FilmError::Chunk {
+                film: (self.width, self.height),
+                pixels: chunk.len(),
+                rows: part.rows.clone(),
+            });
+        };
+        self.coverage.insert(part)?;
+        let samples = part.samples.len() as u32;
+        totals
+            .par_iter_mut()
+            .zip(sums)
+            .with_min_len(TASK)
+            .for_each(|(total, sums)| total.merge(sums, samples));
+        Ok(())
+    }
+
+    /// Adds another film of the same render, whatever its rows and chunks: in any order and grouping, the sums are the same. A pixel
+    /// that only one of both holds is that one's.
+    ///
+    /// That both are of the same scene and settings, but for their parts, is for the caller to know.
+    ///
+    /// # Errors
+    ///
+    /// If the sizes differ, or both hold a sample; then the film stays as it was.
+    pub fn add(&mut self, other: &Self) -> Result<(), FilmError> {
+        let (film, of) = ((self.width, self.height), (other.width, other.height));
+        if film != of || self.pixels.len() != other.pixels.len() {
+            return Err(FilmError::Size { film, other: of });
+        }
+        self.coverage.merge(&other.coverage)?;
+        let pixels = self.pixels.par_iter_mut().zip(&other.pixels);
+        pixels.with_min_len(TASK).for_each(|(total, other)| total.add(other));
+        Ok(())
+    }
+
+    /// The indices of the pixels of `rows`, if the film has them.
+    fn row_range(&self, rows: &Range<u32>) -> Option<Range<usize>> {
+        let index = |row: u32| row as usize * self.width as usize;
+        (rows.start <= rows.end && rows.end <= self.height).then(|| index(rows.start)..index(rows.end))
+    }
+
+    /// The mean radiance of each pixel.
+    pub fn image(&self) -> Image {
+        Image {
+            width: self.width,
+            height: self.height,
+            pixels: self.pixels.iter().map(|total| total.mean().map(|value| value as f32)).collect(),
+        }
+    }
+
+    /// Counts over all pixels.
+    pub fn counts(&self) -> FilmCounts {
+        count(&self.pixels)
+    }
+
+    /// Counts over the pixels of `rows`; rows that are not there do not count.
+    pub fn counts_in(&self, rows: &Range<u32>) -> FilmCounts {
+        self.row_range(rows).and_then(|rows| self.pixels.get(rows)).map_or_else(FilmCounts::default, count)
+    }
+}
+
+fn count(pixels: &[PixelTotals]) -> FilmCounts {
+    let add = |a: FilmCounts, b: FilmCounts| FilmCounts {
+        samples: a.samples + b.samples,
+        rejected: a.rejected + b.rejected,
+        segments: a.segments + b.segments,
+        unwritten: a.unwritten + b.unwritten,
+    };
+    let count = |total: &PixelTotals| FilmCounts {
+        samples: total.samples,
+        rejected: total.rejected,
+        segments: total.segments,
+        unwritten: u64::from(total.unwritten > 0 || total.is_empty()),
+    };
+    pixels.par_iter().with_min_len(TASK).map(count).reduce(FilmCounts::default, add)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,38 @@
+//! What the author of a scene calls its parts.
+
+use crate::scene::description::{Description, Shape, ShapeKind};
+
+/// Of an analytic shape.
+pub(super) fn shape(scene: &Description, index: usize, shape: &Shape) -> String {
+    let kind = match shape.kind {
+        ShapeKind::Sphere { .. } => "a sphere",
+        ShapeKind::Quad { .. } => "a quad",
+        ShapeKind::Disc { .. } => "a disc",
+    };
+    let place = match scene.shape_objects.get(index) {
+        Some(object) => format!("objects[{object}]"),
+        None => format!("shape {index}"),
+    };
+    let material = scene.materials.get(shape.material).map_or("", |material| &material.name);
+    format!("{place}, {kind} of \"{material}\"")
+}
+
+/// Of a mesh in the world.
+pub(super) fn instance(scene: &Description, index: usize) -> String {
+    let mesh = scene.instances.get(index).and_then(|instance| scene.meshes.get(instance.mesh));
+    let name = mesh.map_or("", |mesh| &mesh.name);
+    match scene.instance_objects.get(index) {
+        Some(object) => format!("objects[{object}], mesh \"{name}\""),
+        None => format!("mesh \"{name}\""),
+    }
+}
+
+/// Of a material.
+pub(super) fn material(name: &str) -> String {
+    format!("material \"{name}\"")
+}
+
+/// Of a light without extent: those of a scene file come first.
+pub(super) fn light(index: usize) -> String {
+    format!("lights[{index}]")
+}

@@ -1,0 +1,65 @@
+//! A grid over directions, to count samples in and to integrate densities over.
+
+use crate::statistics::SLOW;
+use glam::{DVec3, Vec3};
+use trisect_shared::math::basis;
+
+const ROWS: usize = 32;
+const COLUMNS: usize = 32;
+/// Of a chart.
+pub const CELLS: usize = ROWS * COLUMNS;
+/// Points a cell in each direction; cells that hold an edge of the density have four times as many.
+const POINTS: usize = if SLOW { 4 } else { 12 };
+
+/// A grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2) = a⁴ and φ = 2πb.
+pub struct Chart {
+    axis: DVec3,
+    x: DVec3,
+    y: DVec3,
+}
+
+impl Chart {
+    pub fn new(axis: Vec3) -> Self {
+        let (x, y) = basis(axis);
+        Self { axis: axis.as_dvec3(), x: x.as_dvec3(), y: y.as_dvec3() }
+    }
+
+    /// The cell of a direction, below [`CELLS`].
+    pub fn cell(&self, d: Vec3) -> usize {
+        let d = d.as_dvec3();
+        let a = ((d - self.axis).length_squared() / 4.0).sqrt().sqrt();
+        let b = d.dot(self.y).atan2(d.dot(self.x)) / core::f64::consts::TAU + 0.5;
+        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        index(a, ROWS) * COLUMNS + index(b, COLUMNS)
+    }
+
+    /// The direction, and the solid angle of the unit square there.
+    fn place(&self, a: f64, b: f64) -> (Vec3, f64) {
+        let half2 = a.powi(4);
+        let sine = 2.0 * (half2 * (1.0 - half2)).sqrt();
+        let (s, c) = ((b - 0.5) * core::f64::consts::TAU).sin_cos();
+        let d = (self.x * c + self.y * s) * sine + self.axis * (1.0 - 2.0 * half2);
+        (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
+    }
+
+    /// The integral of `density` over a cell.
+    pub fn integral(&self, cell: usize, density: impl Fn(Vec3) -> f64) -> f64 {
+        let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
+        let sum = |n: usize| {
+            let (mut sum, mut zeros) = (0.0, 0);
+            for i in 0..n * n {
+                let a = (row + ((i / n) as f64 + 0.5) / n as f64) / ROWS as f64;
+                let b = (column + ((i % n) as f64 + 0.5) / n as f64) / COLUMNS as f64;
+                let (d, solid_angle) = self.place(a, b);
+                let value = density(d) * solid_angle;
+                zeros += usize::from(value == 0.0);
+                sum += value;
+            }
+            (sum / (n * n * ROWS * COLUMNS) as f64, zeros > 0 && zeros < n * n)
+        };
+        match sum(POINTS) {
+            (_, true) => sum(4 * POINTS).0,
+            (whole, false) => whole,
+        }
+    }
+}

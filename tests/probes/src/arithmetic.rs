@@ -1,0 +1,78 @@
+//! The operations that every function is made of.
+
+use crate::record::{Input, Output, ProbeParams, floats, row4};
+use glam::UVec4;
+use trisect_shared::math::{max, min, sqrt};
+use trisect_shared::scene::Scene;
+
+/// x + y.
+pub const ADD: u32 = 0;
+/// x - y.
+pub const SUBTRACT: u32 = 1;
+/// x y.
+pub const MULTIPLY: u32 = 2;
+/// x / y.
+pub const DIVIDE: u32 = 3;
+/// The square root of x.
+pub const ROOT: u32 = 4;
+/// The smaller of x and y.
+pub const MINIMUM: u32 = 5;
+/// The larger of x and y.
+pub const MAXIMUM: u32 = 6;
+/// x y + z: rounded twice, unless the compiler contracts it.
+pub const MULTIPLY_ADD: u32 = 7;
+/// (x + y) - x: y's rounded part, unless the compiler reassociates.
+pub const ADD_SUBTRACT: u32 = 8;
+/// The bits of x as an unsigned integer, to a number.
+pub const FROM_UNSIGNED: u32 = 9;
+/// The bits of x as a signed integer, to a number.
+pub const FROM_SIGNED: u32 = 10;
+/// x to a signed integer, towards zero; |x| < 2³¹.
+pub const TO_SIGNED: u32 = 11;
+/// Bits: x < y, x ≤ y, x = y, x ≠ x, x > y, x ≥ y.
+pub const COMPARE: u32 = 12;
+/// 1 / x.
+pub const RECIPROCAL: u32 = 13;
+
+/// Row a: x, y, z. Output a: the result.
+#[inline(always)]
+pub fn arithmetic(params: &ProbeParams, _: Scene, input: Input) -> Output {
+    let v = floats(input.a);
+    let (x, y, z) = (v.x, v.y, v.z);
+    let operation = params.operation;
+    let mut bits = 0;
+    let mut result = 0.0;
+    if operation == ADD {
+        result = x + y;
+    } else if operation == SUBTRACT {
+        result = x - y;
+    } else if operation == MULTIPLY {
+        result = x * y;
+    } else if operation == DIVIDE {
+        result = x / y;
+    } else if operation == ROOT {
+        result = sqrt(x);
+    } else if operation == MINIMUM {
+        result = min(x, y);
+    } else if operation == MAXIMUM {
+        result = max(x, y);
+    } else if operation == MULTIPLY_ADD {
+        result = x * y + z;
+    } else if operation == ADD_SUBTRACT {
+        result = (x + y) - x;
+    } else if operation == FROM_UNSIGNED {
+        result = input.a.x as f32;
+    } else if operation == FROM_SIGNED {
+        result = input.a.x as i32 as f32;
+    } else if operation == TO_SIGNED {
+        bits = x as i32 as u32;
+    } else if operation == COMPARE {
+        bits = (x < y) as u32 | ((x <= y) as u32) << 1 | ((x == y) as u32) << 2;
+        #[allow(clippy::eq_op, reason = "whether a compiler folds it is the question")]
+        let is_nan = x != x;
+        bits |= (is_nan as u32) << 3 | ((x > y) as u32) << 4 | ((x >= y) as u32) << 5;
+    } else if operation == RECIPROCAL {
+        result = 1.0 / x;
+    }
+    Output { a: row4(result, 0.0, 0.0, 0.0), b: UVec4::new(bits, 0, 0, 0) }
+}

@@ -1,0 +1,65 @@
+//! The shared crate's own functions of numbers.
+
+use crate::record::{Input, Output, ProbeParams, floats, row, row4, vector};
+use glam::UVec4;
+use trisect_shared::math;
+use trisect_shared::scene::Scene;
+
+/// Row a: random bits. Output: cos, sin.
+pub const UNIT_CIRCLE: u32 = 0;
+/// Row a: turns. Output: cos, sin.
+pub const CIRCLE: u32 = 1;
+/// Row a: y, x. Output: turns.
+pub const TURNS: u32 = 2;
+/// Row a: x in [0, 1]. Output: its cube root.
+pub const CUBE_ROOT: u32 = 3;
+/// Row a: x. Output b: the integer at or below.
+pub const FLOOR: u32 = 4;
+/// Row a: a vector. Output: of unit length.
+pub const NORMALIZE: u32 = 5;
+/// Row a: a unit vector. Output a, b: two more that are perpendicular.
+pub const BASIS: u32 = 6;
+/// Row a: a half's bits. Output: its value.
+pub const FROM_HALF: u32 = 7;
+/// Row a: x. Output b: whether it is finite.
+pub const IS_FINITE: u32 = 8;
+/// Row a: two integers. Output b: the upper word of their product.
+pub const MUL_HIGH: u32 = 9;
+/// Row a: random bits. Output: a number below 1.
+pub const UNIT: u32 = 10;
+
+/// Numbers in row a, out in rows a and b.
+#[inline(always)]
+pub fn functions(params: &ProbeParams, _: Scene, input: Input) -> Output {
+    let v = floats(input.a);
+    let operation = params.operation;
+    let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
+    if operation == UNIT_CIRCLE {
+        let (cos, sin) = math::unit_circle(input.a.x);
+        out.a = row4(cos, sin, 0.0, 0.0);
+    } else if operation == CIRCLE {
+        let (cos, sin) = math::circle(v.x);
+        out.a = row4(cos, sin, 0.0, 0.0);
+    } else if operation == TURNS {
+        out.a = row4(math::turns(v.x, v.y), 0.0, 0.0, 0.0);
+    } else if operation == CUBE_ROOT {
+        out.a = row4(math::cbrt_unit(v.x), 0.0, 0.0, 0.0);
+    } else if operation == FLOOR {
+        out.b.x = math::floor(v.x) as u32;
+    } else if operation == NORMALIZE {
+        out.a = row(math::normalize(vector(input.a)), 0);
+    } else if operation == BASIS {
+        let (x, y) = math::basis(vector(input.a));
+        out.a = row(x, 0);
+        out.b = row(y, 0);
+    } else if operation == FROM_HALF {
+        out.a = row4(math::from_half(input.a.x), 0.0, 0.0, 0.0);
+    } else if operation == IS_FINITE {
+        out.b.x = math::is_finite(v.x) as u32;
+    } else if operation == MUL_HIGH {
+        out.b.x = math::mul_high(input.a.x, input.a.y);
+    } else if operation == UNIT {
+        out.a = row4(math::unit_f32(input.a.x), 0.0, 0.0, 0.0);
+    }
+    out
+}

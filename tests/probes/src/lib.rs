@@ -1,0 +1,53 @@
+//! Functions of the shared crate one at a time: words in, words out.
+//!
+//! A probe is a function of an [`Input`] that runs natively and, through the entry points in `spirv` and `ptx`, on a device, like
+//! the kernels themselves. So a torture test asks each backend the same question. Some operations are faulty on purpose: the
+//! sabotage twins of the tests.
+//!
+//! | binding | SPIR-V, set 0 | PTX argument | content |
+//! |---|---|---|---|
+//! | 0 | uniform | by value | [`ProbeParams`] |
+//! | 1 to 10 | storage, read | [`SceneLengths`] by value, then pointers | the arrays of a scene, in its order |
+//! | 11 | storage, read | pointer | `[Input]` |
+//! | 12 | storage | pointer | `[Output]` |
+#![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
+#![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
+
+/// Calls a macro with each probe: its function and entry point, and the entry point's name (attributes take literals only).
+#[macro_export]
+macro_rules! for_each_probe {
+    ($probe:ident) => {
+        $probe! {
+            arithmetic "probe_arithmetic",
+            functions "probe_functions",
+            sampling "probe_sampling",
+            shapes "probe_shapes",
+            fresnel "probe_fresnel",
+            sums "probe_sums",
+            scatter "probe_scatter",
+            lights "probe_lights",
+            trace "probe_trace",
+        }
+    };
+}
+
+pub mod arithmetic;
+pub mod fresnel;
+pub mod functions;
+pub mod lights;
+pub mod record;
+pub mod sampling;
+pub mod scatter;
+pub mod shapes;
+pub mod sums;
+pub mod trace;
+
+#[cfg(target_arch = "nvptx64")]
+pub mod ptx;
+#[cfg(target_arch = "spirv")]
+pub mod spirv;
+
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod prebuilt;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub use prebuilt::*;

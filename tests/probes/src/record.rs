@@ -1,0 +1,90 @@
+//! What goes in and comes out.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec4, Vec3, Vec4};
+use trisect_shared::params::RenderParams;
+use trisect_shared::rng::Words;
+
+/// One launch. 224 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ProbeParams {
+    /// One of the probe's constants.
+    pub operation: u32,
+    /// Length of the inputs and outputs.
+    pub count: u32,
+    /// Unused. (Words, not an array: see [`RenderParams::first_flat`].)
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+    /// The scene's root, lights, camera and so on.
+    pub render: RenderParams,
+}
+
+const _: () = assert!(size_of::<ProbeParams>() == 224 && align_of::<ProbeParams>() == 16);
+
+/// A question: eight rows, whose meaning each operation states. 128 bytes. Integers, so that no bit pattern is changed on the way.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Input {
+    /// Row 0.
+    pub a: UVec4,
+    /// Row 1.
+    pub b: UVec4,
+    /// Row 2.
+    pub c: UVec4,
+    /// Row 3.
+    pub d: UVec4,
+    /// Row 4.
+    pub e: UVec4,
+    /// Row 5.
+    pub f: UVec4,
+    /// Row 6.
+    pub g: UVec4,
+    /// Row 7.
+    pub h: UVec4,
+}
+
+const _: () = assert!(size_of::<Input>() == 128 && align_of::<Input>() == 16);
+
+/// An answer. 32 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Output {
+    /// Row 0.
+    pub a: UVec4,
+    /// Row 1.
+    pub b: UVec4,
+}
+
+const _: () = assert!(size_of::<Output>() == 32 && align_of::<Output>() == 16);
+
+/// The numbers whose bits a row holds.
+#[inline(always)]
+pub fn floats(row: UVec4) -> Vec4 {
+    Vec4::new(f32::from_bits(row.x), f32::from_bits(row.y), f32::from_bits(row.z), f32::from_bits(row.w))
+}
+
+/// The first three of them.
+#[inline(always)]
+pub fn vector(row: UVec4) -> Vec3 {
+    Vec3::new(f32::from_bits(row.x), f32::from_bits(row.y), f32::from_bits(row.z))
+}
+
+/// Random words.
+#[inline(always)]
+pub fn words(row: UVec4) -> Words {
+    Words { x: row.x, y: row.y, z: row.z, w: row.w }
+}
+
+/// A row of three numbers and a word.
+#[inline(always)]
+pub fn row(v: Vec3, w: u32) -> UVec4 {
+    UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w)
+}
+
+/// A row of four numbers.
+#[inline(always)]
+pub fn row4(x: f32, y: f32, z: f32, w: f32) -> UVec4 {
+    UVec4::new(x.to_bits(), y.to_bits(), z.to_bits(), w.to_bits())
+}

@@ -1,0 +1,43 @@
+//! Materials, by their index in the scene.
+
+use crate::record::{Input, Output, ProbeParams, row, vector, words};
+use glam::UVec4;
+use trisect_shared::bsdf::Bsdf;
+use trisect_shared::buffer::load;
+use trisect_shared::features::{ALL, TEXTURES};
+use trisect_shared::scene::Scene;
+
+/// Rows: a incoming and material; b normal and front; c words. Output: a direction and bits (1 transmitted, 2 absorbed); b weight
+/// and density.
+pub const SAMPLE: u32 = 0;
+/// The same with Schlick's approximation.
+pub const SAMPLE_SCHLICK: u32 = 1;
+/// Rows: a incoming and material; b normal and front; c outgoing. Output a: value times cosine, and density.
+pub const EVALUATE: u32 = 2;
+
+/// Rows by operation.
+///
+/// # Safety
+///
+/// The material's index is below the number of the scene's.
+#[inline(always)]
+#[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
+pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Output {
+    // SAFETY: the caller's promise; without textures.
+    let bsdf = unsafe {
+        let material = load(scene.materials, input.a.w);
+        let (incoming, normal) = (vector(input.a), vector(input.b));
+        Bsdf::new::<{ ALL & !TEXTURES }>(scene, material, incoming, normal, input.b.w != 0, (0.0, 0.0))
+    };
+    let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
+    if params.operation == EVALUATE {
+        let evaluation = bsdf.evaluate::<{ ALL & !TEXTURES }>(vector(input.c));
+        out.a = row(evaluation.value, evaluation.density.to_bits());
+    } else {
+        let schlick = params.operation == SAMPLE_SCHLICK;
+        let sample = bsdf.sample::<{ ALL & !TEXTURES }>(schlick, words(input.c));
+        out.a = row(sample.direction, sample.transmitted as u32 | (sample.absorbed as u32) << 1);
+        out.b = row(sample.weight, sample.density.to_bits());
+    }
+    out
+}

@@ -1,0 +1,54 @@
+//! Entry points for SPIR-V.
+
+use crate::record::{Input, Output, ProbeParams};
+use spirv_std::glam::UVec3;
+use spirv_std::spirv;
+use trisect_shared::buffer::{load, store};
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::environment::EnvironmentTexel;
+use trisect_shared::flat::Flat;
+use trisect_shared::light::Light;
+use trisect_shared::material::Material;
+use trisect_shared::scene::Scene;
+use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::triangle::{Triangle, TriangleShading};
+
+macro_rules! entry_points {
+    ($($module:ident $text:tt,)*) => {$(
+        /// An invocation answers one question.
+        #[spirv(compute(threads(64), entry_point_name = $text))]
+        #[allow(clippy::too_many_arguments, reason = "a binding each")]
+        pub fn $module(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] params: &ProbeParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Sphere],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[BvhNode],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Flat],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[TriangleShading],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Texture],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Texel],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[EnvironmentTexel],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] inputs: &[Input],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] outputs: &mut [Output],
+        ) {
+            if id.x >= params.count {
+                return;
+            }
+            let scene = Scene {
+                spheres, nodes, materials, flats, triangles, shading, lights, textures, texels, environment,
+            };
+            // SAFETY: the guard, and the caller's proof of the scene and of `params.count` records.
+            #[allow(unsafe_code, unused_unsafe, reason = "see buffer; some probes are unsafe")]
+            unsafe {
+                let output = crate::$module::$module(params, scene, load(inputs, id.x));
+                store(outputs, id.x, output);
+            }
+        }
+    )*};
+}
+
+crate::for_each_probe!(entry_points);

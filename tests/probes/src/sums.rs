@@ -1,0 +1,54 @@
+//! What a pixel gathers.
+
+use crate::record::{Input, Output, ProbeParams, floats, row};
+use glam::{UVec4, Vec3, Vec4};
+use trisect_shared::film::{Carry, PixelSums};
+use trisect_shared::params::FLAG_NEVER;
+use trisect_shared::scene::Scene;
+
+/// Row a: a value, and how often (word y) it is added. Output: sum, and samples.
+pub const CONSTANT: u32 = 0;
+/// Row a: up to four values; row b: how many. Output: sum, and samples.
+pub const LIST: u32 = 1;
+/// [`CONSTANT`] in one f32: the twin.
+pub const PLAIN: u32 = 2;
+/// [`LIST`] in one f32: the twin.
+pub const PLAIN_LIST: u32 = 3;
+
+#[inline(always)]
+fn component(v: Vec4, i: u32) -> f32 {
+    if i == 0 {
+        v.x
+    } else if i == 1 {
+        v.y
+    } else if i == 2 {
+        v.z
+    } else {
+        v.w
+    }
+}
+
+/// Values in row a; sum and samples in row a.
+#[inline(always)]
+pub fn sums(params: &ProbeParams, _: Scene, input: Input) -> Output {
+    let v = floats(input.a);
+    let operation = params.operation;
+    let list = operation == LIST || operation == PLAIN_LIST;
+    let count = if list { input.b.x } else { input.a.y };
+    let mut sums = PixelSums::ZERO;
+    let mut carry = Carry::ZERO;
+    let mut plain = 0.0;
+    let mut i = 0;
+    while i < count {
+        let value = if list { component(v, i) } else { v.x };
+        if operation == PLAIN || operation == PLAIN_LIST {
+            plain += value;
+        } else {
+            sums.add(Vec3::splat(value), &mut carry, params.render.flags & FLAG_NEVER);
+        }
+        i += 1;
+    }
+    sums.finish(carry);
+    sums.radiance += Vec3::splat(plain);
+    Output { a: row(sums.radiance, sums.samples), b: UVec4::ZERO }
+}

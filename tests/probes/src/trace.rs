@@ -1,0 +1,92 @@
+//! Rays through a scene.
+
+use crate::record::{Input, Output, ProbeParams, row, vector};
+use glam::UVec4;
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit, distance};
+use trisect_shared::features::{FLATS, Features, TRIANGLES};
+use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::scene::Scene;
+use trisect_shared::sphere::MISS;
+use trisect_shared::surface;
+use trisect_shared::triangle::Shear;
+
+/// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction, and whether inward. Output: a normal, primitive; b
+/// distance.
+pub const CLOSEST: u32 = 0;
+/// The same without the BVH: every primitive in turn.
+pub const EVERY: u32 = 1;
+/// Rows: a origin; b direction; c outgoing direction. From the hit, a ray goes on along row c. Output: a the point it starts from, its hit's primitive; b first
+/// and second distance, the first hit's primitive.
+pub const LEAVE: u32 = 2;
+/// The same from where the first ray ended, without departure and error bound: the twin.
+pub const LEAVE_PLAINLY: u32 = 3;
+
+const SHAPES: Features = FLATS | TRIANGLES;
+
+/// Rows by operation.
+///
+/// # Safety
+///
+/// The scene is proven, as the kernels demand.
+#[inline(always)]
+#[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
+pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output {
+    let mut departure = Departure::NONE;
+    if input.a.w != NO_PRIMITIVE {
+        departure = Departure::from(input.a.w, input.b.w != 0);
+    }
+    let ray = Ray { origin: vector(input.a), direction: vector(input.b), departure };
+    let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
+    // SAFETY: the caller's promise.
+    let hit = unsafe {
+        if params.operation == EVERY {
+            every(params, scene, ray)
+        } else {
+            closest_hit::<SHAPES>(&params.render, scene, ray, Reach::CLOSEST)
+        }
+    };
+    out.a.w = hit.primitive;
+    out.b.x = hit.distance.to_bits();
+    if hit.primitive != NO_PRIMITIVE {
+        // SAFETY: traversal returns a primitive of the scene.
+        let surface = unsafe { surface::at::<SHAPES>(&params.render, scene, ray, hit) };
+        out.a = row(surface.normal, hit.primitive);
+        if params.operation >= LEAVE {
+            let direction = vector(input.c);
+            let inside = direction.dot(surface.normal) < 0.0;
+            let mut next = Ray {
+                origin: surface::leave(surface.point, surface.normal, surface.error, !inside),
+                direction,
+                departure: Departure::from(hit.primitive, inside),
+            };
+            if params.operation == LEAVE_PLAINLY {
+                next.origin = ray.origin + ray.direction * hit.distance;
+                next.departure = Departure::NONE;
+            }
+            // SAFETY: the caller's promise.
+            let second = unsafe { closest_hit::<SHAPES>(&params.render, scene, next, Reach::CLOSEST) };
+            out.a = row(next.origin, second.primitive);
+            out.b = UVec4::new(hit.distance.to_bits(), second.distance.to_bits(), hit.primitive, 0);
+        }
+    }
+    out
+}
+
+/// The closest hit among all primitives; of equal ones the first.
+#[inline(always)]
+#[allow(unsafe_code, reason = "as above")]
+unsafe fn every(params: &ProbeParams, scene: Scene, ray: Ray) -> Hit {
+    let shear = Shear::new(ray.direction);
+    let count = params.render.first_triangle + scene.triangles.len() as u32;
+    let mut best = Hit { distance: MISS, primitive: NO_PRIMITIVE };
+    let mut index = 0;
+    while index < count {
+        // SAFETY: below the number of primitives.
+        let t = unsafe { distance::<SHAPES>(&params.render, scene, ray, &shear, index) };
+        if t < best.distance {
+            best = Hit { distance: t, primitive: index };
+        }
+        index += 1;
+    }
+    best
+}

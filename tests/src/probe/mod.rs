@@ -1,0 +1,149 @@
+//! Asks a backend for one function of the shared crate at a time (see `trisect_probes`).
+
+mod cpu;
+mod cuda;
+mod wgpu;
+
+use crate::Subject;
+use bytemuck::Zeroable;
+use trisect::backend::BackendError;
+use trisect::bvh::Bvh;
+use trisect::lights::Lights;
+use trisect::scene::Scene;
+use trisect_probes::record::{Input, Output, ProbeParams};
+use trisect_shared::params::RenderParams;
+
+/// Questions to a device at a time: 32 MiB of them.
+const BATCH: usize = 1 << 18;
+
+/// A device that answers.
+trait Device {
+    /// As its driver names it.
+    fn name(&self) -> &str;
+    /// Answers to at most [`BATCH`] questions.
+    fn run(
+        &mut self,
+        probe: &'static str,
+        params: &ProbeParams,
+        inputs: &[Input],
+    ) -> Result<Vec<Output>, BackendError>;
+}
+
+/// A scene as kernels see it, for the probes that trace or scatter.
+#[derive(Clone, Debug)]
+pub struct ProbeScene {
+    scene: Scene,
+    /// May be changed: a test's twin breaks it.
+    pub bvh: Bvh,
+    lights: Lights,
+}
+
+impl ProbeScene {
+    /// Builds the tree and the light table.
+    ///
+    /// # Panics
+    ///
+    /// If the scene has no tree.
+    pub fn new(scene: &Scene) -> Self {
+        let bvh = match Bvh::build(scene, None) {
+            Ok(bvh) => bvh,
+            Err(error) => panic!("{error}"),
+        };
+        let lights = Lights::new(scene, &bvh.triangles);
+        Self { scene: scene.clone(), bvh, lights }
+    }
+
+    /// The device arrays.
+    pub fn records(&self) -> trisect_shared::scene::Scene<'_> {
+        let Self { scene, bvh, lights } = self;
+        trisect_shared::scene::Scene {
+            spheres: &scene.spheres,
+            nodes: &bvh.nodes,
+            materials: &lights.materials,
+            flats: &scene.flats,
+            triangles: &bvh.triangles,
+            shading: &bvh.shading,
+            lights: &lights.lights,
+            textures: &scene.textures,
+            texels: &scene.texels,
+            environment: scene.environment.as_ref().map_or(&[], |environment| &environment.texels),
+        }
+    }
+
+    /// What a launch says of the scene; without camera, sky and settings.
+    pub fn params(&self) -> RenderParams {
+        let size = self.scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
+        RenderParams {
+            root: self.bvh.root.0,
+            first_flat: self.scene.spheres.len() as u32,
+            first_triangle: (self.scene.spheres.len() + self.scene.flats.len()) as u32,
+            lights: self.lights.lights.len() as u32,
+            environment_probability: self.lights.environment_probability,
+            environment_width: size.0,
+            environment_height: size.1,
+            environment_cos: 1.0,
+            ..RenderParams::zeroed()
+        }
+    }
+}
+
+/// A backend ready to answer.
+pub struct Prober {
+    subject: Subject,
+    device: Box<dyn Device>,
+    /// Part of each launch; a test may set its camera.
+    pub render: RenderParams,
+}
+
+impl Prober {
+    /// The backend with no scene; `None` where it is missing and not required, said aloud.
+    pub fn new(subject: Subject) -> Option<Self> {
+        let nothing = "Scene(version: 1, image: (width: 1, height: 1), materials: {}, objects: [],
+            camera: (look_from: (0, 0, 0), look_at: (0, 0, -1), vertical_fov: 60))";
+        match Scene::parse(nothing, "nothing") {
+            Ok(scene) => Self::with_scene(subject, &ProbeScene::new(&scene)),
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// The backend with a scene on it.
+    pub fn with_scene(subject: Subject, scene: &ProbeScene) -> Option<Self> {
+        let device: Result<Box<dyn Device>, BackendError> = match subject {
+            Subject::Cpu => Ok(Box::new(cpu::Native::new(scene.clone()))),
+            Subject::Wgpu | Subject::WgpuNaga => {
+                wgpu::Wgpu::open(subject == Subject::Wgpu, scene).map(|device| Box::new(device) as _)
+            }
+            Subject::Cuda => cuda::Cuda::open(scene).map(|device| Box::new(device) as _),
+        };
+        let device = subject.available(device)?;
+        Some(Self { subject, device, render: scene.params() })
+    }
+
+    /// Who answers.
+    pub fn subject(&self) -> Subject {
+        self.subject
+    }
+
+    /// The device's name.
+    pub fn device(&self) -> &str {
+        self.device.name()
+    }
+
+    /// An answer to each question: `probe` is an entry point's name, `operation` one of its module's constants.
+    ///
+    /// # Panics
+    ///
+    /// If the device fails.
+    pub fn ask(&mut self, probe: &'static str, operation: u32, inputs: &[Input]) -> Vec<Output> {
+        let mut outputs = Vec::with_capacity(inputs.len());
+        for batch in inputs.chunks(BATCH) {
+            let count = batch.len() as u32;
+            let params = ProbeParams { operation, count, pad0: 0, pad1: 0, render: self.render };
+            match self.device.run(probe, &params, batch) {
+                Ok(answers) => outputs.extend(answers),
+                Err(error) => panic!("{:?}, {probe} {operation}: {error}", self.subject),
+            }
+        }
+        outputs
+    }
+}

@@ -1,0 +1,87 @@
+//! One line for each torture test and backend, from which the table in `docs/accuracy.md` is made:
+//!
+//! ```text
+//! TORTURE 02 | cpu | AMD EPYC 9354 | passed | worst 1.9 of 4 sigma over 8 depths
+//! ```
+//!
+//! Five fields, " | " between them; no field holds a '|'. `cargo test --release -p trisect-tests --test torture -- --nocapture 2>&1 |
+//! grep -o 'TORTURE.*'` shows them all.
+
+use crate::Subject;
+use std::sync::OnceLock;
+use trisect::backend::{Device, DeviceKind, cpu, cuda, wgpu};
+
+/// How a backend met a test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// As the test's number asks.
+    Passed,
+    /// Within a bound that was measured and whose reason the test states.
+    Bounded,
+    /// Nothing to test, with the reason.
+    NotApplicable,
+}
+
+/// The device that tests of a backend run on, looked for once: a driver may tire of being asked.
+fn device(subject: Subject) -> Option<&'static Device> {
+    static DEVICES: [OnceLock<Option<Device>>; 3] = [const { OnceLock::new() }; 3];
+    let (slot, find): (usize, fn() -> Option<Device>) = match subject {
+        Subject::Cpu => (0, || Some(cpu::describe(1))),
+        Subject::Wgpu | Subject::WgpuNaga => (1, || {
+            let devices = wgpu::devices().ok()?;
+            let named = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok());
+            let hardware = || devices.iter().position(|device| device.kind == DeviceKind::Gpu);
+            let index = named.or_else(hardware).unwrap_or(0);
+            devices.into_iter().nth(index)
+        }),
+        Subject::Cuda => (2, || cuda::devices().ok()?.into_iter().next()),
+    };
+    DEVICES[slot].get_or_init(find).as_ref()
+}
+
+impl Subject {
+    /// Its name in reports, where both routes of wgpu show.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::WgpuNaga => "wgpu-naga",
+            other => other.name(),
+        }
+    }
+
+    /// The index, for its backend, of the device that tests of it run on; 0 if there is none.
+    pub fn index(self) -> usize {
+        device(self).map_or(0, |device| device.index)
+    }
+
+    /// Whether its device is a graphics driver that computes on the CPU, which has time for few samples.
+    pub fn is_software(self) -> bool {
+        device(self).is_some_and(|device| device.kind == DeviceKind::SoftwareGpu)
+    }
+}
+
+/// The line.
+pub fn line(number: u32, subject: Subject, device: &str, outcome: Outcome, figure: &str) -> String {
+    let outcome = match outcome {
+        Outcome::Passed => "passed",
+        Outcome::Bounded => "bounded",
+        Outcome::NotApplicable => "not applicable",
+    };
+    format!("TORTURE {number:02} | {} | {device} | {outcome} | {}", subject.label(), figure.replace('|', "/"))
+}
+
+/// Prints the line of torture test `number` on standard error; `figure` says in words what was measured.
+pub fn report(number: u32, subject: Subject, outcome: Outcome, figure: impl AsRef<str>) {
+    let device = device(subject).map_or("none here", |device| device.name.trim());
+    eprintln!("{}", line(number, subject, device, outcome, figure.as_ref()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_five_fields() {
+        let line = line(2, Subject::WgpuNaga, "device", Outcome::Bounded, "a | b");
+        assert_eq!(line, "TORTURE 02 | wgpu-naga | device | bounded | a / b");
+    }
+}

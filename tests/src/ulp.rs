@@ -1,0 +1,43 @@
+//! Errors in units of the last place of an f32.
+
+/// The distance between the f32 numbers around `x`: 2⁻¹⁴⁹ below the normal ones.
+pub fn ulp(x: f64) -> f64 {
+    let x = x.abs();
+    if x < f64::from(f32::MIN_POSITIVE) {
+        return 2f64.powi(-149);
+    }
+    let exponent = ((x.to_bits() >> 52) as i32 - 1023).min(127);
+    2f64.powi(exponent - 23)
+}
+
+/// How far `got` is from the true value: 0.5 at most where it is correctly rounded; infinite for a NaN or infinity that should be
+/// a number, 0 for one that is right.
+pub fn error(got: f32, want: f64) -> f64 {
+    let rounded = want as f32;
+    if got.to_bits() == rounded.to_bits() || got.is_nan() && rounded.is_nan() || got == rounded {
+        return if rounded.is_finite() { (f64::from(got) - want).abs() / ulp(want) } else { 0.0 };
+    }
+    if got.is_finite() && rounded.is_finite() {
+        (f64::from(got) - want).abs() / ulp(want)
+    } else {
+        f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units() {
+        assert_eq!(ulp(1.0), f64::from(f32::EPSILON));
+        assert_eq!(ulp(1.5), ulp(1.0));
+        assert_eq!(ulp(0.75), ulp(1.0) / 2.0);
+        assert_eq!(ulp(1e-40), 2f64.powi(-149));
+        assert_eq!(error(1.0, 1.0), 0.0);
+        assert_eq!(error(1.0f32.next_up(), 1.0), 1.0);
+        assert_eq!(error(f32::NAN, f64::NAN), 0.0);
+        assert_eq!(error(f32::NAN, 1.0), f64::INFINITY);
+        assert_eq!(error(f32::INFINITY, 1e39), 0.0);
+    }
+}

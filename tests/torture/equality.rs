@@ -1,0 +1,151 @@
+//! One image on all backends: 17 the instructions, 19 bits, 20 first hits.
+
+use crate::materials;
+use crate::scattering::{question, with_materials};
+use glam::UVec4;
+use std::collections::HashSet;
+use trisect::render::Settings;
+use trisect::scene::Scene;
+use trisect_probes::record::{Input, Output, row};
+use trisect_probes::scatter::{EVALUATE, SAMPLE};
+use trisect_shared::math::unit_sphere;
+use trisect_shared::rng::PathKey;
+use trisect_tests::renders::{cpu, differing, film, scene_files};
+use trisect_tests::report::{Outcome, report};
+use trisect_tests::{Subject, for_each_backend};
+
+/// What precise PTX must not hold: contraction, approximations, flushed denormals, functions that no driver has.
+fn forbidden(ptx: &str) -> Option<&str> {
+    let patterns = ["fma.", "mad.f32", "mad.rn.f32", ".approx", ".full", ".ftz", ".extern .func"];
+    ptx.lines().find(|line| patterns.iter().any(|pattern| line.contains(pattern)))
+}
+
+#[test]
+fn t17_ptx() {
+    for ptx in [trisect_kernels::PTX_PRECISE, trisect_probes::PTX_PRECISE] {
+        assert_eq!(forbidden(ptx), None);
+    }
+    assert!(forbidden(trisect_kernels::PTX_FAST).is_some(), "an audit that finds nothing");
+    report(17, Subject::Cuda, Outcome::Passed, "no fma, approximation, flushing or external function");
+}
+
+/// Arithmetic instructions of a SPIR-V module, and those of them that a driver may contract.
+fn contractible(module: &[u8]) -> (usize, usize) {
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(module);
+    let (mut decorated, mut results) = (HashSet::new(), Vec::new());
+    let mut at = 5;
+    while at < words.len() {
+        match words[at] & 0xffff {
+            71 if words[at + 2] == 42 => drop(decorated.insert(words[at + 1])), // OpDecorate, NoContraction
+            127 | 129 | 131 | 133 | 136 | 140..=148 => results.push(words[at + 2]), // OpFNegate to OpDot
+            _ => (),
+        }
+        at += (words[at] >> 16).max(1) as usize;
+    }
+    (results.len(), results.iter().filter(|id| !decorated.contains(id)).count())
+}
+
+#[test]
+fn t17_spirv() {
+    for module in [trisect_kernels::SPIRV, trisect_probes::SPIRV] {
+        let (all, bare) = contractible(module);
+        assert!(all > 1000 && bare == 0, "{bare} of {all}");
+    }
+    // The twin: one decoration of another kind.
+    let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(trisect_probes::SPIRV);
+    let decoration = words.windows(3).position(|w| w[0] == 3 << 16 | 71 && w[2] == 42).unwrap();
+    words[decoration + 2] = 0;
+    assert_eq!(contractible(bytemuck::cast_slice(&words)).1, 1, "an audit that finds nothing");
+    let (all, _) = contractible(trisect_kernels::SPIRV);
+    report(17, Subject::Wgpu, Outcome::Passed, format!("{all} arithmetic instructions, all NoContraction"));
+}
+
+/// Every scene: first hits (primitive, distance, normal) and the radiance of one sample, bit by bit. CUDA must have the CPU's;
+/// Vulkan's division may be off by 2.5 ULP, so its bits are counted, and its primitives may differ in 0.01 %.
+fn t19_t20_bits(subject: Subject) {
+    let (mut rays, mut ids, mut hits, mut pixels, mut radiance) = (0, 0, 0, 0, 0);
+    for path in scene_files() {
+        let scene = Scene::load(&path).unwrap();
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let mut cpu = cpu(&scene);
+        let many = Settings { width: 160, height: 120, ..scene.settings() };
+        let (got, want) = (renderer.first_hits(&many, 0).unwrap(), cpu.first_hits(&many, 0).unwrap());
+        rays += got.len();
+        ids += got.iter().zip(&want).filter(|(a, b)| a.primitive != b.primitive).count();
+        hits +=
+            got.iter().zip(&want).filter(|(a, b)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b)).count();
+        let few = Settings { width: 16, height: 12, samples: 1, ..scene.settings() };
+        pixels += few.pixels() as usize;
+        radiance += differing(&film(&mut renderer, &few), &film(&mut cpu, &few));
+    }
+    if subject == Subject::Cpu {
+        // The twin: another sample's rays.
+        let scene = trisect_tests::scene("cornell_box.ron");
+        let mut cpu = cpu(&scene);
+        let few = Settings { width: 16, height: 12, samples: 1, ..scene.settings() };
+        assert_ne!(cpu.first_hits(&few, 0).unwrap(), cpu.first_hits(&few, 1).unwrap());
+        return;
+    }
+    let same = hits == 0 && radiance == 0;
+    let outcome = if same { Outcome::Passed } else { Outcome::Bounded };
+    let text = format!(
+        "{hits} of {rays} first hits and {radiance} of {pixels} pixels of one sample differ in a bit"
+    );
+    if subject == Subject::Cuda {
+        assert!(same, "{text}");
+    }
+    report(19, subject, outcome, text);
+    assert!(ids * 10_000 <= rays, "{ids} of {rays} first hits are of another primitive");
+    report(20, subject, Outcome::Passed, format!("{ids} of {rays} first hits are of another primitive"));
+}
+
+/// The parts of a path one by one, bit by bit: what differs names itself.
+fn t19_functions(subject: Subject) {
+    let setups = [
+        materials::lambertian(),
+        materials::metal(0.5),
+        materials::glass(1.5, true),
+        materials::glass(1.5, false),
+        materials::conductor(0.3),
+        materials::copper(0.5),
+        materials::rough_glass(1.5, 0.5, true),
+        materials::rough_glass(1.5, 0.5, false),
+        materials::mix(0.5, 0.6, 0.0),
+        materials::mix(0.2, 0.4, 0.6),
+    ];
+    let (Some(mut device), Some(mut cpu)) =
+        (with_materials(subject, &setups), with_materials(Subject::Cpu, &setups))
+    else {
+        return;
+    };
+    let mut all = 0;
+    for (index, setup) in setups.iter().enumerate() {
+        let mut questions = Vec::new();
+        for i in 0..4096u32 {
+            let seen = setup.seen(((i % 64) as f32 + 0.5) / 64.0);
+            let w = PathKey { seed: 19, pixel: i, sample: 0 }.words(0);
+            let words = UVec4::new(w.x, w.y, w.z, w.w);
+            questions.push(question(index, seen.viewer, seen.normal, setup.front, words));
+        }
+        let evaluations: Vec<Input> =
+            questions.iter().map(|q| Input { c: row(unit_sphere(q.c.x, q.c.y), 0), ..*q }).collect();
+        for (operation, questions) in [(SAMPLE, &questions), (EVALUATE, &evaluations)] {
+            let got = device.ask("probe_scatter", operation, questions);
+            let want = cpu.ask("probe_scatter", operation, questions);
+            let parts = |o: &Output| [&o.a.to_array()[..], &o.b.to_array()].concat();
+            let mut off = [0; 8];
+            for (g, w) in got.iter().zip(&want) {
+                for (k, (g, w)) in parts(g).iter().zip(parts(w)).enumerate() {
+                    off[k] += usize::from(*g != w);
+                }
+            }
+            if off.iter().any(|&n| n > 0) {
+                println!("{subject:?} {} operation {operation}: {off:?}", setup.name);
+            }
+            all += off.iter().sum::<usize>();
+        }
+    }
+    println!("{all}");
+}
+
+for_each_backend!(t19_t20_bits, t19_functions);

@@ -1,0 +1,187 @@
+//! Films: parts, chunks and their sums (6, 7, 21, 22).
+
+use std::ops::Range;
+use trisect::Error;
+use trisect::film::{Film, FilmError, PixelTotals};
+use trisect::render::{Part, Renderer, Settings, SettingsError};
+use trisect::scene::Scene;
+use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::rng::PathKey;
+use trisect_tests::renders::film;
+use trisect_tests::report::{Outcome, report};
+use trisect_tests::{Subject, for_each_backend, scene};
+
+/// Three chunks, the last one not full.
+const SAMPLES: u32 = 2 * CHUNK_SAMPLES + 44;
+
+/// The hello world on the cheapest kernel.
+fn hello() -> (Scene, Settings) {
+    let scene = scene("three_spheres.ron");
+    let settings = Settings { width: 7, height: 10, samples: SAMPLES, depth: 6, ..scene.settings() };
+    (scene, settings)
+}
+
+fn render(renderer: &mut Renderer, settings: &Settings, rows: Range<u32>, samples: Range<u32>) -> Film {
+    renderer.render_part(settings, &Part { rows, samples }, &mut ()).unwrap().film
+}
+
+/// The sum of `films`, two at a time as `seed` draws them: any order and any tree.
+fn sum(films: &[Film], seed: u32) -> Result<Film, FilmError> {
+    let mut films = films.to_vec();
+    let mut step = 0;
+    while films.len() > 1 {
+        step += 1;
+        let random = PathKey { seed, pixel: step, sample: 0 }.words(0);
+        let other = films.swap_remove(random.x as usize % films.len());
+        let index = random.y as usize % films.len();
+        films[index].add(&other)?;
+    }
+    Ok(films.remove(0))
+}
+
+/// Rows over 1, 2, 3, 7 and one more parts than rows; tiles of rows and chunks in any order, added up in any grouping.
+fn t06_parts_chunks_and_groupings(subject: Subject) {
+    let (scene, settings) = hello();
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let whole = film(&mut renderer, &settings);
+    assert_eq!(whole.counts().samples, settings.total_samples());
+    let height = settings.height;
+    for parts in [1, 2, 3, 7, height + 1] {
+        let mut films = Vec::new();
+        for part in 0..parts {
+            let rows = height * part / parts..height * (part + 1) / parts;
+            if rows.is_empty() {
+                let part = Part { rows, samples: 0..SAMPLES };
+                let refused = renderer.render_part(&settings, &part, &mut ());
+                assert!(matches!(refused, Err(Error::Settings(SettingsError::NoSuchPart { .. }))));
+                films.push(Film::new(settings.width, height)); // what a rank without rows has
+            } else {
+                films.push(render(&mut renderer, &settings, rows, 0..SAMPLES));
+            }
+        }
+        for seed in 0..4 {
+            assert!(sum(&films, seed).unwrap() == whole, "{parts} parts, grouping {seed}");
+        }
+    }
+    let mut tiles = Vec::new();
+    for rows in [6..10, 0..1, 1..6] {
+        for chunk in [2, 0, 1] {
+            let samples = chunk * CHUNK_SAMPLES..SAMPLES.min((chunk + 1) * CHUNK_SAMPLES);
+            tiles.push(render(&mut renderer, &settings, rows.clone(), samples));
+        }
+    }
+    for seed in 0..64 {
+        assert!(sum(&tiles, seed).unwrap() == whole, "tiles, grouping {seed}");
+    }
+    // The twins: a tile of other random numbers, one that is missing, one that is there twice.
+    let other = Settings { seed: 1, ..settings.clone() };
+    let fault = render(&mut renderer, &other, 1..6, 0..CHUNK_SAMPLES);
+    let spoilt = [&tiles[..7], &[fault], &tiles[8..]].concat();
+    assert!(sum(&spoilt, 0).unwrap() != whole, "a comparison that cannot fail");
+    assert!(sum(&tiles[1..], 0).unwrap() != whole, "a comparison that cannot fail");
+    assert!(matches!(sum(&[&tiles[..], &tiles[..1]].concat(), 0), Err(FilmError::Overlap { .. })));
+    report(
+        6,
+        subject,
+        Outcome::Passed,
+        "rows over 1, 2, 3, 7, 11 parts and 64 groupings of 9 tiles: the same bits",
+    );
+}
+
+/// Samples over parts that do not divide them: the same bits as long as a part is made of whole chunks, and refused otherwise, since
+/// the f32 sum of a chunk in two pieces would be rounded twice.
+fn t07_samples_over_parts(subject: Subject) {
+    let (scene, settings) = hello();
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let whole = film(&mut renderer, &settings);
+    let chunks = SAMPLES.div_ceil(CHUNK_SAMPLES);
+    for parts in [2, 3] {
+        let bound = |part: u32| SAMPLES.min((chunks * part / parts) * CHUNK_SAMPLES);
+        let films: Vec<Film> = (0..parts)
+            .map(|part| render(&mut renderer, &settings, 0..settings.height, bound(part)..bound(part + 1)))
+            .collect();
+        assert!(sum(&films, 7).unwrap() == whole, "{parts} parts");
+        // The twin: one part's samples taken by another seed.
+        let other = Settings { seed: 1, ..settings.clone() };
+        let fault = render(&mut renderer, &other, 0..settings.height, 0..bound(1));
+        assert!(sum(&[&[fault], &films[1..]].concat(), 7).unwrap() != whole, "a comparison that cannot fail");
+    }
+    let third = SAMPLES / 3;
+    for samples in [0..third, third..2 * third, 2 * third..SAMPLES] {
+        let part = Part { rows: 0..settings.height, samples };
+        let refused = renderer.render_part(&settings, &part, &mut ());
+        assert!(matches!(refused, Err(Error::Settings(SettingsError::SplitsChunk { .. }))));
+    }
+    report(
+        7,
+        subject,
+        Outcome::Passed,
+        "556 samples over 2 and 3 parts of whole chunks: the same bits; parts of chunks are refused",
+    );
+}
+
+/// An empty scene of one pixel under a sky that is the same everywhere.
+fn void(radiance: f32) -> Scene {
+    let text = "Scene(version: 1, image: (width: 1, height: 1, samples: 1), \
+                camera: (look_from: (0, 0, 1), look_at: (0, 0, 0), vertical_fov: 40), materials: {}, objects: [])";
+    let mut scene = Scene::parse(text, "void").unwrap();
+    // In the records: no file has a negative radiance.
+    (scene.sky.bottom, scene.sky.top) = (glam::Vec3::splat(radiance), glam::Vec3::splat(radiance));
+    scene
+}
+
+/// What a kernel gathered in the only pixel in one chunk: its sums as the device had them.
+fn chunk(subject: Subject, radiance: f32, samples: u32) -> Option<PixelSums> {
+    let scene = void(radiance);
+    let settings = Settings { samples, ..scene.settings() };
+    let PixelTotals { radiance, squares, samples, segments, .. } =
+        film(&mut subject.renderer(&scene)?, &settings).pixels[0];
+    let sums =
+        |sums: [trisect::film::ExactSum; 3]| glam::Vec3::from_array(sums.map(|sum| sum.value() as f32));
+    Some(PixelSums {
+        radiance: sums(radiance),
+        samples: samples as u32,
+        squares: sums(squares),
+        segments: segments as u32,
+    })
+}
+
+fn merged(chunks: impl IntoIterator<Item = PixelSums>) -> PixelTotals {
+    let mut film = Film::new(1, 1);
+    let mut first = 0;
+    for sums in chunks {
+        let samples = first..first + sums.samples;
+        first = samples.end;
+        film.merge(&Part { rows: 0..1, samples }, &[sums]).unwrap();
+    }
+    film.pixels[0]
+}
+
+/// A chunk rounds once, by 2^-25 at most, and its samples are exact; an f32 sum of 256 is off by 2.4e-6.
+const CHUNK_ERROR: f64 = 1e-6;
+
+/// 2^25 samples of a constant 0.1: a device's chunk of 256, and the film's sum of 2^17 such chunks. Asked for is 1e-6; the film adds
+/// nothing to the error of one chunk, so that this is what the kernel's sum leaves.
+fn t21_accumulator_ladder(subject: Subject) {
+    let Some(chunk) = chunk(subject, 0.1, CHUNK_SAMPLES) else { return };
+    let error = |mean: f64| (mean / f64::from(0.1f32) - 1.0).abs();
+    let one = error(f64::from(chunk.radiance.x) / f64::from(CHUNK_SAMPLES));
+    for log2 in [0, 4, 8, 12, 17] {
+        let totals = merged(std::iter::repeat_n(chunk, 1 << log2));
+        let off = error(totals.mean()[0]);
+        assert!(totals.samples == 256 << log2 && off <= CHUNK_ERROR, "2^{log2} chunks: {off:e}");
+        // Nothing on top of the chunk: sums of equal numbers are exact.
+        assert_eq!(off, one, "2^{log2} chunks");
+    }
+    let in_f32 = (0..1 << 17).fold(0.0f32, |sum, _| sum + chunk.radiance.x) / (1 << 25) as f32;
+    assert!(error(f64::from(in_f32)) > CHUNK_ERROR, "the sabotage twin, chunks summed in f32: {in_f32}");
+    let outcome = if one <= 1e-6 { Outcome::Passed } else { Outcome::Bounded };
+    report(
+        21,
+        subject,
+        outcome,
+        &format!("2^25 samples of 0.1: off by {one:.1e}, all of it in the f32 sums of chunks"),
+    );
+}
+
+for_each_backend!(t06_parts_chunks_and_groupings, t07_samples_over_parts, t21_accumulator_ladder,);

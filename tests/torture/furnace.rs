@@ -1,0 +1,156 @@
+//! The white furnace: what absorbs nothing cannot be seen (10, 31).
+
+use glam::Vec3;
+use trisect::render::Settings;
+use trisect::scene::Scene;
+use trisect_tests::renders::film;
+use trisect_tests::report::{Outcome, report};
+use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
+use trisect_tests::{Subject, for_each_backend};
+
+/// `objects` under a sky of 1, through a square window that the unit sphere around 0 fills: its corners are at the sphere's rim
+/// (`fov` of [`WINDOW`] or, at normal incidence, 0.001, within 0.7 degrees of it).
+fn furnace(materials: &str, objects: &str, fov: f64) -> Scene {
+    let text = format!(
+        "Scene(version: 1, image: (width: 8, height: 8, samples: 16, depth: 400), \
+         camera: (look_from: (0, 0, 1000), look_at: (0, 0, 0), vertical_fov: {fov}), \
+         sky: Uniform(radiance: (1, 1, 1)), materials: {{{materials}}}, objects: [{objects}])"
+    );
+    Scene::parse(&text, "furnace").unwrap()
+}
+
+/// Degrees: tan(fov / 2) = 0.707 / 1000.
+const WINDOW: f64 = 0.081;
+
+const LOSSLESS: [&str; 4] = [
+    "Lambertian(albedo: (1, 1, 1))",
+    "Metal(albedo: (1, 1, 1), fuzz: 0)",
+    "Dielectric(ior: 1.5)",
+    "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0)",
+];
+
+/// Each material that loses light, and what it keeps at normal incidence where that is known: GGX with Smith's G (see furnace.ron).
+const LOSSY: [(&str, Option<f64>); 9] = [
+    ("Metal(albedo: (1, 1, 1), fuzz: 0.3)", None),
+    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.1)", Some(0.9999)),
+    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.5)", Some(0.9158)),
+    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 1)", Some(1.0 - std::f64::consts::LN_2)),
+    ("RoughDielectric(ior: 1.5, roughness: 0.1)", None),
+    ("RoughDielectric(ior: 1.5, roughness: 0.5)", None),
+    ("MetallicRoughness(base_color: (1, 1, 1), metallic: 0, roughness: 0.3, ior: 1.5)", None),
+    ("MetallicRoughness(base_color: (1, 1, 1), metallic: 0, roughness: 1, ior: 1.5)", None),
+    ("MetallicRoughness(base_color: (1, 1, 1), metallic: 1, roughness: 0.3)", None),
+];
+
+fn samples(subject: Subject, cpu: u32, software: u32) -> u32 {
+    if subject.is_software() { software } else { cpu }
+}
+
+/// The mean over the window for `depth`, against 1.
+fn seen(subject: Subject, scene: &Scene, depths: &[u32], samples: u32) -> Option<Vec<Known>> {
+    let mut renderer = subject.renderer(scene)?;
+    let at = |depth: &u32| {
+        let settings = Settings { depth: *depth, samples, ..scene.settings() };
+        Known::of(&film(&mut renderer, &settings).pixels, 1.0)
+    };
+    Some(depths.iter().map(at).collect())
+}
+
+const SPHERE: &str = r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"#;
+
+/// Whether no light is invented: 4 sigma above 1, and rounding.
+fn at_most_one(known: &Known) -> bool {
+    known.mean <= 1.0 + GLOBAL_LIMIT * known.sigma + Known::ROUNDING
+}
+
+/// A sphere of each material: those without loss show the furnace, the others no more; what they lose is reported by depth.
+fn t10_white_furnace(subject: Subject) {
+    let depths: &[u32] = if samples(subject, 1, 0) == 1 { &[2, 3, 5, 9, 400] } else { &[3, 400] };
+    let mut worst = 0.0f64;
+    for material in LOSSLESS {
+        let scene = furnace(&format!("\"a\": {material}"), SPHERE, WINDOW);
+        let Some(means) = seen(subject, &scene, depths, samples(subject, 64, 8)) else { return };
+        let whole = means[means.len() - 1];
+        assert!(whole.holds(), "{material}: {whole:?}");
+        assert!(means.iter().all(at_most_one), "{material}: {means:?}");
+        worst = worst.max((whole.mean - 1.0).abs());
+        // The twin: albedo + 1 %.
+        let mut faulty = scene.clone();
+        faulty.materials[0].albedo *= 1.01;
+        let found = &seen(subject, &faulty, &[400], samples(subject, 64, 8)).expect("it was there")[0];
+        assert!(!at_most_one(found), "{material}: a comparison that cannot fail: {found:?}");
+    }
+    let mut table = format!("loss by depth {depths:?}:");
+    let mut greatest = (0.0, "");
+    for (material, normal) in LOSSY {
+        let scene = furnace(&format!("\"a\": {material}"), SPHERE, WINDOW);
+        let Some(means) = seen(subject, &scene, depths, samples(subject, 256, 16)) else { return };
+        assert!(means.iter().all(at_most_one), "{material}: {means:?}");
+        // The same random numbers: a longer path adds to a shorter one.
+        assert!(means.windows(2).all(|m| m[1].mean >= m[0].mean - Known::ROUNDING), "{material}: {means:?}");
+        let losses: Vec<String> = means.iter().map(|m| format!("{:.4}", 1.0 - m.mean)).collect();
+        table += &format!("\n  {material}: {}", losses.join(" "));
+        let loss = 1.0 - means[means.len() - 1].mean;
+        if loss > greatest.0 {
+            greatest = (loss, material);
+        }
+        // A loss of 1e-4 is one event in 10,000: more samples than a software adapter has time for.
+        let Some(want) = normal.filter(|&n| n < 0.99 || samples(subject, 1, 0) == 1) else { continue };
+        let scene = furnace(&format!("\"a\": {material}"), SPHERE, 0.001);
+        let settings = Settings { samples: samples(subject, 1024, 32), ..scene.settings() };
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let known = Known::of(&film(&mut renderer, &settings).pixels, want);
+        // 5e-5: the fourth digit of what is known.
+        assert!(
+            known.off < GLOBAL_LIMIT || (known.mean - want).abs() < 5e-5 + GLOBAL_LIMIT * known.sigma,
+            "{material}: {known:?}"
+        );
+    }
+    eprintln!("{table}");
+    let figure = format!(
+        "{} lossless materials: 1 within {worst:.1e}; {} others at most 1; the most lost at depth 400: {:.3} by {}",
+        LOSSLESS.len(),
+        LOSSY.len(),
+        greatest.0,
+        greatest.1
+    );
+    report(10, subject, Outcome::Passed, &figure);
+}
+
+/// Glass that is hollow by relative indices, glass in water around a white ball: nothing of it shows.
+fn t31_hollow_and_nested(subject: Subject) {
+    let hollow = r#""a": Dielectric(ior: 1.5), "b": Dielectric(ior: 0.6666667)"#;
+    let nested =
+        r#""a": Dielectric(ior: 1.33), "b": Dielectric(ior: 1.1278195), "c": Lambertian(albedo: (1, 1, 1))"#;
+    let shell = r#", Sphere(center: (0, 0, 0), radius: 0.9, material: "b")"#;
+    let ball = r#", Sphere(center: (0.1, 0, 0), radius: 0.4, material: "c")"#;
+    let mut worst = 0.0f64;
+    for (name, materials, inside) in
+        [("hollow", hollow, shell.to_owned()), ("nested", nested, format!("{shell}{ball}"))]
+    {
+        let scene = furnace(materials, &format!("{SPHERE}{inside}"), WINDOW);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let settings = Settings { samples: samples(subject, 64, 8), ..scene.settings() };
+        // No path has a weight but 1, so that there is no noise: each pixel is 1 but for rounding, unless a path is cut off.
+        let got = film(&mut renderer, &settings);
+        for pixel in &got.pixels {
+            let off = (pixel.mean()[0] - 1.0).abs();
+            assert!(off <= Known::ROUNDING, "{name}: {pixel:?}");
+            worst = worst.max(off);
+        }
+        // The twin: an inner surface that absorbs 1 %.
+        let mut faulty = scene.clone();
+        faulty.materials[1].albedo = Vec3::splat(0.99);
+        let mut renderer = subject.renderer(&faulty).expect("it was there a moment ago");
+        let known = Known::of(&film(&mut renderer, &settings).pixels, 1.0);
+        assert!(!known.holds(), "{name}: a comparison that cannot fail: {known:?}");
+    }
+    report(
+        31,
+        subject,
+        Outcome::Passed,
+        &format!("hollow shell, glass in water around a white ball: 1 within {worst:.1e} a pixel"),
+    );
+}
+
+for_each_backend!(t10_white_furnace, t31_hollow_and_nested);

@@ -1,0 +1,30 @@
+//! The torture tests: numerical stability at the extremes, on every backend. `docs/accuracy.md` lists them by number, with what
+//! each found where.
+//!
+//! A test is one generic function, `tNN_name`, instantiated for each backend; it ends with a line from
+//! [`trisect_tests::report`]. Where a tolerance is a bound that a backend may use up, its rule is cited.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+// Shared with the shared crate's own tests, which run on the CPU only and with checks.
+#[path = "../../shared/tests/physics/chart.rs"]
+#[allow(dead_code, missing_docs, reason = "shared")]
+mod chart;
+#[path = "../../shared/tests/physics/materials.rs"]
+#[allow(dead_code, missing_docs, unsafe_code, reason = "shared")]
+mod materials;
+#[path = "../../shared/tests/physics/statistics.rs"]
+#[allow(dead_code, missing_docs, reason = "shared")]
+mod statistics;
+
+mod boundaries;
+mod census;
+mod enclosures;
+mod equality;
+mod estimates;
+mod films;
+mod firewall;
+mod furnace;
+mod random;
+mod scale;
+mod scattering;
+mod sums;
