@@ -137,6 +137,53 @@ fn first_hits_agree(subject: Subject) {
     assert!(elsewhere * 10_000 > want.len(), "a comparison that cannot fail: {elsewhere}");
 }
 
+/// First hits by themselves, with no other backend to agree with: the nearest sphere by double precision, its distance, its outward
+/// normal.
+fn first_hits_are_the_nearest(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 200, height: 112, seed: 8, ..scene.settings() };
+    let hits = renderer.first_hits(&settings, 0).unwrap();
+    let camera = renderer.camera(&settings);
+    let wrong = |hits: &[FirstHit]| {
+        let is_wrong = |&(pixel, hit): &(usize, &FirstHit)| {
+            let ray = camera_ray(&camera, &settings, pixel);
+            let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
+            let meets = |index: usize| {
+                let sphere = &scene.spheres[index];
+                let (f, r) = (o - sphere.center.as_dvec3(), f64::from(sphere.radius));
+                let b = -f.dot(d);
+                let root = (r * r - (f + d * b).length_squared()).sqrt(); // NaN if it passes by
+                let t = if b - root > 0.0 { b - root } else { b + root };
+                (t > 0.0).then_some((t, index))
+            };
+            let nearest = (0..scene.spheres.len()).filter_map(meets).min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((t, index)) = nearest else { return hit.primitive != NO_PRIMITIVE };
+            if hit.primitive as usize != index {
+                return true;
+            }
+            let limit = distance_limit(&scene, hit, &settings, &camera, pixel);
+            let sphere = &scene.spheres[index];
+            let normal = (o + d * t - sphere.center.as_dvec3()) / f64::from(sphere.radius);
+            let turned = (hit.normal.as_dvec3() - normal).length();
+            (f64::from(hit.distance) - t).abs() > limit
+                || turned > 2.0 * limit / f64::from(sphere.radius) + 1e-6
+        };
+        hits.iter().enumerate().filter(is_wrong).count()
+    };
+    let count = wrong(&hits);
+    eprintln!("{subject:?}: {count} of {} first hits are wrong", hits.len());
+    // Rays that pass an edge within rounding: as many as first_hits_agree allows.
+    assert!(count * 10_000 <= hits.len(), "{count}");
+    // The twins: one sphere's normal, another sphere.
+    let mut flipped = hits.clone();
+    flipped.iter_mut().for_each(|hit| hit.normal = -hit.normal);
+    assert!(wrong(&flipped) * 2 > hits.len(), "a comparison that cannot fail");
+    let mut others = hits;
+    others.iter_mut().for_each(|hit| hit.primitive ^= 1);
+    assert!(wrong(&others) * 2 > others.len(), "a comparison that cannot fail");
+}
+
 /// Radiance from different seeds differs by noise only; 1 % of albedo is found.
 fn radiance_is_the_same_within_noise(subject: Subject) {
     let scene = scene("rtiow_final.ron");
@@ -176,6 +223,7 @@ fn roulette_keeps_the_mean(subject: Subject) {
 for_each_backend!(
     exact_fresnel_agrees,
     first_hits_agree,
+    first_hits_are_the_nearest,
     radiance_is_the_same_within_noise,
     roulette_keeps_the_mean,
 );

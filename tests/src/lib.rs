@@ -65,7 +65,11 @@ impl Subject {
     pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
         let backend = self.available(self.open())?;
         match Renderer::new(backend, scene) {
-            Ok(renderer) => Some(renderer),
+            Ok(renderer) => {
+                // Or a comparison with the CPU would compare its image with itself.
+                assert_eq!(renderer.backend().device().backend, self.name(), "{self:?} is another backend");
+                Some(renderer)
+            }
             Err(error) => panic!("{self:?}: {error}"),
         }
     }

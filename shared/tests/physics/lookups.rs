@@ -2,11 +2,18 @@
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
+use bytemuck::Zeroable;
 use glam::Vec3;
+use trisect_shared::bvh::Hit;
+use trisect_shared::features::{FLATS, TEXTURES, TRIANGLES};
+use trisect_shared::flat::{DISC, Flat, QUAD};
 use trisect_shared::light::mis_weight;
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
+use trisect_shared::params::RenderParams;
+use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::scene::Scene;
-use trisect_shared::surface::facing;
+use trisect_shared::sphere::Sphere;
+use trisect_shared::surface::{self, facing};
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture, sample};
 
 /// Both weights of a pair sum to 1 whatever the densities; 0 against 0 is asked for nowhere, as each sample has a density.
@@ -126,4 +133,50 @@ fn texels_are_where_they_belong() {
     assert!((red(0.4, 0.4) - 0.25).abs() < 1e-6);
     assert!(red(0.7, 0.3).abs() < 1e-6);
     assert_eq!(Vec3::splat(red(0.1, 0.9)), Vec3::ZERO);
+}
+
+/// An image is upright: its first row is the end of a quad's second edge, the end of a disc's, a sphere's north; its first column is
+/// the start of a quad's first edge, the far end of a disc's, a sphere's -x.
+#[test]
+fn images_are_upright() {
+    let flat = |kind, origin| Flat {
+        origin,
+        normal: Vec3::Z,
+        kind,
+        dual_u: Vec3::X / 2.0,
+        dual_v: Vec3::Y / 4.0,
+        edge_u: Vec3::X * 2.0,
+        edge_v: Vec3::Y * 4.0,
+        ..Flat::zeroed()
+    };
+    let sphere = Sphere { center: Vec3::ZERO, radius: 2.0, material: 0, pad: [0; 3] };
+    let flats = [flat(QUAD, Vec3::ZERO), flat(DISC, Vec3::ZERO)];
+    let scene = Scene { spheres: &[sphere], flats: &flats, ..NO_SCENE };
+    let mut params = RenderParams::zeroed();
+    (params.first_flat, params.first_triangle) = (1, 3);
+    // What a ray against `normal` that starts at distance 5 from `point` reads there.
+    let read = |primitive: u32, point: Vec3, normal: Vec3| {
+        let ray = Ray { origin: point + normal * 5.0, direction: -normal, departure: Departure::NONE };
+        let hit = Hit { distance: 5.0, primitive };
+        // SAFETY: the primitives are there.
+        let s = unsafe { surface::at::<{ FLATS | TRIANGLES | TEXTURES }>(&params, scene, ray, hit) };
+        (s.u, s.v)
+    };
+    let up = Vec3::Z;
+    let cases = [
+        (read(1, Vec3::new(0.5, 3.0, 0.0), up), (0.25, 0.25)),
+        (read(1, Vec3::new(2.0, 0.0, 0.0), up), (1.0, 1.0)),
+        (read(2, Vec3::new(-1.0, 2.0, 0.0), up), (0.25, 0.25)),
+        (read(2, Vec3::new(2.0, 0.0, 0.0), up), (1.0, 0.5)),
+        // From -x by +z, +x and -z.
+        (read(0, Vec3::Z * 2.0, Vec3::Z), (0.25, 0.5)),
+        (read(0, Vec3::X * 2.0, Vec3::X), (0.5, 0.5)),
+        (read(0, Vec3::NEG_Z * 2.0, Vec3::NEG_Z), (0.75, 0.5)),
+    ];
+    for (i, (got, want)) in cases.into_iter().enumerate() {
+        // Rounding of a place and of an angle.
+        assert!((got.0 - want.0).abs() < 1e-6 && (got.1 - want.1).abs() < 1e-6, "{i}: {got:?} for {want:?}");
+    }
+    let (north, south) = (normalize(Vec3::new(0.1, 1.0, 0.0)), normalize(Vec3::new(0.1, -1.0, 0.0)));
+    assert!(read(0, north * 2.0, north).1 < 0.1 && read(0, south * 2.0, south).1 > 0.9);
 }

@@ -5,13 +5,17 @@
 
 mod chart;
 mod chi_square;
+mod critical_angle;
 mod environment;
 mod furnace;
 mod lights;
 mod lookups;
 mod materials;
 mod mesh;
+mod powers;
+mod random;
 mod reciprocity;
 mod reintersection;
 mod scales;
+mod slabs;
 mod statistics;

@@ -1,0 +1,22 @@
+//! The backend that a user names is the one that renders.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use trisect::backend::{Choice, open};
+use trisect_tests::{Subject, for_each_backend, scene};
+
+fn the_named_backend_is_opened(subject: Subject) {
+    // Skips aloud, or fails, where it is missing.
+    if subject.renderer(&scene("three_spheres.ron")).is_none() {
+        return;
+    }
+    let choice = match subject {
+        Subject::Cpu => Choice::Cpu,
+        Subject::Wgpu | Subject::WgpuNaga => Choice::Wgpu,
+        Subject::Cuda => Choice::Cuda,
+    };
+    let selection = open(choice, Some(0), None).unwrap();
+    assert_eq!(selection.backend.device().backend, subject.name());
+    assert_eq!(selection.why, "", "nothing was chosen for the user");
+}
+
+for_each_backend!(the_named_backend_is_opened);

@@ -1,0 +1,126 @@
+//! Running one test.
+
+use crate::build::Executable;
+use crate::error::Error;
+use std::fmt;
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// How a test ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It ran and found nothing.
+    Passed,
+    /// It found something.
+    Failed,
+    /// It did not run, since a backend is missing.
+    Skipped(String),
+    /// It ended in another way than a test does.
+    Crashed(String),
+    /// It did not end.
+    TimedOut,
+    /// The target has no test of this name.
+    Missing,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Passed => write!(f, "passes"),
+            Self::Failed => write!(f, "fails"),
+            Self::Skipped(message) => write!(f, "is skipped ({message})"),
+            Self::Crashed(how) => write!(f, "crashes ({how})"),
+            Self::TimedOut => write!(f, "does not end"),
+            Self::Missing => write!(f, "does not exist"),
+        }
+    }
+}
+
+/// An outcome, and what the test printed.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Both its streams.
+    pub output: String,
+    /// What it took.
+    pub time: Duration,
+}
+
+/// Runs test `name` of `executable`, for at most `limit`. `scratch` is a file for its output.
+///
+/// # Errors
+///
+/// If it cannot be started.
+pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path) -> Result<Run, Error> {
+    let output = File::create(scratch).map_err(Error::io(scratch))?;
+    let same = output.try_clone().map_err(Error::io(scratch))?;
+    let start = Instant::now();
+    let mut child = Command::new(&executable.path)
+        .args(["--exact", name, "--nocapture", "--color", "never"])
+        // A missing backend is to be said, not to look like a fault that was noticed; and the copy's scenes are meant.
+        .env_remove("REQUIRE_BACKENDS")
+        .env_remove("TRISECT_ROOT")
+        // Tests of the command line would run the program as it is without the fault.
+        .env("TRISECT_BIN", "the mutation gate compiles no program")
+        .current_dir(&executable.folder)
+        .stdin(Stdio::null())
+        .stdout(output)
+        .stderr(same)
+        .spawn()
+        .map_err(Error::io(&executable.path))?;
+    let status = loop {
+        match child.try_wait().map_err(Error::io(&executable.path))? {
+            Some(status) => break Some(status),
+            None if start.elapsed() > limit => {
+                // It may have ended meanwhile.
+                let _ = child.kill();
+                let _ = child.wait();
+                break None;
+            }
+            None => std::thread::sleep(Duration::from_millis(5)),
+        }
+    };
+    let time = start.elapsed();
+    let output = fs::read(scratch).map_err(Error::io(scratch))?;
+    let output = String::from_utf8_lossy(&output).into_owned();
+    Ok(Run { outcome: status.map_or(Outcome::TimedOut, |status| outcome(status, &output)), output, time })
+}
+
+/// By libtest's rules: 101 and a result for a failure.
+fn outcome(status: ExitStatus, output: &str) -> Outcome {
+    let says = |text: &str| output.lines().any(|line| line.starts_with(text));
+    match status.code() {
+        Some(0) if !says("running 1 test") => Outcome::Missing,
+        // After "test a ... " on a machine of one core.
+        Some(0) => match output.lines().find_map(|line| line.find("SKIPPED for ").map(|at| &line[at..])) {
+            Some(message) => Outcome::Skipped(message.to_owned()),
+            None => Outcome::Passed,
+        },
+        Some(101) if says("test result: FAILED. 0 passed; 1 failed") => Outcome::Failed,
+        _ => Outcome::Crashed(status.to_string()),
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::process::ExitStatusExt;
+
+    #[test]
+    fn outcomes() {
+        let ended = |code: i32, output: &str| outcome(ExitStatus::from_raw(code << 8), output);
+        assert_eq!(ended(0, "\nrunning 1 test\ntest a ... ok\n"), Outcome::Passed);
+        assert_eq!(ended(0, "\nrunning 0 tests\n"), Outcome::Missing);
+        let skipped = "running 1 test\nSKIPPED for Wgpu: none\ntest a::wgpu ... ok\n";
+        assert_eq!(ended(0, skipped), Outcome::Skipped("SKIPPED for Wgpu: none".into()));
+        // A scene that is not there is no missing backend.
+        assert_eq!(ended(0, "running 1 test\nSKIPPED mesh.ron: not generated\n"), Outcome::Passed);
+        assert_eq!(ended(101, "running 1 test\ntest result: FAILED. 0 passed; 1 failed;"), Outcome::Failed);
+        assert!(matches!(ended(101, "thread main panicked"), Outcome::Crashed(_)));
+        let killed = outcome(ExitStatus::from_raw(11), "running 1 test\n");
+        assert!(matches!(killed, Outcome::Crashed(_)));
+    }
+}

@@ -1,0 +1,95 @@
+//! `cargo mutation-gate`: see `tests/mutation/README.md`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+use trisect_mutation::copy::git;
+use trisect_mutation::error::Error;
+use trisect_mutation::fault::{self, Fault};
+use trisect_mutation::gate::{Gate, Verdict};
+use trisect_mutation::options::{Options, USAGE};
+use trisect_mutation::report;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
+        println!("{USAGE}");
+        return ExitCode::SUCCESS;
+    }
+    match Options::parse(arguments).and_then(|options| run(&options)) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Whether all faults that were run were caught.
+fn run(options: &Options) -> Result<bool, Error> {
+    let start = Instant::now();
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = here.join("../..");
+    let root = root.canonicalize().map_err(Error::io(&root))?;
+    let faults = fault::read(&here.join("faults.toml"))?;
+    let names: Vec<&str> = faults.iter().map(|fault| fault.name.as_str()).collect();
+    let chosen = options.choose(&names, seed(&root))?;
+    let chosen: Vec<&Fault> = chosen.into_iter().map(|i| &faults[i]).collect();
+    if options.list {
+        chosen.iter().for_each(|fault| print!("{}", report::describe(fault)));
+        return Ok(true);
+    }
+    let target = target_dir()?;
+    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+    let required = required.split(',').map(|name| name.trim().to_owned()).collect();
+    println!("compiling the tests without a fault");
+    let config = here.join("profile.toml");
+    let mut gate = Gate::new(&root, &target.join("mutation"), &target, Some(config), &chosen, required)?;
+    println!("{:.1} s; each fault now:\n", start.elapsed().as_secs_f64());
+
+    let width = names.iter().map(|name| name.len()).max().unwrap_or_default();
+    println!("{}", report::head(width));
+    let (mut caught, mut failed, mut skipped, mut late) = (0, Vec::new(), Vec::new(), Vec::new());
+    for fault in &chosen {
+        let name = fault.name.as_str();
+        if options.seconds.is_some_and(|seconds| start.elapsed().as_secs() >= seconds) {
+            late.push(name);
+            continue;
+        }
+        let finding = gate.try_fault(fault)?;
+        println!("{}", report::row(fault, &finding, width));
+        match &finding.verdict {
+            Verdict::Skipped(_) => skipped.push(name),
+            _ if !finding.is_good() => failed.push(name),
+            _ => caught += usize::from(!fault.control),
+        }
+    }
+    let tried = caught + failed.len();
+    println!("\n{caught} of {tried} faults caught, in {:.0} s", start.elapsed().as_secs_f64());
+    for (what, names) in [
+        ("skipped, for want of a backend", &skipped),
+        ("not run, for want of time", &late),
+        ("FAILED", &failed),
+    ] {
+        if !names.is_empty() {
+            println!("{} {what}: {}", names.len(), names.join(", "));
+        }
+    }
+    Ok(failed.is_empty())
+}
+
+/// Where this program was compiled: the folder that holds `release/trisect-mutation`, so that other crates are there, too.
+fn target_dir() -> Result<PathBuf, Error> {
+    let program = std::env::current_exe().map_err(Error::io("this program"))?;
+    match program.ancestors().nth(2) {
+        Some(folder) => Ok(folder.to_owned()),
+        None => Err(Error::Usage(format!("{} is not in a target folder of Cargo", program.display()))),
+    }
+}
+
+/// A number from the commit: so that time-boxed runs of successive commits try different faults.
+fn seed(root: &Path) -> usize {
+    let commit = git(root, &["rev-parse", "--short=7", "HEAD"]).unwrap_or_default();
+    usize::from_str_radix(commit.trim(), 16).unwrap_or_default()
+}

@@ -1,0 +1,56 @@
+//! What people read.
+
+use crate::fault::{Fault, Test};
+use crate::gate::{Finding, Verdict};
+
+/// A row of the table: verdict, fault, seconds for compiling and for tests, the tests that caught it. Further lines tell what went
+/// wrong.
+pub fn row(fault: &Fault, finding: &Finding, width: usize) -> String {
+    let word = match &finding.verdict {
+        Verdict::Caught if fault.control => "passes",
+        Verdict::Caught => "caught",
+        Verdict::Missed(_) | Verdict::DoesNotCompile(_) => "FAILED",
+        Verdict::Skipped(_) => "SKIPPED",
+    };
+    let mut by = finding.by.iter().map(short).collect::<Vec<_>>().join(", ");
+    if by.is_empty() {
+        by = "-".to_owned();
+    }
+    let (build, tests) = (finding.build.as_secs_f64(), finding.tests.as_secs_f64());
+    let mut text = format!("{word:7}  {:width$}  {build:5.1}  {tests:5.1}  {by}", fault.name);
+    for (test, message) in &finding.skipped {
+        text += &format!("\n         skipped: {test}: {message}");
+    }
+    match &finding.verdict {
+        Verdict::Missed(others) => {
+            for (test, outcome) in others {
+                text += &format!("\n         {test} {outcome}; {}", fault.what);
+            }
+        }
+        Verdict::DoesNotCompile(output) => {
+            text += &format!("\n         does not compile with the fault:\n{output}");
+        }
+        Verdict::Caught | Verdict::Skipped(_) => {}
+    }
+    text
+}
+
+/// The table's head.
+pub fn head(width: usize) -> String {
+    format!("{:7}  {:width$}  {:>5}  {:>5}  by", "", "fault", "build", "tests")
+}
+
+/// A test without its package's name, which the target's tells but for unit tests.
+fn short(test: &Test) -> String {
+    let target = if test.target == "lib" { &test.package } else { &test.target };
+    format!("{target} {}", test.name)
+}
+
+/// For `--list`.
+pub fn describe(fault: &Fault) -> String {
+    let mut text = format!("{}: {}\n    {}\n", fault.name, fault.what, fault.file.display());
+    for test in &fault.caught_by {
+        text += &format!("    {} {test}\n", if fault.control { "leaves" } else { "caught by" });
+    }
+    text
+}

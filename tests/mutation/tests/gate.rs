@@ -1,0 +1,215 @@
+//! The gate's own twins, on a workspace of one small crate: what no test notices must close it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use trisect_mutation::error::Error;
+use trisect_mutation::execute::Outcome;
+use trisect_mutation::fault::{self, Fault};
+use trisect_mutation::gate::{Finding, Gate, Verdict};
+use trisect_mutation::report;
+
+const LIBRARY: &str = "//! A crate to plant faults in.
+pub fn sum(a: i32, b: i32) -> i32 {
+    a + b
+}
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn adds() {
+        assert_eq!(super::sum(2, 3), 5);
+    }
+    #[test]
+    fn notices_nothing() {
+        super::sum(2, 3);
+    }
+    #[test]
+    fn crashes() {
+        if super::sum(2, 3) != 5 {
+            std::process::abort();
+        }
+    }
+    #[test]
+    fn always_fails() {
+        panic!();
+    }
+    mod absent {
+        #[test]
+        fn wgpu() {
+            eprintln!(\"SKIPPED for Wgpu: no adapter\");
+        }
+    }
+}
+";
+
+const INTEGRATION: &str = "#[test]
+fn adds() {
+    assert_eq!(victim::sum(1, 1), 2);
+}
+";
+
+/// A workspace in a folder of the test's own, which Git knows.
+fn workspace(name: &str) -> PathBuf {
+    let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("gate-{name}"));
+    let _ = fs::remove_dir_all(&root);
+    for (file, text) in [
+        ("Cargo.toml", "[workspace]\n[package]\nname = \"victim\"\nedition = \"2024\"\n"),
+        ("Cargo.lock", "version = 4\n[[package]]\nname = \"victim\"\nversion = \"0.0.0\"\n"),
+        (".gitignore", "/target/\n"),
+        ("src/lib.rs", LIBRARY),
+        ("tests/outside.rs", INTEGRATION),
+    ] {
+        let path = root.join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    assert!(Command::new("git").args(["init", "--quiet"]).arg(&root).status().unwrap().success());
+    root
+}
+
+/// A fault of `a + b` that `tests` are to catch.
+fn fault(replace: &str, tests: &[&str]) -> Fault {
+    Fault {
+        name: "some".into(),
+        what: "Some.".into(),
+        file: "src/lib.rs".into(),
+        find: "a + b".into(),
+        replace: replace.into(),
+        hex: false,
+        control: false,
+        caught_by: tests.iter().map(|test| format!("victim {test}").try_into().unwrap()).collect(),
+    }
+}
+
+fn gate(root: &Path, faults: &[&Fault], required: &[&str]) -> Result<Gate, Error> {
+    let target = root.join("target");
+    let required = required.iter().map(|&name| name.to_owned()).collect();
+    Gate::new(root, &target.join("mutation"), &target, None, faults, required)
+}
+
+fn missed(finding: &Finding) -> Vec<&Outcome> {
+    match &finding.verdict {
+        Verdict::Missed(others) => others.iter().map(|(_, outcome)| outcome).collect(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_is_noticed_passes_and_nothing_else() {
+    let root = workspace("verdicts");
+    let tests = ["lib tests::adds", "outside adds"];
+    let noticed = fault("a - b", &tests);
+    let comment = fault("a + b // the same", &tests);
+    let control = Fault { control: true, ..comment.clone() };
+    let no_control = Fault { control: true, ..noticed.clone() };
+    let half = fault("a - b", &["lib tests::adds", "lib tests::notices_nothing"]);
+    let broken = fault("a + \"b\"", &tests);
+    let crash = fault("a - b", &["lib tests::crashes"]);
+    let all = [&noticed, &comment, &control, &no_control, &half, &broken, &crash];
+    let mut gate = gate(&root, &all, &[]).unwrap();
+    let mut find = |fault: &Fault| gate.try_fault(fault).unwrap();
+
+    let finding = find(&noticed);
+    assert_eq!((&finding.verdict, finding.by.len()), (&Verdict::Caught, 2));
+    assert!(finding.is_good());
+    // The twin: a comment is no fault.
+    let finding = find(&comment);
+    assert_eq!(missed(&finding), [&Outcome::Passed, &Outcome::Passed]);
+    assert!(!finding.is_good() && report::row(&comment, &finding, 4).starts_with("FAILED"));
+    assert_eq!(find(&control).verdict, Verdict::Caught);
+    assert_eq!(missed(&find(&no_control)), [&Outcome::Failed, &Outcome::Failed]);
+    // Every test must notice.
+    let finding = find(&half);
+    assert_eq!((missed(&finding), finding.by.len()), (vec![&Outcome::Passed], 1));
+    // Neither a compiler's error nor a crash is a test's failure.
+    let finding = find(&broken);
+    assert!(
+        matches!(&finding.verdict, Verdict::DoesNotCompile(text) if text.contains("mismatched types")
+        || text.contains("cannot add")),
+        "{finding:?}"
+    );
+    assert!(!finding.is_good());
+    let finding = find(&crash);
+    assert!(matches!(missed(&finding).as_slice(), [Outcome::Crashed(_)]), "{finding:?}");
+    // And the fault is gone: from the copy, and from the workspace, which never had it.
+    for folder in [root.clone(), root.join("target/mutation/work")] {
+        assert_eq!(fs::read_to_string(folder.join("src/lib.rs")).unwrap(), LIBRARY);
+    }
+    assert_eq!(find(&noticed).verdict, Verdict::Caught);
+}
+
+#[test]
+fn what_cannot_be_judged_is_an_error() {
+    let root = workspace("errors");
+    // Its text is not there, or stands there twice.
+    for (find, want) in [("a * b", 0), ("super::sum(2, 3)", 3)] {
+        let fault = Fault { find: find.into(), ..fault("a - b", &["lib tests::adds"]) };
+        let error = gate(&root, &[&fault], &[]).err().expect("a fault that does not apply");
+        assert!(matches!(error, Error::Text { count, .. } if count == want), "{error}");
+    }
+    // Tests that are not there, or fail as it is.
+    for (test, word) in [("lib tests::nonsense", "exist"), ("lib tests::always_fails", "fails")] {
+        let fault = fault("a - b", &[test]);
+        let error = gate(&root, &[&fault], &[]).unwrap().try_fault(&fault).unwrap_err();
+        assert!(matches!(error, Error::Baseline { .. }) && error.to_string().contains(word), "{error}");
+    }
+    let no_target = fault("a - b", &["nonsense adds"]);
+    assert!(matches!(gate(&root, &[&no_target], &[]), Err(Error::Tool { .. })));
+    // One gate at a time.
+    let fault = fault("a - b", &["lib tests::adds"]);
+    let _first = gate(&root, &[&fault], &[]).unwrap();
+    assert!(matches!(gate(&root, &[&fault], &[]), Err(Error::Busy { .. })));
+}
+
+#[test]
+fn a_missing_backend_is_said() {
+    let root = workspace("backends");
+    let only = fault("a - b", &["lib tests::absent::wgpu"]);
+    let both = fault("a - b", &["lib tests::absent::wgpu", "lib tests::adds"]);
+    let mut tolerant = gate(&root, &[&only, &both], &["cpu"]).unwrap();
+    let finding = tolerant.try_fault(&only).unwrap();
+    assert_eq!(finding.verdict, Verdict::Skipped("SKIPPED for Wgpu: no adapter".into()));
+    let finding = tolerant.try_fault(&both).unwrap();
+    assert_eq!((&finding.verdict, finding.by.len(), finding.skipped.len()), (&Verdict::Caught, 1, 1));
+    drop(tolerant);
+    let mut strict = gate(&root, &[&only], &["cpu", "wgpu"]).unwrap();
+    let error = strict.try_fault(&only).unwrap_err();
+    assert!(matches!(error, Error::Backend { backend: "wgpu", .. }), "{error}");
+}
+
+/// The list of the project: each fault applies to the sources as they are, and one of the shared crate is caught without a GPU, too:
+/// once kernels are built from it, a GPU agrees with the CPU again.
+#[test]
+fn the_projects_faults_apply() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let faults = fault::read(&here.join("faults.toml")).unwrap();
+    assert!(faults.iter().filter(|fault| !fault.control).count() >= 20);
+    assert!(faults.iter().any(|fault| fault.control), "no twin");
+    for fault in &faults {
+        let source = fs::read(here.join("../..").join(&fault.file)).unwrap();
+        fault.plant(&source).unwrap_or_else(|error| panic!("{error}"));
+        let alone = fault.caught_by.iter().any(|test| test.backend().is_none());
+        assert!(alone || !fault.file.starts_with("shared"), "{}: only a comparison catches it", fault.name);
+    }
+}
+
+/// `profile.toml` names each member: one that it forgets could overwrite the artifact that Cargo makes without it.
+#[test]
+fn the_profile_names_each_member() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .current_dir(here)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let profile = fs::read_to_string(here.join("profile.toml")).unwrap();
+    let profile: toml::Table = toml::from_str(&profile).unwrap();
+    let named = &profile["profile"]["release"]["package"];
+    for package in metadata["packages"].as_array().unwrap() {
+        let name = package["name"].as_str().unwrap();
+        assert!(named.get(name).is_some(), "tests/mutation/profile.toml does not name {name}");
+    }
+}
