@@ -6,7 +6,7 @@
 use core::arch::nvptx::{
     _block_dim_x, _block_dim_y, _block_idx_x, _block_idx_y, _thread_idx_x, _thread_idx_y, trap,
 };
-use core::slice::{from_raw_parts, from_raw_parts_mut};
+use core::slice::from_raw_parts;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
@@ -14,7 +14,7 @@ use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::params::RenderParams;
+use trisect_shared::params::{FLAG_FINISH, RenderParams};
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
@@ -94,8 +94,16 @@ macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         entry_point!($name, PixelSums, |params, scene, x, y, film, carries| {
             let pixel = (y * params.width + x) as usize;
-            let (film, carries) = (from_raw_parts_mut(film.add(pixel), 1), from_raw_parts_mut(carries.add(pixel), 1));
-            path::render_pixel::<{ $features }>(&params, scene, x, y, film, carries, 0);
+            let (film, carries) = (film.add(pixel), carries.add(pixel));
+            let (mut sums, mut carry) = ([PixelSums::ZERO], [Carry::ZERO]);
+            if params.resume != 0 {
+                (sums, carry) = ([*film], [*carries]);
+            }
+            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut carry, 0);
+            *film = sums[0];
+            if params.flags & FLAG_FINISH == 0 {
+                *carries = carry[0];
+            }
         });
     )*};
 }

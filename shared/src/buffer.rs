@@ -39,42 +39,6 @@ pub unsafe fn store<T: Copy>(slice: &mut [T], index: u32, value: T) {
     unsafe { *slice.get_unchecked_mut(index as usize) = value }
 }
 
-/// [`load`] of what [`store_now`] wrote, from memory.
-///
-/// # Safety
-///
-/// As [`load`].
-#[inline(always)]
-pub unsafe fn reload<T: Copy>(slice: &[T], index: u32) -> T {
-    debug_assert!((index as usize) < slice.len());
-    // SAFETY: the caller's promise. LLVM would keep the value in registers otherwise.
-    #[cfg(target_arch = "nvptx64")]
-    return unsafe { slice.as_ptr().add(index as usize).read_volatile() };
-    // SAFETY: the caller's promise.
-    #[cfg(not(target_arch = "nvptx64"))]
-    return unsafe { load(slice, index) };
-}
-
-/// [`store`], to memory.
-///
-/// # Safety
-///
-/// As [`store`].
-#[inline(always)]
-pub unsafe fn store_now<T: Copy>(slice: &mut [T], index: u32, value: T) {
-    debug_assert!((index as usize) < slice.len());
-    // SAFETY: the caller's promise.
-    #[cfg(target_arch = "nvptx64")]
-    unsafe {
-        slice.as_mut_ptr().add(index as usize).write_volatile(value);
-    }
-    // SAFETY: the caller's promise.
-    #[cfg(not(target_arch = "nvptx64"))]
-    unsafe {
-        store(slice, index, value);
-    }
-}
-
 /// Entry `index` of an array of this invocation's own, of which each entry is written before it is read.
 ///
 /// # Safety

@@ -131,6 +131,10 @@ pub struct TriangleHit {
 const NO_HIT: TriangleHit = TriangleHit { distance: MISS, weight_b: 0.0, weight_c: 0.0 };
 
 impl Triangle {
+    /// The least square of [`Triangle::normal`]'s length for which it is one: below, a device that flushes denormals may lose a square
+    /// that the length needs. A triangle with less is a line, 1e-15 of its length wide.
+    pub const LEAST_SQUARE: f32 = 1e-30;
+
     /// Where the ray from `origin` meets the triangle, from either side.
     ///
     /// A ray through an edge or a vertex meets at least one of the triangles that share it. For that, the signs of the three edge

@@ -29,7 +29,7 @@ fn lamp(radiance: f64) -> Described {
 fn deviation(pixel: &PixelTotals) -> f64 {
     let n = pixel.samples as f64;
     let mean = pixel.mean()[0];
-    (pixel.squares[0] / n / (mean * mean) - 1.0).abs()
+    (pixel.squares[0].value() / n / (mean * mean) - 1.0).abs()
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn squares_and_sums_overflow() {
         assert_eq!((found.len(), found[0].predicted.of), (1, unit), "{radiance}");
         assert_eq!(found[0].what, "material \"lamp\"");
         let pixel = pixel(&scene, 256);
-        assert!(!pixel.squares[0].is_finite() || pixel.samples == 0, "{radiance}: {pixel:?}");
+        assert!(!pixel.squares[0].value().is_finite() || pixel.samples == 0, "{radiance}: {pixel:?}");
         assert_eq!(pixel.mean()[0].is_finite(), unit == Unit::Variance, "{radiance}: {pixel:?}");
     }
 }
@@ -91,7 +91,11 @@ fn a_point_light_near_a_surface() {
         ));
         let found = found(&scene, Limit::TooBright);
         let pixel = pixel(&scene, 256);
-        assert_eq!((found.len(), pixel.squares[0].is_finite()), (usize::from(beyond), !beyond), "{pixel:?}");
+        assert_eq!(
+            (found.len(), pixel.squares[0].value().is_finite()),
+            (usize::from(beyond), !beyond),
+            "{pixel:?}"
+        );
         if let [one] = &found[..] {
             assert_eq!(one.what, "lights[0]");
             assert!((pixel.mean()[0] / one.measured - 1.0).abs() < 0.01, "{pixel:?} for {one}");

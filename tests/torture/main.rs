@@ -12,19 +12,30 @@ mod chart;
 #[path = "../../shared/tests/physics/materials.rs"]
 #[allow(dead_code, missing_docs, unsafe_code, reason = "shared")]
 mod materials;
+#[path = "../../shared/tests/physics/mesh.rs"]
+mod mesh;
 #[path = "../../shared/tests/physics/statistics.rs"]
 #[allow(dead_code, missing_docs, reason = "shared")]
 mod statistics;
 
 mod boundaries;
+mod boxes;
 mod census;
+mod construct;
 mod enclosures;
 mod equality;
 mod estimates;
+mod exact;
 mod films;
 mod firewall;
+mod flats;
 mod furnace;
+mod leaving;
+mod radii;
 mod random;
+mod rays;
 mod scale;
 mod scattering;
+mod spheres;
 mod sums;
+mod triangles;

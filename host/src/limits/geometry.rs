@@ -104,7 +104,7 @@ fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
         }
         let [a, b, c] = [a, b, c].map(|p| space.point(p).as_vec3());
         let square = Triangle { a, material: 0, b, pad0: 0, c, pad1: 0 }.normal().length_squared();
-        if !(square > f32::MIN_POSITIVE && square.is_finite()) {
+        if !(square > Triangle::LEAST_SQUARE && square.is_finite()) {
             flat_count += 1;
             least_square = least_square.min(f64::from(square));
         }
@@ -121,7 +121,7 @@ fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
             what: counted(flat_count),
             quantity: "square of twice the area in the renderer, in f32",
             measured: least_square,
-            supported: Supported::AtLeast(f64::from(f32::MIN_POSITIVE)),
+            supported: Supported::AtLeast(f64::from(Triangle::LEAST_SQUARE)),
             predicted: Predicted::share(1.0, Unit::Primitives),
             remedy: SMALL,
         });

@@ -1,6 +1,5 @@
 //! A grid over directions, to count samples in and to integrate densities over.
 
-use crate::statistics::SLOW;
 use glam::{DVec3, Vec3};
 use trisect_shared::math::basis;
 
@@ -8,9 +7,6 @@ const ROWS: usize = 32;
 const COLUMNS: usize = 32;
 /// Of a chart.
 pub const CELLS: usize = ROWS * COLUMNS;
-/// Points a cell in each direction; cells that hold an edge of the density have four times as many.
-const POINTS: usize = if SLOW { 4 } else { 12 };
-
 /// A grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2) = a⁴ and φ = 2πb.
 pub struct Chart {
     axis: DVec3,
@@ -42,8 +38,8 @@ impl Chart {
         (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
     }
 
-    /// The integral of `density` over a cell.
-    pub fn integral(&self, cell: usize, density: impl Fn(Vec3) -> f64) -> f64 {
+    /// The integral of `density` over a cell, by so many points in each direction; four times as many where it holds an edge of it.
+    pub fn integral(&self, cell: usize, points: usize, density: impl Fn(Vec3) -> f64) -> f64 {
         let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
         let sum = |n: usize| {
             let (mut sum, mut zeros) = (0.0, 0);
@@ -57,8 +53,8 @@ impl Chart {
             }
             (sum / (n * n * ROWS * COLUMNS) as f64, zeros > 0 && zeros < n * n)
         };
-        match sum(POINTS) {
-            (_, true) => sum(4 * POINTS).0,
+        match sum(points) {
+            (_, true) => sum(4 * points).0,
             (whole, false) => whole,
         }
     }

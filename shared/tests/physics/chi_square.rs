@@ -10,6 +10,9 @@ use trisect_shared::math::greatest;
 /// To the viewer's angle with the normal.
 const COSINES: [f32; 4] = [1.0, 0.7, 0.3, 0.1];
 
+/// Of a cell's quadrature in each direction.
+const POINTS: usize = if SLOW { 4 } else { 12 };
+
 /// What came of one material under one angle.
 #[derive(Debug)]
 struct Outcome {
@@ -63,7 +66,7 @@ fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
         let density = |d: Vec3| {
             if (d.dot(by.normal) < 0.0) == below { f64::from(by.evaluate(d).density) } else { 0.0 }
         };
-        expected.extend((0..CELLS).map(|cell| chart.integral(cell, density)));
+        expected.extend((0..CELLS).map(|cell| chart.integral(cell, POINTS, density)));
     }
     let total: f64 = expected.iter().sum();
     let scale = (f64::from(n) - lost) / total;

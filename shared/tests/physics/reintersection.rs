@@ -1,8 +1,9 @@
 //! Rays that leave a flat primitive never meet its neighbours (torture test 12): convex meshes, boxes and tiled planes anywhere.
 
 use crate::materials::NO_SCENE;
+use crate::mesh::Mesh;
 use crate::statistics::{SLOW, samples, words};
-use crate::watertight::Mesh;
+
 use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use trisect_shared::bvh::Hit;

@@ -32,7 +32,8 @@ trait Device {
 /// A scene as kernels see it, for the probes that trace or scatter.
 #[derive(Clone, Debug)]
 pub struct ProbeScene {
-    scene: Scene,
+    /// Its records may be changed, but not their number: a test makes them impossible. (Triangles are the tree's.)
+    pub scene: Scene,
     /// May be changed: a test's twin breaks it.
     pub bvh: Bvh,
     lights: Lights,

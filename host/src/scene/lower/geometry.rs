@@ -103,7 +103,7 @@ impl Geometry {
             let triangle = Triangle { a: pa, material: mesh.material as u32, b: pb, pad0: 0, c: pc, pad1: 0 };
             // By the very arithmetic of the kernels: they divide by its length. It does not depend on the triangle's size.
             let square = triangle.normal().length_squared();
-            if !(square > f32::MIN_POSITIVE && square.is_finite()) {
+            if !(square > Triangle::LEAST_SQUARE && square.is_finite()) {
                 flat += 1;
                 continue;
             }

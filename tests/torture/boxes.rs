@@ -1,0 +1,133 @@
+//! 41: every node's box contains its primitives, by double precision. There is no wide BVH, whose boxes would be decoded; these are
+//! the boxes of the binary one, made by the host: nothing to ask of a backend.
+
+use crate::construct;
+use crate::construct::{EPSILON, power, words};
+use glam::{DVec3, Vec3, Vec4};
+use trisect::bvh::{Bvh, BvhQuality};
+use trisect::scene::Scene;
+use trisect_shared::bvh::{BvhNode, Child};
+use trisect_shared::flat::{DISC, Flat};
+use trisect_shared::math::{basis, unit_sphere};
+use trisect_shared::sphere::Sphere;
+use trisect_shared::triangle::Triangle;
+use trisect_tests::Subject;
+use trisect_tests::report::{Outcome, report};
+
+/// Sizes of 10⁻²⁰ to 10²⁰ at places as far, the shapes beyond what a scene file may hold included. (Vertices reach 10¹² only: a
+/// product of three stays finite.)
+fn extremes(count: u32) -> Scene {
+    let mut scene = construct::scene(Vec::new(), &[[Vec3::X, Vec3::Y, Vec3::Z]]);
+    let shading = scene.shading[0];
+    scene.triangles.clear();
+    scene.shading.clear();
+    for i in 0..count {
+        let [w, v] = [words(4100, i), words(4101, i)];
+        let limit = if i % 4 == 3 { 12.0 } else { 20.0 };
+        let size = power(-20.0, limit, w.x);
+        let place = unit_sphere(w.y, w.z) * if w.w % 4 == 0 { 0.0 } else { power(-20.0, limit, w.w) };
+        let axis = if v.z % 3 == 0 { Vec3::AXES[v.w as usize % 3] } else { unit_sphere(v.x, v.y) };
+        let (x, y) = basis(axis);
+        let (edge_u, edge_v) = (x * size, y * size * power(-3.0, 0.0, v.z));
+        match i % 4 {
+            0 => scene.spheres.push(Sphere { center: place, radius: size, material: 0, pad: [0; 3] }),
+            3 => {
+                let (b, c) = (place + edge_u, place + edge_v);
+                scene.triangles.push(Triangle { a: place, material: 0, b, pad0: 0, c, pad1: 0 });
+                scene.shading.push(shading);
+            }
+            kind => {
+                let kind = if kind == 1 { DISC } else { 0 };
+                let zero: Flat = bytemuck::Zeroable::zeroed();
+                scene.flats.push(Flat { origin: place, normal: axis, kind, edge_u, edge_v, ..zero });
+            }
+        }
+    }
+    scene
+}
+
+/// By double precision, whose own rounding is 10⁻⁹ of f32's.
+fn exact_box(scene: &Scene, bvh: &Bvh, primitive: usize) -> (DVec3, DVec3) {
+    let of = |points: &[DVec3]| {
+        let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        (low, points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)))
+    };
+    let exact = |v: Vec3| v.as_dvec3();
+    let (spheres, flats) = (scene.spheres.len(), scene.flats.len());
+    if primitive < spheres {
+        let s = &scene.spheres[primitive];
+        let (c, r) = (exact(s.center), f64::from(s.radius));
+        return (c - r, c + r);
+    }
+    if primitive < spheres + flats {
+        let f = &scene.flats[primitive - spheres];
+        let (o, u, v) = (exact(f.origin), exact(f.edge_u), exact(f.edge_v));
+        if f.kind == DISC {
+            let reach = (u * u + v * v).map(f64::sqrt);
+            return (o - reach, o + reach);
+        }
+        return of(&[o, o + u, o + v, o + u + v]);
+    }
+    let t = &bvh.triangles[primitive - spheres - flats];
+    of(&[exact(t.a), exact(t.b), exact(t.c)])
+}
+
+/// Of each node and child: whether the box holds all that is below it. The number of boxes that do not, and the narrowest room about a
+/// primitive, in ε of its farthest coordinate along the axis and its greatest extent; 2 are meant, before rounding.
+fn loose(scene: &Scene, bvh: &Bvh) -> (usize, f64) {
+    // Children come after their parents: from the last on, the exact box of what is below each node.
+    let mut below = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bvh.nodes.len()];
+    let (mut wrong, mut narrowest) = (0, f64::INFINITY);
+    for (index, node) in bvh.nodes.iter().enumerate().rev() {
+        for (child, low, high) in [(node.first, 0, 2), (node.second, 1, 3)] {
+            let child = Child(child);
+            let corner = |k: usize| DVec3::new(node.x[k].into(), node.y[k].into(), node.z[k].into());
+            let held = if child.is_leaf() {
+                exact_box(scene, bvh, child.index() as usize)
+            } else {
+                below[child.index() as usize]
+            };
+            let room = (held.0 - corner(low)).min(corner(high) - held.1);
+            wrong += usize::from(room.is_nan() || room.min_element() < 0.0);
+            if child.is_leaf() {
+                let size = held.0.abs().max(held.1.abs()) + (held.1 - held.0).max_element();
+                narrowest = narrowest.min((room / (EPSILON * size)).min_element());
+            }
+            below[index] = (below[index].0.min(held.0), below[index].1.max(held.1));
+        }
+    }
+    (wrong, narrowest)
+}
+
+#[test]
+fn t41_containment() {
+    let (mut boxes, mut narrowest) = (0, f64::INFINITY);
+    // Above 4096 primitives, the builder sees shifted boxes and the nodes get the true ones back.
+    for (count, quality) in [(2000, BvhQuality::High), (2000, BvhQuality::Fast), (6000, BvhQuality::Medium)] {
+        let scene = extremes(count);
+        let bvh = Bvh::build(&scene, Some(quality)).unwrap();
+        let (wrong, room) = loose(&scene, &bvh);
+        assert_eq!(wrong, 0, "{count} primitives, {quality:?}");
+        boxes += 2 * bvh.nodes.len();
+        narrowest = narrowest.min(room);
+        // The twins: one box a little too small, a leaf's by 8 ε and the root's child's by a millionth.
+        let leaf = bvh.nodes.iter().position(|node| Child(node.first).is_leaf()).unwrap();
+        let shrunk = |index: usize, by: f32| {
+            let mut bvh = bvh.clone();
+            let node: &mut BvhNode = &mut bvh.nodes[index];
+            let size = node.y.x.abs().max(node.y.z.abs()) + (node.y.z - node.y.x);
+            node.y += Vec4::new(by * size, 0.0, 0.0, 0.0);
+            loose(&scene, &bvh).0
+        };
+        assert!(shrunk(leaf, 8.0 * f32::EPSILON) == 1, "a leaf's box too small passes");
+        assert!(shrunk(0, 1e-6) > 0, "an inner box too small passes");
+    }
+    report(
+        41,
+        Subject::Cpu,
+        Outcome::Passed,
+        format!(
+            "binary BVH, made by the host: {boxes} boxes, extents 1e-20 to 1e20, hold what is below them; at least {narrowest:.2} eps of room"
+        ),
+    );
+}

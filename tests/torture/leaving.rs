@@ -1,0 +1,238 @@
+//! 12: rays that leave a surface do not meet it again (after pbrt's test "Reintersect"), whatever its size and place.
+
+use crate::construct::{self, EPSILON, disc, power, ray, sphere, unit, words};
+use glam::{DVec3, Vec3};
+use trisect::scene::description::ShapeKind;
+use trisect_probes::record::{Input, Output, row, vector};
+use trisect_probes::trace::{LEAVE, LEAVE_PLAINLY};
+use trisect_shared::bvh::{BvhNode, Child, NO_PRIMITIVE};
+use trisect_shared::flat::DISC;
+use trisect_shared::math::{basis, unit_f32, unit_sphere};
+use trisect_tests::probe::{ProbeScene, Prober};
+use trisect_tests::report::{Outcome, report};
+use trisect_tests::{Subject, for_each_backend};
+
+/// Objects of each kind.
+const OBJECTS: u32 = 48;
+/// Rays that leave each.
+const RAYS: u32 = 1000;
+
+/// A direction on the side of `normal`, one in four almost along the surface.
+fn outward(normal: Vec3, i: u32, stream: u32) -> Vec3 {
+    let w = words(stream, i);
+    let d = unit_sphere(w.x, w.y);
+    let lift = if w.z.is_multiple_of(4) { 1e-3 } else { 1.0 };
+    unit(d - normal * d.dot(normal) + normal * (d.dot(normal).abs() * lift + 1e-6))
+}
+
+/// Spheres, quads, discs and triangles with sizes of 10⁻⁴ to 10⁴, 10⁻⁸ to 10⁸ from the origin.
+fn objects() -> ProbeScene {
+    let (mut shapes, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..OBJECTS {
+        let [w, v] = [words(1200, i), words(1201, i)];
+        let size = power(-4.0, 4.0, w.x);
+        let place = unit_sphere(w.y, w.z) * power(-8.0, 8.0, w.w);
+        // Flat shapes along the axes, too: those have one coordinate for all their points.
+        let axis = if i % 4 == 0 { Vec3::AXES[v.w as usize % 3] } else { unit_sphere(v.x, v.y) };
+        let (a, b) = basis(axis);
+        shapes.push(sphere(place, size));
+        shapes.push(construct::quad(place, a * size, b * size * power(-1.0, 1.0, v.z)));
+        shapes.push(disc(place, axis, size));
+        triangles.push([place, place + a * size, place + (a * 0.3 + b) * size]);
+    }
+    ProbeScene::new(&construct::scene(shapes, &triangles))
+}
+
+/// Where on a primitive a ray is to arrive, and the normal there.
+fn target(scene: &ProbeScene, primitive: u32, i: u32) -> (Vec3, Vec3, f32) {
+    let (records, params, w) = (scene.records(), scene.params(), words(1202, i));
+    let index = primitive as usize;
+    let (u, v) = (unit_f32(w.x), unit_f32(w.y));
+    if primitive >= params.first_triangle {
+        let t = records.triangles[index - params.first_triangle as usize];
+        let (ab, ac) = (t.b - t.a, t.c - t.a);
+        (t.a + ab * (u * (1.0 - v)) + ac * (v * u), unit(ab.cross(ac)), ab.length())
+    } else if primitive >= params.first_flat {
+        let f = records.flats[index - params.first_flat as usize];
+        let inside = if f.kind == DISC { 0.7 } else { 1.0 };
+        (f.origin + f.edge_u * (u * inside) + f.edge_v * (v * inside), f.normal, f.edge_u.length())
+    } else {
+        let s = records.spheres[index];
+        let normal = unit_sphere(w.x, w.y);
+        (s.center + normal * s.radius, normal, s.radius)
+    }
+}
+
+/// Rays that arrive from around, near and far, and go on to either side.
+fn questions(scene: &ProbeScene, primitive: u32) -> Vec<Input> {
+    let question = |i: u32| {
+        let i = primitive * RAYS + i;
+        let w = words(1203, i);
+        let (target, normal, size) = target(scene, primitive, i);
+        let side = if w.x & 1 == 1 || primitive < scene.params().first_flat { normal } else { -normal };
+        let origin = target + outward(side, i, 1204) * (size * power(-1.0, 2.0, w.y));
+        let leaves = outward(if w.z & 1 == 1 { normal } else { -normal }, i, 1205);
+        // Rounding may put the origin at the target.
+        let direction = if origin == target { -side } else { unit(target - origin) };
+        Input { c: row(leaves, 0), ..ray(origin, direction) }
+    };
+    (0..RAYS).map(question).collect()
+}
+
+/// Whether the second hit is of the same primitive, and not a sphere's far side. From a point about on the sphere the near root is less than half
+/// the chord -2 f·d, the far one more; and one that leaves outward has none to meet. b = -f·d takes 3 products and 2 sums of at most ε / 2 each, and
+/// f one rounding, so 4 ε |f| are room enough; on every backend, as t is b plus or minus a root.
+fn meets_again(scene: &ProbeScene, input: &Input, output: &Output) -> bool {
+    if output.a.w == NO_PRIMITIVE || output.a.w != output.b.z {
+        return false;
+    }
+    if output.a.w >= scene.params().first_flat {
+        return true;
+    }
+    let s = scene.records().spheres[output.a.w as usize];
+    let f = vector(output.a).as_dvec3() - s.center.as_dvec3();
+    let chord = -2.0 * f.dot(vector(input.c).as_dvec3());
+    let t = f64::from(f32::from_bits(output.b.y));
+    let rounding = 4.0 * EPSILON * f.length();
+    t < 0.5 * chord - rounding || chord < -2.0 * rounding
+}
+
+/// No ray meets the primitive that it leaves, by its number and side, not by an offset: so on every backend. Each primitive is traced by itself, as
+/// the root of the tree: others would hide it.
+fn t12_same_primitive(subject: Subject) {
+    let scene = objects();
+    let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
+    let params = scene.params();
+    let kind = |primitive: u32| match primitive {
+        p if p >= params.first_triangle => 3,
+        p if p >= params.first_flat => {
+            1 + scene.records().flats[(p - params.first_flat) as usize].kind as usize
+        }
+        _ => 0,
+    };
+    let count = params.first_triangle + scene.records().triangles.len() as u32;
+    let (mut hits, mut again, mut plainly) = ([0; 4], [0; 4], [0; 4]);
+    for primitive in 0..count {
+        prober.render.root = Child::leaf(primitive).0;
+        let questions = questions(&scene, primitive);
+        let outputs = prober.ask("probe_trace", LEAVE, &questions);
+        let of = |outputs: &[Output]| {
+            questions.iter().zip(outputs).filter(|(input, output)| meets_again(&scene, input, output)).count()
+        };
+        hits[kind(primitive)] += outputs.iter().filter(|output| output.b.z == primitive).count();
+        again[kind(primitive)] += of(&outputs);
+        if primitive / 2 % 4 == 0 {
+            plainly[kind(primitive)] += of(&prober.ask("probe_trace", LEAVE_PLAINLY, &questions));
+        }
+    }
+    assert!(hits.iter().all(|&hits| hits > 10_000), "{hits:?}");
+    assert_eq!(again, [0; 4], "of {hits:?}");
+    // The twin: from where the ray ended, as if in free space.
+    assert!(plainly.iter().all(|&again| again > 100), "without care: {plainly:?}");
+    report(
+        12,
+        subject,
+        Outcome::Passed,
+        format!(
+            "spheres, quads, discs, triangles: of {hits:?} rays {again:?} meet what they leave; of a quarter of them, plainly, {plainly:?}"
+        ),
+    );
+}
+
+/// A box's faces, the top first, and its size.
+fn boxes(count: u32) -> (ProbeScene, Vec<f32>) {
+    let (mut shapes, mut sizes) = (Vec::new(), Vec::new());
+    for i in 0..count {
+        let [w, v] = [words(1210, i), words(1211, i)];
+        let size = power(-4.0, 4.0, w.x);
+        let place = unit_sphere(w.y, w.z) * (size * power(-3.0, 4.0, w.w));
+        let x = if i % 2 == 0 { Vec3::X } else { unit_sphere(v.x, v.y) };
+        let (y, z) = basis(x);
+        let [corner, x, y, z] = [place, x * size, y * size, z * size].map(|v| v.as_dvec3());
+        let face = |corner: DVec3, u, v| ShapeKind::Quad { corner, u, v };
+        shapes.extend([face(corner + z, x, y), face(corner, y, x), face(corner, z, y), face(corner, x, z)]);
+        shapes.extend([face(corner + x, y, z), face(corner + y, z, x)]);
+        sizes.push(size);
+    }
+    let mut scene = ProbeScene::new(&construct::scene(shapes, &[]));
+    // A tree for each box: a chain that looks at all six.
+    let everything = (Vec3::splat(-1e12), Vec3::splat(1e12));
+    let chain = |i: u32| {
+        let rest = if i % 6 == 4 { Child::leaf(i + 1) } else { Child::inner(i - i / 6 + 1) };
+        BvhNode::new(Child::leaf(i), everything, rest, everything)
+    };
+    scene.bvh.nodes = (0..6 * count).filter(|i| i % 6 != 5).map(chain).collect();
+    (scene, sizes)
+}
+
+/// Rays that leave the top outward near its border.
+fn at_borders(scene: &ProbeScene, index: u32) -> Vec<Input> {
+    let top = scene.records().flats[6 * index as usize];
+    let question = |i: u32| {
+        let i = index * RAYS + i;
+        let w = words(1212, i);
+        let near = |bits: u32| {
+            let share = if bits.is_multiple_of(2) { power(-8.0, -1.0, bits) } else { unit_f32(bits) };
+            if bits.is_multiple_of(3) { share } else { 1.0 - share }
+        };
+        let target = top.origin + top.edge_u * near(w.x) + top.edge_v * near(w.y);
+        let size = top.edge_u.length();
+        let origin = target + outward(top.normal, i, 1213) * (size * power(-1.0, 2.0, w.z));
+        Input { c: row(outward(top.normal, i, 1214), 0), ..ray(origin, unit(target - origin)) }
+    };
+    (0..RAYS).map(question).collect()
+}
+
+/// Rays that leave a face outward near its border may meet the side behind the border, closer to it than the border's own rounding. The offset
+/// of the start covers what rounds with the face's place. The rest is of the side's size s: its coordinate is a sum of three products of a difference and a
+/// dual, 5 roundings of at most √2 s ε / 2 (difference, dual, product, two sums), and corner and edge were rounded at load, √3 s ε / 2 each. So no meeting
+/// is higher over the face than (5 √2 / 2 + √3) ε s.
+fn t12_box_borders(subject: Subject) {
+    let (scene, sizes) = boxes(70);
+    let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
+    // Rays, those that meet a face, the highest meeting in ε of the size.
+    let mut sweep = |operation: u32| {
+        let (mut count, mut met, mut highest) = (0, 0, 0.0f64);
+        for (index, &size) in (0..).zip(&sizes) {
+            prober.render.root = Child::inner(5 * index).0;
+            let questions = at_borders(&scene, index);
+            let top = scene.records().flats[6 * index as usize];
+            for (input, output) in questions.iter().zip(prober.ask("probe_trace", operation, &questions)) {
+                if output.b.z != 6 * index {
+                    continue; // a side, or past the box
+                }
+                count += 1;
+                if output.a.w == NO_PRIMITIVE {
+                    continue;
+                }
+                met += 1;
+                let t = f64::from(f32::from_bits(output.b.y));
+                let at = vector(output.a).as_dvec3() + vector(input.c).as_dvec3() * t;
+                let height = (at - top.origin.as_dvec3()).dot(top.normal.as_dvec3());
+                highest = highest.max(if output.a.w == 6 * index {
+                    f64::INFINITY
+                } else {
+                    height / (EPSILON * f64::from(size))
+                });
+            }
+        }
+        (count, met, highest)
+    };
+    let (count, met, highest) = sweep(LEAVE);
+    let twin = sweep(LEAVE_PLAINLY);
+    let bound = 5.0 * 0.5f64.sqrt() + 3f64.sqrt();
+    assert!(count > 40_000 && highest <= bound, "{met} of {count}, {highest}");
+    assert!(twin.1 > 10 * met && twin.2 > bound, "without care: {twin:?}");
+    let outcome = if met == 0 { Outcome::Passed } else { Outcome::Bounded };
+    report(
+        12,
+        subject,
+        outcome,
+        format!(
+            "{met} of {count} rays that leave a box's face near its border meet the side behind it, at most {highest:.2} eps of the size above; plainly {}",
+            twin.1
+        ),
+    );
+}
+
+for_each_backend!(t12_same_primitive, t12_box_borders);
