@@ -43,7 +43,13 @@ pub enum Error {
         /// What it said.
         output: String,
     },
-    /// A test that is to notice faults does not pass, or is not there, without any.
+    /// Tests that the list of faults names and that are not there.
+    #[error("no such tests; mend `caught_by` in the list of faults:\n  {}", tests.join("\n  "))]
+    NoSuchTests {
+        /// Which.
+        tests: Vec<String>,
+    },
+    /// A test that is to notice faults does not pass without any.
     #[error("{test} {outcome} before any fault is planted{}", if output.is_empty() { String::new() } else { format!(":\n{output}") })]
     Baseline {
         /// The test.

@@ -2,6 +2,7 @@
 
 use crate::build::Executable;
 use crate::error::Error;
+use std::collections::HashSet;
 use std::fmt;
 use std::fs::{self, File};
 use std::path::Path;
@@ -47,6 +48,18 @@ pub struct Run {
     pub output: String,
     /// What it took.
     pub time: Duration,
+}
+
+/// The names of all tests of `executable`.
+///
+/// # Errors
+///
+/// If it cannot be run.
+pub fn list(executable: &Executable) -> Result<HashSet<String>, Error> {
+    let output = Command::new(&executable.path).arg("--list").current_dir(&executable.folder).output();
+    let output = output.map_err(Error::io(&executable.path))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    Ok(text.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect())
 }
 
 /// Runs test `name` of `executable`, for at most `limit`. `scratch` is a file for its output.

@@ -3,9 +3,9 @@
 use crate::build::{Builder, Executable, Target};
 use crate::copy::Copy;
 use crate::error::Error;
-use crate::execute::{Outcome, Run, run};
+use crate::execute::{Outcome, Run, list, run};
 use crate::fault::{Fault, Test};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -65,7 +65,7 @@ impl Gate {
     ///
     /// # Errors
     ///
-    /// If a fault cannot be planted, or the tests do not compile without one.
+    /// If a fault cannot be planted, or the tests do not compile without one, or are not there.
     pub fn new(
         root: &Path,
         folder: &Path,
@@ -86,10 +86,18 @@ impl Gate {
         })?;
         // Kept aside: Cargo overwrites them with each fault.
         let mut clean = BTreeMap::new();
+        let mut missing: BTreeSet<&Test> = faults.iter().flat_map(|fault| &fault.caught_by).collect();
         for (target, executable) in built {
+            let there = list(&executable)?;
+            missing.retain(|test| {
+                (&test.package, &test.target) != (&target.0, &target.1) || !there.contains(&test.name)
+            });
             let path = folder.join(format!("{}-{}", target.0, target.1));
             std::fs::copy(&executable.path, &path).map_err(Error::io(&path))?;
             clean.insert(target, Executable { path, ..executable });
+        }
+        if !missing.is_empty() {
+            return Err(Error::NoSuchTests { tests: missing.into_iter().map(Test::to_string).collect() });
         }
         Ok(Self { copy, builder, required, folder: folder.to_owned(), clean, baselines: HashMap::new() })
     }

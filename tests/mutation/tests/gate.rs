@@ -149,11 +149,12 @@ fn what_cannot_be_judged_is_an_error() {
         assert!(matches!(error, Error::Text { count, .. } if count == want), "{error}");
     }
     // Tests that are not there, or fail as it is.
-    for (test, word) in [("lib tests::nonsense", "exist"), ("lib tests::always_fails", "fails")] {
-        let fault = fault("a - b", &[test]);
-        let error = gate(&root, &[&fault], &[]).unwrap().try_fault(&fault).unwrap_err();
-        assert!(matches!(error, Error::Baseline { .. }) && error.to_string().contains(word), "{error}");
-    }
+    let nonsense = fault("a - b", &["lib tests::adds", "lib tests::nonsense", "outside tests::adds"]);
+    let error = gate(&root, &[&nonsense], &[]).err().expect("tests that are not there");
+    assert!(matches!(&error, Error::NoSuchTests { tests } if tests.len() == 2), "{error}");
+    let failing = fault("a - b", &["lib tests::always_fails"]);
+    let error = gate(&root, &[&failing], &[]).unwrap().try_fault(&failing).unwrap_err();
+    assert!(matches!(error, Error::Baseline { .. }) && error.to_string().contains("fails"), "{error}");
     let no_target = fault("a - b", &["nonsense adds"]);
     assert!(matches!(gate(&root, &[&no_target], &[]), Err(Error::Tool { .. })));
     // One gate at a time.
