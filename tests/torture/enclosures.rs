@@ -59,7 +59,7 @@ fn t02_closed_emissive_sphere(subject: Subject) {
         2,
         subject,
         Outcome::Passed,
-        &format!("1 - 0.5^D for D in {depths:?}: {worst:.1} of 4 sigma at most"),
+        format!("1 - 0.5^D for D in {depths:?}: {worst:.1} of 4 sigma at most"),
     );
 }
 
@@ -100,7 +100,7 @@ fn t36_enclosures(subject: Subject) {
         36,
         subject,
         Outcome::Passed,
-        &format!("rho 0.99 and 1, D to 65535 (software: 2048): 1 - rho^D within {worst:.2} of D 2^-23"),
+        format!("rho 0.99 and 1, D to 65535 (software: 2048): 1 - rho^D within {worst:.2} of D 2^-23"),
     );
 }
 
@@ -170,7 +170,7 @@ fn t32_camera_within(subject: Subject) {
         32,
         subject,
         Outcome::Passed,
-        &format!(
+        format!(
             "{} cameras in glass, in lights, on surfaces: the constant of each, in each pixel",
             views.len()
         ),

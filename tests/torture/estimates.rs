@@ -141,7 +141,7 @@ fn t43_convergence_slope(subject: Subject) {
         43,
         subject,
         Outcome::Passed,
-        &format!("slope {measured:.3} over 2^4 to 2^{last} samples for -0.5"),
+        format!("slope {measured:.3} over 2^4 to 2^{last} samples for -0.5"),
     );
 }
 

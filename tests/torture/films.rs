@@ -180,7 +180,7 @@ fn t21_accumulator_ladder(subject: Subject) {
         21,
         subject,
         outcome,
-        &format!("2^25 samples of 0.1: off by {one:.1e}, all of it in the f32 sums of chunks"),
+        format!("2^25 samples of 0.1: off by {one:.1e}, all of it in the f32 sums of chunks"),
     );
 }
 

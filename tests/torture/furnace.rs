@@ -149,7 +149,7 @@ fn t31_hollow_and_nested(subject: Subject) {
         31,
         subject,
         Outcome::Passed,
-        &format!("hollow shell, glass in water around a white ball: 1 within {worst:.1e} a pixel"),
+        format!("hollow shell, glass in water around a white ball: 1 within {worst:.1e} a pixel"),
     );
 }
 

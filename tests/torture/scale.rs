@@ -103,7 +103,7 @@ fn t08_scaled_by_powers_of_two(subject: Subject) {
         report(8, subject, Outcome::Passed, &figure);
     } else {
         let why = "triangles whose edges leave 3e-10 to 4e9 there are dropped, with a warning";
-        report(8, subject, Outcome::Bounded, &format!("{figure}; {why}"));
+        report(8, subject, Outcome::Bounded, format!("{figure}; {why}"));
     }
 }
 

@@ -119,11 +119,11 @@ fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
         found.push(Finding {
             limit: Limit::TooSmall,
             what: counted(flat_count),
-            quantity: "square of twice the area in the renderer, in f32",
+            quantity: "square of twice the area, the longest extent taken for 1, in f32",
             measured: least_square,
             supported: Supported::AtLeast(f64::from(Triangle::LEAST_SQUARE)),
             predicted: Predicted::share(1.0, Unit::Primitives),
-            remedy: SMALL,
+            remedy: "it is a line in single precision: leave it out, or make it wider",
         });
     }
 }

@@ -57,7 +57,7 @@ impl Shared {
         let adapters =
             pollster::block_on(Instance::new(descriptor).enumerate_adapters(wgpu::Backends::all()));
         let index = Subject::Wgpu.index();
-        let adapter = adapters.get(index).ok_or_else(|| BackendError::NoSuchDevice {
+        let adapter = adapters.get(index).ok_or(BackendError::NoSuchDevice {
             backend: "wgpu",
             index,
             devices: adapters.len(),
