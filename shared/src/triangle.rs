@@ -170,12 +170,14 @@ impl Triangle {
         }
     }
 
-    /// Along the front's side, not of unit length: twice the area long if the longest extent of an edge along an axis is taken for 1.
-    /// So it depends on the shape alone; the edges' own product leaves f32's range for edges below 3e-10 or above 4e9.
+    /// Along the front's side, not of unit length: twice the area long if the longest extent of an edge along an axis is taken for 1 to
+    /// 2. So it depends on the shape alone; the edges' own product leaves f32's range for edges below 3e-10 or above 4e9. The scale
+    /// is a power of two, which rounds nothing: what it is of nearly parallel edges is the same on every device.
     #[inline(always)]
     pub fn normal(&self) -> Vec3 {
         let (b, c) = (self.b - self.a, self.c - self.a);
-        let scale = 1.0 / max(greatest(b.abs()), greatest(c.abs()));
+        let exponent = max(greatest(b.abs()), greatest(c.abs())).to_bits() >> 23; // of a number that is not negative
+        let scale = f32::from_bits(if exponent < 254 { 254 - exponent } else { 1 } << 23);
         (b * scale).cross(c * scale)
     }
 }

@@ -1,13 +1,13 @@
 //! Functions of the shared crate one at a time: words in, words out.
 //!
-//! A probe is a function of an [`Input`] that runs natively and, through the entry points in `spirv` and `ptx`, on a device, like
+//! A probe is a function of an [`Input`](record::Input) that runs natively and, through the entry points in `spirv` and `ptx`, on a device, like
 //! the kernels themselves. So a torture test asks each backend the same question. Some operations are faulty on purpose: the
 //! sabotage twins of the tests.
 //!
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
-//! | 0 | uniform | by value | [`ProbeParams`] |
-//! | 1 to 10 | storage, read | [`SceneLengths`] by value, then pointers | the arrays of a scene, in its order |
+//! | 0 | uniform | by value | [`ProbeParams`](record::ProbeParams) |
+//! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | the arrays of a scene, in its order |
 //! | 11 | storage, read | pointer | `[Input]` |
 //! | 12 | storage | pointer | `[Output]` |
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
