@@ -4,7 +4,7 @@
     reason = "launches hand raw device memory to kernels; each block names why it is sound"
 )]
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords, kernel};
+use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::memory;
 use crate::render::MathMode;
 use bytemuck::{Pod, Zeroable};
@@ -290,7 +290,7 @@ impl Backend for Cuda {
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
         let module = self.module(job.math)?;
         self.math = job.math;
-        let name = kernel("cuda", job.features)?;
+        let name = job.variant.name;
         self.kernel = Some(module.load_function(name).map_err(failed("finding the kernel"))?);
         let bytes = job.pixels() * size_of::<PixelSums>();
         let mut film = match self.film.take() {
