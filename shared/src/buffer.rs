@@ -5,6 +5,7 @@
 //!
 //! * a [`BvhNode`](crate::bvh::BvhNode)'s children and the root lie inside the node and primitive arrays, and the tree is no
 //!   deeper than [`STACK_SIZE`](crate::bvh::STACK_SIZE): `trisect::bvh` checks each node of each tree it makes;
+//! * the same holds for the children of a `WideNode` of the wide tree, and its packets name primitives of their kind;
 //! * a [`Sphere`](crate::sphere::Sphere)'s material index is below the number of materials: `trisect::scene` resolves
 //!   names to indices, and `trisect::render::Renderer` checks them again;
 //! * a pixel lies inside the film: the kernels' guards compare with [`RenderParams`](crate::params::RenderParams), and each
@@ -13,6 +14,8 @@
 //! A debug build checks every access.
 #![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
 
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+use bytemuck::Pod;
 use core::mem::MaybeUninit;
 
 /// `slice[index]`, by value.
@@ -25,6 +28,35 @@ pub unsafe fn load<T: Copy>(slice: &[T], index: u32) -> T {
     debug_assert!((index as usize) < slice.len());
     // SAFETY: the caller's promise.
     unsafe { *slice.get_unchecked(index as usize) }
+}
+
+/// `slice[index]`, by reference: for a record of which a traversal reads a few rows.
+///
+/// # Safety
+///
+/// `index < slice.len()`; a debug build panics otherwise.
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[inline(always)]
+pub unsafe fn borrow<T>(slice: &[T], index: u32) -> &T {
+    debug_assert!((index as usize) < slice.len());
+    // SAFETY: the caller's promise.
+    unsafe { slice.get_unchecked(index as usize) }
+}
+
+/// Eight entries from `first` on of an array of this invocation's own, to be overwritten.
+///
+/// # Safety
+///
+/// `first + 8 <= N`; a debug build panics otherwise. What is read of them was written before.
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[inline(always)]
+pub unsafe fn eight_local<T: Pod, const N: usize>(
+    array: &mut MaybeUninit<[T; N]>,
+    first: u32,
+) -> &mut [T; 8] {
+    debug_assert!(first as usize + 8 <= N);
+    // SAFETY: the caller's promise.
+    unsafe { &mut *array.as_mut_ptr().cast::<T>().add(first as usize).cast::<[T; 8]>() }
 }
 
 /// `slice[index] = value`.

@@ -1,6 +1,8 @@
 //! The binary BVH and its traversal, per ray with a stack, near child first; and the search without a tree.
 
 use crate::buffer::{load, load_local, store_local};
+#[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+use crate::features::WIDE;
 use crate::features::{FLATS, Features, LINEAR, TRIANGLES, has};
 #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
 use crate::math::{max, min};
@@ -110,7 +112,7 @@ pub struct Hit {
 /// enough that a ray parallel to a slab as thin as 1e-20 leaves it only beyond 1e17 units (torture test 24).
 /// Its sign does not matter: the slab test sorts the two planes.
 #[inline(always)]
-fn reciprocal(x: f32) -> f32 {
+pub(crate) fn reciprocal(x: f32) -> f32 {
     if x.abs() > 1e-37 { 1.0 / x } else { 1e37 }
 }
 
@@ -125,7 +127,7 @@ struct Entries {
 /// By how much the exit from a box is moved out, so that rounding never loses a hit (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013):
 /// 2 ULP where division is correctly rounded. Vulkan's reciprocal may be off by 2.5 ULP, of entry and exit each, which takes 7; a ray
 /// at the border of a box a thousand times its size away would else miss one time in sixteen.
-const EXIT: f32 = 1.0 + 8.0 * f32::EPSILON;
+pub(crate) const EXIT: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// Slabs, of both boxes. A ray that runs inside the plane of a face may miss the box: the host pads each primitive's box.
 #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
@@ -208,7 +210,7 @@ pub unsafe fn distance<const FEATURES: Features>(
 
 /// Whether a hit of `primitive` at `t` comes before that of `closest` at `best`. ([`NO_PRIMITIVE`] is -1: nothing ties with it.)
 #[inline(always)]
-fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool {
+pub(crate) fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool {
     (t < best) | ((t == best) & ((primitive as i32) < closest as i32))
 }
 
@@ -247,7 +249,8 @@ unsafe fn closest_of_all<const FEATURES: Features>(
 ///
 /// # Safety
 ///
-/// `params.root`, `params.primitives` and the scene's indices were proven as [`crate::buffer`] says.
+/// `params.root`, `params.primitives` and the scene's indices were proven as [`crate::buffer`] says; the CPU has the instruction set
+/// that `FEATURES` names, if it names one.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit<const FEATURES: Features>(
@@ -259,6 +262,11 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
     if has(FEATURES, LINEAR) {
         // SAFETY: the caller's promise.
         return unsafe { closest_of_all::<FEATURES>(params, scene, ray, reach) };
+    }
+    #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+    if has(FEATURES, WIDE) {
+        // SAFETY: the caller's promise for the wide tree, and for the instruction sets that FEATURES names.
+        return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, reach) };
     }
     let nodes = scene.nodes;
     let root = Child(params.root);

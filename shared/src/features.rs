@@ -36,6 +36,11 @@ pub const PERSISTENT: Features = 1 << 12;
 /// How a kernel works, not what a scene has: these do not change its image.
 pub const METHOD: Features = LINEAR | WIDE | REGENERATE | PERSISTENT;
 
+/// The wide tree by AVX2. Whoever calls a function with this bit promises that the CPU has it.
+pub const AVX2: Features = 1 << 30;
+/// The wide tree by AVX-512, promised likewise.
+pub const AVX512: Features = 1 << 31;
+
 /// Whether `features` has every bit of `feature`.
 #[inline(always)]
 pub const fn has(features: Features, feature: Features) -> bool {

@@ -32,6 +32,9 @@
 //! | [`texture::Texel`] | 8 | texel |
 //! | [`environment::EnvironmentTexel`] | 32 | texel of the panorama |
 //! | [`bvh::BvhNode`] | 64 | inner node |
+//! | `wide::WideNode` | 256 | wide node, on a CPU only |
+//! | `wide::TrianglePacket` | 320 | up to 8 triangles, on a CPU only |
+//! | `wide::SpherePacket` | 160 | up to 8 spheres, on a CPU only |
 //! | [`film::PixelSums`] | 32 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
 #![no_std]
@@ -49,6 +52,8 @@ pub mod features;
 pub mod film;
 pub mod flat;
 pub mod fresnel;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub mod lanes;
 pub mod light;
 pub mod material;
 pub mod math;
@@ -64,3 +69,5 @@ pub mod sphere;
 pub mod surface;
 pub mod texture;
 pub mod triangle;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub mod wide;

@@ -37,6 +37,12 @@ impl Departure {
         self.0 & 0x7fff_ffff == primitive
     }
 
+    /// The number of the primitive; for [`Departure::NONE`] one that no primitive has.
+    #[inline(always)]
+    pub fn primitive(self) -> u32 {
+        self.0 & 0x7fff_ffff
+    }
+
     /// Whether it goes inside.
     #[inline(always)]
     pub fn goes_inside(self) -> bool {

@@ -35,6 +35,9 @@ pub struct Scene<'a> {
     pub texels: &'a [Texel],
     /// The panorama; empty for none.
     pub environment: &'a [EnvironmentTexel],
+    /// The wide tree; on a CPU only.
+    #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+    pub wide: crate::wide::WideTree<'a>,
 }
 
 /// Lengths of a scene's arrays, which PTX entry points take by value. 72 bytes.

@@ -1,23 +1,28 @@
 //! The CPU: the shared crate, natively, over a pool of threads.
 
+mod instructions;
+
+pub use instructions::InstructionSet;
+
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
-use crate::render::{MathMode, SettingsError};
+use crate::render::{MathMode, Schedule, SettingsError, Traversal};
+use instructions::Kernel;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{ALL, LINEAR, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES};
+use trisect_shared::features::{WIDE, has};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::wide::{SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
 
 /// Pixels that a thread takes at a time.
 const TASK: usize = 64;
@@ -25,6 +30,7 @@ const TASK: usize = 64;
 /// Threads of this machine.
 pub struct Cpu {
     device: Device,
+    instructions: InstructionSet,
     pool: ThreadPool,
     scene: OwnScene,
     kernel: Kernel,
@@ -36,6 +42,21 @@ pub struct Cpu {
 impl Cpu {
     /// A pool of `threads`, or of one for each logical core.
     pub fn open(threads: Option<usize>) -> Result<Self, BackendError> {
+        Self::with_instructions(threads, InstructionSet::best())
+    }
+
+    /// The same with this instruction set. The image does not depend on it.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Device`] if the processor lacks it.
+    pub fn with_instructions(
+        threads: Option<usize>,
+        instructions: InstructionSet,
+    ) -> Result<Self, BackendError> {
+        if !instructions.is_available() {
+            return Err(failed(&format!("this processor has no {}", instructions.name())));
+        }
         let pool = ThreadPoolBuilder::new()
             .num_threads(threads.unwrap_or(0))
             .thread_name(|i| format!("trisect-cpu-{i}"))
@@ -45,12 +66,13 @@ impl Cpu {
                 action: "starting threads",
                 message: error.to_string(),
             })?;
-        let device = describe(pool.current_num_threads());
+        let device = describe(pool.current_num_threads(), instructions);
         Ok(Self {
             device,
+            instructions,
             pool,
             scene: OwnScene::default(),
-            kernel: path::render_pixel::<0>,
+            kernel: instructions::render_pixel::<0>,
             film: Vec::new(),
             carries: Vec::new(),
         })
@@ -70,6 +92,10 @@ struct OwnScene {
     textures: Vec<Texture>,
     texels: Vec<Texel>,
     environment: Vec<EnvironmentTexel>,
+    wide_root: Option<WideChild>,
+    wide_nodes: Vec<WideNode>,
+    sphere_packets: Vec<SpherePacket>,
+    triangle_packets: Vec<TrianglePacket>,
 }
 
 impl OwnScene {
@@ -85,6 +111,10 @@ impl OwnScene {
             textures: scene.textures.to_vec(),
             texels: scene.texels.to_vec(),
             environment: scene.environment.to_vec(),
+            wide_root: Some(scene.wide.root),
+            wide_nodes: scene.wide.nodes.to_vec(),
+            sphere_packets: scene.wide.spheres.to_vec(),
+            triangle_packets: scene.wide.triangles.to_vec(),
         }
     }
 
@@ -100,12 +130,18 @@ impl OwnScene {
             textures: &self.textures,
             texels: &self.texels,
             environment: &self.environment,
+            wide: WideTree {
+                root: self.wide_root.unwrap_or(WideChild::EMPTY),
+                nodes: &self.wide_nodes,
+                spheres: &self.sphere_packets,
+                triangles: &self.triangle_packets,
+            },
         }
     }
 }
 
 /// This machine's processor.
-pub fn describe(threads: usize) -> Device {
+pub fn describe(threads: usize, instructions: InstructionSet) -> Device {
     let mut system = sysinfo::System::new();
     system.refresh_cpu_list(sysinfo::CpuRefreshKind::nothing());
     let name = system.cpus().first().map(|cpu| cpu.brand().trim().to_owned()).filter(|name| !name.is_empty());
@@ -114,22 +150,9 @@ pub fn describe(threads: usize) -> Device {
         index: 0,
         name: name.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
         kind: DeviceKind::Cpu,
-        details: format!("{threads} thread{}", if threads == 1 { "" } else { "s" }),
+        details: format!("{threads} thread{}, {}", if threads == 1 { "" } else { "s" }, instructions.name()),
         timer: "wall clock",
     }
-}
-
-type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut [PixelSums], &mut [Carry], u32);
-
-/// The shared crate's function for a kernel variant.
-fn kernel_function(name: &str) -> Option<Kernel> {
-    macro_rules! table {
-        ($($name:ident $text:tt: $mask:expr,)*) => {
-            [$(($text, path::render_pixel::<{ $mask }> as Kernel),)*]
-        };
-    }
-    let table = trisect_kernels::for_each_variant!(table);
-    table.into_iter().find(|(text, _)| *text == name).map(|(_, function)| function)
 }
 
 fn failed(message: &str) -> BackendError {
@@ -141,6 +164,14 @@ impl Backend for Cpu {
         &self.device
     }
 
+    fn best_method(&self) -> (Traversal, Schedule) {
+        let traversal = match self.instructions {
+            InstructionSet::Baseline => Traversal::Stack,
+            InstructionSet::Avx2 | InstructionSet::Avx512 => Traversal::Wide,
+        };
+        (traversal, Schedule::Regenerate)
+    }
+
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         self.scene = OwnScene::copy(scene.scene());
         Ok(())
@@ -150,8 +181,10 @@ impl Backend for Cpu {
         if job.math == MathMode::Fast {
             return Err(SettingsError::NoFastMath { backend: "cpu" }.into());
         }
-        let name = job.variant.name;
-        self.kernel = kernel_function(name).ok_or_else(|| failed("no such kernel"))?;
+        let instructions =
+            if has(job.variant.features, WIDE) { self.instructions } else { InstructionSet::Baseline };
+        let kernel = instructions::kernel(job.variant.name, instructions);
+        self.kernel = kernel.ok_or_else(|| failed("no such kernel"))?;
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
         self.carries.resize(job.pixels(), Carry::ZERO);

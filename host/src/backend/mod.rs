@@ -9,7 +9,7 @@ pub mod wgpu;
 pub use error::BackendError;
 pub use select::{Choice, Selection, list, open};
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Wide};
 use crate::lights::Lights;
 use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
@@ -20,6 +20,7 @@ use trisect_shared::film::PixelSums;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::Scene;
+use trisect_shared::wide::WideTree;
 
 /// What sort of device, which decides how work is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -56,8 +57,13 @@ pub struct Device {
 pub struct SceneRecords<'a>(Scene<'a>);
 
 impl<'a> SceneRecords<'a> {
-    /// Of a proven scene, the tree and the light table that were made for it.
-    pub(crate) fn new(scene: &'a scene::Scene, bvh: &'a Bvh, lights: &'a Lights) -> Self {
+    /// Of a proven scene, the trees and the light table that were made for it.
+    pub(crate) fn new(
+        scene: &'a scene::Scene,
+        bvh: &'a Bvh,
+        wide: Option<&'a Wide>,
+        lights: &'a Lights,
+    ) -> Self {
         Self(Scene {
             spheres: &scene.spheres,
             nodes: &bvh.nodes,
@@ -69,6 +75,7 @@ impl<'a> SceneRecords<'a> {
             textures: &scene.textures,
             texels: &scene.texels,
             environment: scene.environment.as_ref().map_or(&[], |environment| &environment.texels),
+            wide: wide.map_or(WideTree::NONE, Wide::tree),
         })
     }
 
@@ -122,7 +129,8 @@ pub trait Backend: Send {
     /// The device in use.
     fn device(&self) -> &Device;
 
-    /// What is fastest here, by docs/performance.md.
+    /// What is fastest here, by docs/performance.md. With [`Traversal::Wide`], each kernel that traces the binary tree can trace the wide one
+    /// instead, which is then made.
     fn best_method(&self) -> (Traversal, Schedule) {
         (Traversal::Stack, Schedule::Regenerate)
     }

@@ -3,6 +3,9 @@
 
 mod balanced;
 mod bounds;
+mod wide;
+
+pub use wide::Wide;
 
 use crate::scene::{Scene, SceneError};
 use bounds::{Bounds, bounds, shifted};

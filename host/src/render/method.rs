@@ -71,8 +71,29 @@ impl Schedule {
 }
 
 /// The kernel for a scene with these features: the one that the settings name, or the cheapest that covers them with the method asked for,
-/// where the settings name none `default`.
+/// where the settings name none `default`. Where there is a `wide` tree, each kernel for the binary one can trace it, too.
 pub(super) fn choose(
+    scene: Features,
+    settings: &Settings,
+    default: (Traversal, Schedule),
+    wide: bool,
+) -> Result<Variant, SettingsError> {
+    let is_wide = |traversal| traversal == Traversal::Wide;
+    let asked = settings.traversal.map_or(is_wide(default.0), is_wide);
+    let default = (if is_wide(default.0) { Traversal::Stack } else { default.0 }, default.1);
+    if !(wide && asked) {
+        return stored(scene, settings, default);
+    }
+    let traversal = settings.traversal.map(|_| Traversal::Stack);
+    let mut variant = stored(scene, &Settings { traversal, ..settings.clone() }, default)?;
+    if Traversal::of(variant.features) == Traversal::Stack {
+        variant.features |= WIDE;
+    }
+    Ok(variant)
+}
+
+/// The same of the kernels as they are built.
+fn stored(
     scene: Features,
     settings: &Settings,
     default: (Traversal, Schedule),
@@ -151,7 +172,8 @@ mod tests {
 
     #[test]
     fn the_cheapest_that_covers() {
-        let name = |scene, settings: &Settings| choose(scene, settings, DEFAULT).map(|variant| variant.name);
+        let name =
+            |scene, settings: &Settings| choose(scene, settings, DEFAULT, false).map(|variant| variant.name);
         assert_eq!(name(0, &settings()), Ok("render"));
         assert_eq!(name(0, &Settings { roulette: true, ..settings() }), Ok("render_roulette"));
         assert_eq!(name(TEXTURES, &settings()), Ok("render_all"));
@@ -162,14 +184,32 @@ mod tests {
         for traversal in [Traversal::Linear, Traversal::Stack] {
             let settings = Settings { traversal: Some(traversal), ..settings() };
             let variant =
-                choose(TRIANGLES, &settings, DEFAULT).map(|variant| Traversal::of(variant.features));
+                choose(TRIANGLES, &settings, DEFAULT, false).map(|variant| Traversal::of(variant.features));
             assert_eq!(variant, Ok(traversal));
         }
     }
 
     #[test]
+    fn the_wide_tree_is_traced_where_there_is_one() {
+        let of = |traversal, variant, wide| {
+            let settings = Settings { traversal, variant, ..settings() };
+            let default = (Traversal::Wide, Schedule::Regenerate);
+            choose(0, &settings, default, wide).map(|v| (v.name, Traversal::of(v.features)))
+        };
+        assert_eq!(of(None, None, true), Ok(("render", Traversal::Wide)));
+        assert_eq!(of(Some(Traversal::Wide), Some("render_all"), true), Ok(("render_all", Traversal::Wide)));
+        assert_eq!(of(Some(Traversal::Stack), None, true), Ok(("render", Traversal::Stack)));
+        let linear = Ok(("render_all_linear", Traversal::Linear));
+        assert_eq!(of(None, Some("render_all_linear"), true), linear);
+        assert_eq!(of(Some(Traversal::Linear), None, true), linear);
+        assert_eq!(of(None, None, false), Ok(("render", Traversal::Stack)));
+        assert!(of(Some(Traversal::Wide), None, false).is_err());
+    }
+
+    #[test]
     fn a_variant_by_name_must_cover_the_scene() {
-        let named = |name, scene| choose(scene, &Settings { variant: Some(name), ..settings() }, DEFAULT);
+        let named =
+            |name, scene| choose(scene, &Settings { variant: Some(name), ..settings() }, DEFAULT, false);
         assert_eq!(named("render_all", 0).map(|variant| variant.name), Ok("render_all"));
         let error = named("render", TRIANGLES | EMITTERS).map_err(|error| error.to_string());
         assert!(

@@ -11,7 +11,7 @@ pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 
 use crate::Error;
 use crate::backend::{Backend, Job, Launch, SceneRecords};
-use crate::bvh::{Bvh, BvhQuality};
+use crate::bvh::{Bvh, BvhQuality, Wide};
 use crate::film::Film;
 use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene};
@@ -89,6 +89,8 @@ pub struct Renderer {
     backend: Box<dyn Backend>,
     camera: CameraPose,
     features: Features,
+    /// Whether the backend has the wide tree.
+    wide: bool,
     /// What is the same in all launches of the scene.
     scene: SceneParams,
     /// Learned from earlier submissions, kept from frame to frame.
@@ -113,10 +115,14 @@ impl Renderer {
         let start = Instant::now();
         scene.prove()?;
         let bvh = Bvh::build(scene, quality)?;
+        let wide = match backend.best_method().0 {
+            Traversal::Wide => Wide::new(scene, &bvh)?,
+            _ => None,
+        };
         let lights = Lights::new(scene, &bvh.triangles);
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        backend.upload(&SceneRecords::new(scene, &bvh, &lights))?;
+        backend.upload(&SceneRecords::new(scene, &bvh, wide.as_ref(), &lights))?;
         let phases =
             Phases { bvh_seconds, upload_seconds: start.elapsed().as_secs_f64(), ..Phases::default() };
         let pace = Pace::new(backend.device().kind);
@@ -124,6 +130,7 @@ impl Renderer {
             backend,
             camera: scene.camera,
             features: scene.features(),
+            wide: wide.is_some(),
             scene: SceneParams::new(scene, &bvh, &lights),
             pace,
             chunk: Vec::new(),
@@ -229,7 +236,7 @@ impl Renderer {
     /// Checks the settings, chooses the kernel and makes the film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
         settings.check()?;
-        let variant = method::choose(self.features, settings, self.backend.best_method())?;
+        let variant = method::choose(self.features, settings, self.backend.best_method(), self.wide)?;
         let Settings { width, height, math, .. } = *settings;
         self.backend.prepare(&Job { width, height, variant, math })?;
         Ok(variant)

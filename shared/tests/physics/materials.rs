@@ -22,6 +22,7 @@ pub const NO_SCENE: Scene = Scene {
     textures: &[],
     texels: &[],
     environment: &[],
+    wide: trisect_shared::wide::WideTree::NONE,
 };
 
 /// A material seen from its front or its back.

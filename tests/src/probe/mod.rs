@@ -68,6 +68,7 @@ impl ProbeScene {
             textures: &scene.textures,
             texels: &scene.texels,
             environment: scene.environment.as_ref().map_or(&[], |environment| &environment.texels),
+            wide: trisect_shared::wide::WideTree::NONE,
         }
     }
 

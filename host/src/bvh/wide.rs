@@ -1,0 +1,409 @@
+//! The wide tree: the binary one, eight children a node, up to eight primitives of a kind a leaf.
+
+use super::Bvh;
+use crate::scene::{Scene, SceneError};
+use glam::Vec3;
+use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
+use trisect_shared::lanes::{LANES, Row};
+use trisect_shared::wide::{Kind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
+
+/// Lower and upper corner.
+type Corners = (Vec3, Vec3);
+
+/// What a subtree costs at best, and how. Costs are expected visits: a node's area relative to the root's, a leaf being as much as a node
+/// (ratios from 0.5 to 4 trace as fast).
+#[derive(Clone, Copy)]
+struct Plan {
+    /// As a forest of at most 1, 2, ..., 7 trees.
+    cost: [f32; LANES - 1],
+    /// For the tree, of how many trees of its eight are the first child's, or 0 for a leaf; for a forest of k + 1 trees the same, or 0
+    /// where a tree less is as good.
+    first: [u8; LANES - 1],
+    /// Primitives, at most one more than a leaf holds.
+    count: u8,
+    /// None if they are of several.
+    kind: Option<Kind>,
+}
+
+/// A tree that the CPU traces, over the primitives of a [`Bvh`] as it numbers them.
+#[derive(Clone, Debug)]
+pub struct Wide {
+    /// Of the tree.
+    pub root: WideChild,
+    /// Parents before children, depth-first.
+    pub nodes: Vec<WideNode>,
+    /// Leaves.
+    pub spheres: Vec<SpherePacket>,
+    /// Leaves.
+    pub triangles: Vec<TrianglePacket>,
+}
+
+impl Wide {
+    /// Collapses the binary tree so that the area of nodes and leaves is least (Ylitie, Karras and Laine, "Efficient Incoherent Ray
+    /// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.2, with leaves of up to eight). `None` for more than
+    /// 2²⁶ nodes, leaves of a kind, or spheres and flats, which [`WideChild`] cannot name.
+    ///
+    /// # Errors
+    ///
+    /// A tree that is broken: the traversal relies on it.
+    pub fn new(scene: &Scene, bvh: &Bvh) -> Result<Option<Self>, SceneError> {
+        let builder = Builder::new(scene, bvh);
+        let Some(wide) = builder.build() else { return Ok(None) };
+        let first = [scene.spheres.len(), scene.flats.len(), bvh.triangles.len()];
+        wide.prove(first)
+            .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
+        Ok(Some(wide))
+    }
+
+    /// What kernels get.
+    pub fn tree(&self) -> WideTree<'_> {
+        let Self { root, nodes, spheres, triangles } = self;
+        WideTree { root: *root, nodes, spheres, triangles }
+    }
+
+    /// Checks what [`trisect_shared::buffer`] promises: indices in range, each node, packet and primitive reached once, primitives of
+    /// their kind, depth within the traversal stack. `counts`: of spheres, flats and triangles.
+    fn prove(&self, counts: [usize; 3]) -> Result<(), String> {
+        let mut seen = Seen {
+            primitives: vec![false; counts.iter().sum()],
+            nodes: vec![false; self.nodes.len()],
+            spheres: vec![false; self.spheres.len()],
+            triangles: vec![false; self.triangles.len()],
+        };
+        let broken =
+            |child: WideChild| format!("the wide BVH is broken at {child:?}; please report this scene");
+        let mut levels = vec![0u8; self.nodes.len()];
+        if self.root != WideChild::EMPTY {
+            self.visit(self.root, None, counts, &mut seen).ok_or_else(|| broken(self.root))?;
+        }
+        for (index, node) in self.nodes.iter().enumerate() {
+            let level = levels[index] + 1;
+            if usize::from(level) > STACK_SIZE {
+                return Err(format!(
+                    "the wide BVH has more than {STACK_SIZE} levels; please report this scene"
+                ));
+            }
+            for (lane, child) in node.children.0.into_iter().map(WideChild).enumerate() {
+                if child == WideChild::EMPTY {
+                    // No ray may enter it.
+                    if (0..3).any(|axis| node.planes[axis].0[lane] <= node.planes[axis + 3].0[lane]) {
+                        return Err(broken(child));
+                    }
+                    continue;
+                }
+                self.visit(child, Some(index), counts, &mut seen).ok_or_else(|| broken(child))?;
+                if !child.is_leaf() {
+                    levels[child.index() as usize] = level;
+                }
+            }
+            if node
+                .order
+                .0
+                .iter()
+                .any(|&order| (0..LANES).fold(0, |all, i| all | 1 << (order >> (3 * i) & 7)) != 255)
+            {
+                return Err(format!("the wide BVH's node {index} forgets a child; please report this scene"));
+            }
+        }
+        let Seen { primitives, nodes, spheres, triangles } = seen;
+        if primitives.into_iter().chain(nodes).chain(spheres).chain(triangles).all(|seen| seen) {
+            Ok(())
+        } else {
+            Err("the wide BVH lost a primitive; please report this scene".to_owned())
+        }
+    }
+
+    /// Marks what a child names; `None` if it may not.
+    fn visit(
+        &self,
+        child: WideChild,
+        parent: Option<usize>,
+        counts: [usize; 3],
+        seen: &mut Seen,
+    ) -> Option<()> {
+        let mark = |seen: &mut [bool], index: usize| {
+            let slot = seen.get_mut(index)?;
+            (!std::mem::replace(slot, true)).then_some(())
+        };
+        let index = child.index() as usize;
+        if !child.is_leaf() {
+            return (parent.is_none_or(|parent| index > parent) && child.0 == child.index())
+                .then(|| mark(&mut seen.nodes, index))?;
+        }
+        let (first_flat, first_triangle) = (counts[0], counts[0] + counts[1]);
+        let (range, primitives) = if child.holds(Kind::Flat) {
+            if child.count() != 1 || !(first_flat..first_triangle).contains(&index) {
+                return None;
+            }
+            return mark(&mut seen.primitives, index);
+        } else if child.holds(Kind::Triangles) {
+            mark(&mut seen.triangles, index)?;
+            (first_triangle..first_triangle + counts[2], &self.triangles.get(index)?.primitives)
+        } else if child.holds(Kind::Spheres) {
+            mark(&mut seen.spheres, index)?;
+            (0..first_flat, &self.spheres.get(index)?.primitives)
+        } else {
+            return None;
+        };
+        for &primitive in &primitives.0[..child.count() as usize] {
+            if !range.contains(&(primitive as usize)) {
+                return None;
+            }
+            mark(&mut seen.primitives, primitive as usize)?;
+        }
+        Some(())
+    }
+}
+
+/// What [`Wide::prove`] has met.
+struct Seen {
+    primitives: Vec<bool>,
+    nodes: Vec<bool>,
+    spheres: Vec<bool>,
+    triangles: Vec<bool>,
+}
+
+struct Builder<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    first_flat: u32,
+    first_triangle: u32,
+    plans: Vec<Plan>,
+    wide: Wide,
+}
+
+/// The boxes of a node's children.
+fn corners(node: &BvhNode) -> [Corners; 2] {
+    let BvhNode { x, y, z, .. } = node;
+    [
+        (Vec3::new(x.x, y.x, z.x), Vec3::new(x.z, y.z, z.z)),
+        (Vec3::new(x.y, y.y, z.y), Vec3::new(x.w, y.w, z.w)),
+    ]
+}
+
+/// Half the surface of a box, in double precision: f32's range is too small for the squares of its own numbers.
+fn area((low, high): Corners) -> f64 {
+    let size = high.as_dvec3() - low.as_dvec3();
+    size.x * size.y + size.y * size.z + size.z * size.x
+}
+
+fn union(a: Corners, b: Corners) -> Corners {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+impl<'a> Builder<'a> {
+    fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
+        let first_flat = scene.spheres.len() as u32;
+        Self {
+            scene,
+            bvh,
+            first_flat,
+            first_triangle: first_flat + scene.flats.len() as u32,
+            plans: Vec::new(),
+            wide: Wide {
+                root: WideChild::EMPTY,
+                nodes: Vec::new(),
+                spheres: Vec::new(),
+                triangles: Vec::new(),
+            },
+        }
+    }
+
+    fn kind(&self, primitive: u32) -> Kind {
+        if primitive >= self.first_triangle {
+            Kind::Triangles
+        } else if primitive >= self.first_flat {
+            Kind::Flat
+        } else {
+            Kind::Spheres
+        }
+    }
+
+    fn build(mut self) -> Option<Wide> {
+        let bvh = self.bvh;
+        let limit = WideChild::LIMIT as usize;
+        if self.first_triangle as usize > limit || bvh.nodes.len() > limit || bvh.triangles.len() > limit {
+            return None;
+        }
+        if bvh.root == Child::EMPTY {
+            return Some(self.wide);
+        }
+        self.plan();
+        self.emit();
+        Some(self.wide)
+    }
+
+    /// The plan of a child whose box is so large, relative to the root's.
+    fn of(&self, child: Child, area: f32) -> Plan {
+        if child.is_leaf() {
+            let kind = Some(self.kind(child.index()));
+            Plan { cost: [area; LANES - 1], first: [0; LANES - 1], count: 1, kind }
+        } else {
+            self.plans[child.index() as usize]
+        }
+    }
+
+    /// From the leaves up: children come after their parents.
+    fn plan(&mut self) {
+        let nodes = &self.bvh.nodes;
+        let none = Plan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
+        self.plans = vec![none; nodes.len()];
+        let root = nodes.first().map_or(1.0, |node| {
+            let [a, b] = corners(node);
+            area(union(a, b))
+        });
+        for (index, node) in nodes.iter().enumerate().rev() {
+            let [a, b] = corners(node);
+            let [area, area_a, area_b] = [union(a, b), a, b].map(|b| (area(b) / root) as f32);
+            let (a, b) = (self.of(Child(node.first), area_a), self.of(Child(node.second), area_b));
+            // The cheapest way to have both children as `trees` trees; some way even if no cost is a number.
+            let share = |trees: usize| {
+                let cost = |first: usize| a.cost[first - 1] + b.cost[trees - first - 1];
+                let least = (trees + 1).saturating_sub(LANES).max(1);
+                (least..trees.min(LANES)).fold((cost(least), least as u8), |best, first| {
+                    let cost = cost(first);
+                    if cost < best.0 { (cost, first as u8) } else { best }
+                })
+            };
+            let kind = if a.kind == b.kind { a.kind } else { None };
+            let count = (a.count + b.count).min(LANES as u8 + 1);
+            let mut plan = Plan { count, kind, ..none };
+            let fits = usize::from(count) <= LANES && kind.is_some_and(|kind| kind != Kind::Flat);
+            let (below, first) = share(LANES);
+            let inner = area + below;
+            (plan.cost[0], plan.first[0]) = if fits && area <= inner { (area, 0) } else { (inner, first) };
+            for trees in 2..LANES {
+                let (cost, first) = share(trees);
+                let fewer = plan.cost[trees - 2];
+                (plan.cost[trees - 1], plan.first[trees - 1]) =
+                    if cost < fewer { (cost, first) } else { (fewer, 0) };
+            }
+            self.plans[index] = plan;
+        }
+    }
+
+    /// From the root down.
+    fn emit(&mut self) {
+        // A child of the binary tree that becomes one of the wide tree, and the slot that waits for it.
+        let mut pending = vec![(self.bvh.root, None::<(usize, usize)>)];
+        let mut list = Vec::with_capacity(LANES);
+        while let Some((child, slot)) = pending.pop() {
+            let is_node = !child.is_leaf() && self.plans[child.index() as usize].first[0] != 0;
+            let word =
+                if is_node { WideChild::inner(self.wide.nodes.len() as u32) } else { self.leaf(child) };
+            match slot {
+                Some((node, lane)) => self.wide.nodes[node].children.0[lane] = word.0,
+                None => self.wide.root = word,
+            }
+            if is_node {
+                list.clear();
+                self.forest(
+                    child,
+                    usize::from(self.plans[child.index() as usize].first[0]),
+                    LANES,
+                    &mut list,
+                );
+                let me = self.wide.nodes.len();
+                self.wide.nodes.push(node(&list));
+                pending.extend(
+                    list.iter().enumerate().rev().map(|(lane, (child, _))| (*child, Some((me, lane)))),
+                );
+            }
+        }
+    }
+
+    /// The trees that the subtree of an inner node is cut into, `first` of them its first child's, of `trees` in all at most.
+    fn forest(&self, node: Child, first: usize, trees: usize, list: &mut Vec<(Child, Corners)>) {
+        let node = &self.bvh.nodes[node.index() as usize];
+        let [a, b] = corners(node);
+        for (child, corners, mut trees) in
+            [(Child(node.first), a, first), (Child(node.second), b, trees - first)]
+        {
+            let mut share = 0;
+            if !child.is_leaf() {
+                let plan = &self.plans[child.index() as usize];
+                while trees > 1 && plan.first[trees - 1] == 0 {
+                    trees -= 1;
+                }
+                share = usize::from(plan.first[trees - 1]);
+            }
+            if child.is_leaf() || trees == 1 {
+                list.push((child, corners));
+            } else {
+                self.forest(child, share, trees, list);
+            }
+        }
+    }
+
+    /// A leaf with all primitives below a child, at most eight.
+    fn leaf(&mut self, child: Child) -> WideChild {
+        let mut primitives = Vec::with_capacity(LANES);
+        let mut pending = vec![child];
+        while let Some(child) = pending.pop() {
+            if child.is_leaf() {
+                primitives.push(child.index());
+            } else {
+                let node = &self.bvh.nodes[child.index() as usize];
+                pending.extend([Child(node.first), Child(node.second)]);
+            }
+        }
+        primitives.sort_unstable();
+        let kind = self.kind(primitives[0]);
+        let mut numbers = Row([u32::MAX; LANES]);
+        numbers.0[..primitives.len()].copy_from_slice(&primitives);
+        let index = match kind {
+            Kind::Flat => primitives[0] as usize,
+            Kind::Spheres => {
+                let mut packet = SpherePacket { shape: [Row([0.0; LANES]); 4], primitives: numbers };
+                for (lane, &primitive) in primitives.iter().enumerate() {
+                    let sphere = &self.scene.spheres[primitive as usize];
+                    for (row, x) in sphere.center.to_array().into_iter().chain([sphere.radius]).enumerate() {
+                        packet.shape[row].0[lane] = x;
+                    }
+                }
+                self.wide.spheres.push(packet);
+                self.wide.spheres.len() - 1
+            }
+            Kind::Triangles => {
+                let mut packet = TrianglePacket { vertices: [Row([0.0; LANES]); 9], primitives: numbers };
+                for (lane, &primitive) in primitives.iter().enumerate() {
+                    let t = &self.bvh.triangles[(primitive - self.first_triangle) as usize];
+                    for (row, x) in [t.a, t.b, t.c].into_iter().flat_map(|v| v.to_array()).enumerate() {
+                        packet.vertices[row].0[lane] = x;
+                    }
+                }
+                self.wide.triangles.push(packet);
+                self.wide.triangles.len() - 1
+            }
+        };
+        WideChild::leaf(kind, primitives.len() as u32, index as u32)
+    }
+}
+
+/// A node with these children's boxes; their words come later.
+fn node(list: &[(Child, Corners)]) -> WideNode {
+    let (low, high) = (Row([f32::INFINITY; LANES]), Row([f32::NEG_INFINITY; LANES]));
+    let mut node = WideNode {
+        planes: [low, low, low, high, high, high],
+        children: Row([WideChild::EMPTY.0; LANES]),
+        order: Row([0; LANES]),
+    };
+    for (lane, (_, (low, high))) in list.iter().enumerate() {
+        for axis in 0..3 {
+            node.planes[axis].0[lane] = low[axis];
+            node.planes[axis + 3].0[lane] = high[axis];
+        }
+    }
+    for octant in 0..LANES {
+        let sign =
+            Vec3::from_array(std::array::from_fn(|axis| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 }));
+        let mut lanes: [(f32, u32); LANES] = std::array::from_fn(|lane| {
+            // Halves, whose sum stays within f32's range.
+            let along = list.get(lane).map(|(_, (low, high))| (*low * 0.25 + *high * 0.25).dot(sign));
+            (along.unwrap_or(f32::INFINITY), lane as u32)
+        });
+        lanes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        node.order.0[octant] = lanes.iter().rev().fold(0, |order, (_, lane)| order << 3 | lane);
+    }
+    node
+}

@@ -1,0 +1,418 @@
+//! The wide BVH and its traversal, for processors with lanes: a ray meets eight boxes at once, and up to eight primitives of a leaf.
+//!
+//! A primitive's test is that of [`Triangle::hit`](crate::triangle::Triangle::hit) and
+//! [`Sphere::distance`](crate::sphere::Sphere::distance), operation by operation, so it gives the same bits.
+
+use crate::buffer::{borrow, eight_local, load_local};
+use crate::bvh::{self, EXIT, Hit, NO_PRIMITIVE, Reach, STACK_SIZE, is_closer, reciprocal};
+use crate::features::{AVX2, AVX512, FLATS, Features, TRIANGLES, has};
+use crate::lanes::{LANES, Lanes, Portable, Row, Top};
+use crate::params::RenderParams;
+use crate::ray::Ray;
+use crate::scene::Scene;
+use crate::triangle::Shear;
+use bytemuck::{Pod, Zeroable};
+use core::mem::MaybeUninit;
+use glam::Vec3;
+
+/// What a leaf holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A [`SpherePacket`].
+    Spheres = 0,
+    /// A flat shape, by the number of the primitive.
+    Flat = 1,
+    /// A [`TrianglePacket`].
+    Triangles = 2,
+}
+
+/// A reference to a child: a wide node's index, or, with the top bit set, a leaf: two bits of [`Kind`], three of how many primitives it
+/// holds beyond one, 26 of its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WideChild(pub u32);
+
+impl WideChild {
+    /// The root of an empty scene, and what stands for a child that a node lacks.
+    pub const EMPTY: Self = Self(u32::MAX);
+    const LEAF: u32 = 0x8000_0000;
+    /// The greatest index.
+    pub const LIMIT: u32 = 0x03ff_ffff;
+
+    /// A node.
+    pub const fn inner(node: u32) -> Self {
+        Self(node)
+    }
+
+    /// A leaf of 1 to 8 primitives.
+    pub const fn leaf(kind: Kind, count: u32, index: u32) -> Self {
+        Self(Self::LEAF | (kind as u32) << 29 | (count - 1) << 26 | index)
+    }
+
+    /// Whether this is a leaf.
+    #[inline(always)]
+    pub const fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    /// Whether this is a leaf of that kind; of a leaf only.
+    #[inline(always)]
+    pub const fn holds(self, kind: Kind) -> bool {
+        self.0 >> 29 & 3 == kind as u32
+    }
+
+    /// How many primitives the leaf holds; of a leaf only.
+    #[inline(always)]
+    pub const fn count(self) -> u32 {
+        (self.0 >> 26 & 7) + 1
+    }
+
+    /// Of the node, the packet or the primitive.
+    #[inline(always)]
+    pub const fn index(self) -> u32 {
+        self.0 & Self::LIMIT
+    }
+}
+
+/// Eight children and their boxes. 256 bytes, eight rows.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct WideNode {
+    /// Lower bounds along x, y and z, then upper ones. A missing child's are ∞ and -∞, which no ray meets.
+    pub planes: [Row<f32>; 6],
+    /// [`WideChild`] words.
+    pub children: Row<u32>,
+    /// By the octant of a ray's direction (bit 0: x below zero, and so on) all eight lanes, the farthest child first, three bits each.
+    pub order: Row<u32>,
+}
+
+const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
+
+/// Up to eight triangles; the first ones count. 320 bytes, ten rows.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TrianglePacket {
+    /// Vertex `a` along x, y and z, then `b`, then `c`.
+    pub vertices: [Row<f32>; 9],
+    /// Their numbers, ascending.
+    pub primitives: Row<u32>,
+}
+
+const _: () = assert!(size_of::<TrianglePacket>() == 320 && align_of::<TrianglePacket>() == 64);
+
+/// Up to eight spheres; the first ones count. 160 bytes, five rows.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SpherePacket {
+    /// Centre along x, y and z, then radius.
+    pub shape: [Row<f32>; 4],
+    /// Their numbers, ascending.
+    pub primitives: Row<u32>,
+}
+
+const _: () = assert!(size_of::<SpherePacket>() == 160 && align_of::<SpherePacket>() == 32);
+
+/// The device arrays of a wide tree.
+#[derive(Clone, Copy, Debug)]
+pub struct WideTree<'a> {
+    /// [`WideChild::EMPTY`] for no primitives.
+    pub root: WideChild,
+    /// Parents before children.
+    pub nodes: &'a [WideNode],
+    /// Leaves.
+    pub spheres: &'a [SpherePacket],
+    /// Leaves.
+    pub triangles: &'a [TrianglePacket],
+}
+
+impl WideTree<'_> {
+    /// Of a scene that is traced otherwise.
+    pub const NONE: Self = Self { root: WideChild::EMPTY, nodes: &[], spheres: &[], triangles: &[] };
+}
+
+/// Room of the traversal's stack: a visit replaces a child by at most eight, of which one is visited next; and eight are written whatever
+/// their number.
+const ROOM: usize = STACK_SIZE * (LANES - 1) + LANES;
+
+/// [`closest_hit`] by the instruction set that `FEATURES` names.
+///
+/// # Safety
+///
+/// As [`closest_hit`], and the CPU has the instruction set.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer and lanes")]
+pub unsafe fn dispatch<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+) -> Hit {
+    #[cfg(target_arch = "x86_64")]
+    if has(FEATURES, AVX512) {
+        // SAFETY: the caller's promise.
+        return unsafe {
+            closest_hit::<FEATURES, _>(crate::lanes::Avx512::assume(), params, scene, ray, reach)
+        };
+    } else if has(FEATURES, AVX2) {
+        // SAFETY: the caller's promise.
+        return unsafe {
+            closest_hit::<FEATURES, _>(crate::lanes::Avx2::assume(), params, scene, ray, reach)
+        };
+    }
+    // SAFETY: the caller's promise.
+    unsafe { closest_hit::<FEATURES, _>(Portable, params, scene, ray, reach) }
+}
+
+/// A ray, ready for packets: each number in all lanes.
+#[derive(Clone, Copy)]
+struct Spread<L: Lanes> {
+    origin: [L::F; 3],
+    direction: [L::F; 3],
+    /// For triangles: which axes are the ray's own x, y and z, the origin along them, the shear.
+    axes: [u32; 3],
+    turned: [L::F; 3],
+    shear: [L::F; 3],
+}
+
+impl<L: Lanes> Spread<L> {
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    fn new(l: L, ray: Ray) -> Self {
+        let Ray { origin, direction, .. } = ray;
+        let splat = |v: Vec3| [l.splat(v.x), l.splat(v.y), l.splat(v.z)];
+        // As `Shear::new`, but without a branch, which a processor cannot foresee.
+        let size = direction.abs();
+        let is_x = (size.x > size.y) & (size.x > size.z);
+        let is_y = !is_x & (size.y > size.z);
+        let z = 2 - 2 * u32::from(is_x) - u32::from(is_y);
+        let x = 0b00_10_01 >> (2 * z) & 3; // the next of the axes in turn
+        let y = 3 - x - z;
+        let (o, d) = (origin.to_array(), direction.to_array());
+        // SAFETY: three axes.
+        let turn = |v: &[f32; 3]| unsafe { Vec3::new(*borrow(v, x), *borrow(v, y), *borrow(v, z)) };
+        let d = turn(&d);
+        let inverse = 1.0 / d.z;
+        Self {
+            origin: splat(origin),
+            direction: splat(direction),
+            axes: [x, y, z],
+            turned: splat(turn(&o)),
+            shear: splat(Vec3::new(d.x * inverse, d.y * inverse, inverse)),
+        }
+    }
+}
+
+/// Distances to the triangles of a packet, and a bit for each lane that is hit, closer than `limit` or as close.
+///
+/// [`Triangle::hit`](crate::triangle::Triangle::hit), lane by lane.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+fn triangles<L: Lanes>(
+    l: L,
+    packet: &TrianglePacket,
+    count: u32,
+    ray: &Spread<L>,
+    departure: u32,
+    limit: f32,
+) -> (u32, L::F) {
+    let zero = l.splat(0.0);
+    let (a, b, c) = (vertex(l, packet, 0, ray), vertex(l, packet, 3, ray), vertex(l, packet, 6, ray));
+    let (u0, u1) = (l.mul(c[0], b[1]), l.mul(c[1], b[0]));
+    let (v0, v1) = (l.mul(a[0], c[1]), l.mul(a[1], c[0]));
+    let (w0, w1) = (l.mul(b[0], a[1]), l.mul(b[1], a[0]));
+    let negative = l.or(l.or(l.lt(u0, u1), l.lt(v0, v1)), l.lt(w0, w1));
+    let positive = l.or(l.or(l.lt(u1, u0), l.lt(v1, v0)), l.lt(w1, w0));
+    let within = !l.bits(l.and(negative, positive)) & ((2 << (count - 1)) - 1);
+    if within == 0 {
+        return (0, zero);
+    }
+    let (u, v, w) = (l.sub(u0, u1), l.sub(v0, v1), l.sub(w0, w1));
+    let determinant = l.add(l.add(u, v), w);
+    let inverse = l.div(l.splat(1.0), determinant);
+    let sum = l.add(l.add(l.mul(u, a[2]), l.mul(v, b[2])), l.mul(w, c[2]));
+    let t = l.mul(l.mul(sum, ray.shear[2]), inverse);
+    let valid = l.and(l.lt(zero, t), l.le(t, l.splat(limit)));
+    let none = l.or(l.eq(determinant, zero), l.is(&packet.primitives, departure));
+    (within & l.bits(l.and_not(none, valid)), t)
+}
+
+/// The vertices from row `first` on, in the ray's coordinates.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+fn vertex<L: Lanes>(l: L, packet: &TrianglePacket, first: u32, ray: &Spread<L>) -> [L::F; 3] {
+    // SAFETY: `first` is 0, 3 or 6, an axis at most 2, and there are nine rows.
+    let (x, y, z) = unsafe {
+        (
+            l.load(borrow(&packet.vertices, first + ray.axes[0])),
+            l.load(borrow(&packet.vertices, first + ray.axes[1])),
+            l.load(borrow(&packet.vertices, first + ray.axes[2])),
+        )
+    };
+    let (x, y, z) = (l.sub(x, ray.turned[0]), l.sub(y, ray.turned[1]), l.sub(z, ray.turned[2]));
+    [l.sub(x, l.mul(ray.shear[0], z)), l.sub(y, l.mul(ray.shear[1], z)), z]
+}
+
+/// The dot product, summed as glam does.
+#[inline(always)]
+fn dot<L: Lanes>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+    l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
+}
+
+/// As [`triangles`]: [`Sphere::distance`](crate::sphere::Sphere::distance), lane by lane.
+#[inline(always)]
+fn spheres<L: Lanes>(
+    l: L,
+    packet: &SpherePacket,
+    count: u32,
+    ray: &Spread<L>,
+    departure: (u32, bool),
+    limit: f32,
+) -> (u32, L::F) {
+    let zero = l.splat(0.0);
+    let [cx, cy, cz, radius] = &packet.shape;
+    let from_center = [
+        l.sub(ray.origin[0], l.load(cx)),
+        l.sub(ray.origin[1], l.load(cy)),
+        l.sub(ray.origin[2], l.load(cz)),
+    ];
+    let radius = l.load(radius);
+    let b = l.neg(dot(l, from_center, ray.direction));
+    let offset = [
+        l.add(from_center[0], l.mul(ray.direction[0], b)),
+        l.add(from_center[1], l.mul(ray.direction[1], b)),
+        l.add(from_center[2], l.mul(ray.direction[2], b)),
+    ];
+    let discriminant = l.sub(l.mul(radius, radius), dot(l, offset, offset));
+    let within = !l.bits(l.lt(discriminant, zero)) & ((2 << (count - 1)) - 1);
+    if within == 0 {
+        return (0, zero);
+    }
+    let root = l.sqrt(discriminant);
+    let c = l.sub(dot(l, from_center, from_center), l.mul(radius, radius));
+    let is_departure = l.is(&packet.primitives, departure.0);
+    let inside = l.or(l.and(is_departure, l.truth(departure.1)), l.and_not(is_departure, l.le(c, zero)));
+    let forward = l.le(zero, b);
+    let q = l.select(forward, l.add(b, root), l.sub(b, root));
+    let far = l.and(inside, forward);
+    let t = l.div(l.select(far, q, c), l.select(far, l.splat(1.0), q));
+    let stays = l.and_not(l.le(b, zero), inside);
+    let leaves = l.and_not(stays, is_departure);
+    let valid = l.and(l.lt(zero, t), l.le(t, l.splat(limit)));
+    (within & l.bits(l.and_not(leaves, valid)), t)
+}
+
+/// The closest primitive in front of `ray`, within `reach`: what the binary tree's traversal gives.
+///
+/// Children are visited in the order of their centres along the ray's octant, which is as good as that of their distances (measured) and
+/// takes one permutation.
+///
+/// # Safety
+///
+/// `scene.wide` and the scene's indices were proven as [`crate::buffer`] says.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
+    l: L,
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+) -> Hit {
+    let tree = scene.wide;
+    let mut best = reach.limit;
+    let mut closest = NO_PRIMITIVE;
+    if tree.root == WideChild::EMPTY {
+        return Hit { distance: best, primitive: closest };
+    }
+    let Ray { direction, departure, .. } = ray;
+    let spread = Spread::new(l, ray);
+    let inverse = [reciprocal(direction.x), reciprocal(direction.y), reciprocal(direction.z)];
+    let negative = inverse.map(|x| x.to_bits() >> 31);
+    let octant = negative[0] | negative[1] << 1 | negative[2] << 2;
+    // Rows of the planes where the ray enters, and where it leaves.
+    let near = [3 * negative[0], 1 + 3 * negative[1], 2 + 3 * negative[2]];
+    let far = [3 - near[0], 5 - near[1], 7 - near[2]];
+    let [ox, oy, oz] = spread.origin;
+    let [in_x, in_y, in_z] = inverse.map(|x| l.splat(x));
+    let [out_x, out_y, out_z] = inverse.map(|x| l.splat(x * EXIT));
+    let mut best_exit = best * EXIT;
+    // Not cleared; see the binary tree's.
+    let mut entries = MaybeUninit::<[f32; ROOM]>::uninit();
+    let mut children = MaybeUninit::<[u32; ROOM]>::uninit();
+    let mut depth = 0u32;
+    let mut child = tree.root;
+    'search: loop {
+        if !child.is_leaf() {
+            // SAFETY: the caller's promise for each child's index; six planes; eight octants; ROOM.
+            unsafe {
+                let node = borrow(tree.nodes, child.index());
+                let entry_x = l.mul(l.sub(l.load(borrow(&node.planes, near[0])), ox), in_x);
+                let entry_y = l.mul(l.sub(l.load(borrow(&node.planes, near[1])), oy), in_y);
+                let entry_z = l.mul(l.sub(l.load(borrow(&node.planes, near[2])), oz), in_z);
+                let exit_x = l.mul(l.sub(l.load(borrow(&node.planes, far[0])), ox), out_x);
+                let exit_y = l.mul(l.sub(l.load(borrow(&node.planes, far[1])), oy), out_y);
+                let exit_z = l.mul(l.sub(l.load(borrow(&node.planes, far[2])), oz), out_z);
+                let entry = l.larger(l.larger(entry_x, entry_y), l.larger(entry_z, l.splat(0.0)));
+                let exit = l.smaller(l.smaller(exit_x, exit_y), l.smaller(exit_z, l.splat(best_exit)));
+                let top = Top {
+                    entries: eight_local(&mut entries, depth),
+                    children: eight_local(&mut children, depth),
+                };
+                depth += l.push(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
+            }
+        } else if has(FEATURES, FLATS) && child.holds(Kind::Flat) {
+            let primitive = child.index();
+            // SAFETY: the caller's promise.
+            let t =
+                unsafe { bvh::distance::<FEATURES>(params, scene, ray, &Shear::new(direction), primitive) };
+            if is_closer(t, primitive, best, closest) {
+                (best, best_exit, closest) = (t, t * EXIT, primitive);
+                if reach.any && primitive != reach.target {
+                    break 'search;
+                }
+            }
+        } else {
+            let count = child.count();
+            // SAFETY: the caller's promise for each child's index.
+            let (mut hits, t, primitives) = unsafe {
+                if has(FEATURES, TRIANGLES) && child.holds(Kind::Triangles) {
+                    let packet = borrow(tree.triangles, child.index());
+                    let (hits, t) = triangles(l, packet, count, &spread, departure.primitive(), best);
+                    (hits, t, &packet.primitives)
+                } else {
+                    let packet = borrow(tree.spheres, child.index());
+                    let departure = (departure.primitive(), departure.goes_inside());
+                    let (hits, t) = spheres(l, packet, count, &spread, departure, best);
+                    (hits, t, &packet.primitives)
+                }
+            };
+            if hits != 0 {
+                let t = l.store(t);
+                while hits != 0 {
+                    let lane = hits.trailing_zeros();
+                    hits &= hits - 1;
+                    // SAFETY: a bit of eight.
+                    let (t, primitive) = unsafe { (*borrow(&t.0, lane), *borrow(&primitives.0, lane)) };
+                    if is_closer(t, primitive, best, closest) {
+                        (best, best_exit, closest) = (t, t * EXIT, primitive);
+                        if reach.any && primitive != reach.target {
+                            break 'search;
+                        }
+                    }
+                }
+            }
+        }
+        loop {
+            if depth == 0 {
+                break 'search;
+            }
+            depth -= 1;
+            // SAFETY: `depth` entries were stored.
+            let (entry, top) = unsafe { (load_local(&entries, depth), load_local(&children, depth)) };
+            if entry <= best_exit {
+                child = WideChild(top);
+                break;
+            }
+        }
+    }
+    Hit { distance: best, primitive: closest }
+}
