@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! cargo run --release --example mesh_ply -- scenes/generated/asteroid_500k.ply 158
-//! cargo run --release --example traversal -- scenes/generated/asteroid_500k.ply [fast|medium|high]
+//! cargo run --release --example traversal -- scenes/generated/asteroid_500k.ply [fast|medium|high] [FOLDER]
 //! ```
 //!
 //! Rays: 2^20 primary ones of the scene's camera, row by row, then a cosine-distributed one from each of their hits, in the same
-//! order, and those in random order. Each figure is the median of five rounds, in which the three traversals take turns.
+//! order, and those in random order. Each figure is the median of five rounds, in which the traversals take turns, by the processor's
+//! time where the system tells it (Linux). With a folder, the triangles and the rays are written there instead, for
+//! `tests/reference/embree.cc`.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
 use glam::Vec3A;
@@ -18,19 +20,21 @@ use obvhs::triangle::Triangle as ObvhsTriangle;
 use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
-use trisect::backend::cpu::Cpu;
-use trisect::bvh::{Bvh, BvhQuality};
+use trisect::backend::cpu::{Cpu, InstructionSet};
+use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
-use trisect_shared::bvh::{NO_PRIMITIVE, Reach, closest_hit};
-use trisect_shared::features::TRIANGLES;
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit};
+use trisect_shared::features::{self, Features, TRIANGLES, WIDE};
 use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
 use trisect_shared::sphere::MISS;
+use trisect_shared::triangle::Triangle;
 
 const SIDE: u32 = 1024;
 const ROUNDS: usize = 5;
@@ -40,7 +44,7 @@ type Answer = (u32, f64);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let file = arguments.next().ok_or("usage: traversal SCENE [fast|medium|high]")?;
+    let file = arguments.next().ok_or("usage: traversal SCENE [fast|medium|high] [FOLDER]")?;
     let (quality, preset) = match arguments.next().as_deref() {
         Some("fast") => (BvhQuality::Fast, BvhBuildParams::fast_build()),
         None | Some("medium") => (BvhQuality::Medium, BvhBuildParams::medium_build()),
@@ -56,26 +60,32 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bvh = Bvh::build(&scene, Some(quality))?;
     println!("{} triangles; built in {:.2} s", bvh.triangles.len(), start.elapsed().as_secs_f64());
 
-    let mine = |ray: &Ray| -> (u32, f32) {
-        let mut params: RenderParams = bytemuck::Zeroable::zeroed();
-        params.root = bvh.root.0;
-        let arrays = shared::Scene {
-            spheres: &[],
-            nodes: &bvh.nodes,
-            materials: &[],
-            flats: &[],
-            triangles: &bvh.triangles,
-            shading: &[],
-            lights: &[],
-            textures: &[],
-            texels: &[],
-            environment: &[],
-        };
+    let wide_bvh = Wide::new(&scene, &bvh)?.ok_or("more triangles than the wide tree can name")?;
+    println!("wide tree after {:.2} s", start.elapsed().as_secs_f64());
+
+    let mut params: RenderParams = bytemuck::Zeroable::zeroed();
+    params.root = bvh.root.0;
+    let arrays = shared::Scene {
+        spheres: &[],
+        nodes: &bvh.nodes,
+        materials: &[],
+        flats: &[],
+        triangles: &bvh.triangles,
+        shading: &[],
+        lights: &[],
+        textures: &[],
+        texels: &[],
+        environment: &[],
+        wide: wide_bvh.tree(),
+    };
+    let mine = |ray: &Ray| -> Hit {
         // SAFETY: `Bvh::build` proved the tree for these triangles.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
-        let hit = unsafe { closest_hit::<TRIANGLES>(&params, arrays, *ray, Reach::CLOSEST) };
-        (hit.primitive, hit.distance)
+        unsafe {
+            closest_hit::<TRIANGLES>(&params, arrays, *ray, Reach::CLOSEST)
+        }
     };
+    let set = InstructionSet::best();
 
     let mut time = Duration::default();
     let triangles: Vec<ObvhsTriangle> = bvh
@@ -87,8 +97,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let in_order =
         |order: &[u32]| -> Vec<ObvhsTriangle> { order.iter().map(|&i| triangles[i as usize]).collect() };
     let binary_triangles = in_order(&binary.primitive_indices);
-    let wide = build_cwbvh_from_tris(&triangles, preset, &mut time);
-    let wide_triangles = in_order(&wide.primitive_indices);
+    let obvhs_wide = build_cwbvh_from_tris(&triangles, preset, &mut time);
+    let wide_triangles = in_order(&obvhs_wide.primitive_indices);
     let theirs = |ray: &Ray| ObvhsRay::new(ray.origin.into(), ray.direction.into(), 0.0, f32::MAX);
 
     let primary: Vec<Ray> = (0..SIDE * SIDE)
@@ -99,7 +109,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
     let mut diffuse = Vec::new();
     for (pixel, ray) in (0u32..).zip(&primary) {
-        let (primitive, distance) = mine(ray);
+        let Hit { distance, primitive } = mine(ray);
         if primitive == NO_PRIMITIVE {
             continue;
         }
@@ -118,46 +128,138 @@ fn main() -> Result<(), Box<dyn Error>> {
     shuffled.sort_unstable_by_key(|(key, _)| *key);
     let shuffled: Vec<Ray> = shuffled.into_iter().map(|(_, ray)| ray).collect();
 
-    println!("{:<20} {:>10} {:>12} {:>14}   hits", "Mrays/s", "Trisect", "obvhs BVH2", "obvhs CWBVH");
+    if let Some(folder) = arguments.next() {
+        write(
+            Path::new(&folder),
+            &bvh,
+            &[("primary", &primary), ("diffuse", &diffuse), ("shuffled", &shuffled)],
+        )?;
+        return Ok(());
+    }
+    let by = set.name();
+    println!(
+        "{:<20} {:>12} {:>12} {:>12} {:>12}   hits",
+        "Mrays/s",
+        format!("wide, {by}"),
+        "binary",
+        "obvhs BVH2",
+        "obvhs CWBVH"
+    );
     for (name, rays) in [("primary", &primary), ("diffuse", &diffuse), ("diffuse, shuffled", &shuffled)] {
-        let mut seconds: [Vec<f64>; 3] = Default::default();
-        let mut answers: [Answer; 3] = [(0, 0.0); 3];
+        let mut seconds: [Vec<f64>; 4] = Default::default();
+        let mut answers: [Answer; 4] = [(0, 0.0); 4];
         for _ in 0..ROUNDS {
-            (seconds[0], answers[0]) = round(&seconds[0], rays, |ray| {
-                let (primitive, distance) = mine(ray);
-                if primitive == NO_PRIMITIVE { MISS } else { distance }
-            });
-            (seconds[1], answers[1]) = round(&seconds[1], rays, |ray| {
+            let start = now();
+            answers[0] = trace_wide(set, &params, arrays, rays);
+            seconds[0].push(now() - start);
+            (seconds[1], answers[1]) = round(&seconds[1], rays, |ray| mine(ray).distance);
+            (seconds[2], answers[2]) = round(&seconds[2], rays, |ray| {
                 let mut hit = RayHit::none();
                 let tested = |ray: &ObvhsRay, i: usize| binary_triangles[i].intersect(ray);
                 if binary.ray_traverse(theirs(ray), &mut hit, tested) { hit.t } else { MISS }
             });
-            (seconds[2], answers[2]) = round(&seconds[2], rays, |ray| {
+            (seconds[3], answers[3]) = round(&seconds[3], rays, |ray| {
                 let mut hit = RayHit::none();
                 let tested = |ray: &ObvhsRay, i: usize| wide_triangles[i].intersect(ray);
-                if wide.ray_traverse(theirs(ray), &mut hit, tested) { hit.t } else { MISS }
+                if obvhs_wide.ray_traverse(theirs(ray), &mut hit, tested) { hit.t } else { MISS }
             });
         }
         let rate = |seconds: &mut Vec<f64>| {
             seconds.sort_by(f64::total_cmp);
             rays.len() as f64 / seconds[ROUNDS / 2] * 1e-6
         };
-        let [a, b, c] = &mut seconds;
+        let [a, b, c, d] = seconds.each_mut().map(rate);
         let hits = answers.map(|(hits, _)| hits.to_string()).join(" ");
-        println!("{name:<20} {:>10.2} {:>12.2} {:>14.2}   {hits}", rate(a), rate(b), rate(c));
+        println!("{name:<20} {a:>12.2} {b:>12.2} {c:>12.2} {d:>12.2}   {hits}");
+        if answers[0] != answers[1] {
+            return Err("the wide tree gives other hits than the binary one".into());
+        }
+    }
+    Ok(())
+}
+
+/// Seconds that this thread has run; by the clock where the system does not tell.
+fn now() -> f64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    let times = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let run = times.split_whitespace().next().and_then(|nanoseconds| nanoseconds.parse::<f64>().ok());
+    run.map_or_else(|| START.get_or_init(Instant::now).elapsed().as_secs_f64(), |run| run * 1e-9)
+}
+
+/// All rays in the wide tree, by an instruction set that this processor has.
+#[allow(unsafe_code, reason = "kernels read without bounds checks")]
+fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> Answer {
+    /// # Safety
+    ///
+    /// The tree was proven, and the processor has the instructions.
+    #[inline(always)]
+    unsafe fn all<const FEATURES: Features>(
+        params: &RenderParams,
+        scene: shared::Scene,
+        rays: &[Ray],
+    ) -> Answer {
+        let mut answer = (0, 0.0);
+        for ray in rays {
+            // SAFETY: the caller's promise.
+            let hit = unsafe { closest_hit::<FEATURES>(params, scene, *ray, Reach::CLOSEST) };
+            count(&mut answer, black_box(hit.distance));
+        }
+        answer
+    }
+    /// # Safety
+    ///
+    /// As `all`.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    unsafe fn avx2(params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> Answer {
+        // SAFETY: the caller's promise.
+        unsafe { all::<{ TRIANGLES | WIDE | features::AVX2 }>(params, scene, rays) }
+    }
+    /// # Safety
+    ///
+    /// As `all`.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+    unsafe fn avx512(params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> Answer {
+        // SAFETY: the caller's promise.
+        unsafe { all::<{ TRIANGLES | WIDE | features::AVX512 }>(params, scene, rays) }
+    }
+    // SAFETY: `Wide::new` proved the tree, and `InstructionSet::best` asked the processor.
+    unsafe {
+        match set {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => avx2(params, scene, rays),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => avx512(params, scene, rays),
+            _ => all::<{ TRIANGLES | WIDE }>(params, scene, rays),
+        }
+    }
+}
+
+fn count(answer: &mut Answer, distance: f32) {
+    if distance < MISS {
+        *answer = (answer.0 + 1, answer.1 + f64::from(distance));
+    }
+}
+
+/// Writes the triangles (nine f32 each) and the rays (origin and direction) for other programs.
+fn write(folder: &Path, bvh: &Bvh, sets: &[(&str, &[Ray])]) -> std::io::Result<()> {
+    let bytes = |numbers: Vec<f32>| -> Vec<u8> { numbers.into_iter().flat_map(f32::to_le_bytes).collect() };
+    let vertices = |t: &Triangle| [t.a, t.b, t.c].map(|v| v.to_array()).concat();
+    std::fs::write(folder.join("triangles"), bytes(bvh.triangles.iter().flat_map(vertices).collect()))?;
+    for (name, rays) in sets {
+        let numbers = rays.iter().flat_map(|ray| [ray.origin, ray.direction].map(|v| v.to_array()).concat());
+        std::fs::write(folder.join(name), bytes(numbers.collect()))?;
     }
     Ok(())
 }
 
 fn round(seconds: &[f64], rays: &[Ray], hit: impl Fn(&Ray) -> f32) -> (Vec<f64>, Answer) {
-    let start = Instant::now();
+    let start = now();
     let mut answer = (0, 0.0);
     for ray in rays {
-        let distance = black_box(hit(ray));
-        if distance < MISS {
-            answer = (answer.0 + 1, answer.1 + f64::from(distance));
-        }
+        count(&mut answer, black_box(hit(ray)));
     }
-    let seconds = seconds.iter().copied().chain([start.elapsed().as_secs_f64()]).collect();
+    let seconds = seconds.iter().copied().chain([now() - start]).collect();
     (seconds, answer)
 }
