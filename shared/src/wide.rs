@@ -12,6 +12,7 @@ use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::triangle::Shear;
 use bytemuck::{Pod, Zeroable};
+use core::hint::black_box;
 use core::mem::MaybeUninit;
 use glam::Vec3;
 
@@ -162,23 +163,22 @@ pub unsafe fn dispatch<const FEATURES: Features>(
     unsafe { closest_hit::<FEATURES, _>(Portable, params, scene, ray, reach) }
 }
 
-/// A ray, ready for packets: each number in all lanes.
+/// A ray, ready for packets.
 #[derive(Clone, Copy)]
-struct Spread<L: Lanes> {
-    origin: [L::F; 3],
-    direction: [L::F; 3],
+struct Line {
+    origin: Vec3,
+    direction: Vec3,
     /// For triangles: which axes are the ray's own x, y and z, the origin along them, the shear.
     axes: [u32; 3],
-    turned: [L::F; 3],
-    shear: [L::F; 3],
+    turned: Vec3,
+    shear: Vec3,
 }
 
-impl<L: Lanes> Spread<L> {
+impl Line {
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
-    fn new(l: L, ray: Ray) -> Self {
+    fn new(ray: Ray) -> Self {
         let Ray { origin, direction, .. } = ray;
-        let splat = |v: Vec3| [l.splat(v.x), l.splat(v.y), l.splat(v.z)];
         // As `Shear::new`, but without a branch, which a processor cannot foresee.
         let size = direction.abs();
         let is_x = (size.x > size.y) & (size.x > size.z);
@@ -191,13 +191,8 @@ impl<L: Lanes> Spread<L> {
         let turn = |v: &[f32; 3]| unsafe { Vec3::new(*borrow(v, x), *borrow(v, y), *borrow(v, z)) };
         let d = turn(&d);
         let inverse = 1.0 / d.z;
-        Self {
-            origin: splat(origin),
-            direction: splat(direction),
-            axes: [x, y, z],
-            turned: splat(turn(&o)),
-            shear: splat(Vec3::new(d.x * inverse, d.y * inverse, inverse)),
-        }
+        let shear = Vec3::new(d.x * inverse, d.y * inverse, inverse);
+        Self { origin, direction, axes: [x, y, z], turned: turn(&o), shear }
     }
 }
 
@@ -210,7 +205,7 @@ fn triangles<L: Lanes>(
     l: L,
     packet: &TrianglePacket,
     count: u32,
-    ray: &Spread<L>,
+    ray: &Line,
     departure: u32,
     limit: f32,
 ) -> (u32, L::F) {
@@ -229,7 +224,7 @@ fn triangles<L: Lanes>(
     let determinant = l.add(l.add(u, v), w);
     let inverse = l.div(l.splat(1.0), determinant);
     let sum = l.add(l.add(l.mul(u, a[2]), l.mul(v, b[2])), l.mul(w, c[2]));
-    let t = l.mul(l.mul(sum, ray.shear[2]), inverse);
+    let t = l.mul(l.mul(sum, l.splat(ray.shear.z)), inverse);
     let valid = l.and(l.lt(zero, t), l.le(t, l.splat(limit)));
     let none = l.or(l.eq(determinant, zero), l.is(&packet.primitives, departure));
     (within & l.bits(l.and_not(none, valid)), t)
@@ -238,7 +233,7 @@ fn triangles<L: Lanes>(
 /// The vertices from row `first` on, in the ray's coordinates.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-fn vertex<L: Lanes>(l: L, packet: &TrianglePacket, first: u32, ray: &Spread<L>) -> [L::F; 3] {
+fn vertex<L: Lanes>(l: L, packet: &TrianglePacket, first: u32, ray: &Line) -> [L::F; 3] {
     // SAFETY: `first` is 0, 3 or 6, an axis at most 2, and there are nine rows.
     let (x, y, z) = unsafe {
         (
@@ -247,8 +242,9 @@ fn vertex<L: Lanes>(l: L, packet: &TrianglePacket, first: u32, ray: &Spread<L>) 
             l.load(borrow(&packet.vertices, first + ray.axes[2])),
         )
     };
-    let (x, y, z) = (l.sub(x, ray.turned[0]), l.sub(y, ray.turned[1]), l.sub(z, ray.turned[2]));
-    [l.sub(x, l.mul(ray.shear[0], z)), l.sub(y, l.mul(ray.shear[1], z)), z]
+    let (x, y) = (l.sub(x, l.splat(ray.turned.x)), l.sub(y, l.splat(ray.turned.y)));
+    let z = l.sub(z, l.splat(ray.turned.z));
+    [l.sub(x, l.mul(l.splat(ray.shear.x), z)), l.sub(y, l.mul(l.splat(ray.shear.y), z)), z]
 }
 
 /// The dot product, summed as glam does.
@@ -263,23 +259,22 @@ fn spheres<L: Lanes>(
     l: L,
     packet: &SpherePacket,
     count: u32,
-    ray: &Spread<L>,
+    ray: &Line,
     departure: (u32, bool),
     limit: f32,
 ) -> (u32, L::F) {
     let zero = l.splat(0.0);
     let [cx, cy, cz, radius] = &packet.shape;
-    let from_center = [
-        l.sub(ray.origin[0], l.load(cx)),
-        l.sub(ray.origin[1], l.load(cy)),
-        l.sub(ray.origin[2], l.load(cz)),
-    ];
+    let origin = [l.splat(ray.origin.x), l.splat(ray.origin.y), l.splat(ray.origin.z)];
+    let direction = [l.splat(ray.direction.x), l.splat(ray.direction.y), l.splat(ray.direction.z)];
+    let from_center =
+        [l.sub(origin[0], l.load(cx)), l.sub(origin[1], l.load(cy)), l.sub(origin[2], l.load(cz))];
     let radius = l.load(radius);
-    let b = l.neg(dot(l, from_center, ray.direction));
+    let b = l.neg(dot(l, from_center, direction));
     let offset = [
-        l.add(from_center[0], l.mul(ray.direction[0], b)),
-        l.add(from_center[1], l.mul(ray.direction[1], b)),
-        l.add(from_center[2], l.mul(ray.direction[2], b)),
+        l.add(from_center[0], l.mul(direction[0], b)),
+        l.add(from_center[1], l.mul(direction[1], b)),
+        l.add(from_center[2], l.mul(direction[2], b)),
     ];
     let discriminant = l.sub(l.mul(radius, radius), dot(l, offset, offset));
     let within = !l.bits(l.lt(discriminant, zero)) & ((2 << (count - 1)) - 1);
@@ -324,14 +319,15 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
         return Hit { distance: best, primitive: closest };
     }
     let Ray { direction, departure, .. } = ray;
-    let spread = Spread::new(l, ray);
+    // In memory, where leaves find it: registers are for what nodes need.
+    let line = &black_box(Line::new(ray));
     let inverse = [reciprocal(direction.x), reciprocal(direction.y), reciprocal(direction.z)];
     let negative = inverse.map(|x| x.to_bits() >> 31);
     let octant = negative[0] | negative[1] << 1 | negative[2] << 2;
     // Rows of the planes where the ray enters, and where it leaves.
     let near = [3 * negative[0], 1 + 3 * negative[1], 2 + 3 * negative[2]];
     let far = [3 - near[0], 5 - near[1], 7 - near[2]];
-    let [ox, oy, oz] = spread.origin;
+    let [ox, oy, oz] = ray.origin.to_array().map(|x| l.splat(x));
     let [in_x, in_y, in_z] = inverse.map(|x| l.splat(x));
     let [out_x, out_y, out_z] = inverse.map(|x| l.splat(x * EXIT));
     let mut best_exit = best * EXIT;
@@ -344,7 +340,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
         if !child.is_leaf() {
             // SAFETY: the caller's promise for each child's index; six planes; eight octants; ROOM.
             unsafe {
-                let node = borrow(tree.nodes, child.index());
+                let node = borrow(tree.nodes, child.0);
                 let entry_x = l.mul(l.sub(l.load(borrow(&node.planes, near[0])), ox), in_x);
                 let entry_y = l.mul(l.sub(l.load(borrow(&node.planes, near[1])), oy), in_y);
                 let entry_z = l.mul(l.sub(l.load(borrow(&node.planes, near[2])), oz), in_z);
@@ -376,12 +372,12 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
             let (mut hits, t, primitives) = unsafe {
                 if has(FEATURES, TRIANGLES) && child.holds(Kind::Triangles) {
                     let packet = borrow(tree.triangles, child.index());
-                    let (hits, t) = triangles(l, packet, count, &spread, departure.primitive(), best);
+                    let (hits, t) = triangles(l, packet, count, line, departure.primitive(), best);
                     (hits, t, &packet.primitives)
                 } else {
                     let packet = borrow(tree.spheres, child.index());
                     let departure = (departure.primitive(), departure.goes_inside());
-                    let (hits, t) = spheres(l, packet, count, &spread, departure, best);
+                    let (hits, t) = spheres(l, packet, count, line, departure, best);
                     (hits, t, &packet.primitives)
                 }
             };
