@@ -302,7 +302,7 @@ fn spheres<L: Lanes>(
 ///
 /// # Safety
 ///
-/// `scene.wide` and the scene's indices were proven as [`crate::buffer`] says.
+/// `scene.wide` and the scene's indices were proven as [`crate::buffer`] says; the target is a primitive or none.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
@@ -319,6 +319,15 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
         return Hit { distance: best, primitive: closest };
     }
     let Ray { direction, departure, .. } = ray;
+    if reach.any && reach.target != NO_PRIMITIVE {
+        // What is behind the target does not count, whichever of the two is met first.
+        // SAFETY: the caller's promise for the target.
+        let t =
+            unsafe { bvh::distance::<FEATURES>(params, scene, ray, &Shear::new(direction), reach.target) };
+        if is_closer(t, reach.target, best, closest) {
+            (best, closest) = (t, reach.target);
+        }
+    }
     // In memory, where leaves find it: registers are for what nodes need.
     let line = &black_box(Line::new(ray));
     let inverse = [reciprocal(direction.x), reciprocal(direction.y), reciprocal(direction.z)];

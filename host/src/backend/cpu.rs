@@ -66,7 +66,7 @@ impl Cpu {
                 action: "starting threads",
                 message: error.to_string(),
             })?;
-        let device = describe(pool.current_num_threads(), instructions);
+        let device = describe_with(pool.current_num_threads(), instructions);
         Ok(Self {
             device,
             instructions,
@@ -140,8 +140,12 @@ impl OwnScene {
     }
 }
 
-/// This machine's processor.
-pub fn describe(threads: usize, instructions: InstructionSet) -> Device {
+/// This machine's processor, with the best of its instruction sets.
+pub fn describe(threads: usize) -> Device {
+    describe_with(threads, InstructionSet::best())
+}
+
+fn describe_with(threads: usize, instructions: InstructionSet) -> Device {
     let mut system = sysinfo::System::new();
     system.refresh_cpu_list(sysinfo::CpuRefreshKind::nothing());
     let name = system.cpus().first().map(|cpu| cpu.brand().trim().to_owned()).filter(|name| !name.is_empty());

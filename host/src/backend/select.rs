@@ -66,9 +66,5 @@ fn first_line(error: &BackendError) -> String {
 /// Every backend with its devices, or why it has none.
 pub fn list() -> Vec<(&'static str, Result<Vec<Device>, BackendError>)> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    vec![
-        ("cuda", cuda::devices()),
-        ("wgpu", wgpu::devices()),
-        ("cpu", Ok(vec![cpu::describe(threads, cpu::InstructionSet::best())])),
-    ]
+    vec![("cuda", cuda::devices()), ("wgpu", wgpu::devices()), ("cpu", Ok(vec![cpu::describe(threads)]))]
 }

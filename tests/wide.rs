@@ -1,0 +1,293 @@
+//! The wide tree against tests of each primitive: the same bits, by each instruction set that this processor has.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use bytemuck::Zeroable;
+use glam::Vec3;
+use std::fmt::Write;
+use trisect::backend::cpu::{Cpu, InstructionSet};
+use trisect::bvh::{Bvh, Wide};
+use trisect::film::Film;
+use trisect::render::{Renderer, Settings, Traversal};
+use trisect::scene::Scene;
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit};
+use trisect_shared::features::{AVX2, AVX512, FLATS, Features, LINEAR, TRIANGLES, WIDE};
+use trisect_shared::math::{unit_f32, unit_sphere};
+use trisect_shared::params::RenderParams;
+use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::rng::PathKey;
+use trisect_shared::scene as shared;
+use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::wide::WideTree;
+use trisect_tests::scene;
+
+const SETS: [InstructionSet; 3] = [InstructionSet::Avx512, InstructionSet::Avx2, InstructionSet::Baseline];
+
+fn words(seed: u32, index: u32) -> [u32; 4] {
+    let w = PathKey { seed, pixel: index, sample: 0 }.words(0);
+    [w.x, w.y, w.z, w.w]
+}
+
+fn point(seed: u32, index: u32) -> Vec3 {
+    let [x, y, z, _] = words(seed, index).map(|w| 2.0 * unit_f32(w) - 1.0);
+    Vec3::new(x, y, z)
+}
+
+fn pick<T: Copy>(from: &[T], word: u32) -> T {
+    from[word as usize % from.len()]
+}
+
+fn triangle(scene: &mut Scene, [a, b, c]: [Vec3; 3]) {
+    scene.triangles.push(Triangle { a, material: 0, b, pad0: 0, c, pad1: 0 });
+    scene.shading.push(TriangleShading::zeroed());
+}
+
+/// A scene with all kinds within a cube of the size; `kind`: 0 anyhow, 1 all at a few places, 2 flat and along the axes, 3 needles.
+fn build(kind: u32, size: f32, count: u32) -> Scene {
+    let place = |seed, i| if kind == 1 { point(seed, i % 2) } else { point(seed, i) };
+    let tuple = |v: Vec3| format!("({:e}, {:e}, {:e})", v.x, v.y, v.z);
+    let mut objects = String::new();
+    for i in 0..count {
+        let center = tuple(place(10, i) * size);
+        let radius = size * if kind == 1 { 0.2 } else { 0.01 + 0.2 * unit_f32(words(11, i)[0]) };
+        write!(objects, "Sphere(center: {center}, radius: {radius:e}, material: \"m\"),").unwrap();
+        if i % 2 == 0 {
+            let corner = tuple(place(12, i) * size);
+            let (u, v) = if kind == 2 {
+                (pick(&[Vec3::X, Vec3::Y], i / 2), Vec3::Z)
+            } else {
+                let u = unit_sphere(words(13, i / 4)[0], words(13, i / 4)[1]);
+                (u, u.any_orthonormal_vector())
+            };
+            let (u, v) = (tuple(u * size * 0.3), tuple(v * size * 0.2));
+            write!(objects, "Quad(corner: {corner}, u: {u}, v: {v}, material: \"m\"),").unwrap();
+        }
+    }
+    let text = format!(
+        "Scene(version: 1, image: (width: 1, height: 1), materials: {{ \"m\": Lambertian(albedo: (1, 1, 1)) }},
+         camera: (look_from: (0, 0, 0), look_at: (0, 0, -1), vertical_fov: 60), objects: [{objects}])"
+    );
+    let mut scene = Scene::parse(&text, "wide").unwrap();
+    for i in 0..4 * count {
+        let a = place(14, i);
+        let corners = match kind {
+            2 => {
+                // A lattice of a few planes: shared edges, flat boxes, faces of boxes at the same place.
+                let cell = (a * 4.0).round() * 0.25;
+                let (u, v) = pick(&[(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::X)], i);
+                [cell, cell + u * 0.25, cell + v * 0.25]
+            }
+            3 => [a, point(15, i), point(15, i) + point(16, i) * 1e-5],
+            1 => [a, a + Vec3::X * 0.1, a + Vec3::Y * 0.1],
+            _ => [a, a + point(15, i) * 0.2, a + point(16, i) * 0.2],
+        };
+        triangle(&mut scene, corners.map(|corner| corner * size));
+    }
+    scene
+}
+
+/// Rays of all sorts: from anywhere and from primitives, along axes, with components of nearly zero, at vertices and centres.
+fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, Reach)> {
+    let small = [0.0, -0.0, 1e-45, -1e-38, 1e-20, 1e-8, 1.0, -1.0];
+    let all = scene.primitives() as u32;
+    (0..count)
+        .map(|i| {
+            let [w, v] = [words(20, i), words(21, i)];
+            let vertex = bvh.triangles[w[3] as usize % bvh.triangles.len()];
+            let origin = match v[0] % 4 {
+                0 => pick(&[vertex.a, vertex.b, (vertex.a + vertex.b + vertex.c) / 3.0], v[1]),
+                1 => scene.spheres[v[1] as usize % scene.spheres.len()].center,
+                2 => (point(22, i) * 4.0).round() * 0.25 * size,
+                _ => point(22, i) * size * 2.0,
+            };
+            let mut direction = match v[2] % 4 {
+                0 => Vec3::new(pick(&small, w[0]), pick(&small, w[1]), pick(&small, w[2])),
+                1 => pick(&Vec3::AXES, w[0]) * if w[1] % 2 == 0 { 1.0 } else { -1.0 },
+                2 => vertex.c / size - origin / size,
+                _ => unit_sphere(w[0], w[1]),
+            };
+            if !(1e-6..1e6).contains(&direction.length_squared()) {
+                direction = Vec3::Z;
+            }
+            let departure = match v[3] % 3 {
+                0 => Departure::from(w[3] % all, w[2] % 2 == 0),
+                _ => Departure::NONE,
+            };
+            let limit = if v[3] % 5 == 0 { size * unit_f32(w[1]) } else { Reach::CLOSEST.limit };
+            (Ray { origin, direction: direction.normalize(), departure }, Reach { limit, ..Reach::CLOSEST })
+        })
+        .collect()
+}
+
+/// A scene and its trees.
+struct Traced {
+    scene: Scene,
+    bvh: Bvh,
+    wide: Wide,
+}
+
+impl Traced {
+    fn new(scene: Scene) -> Self {
+        let bvh = Bvh::build(&scene, None).unwrap();
+        let wide = Wide::new(&scene, &bvh).unwrap().unwrap();
+        Self { scene, bvh, wide }
+    }
+
+    fn all<const FEATURES: Features>(&self, tree: WideTree, rays: &[(Ray, Reach)]) -> Vec<Hit> {
+        let (spheres, flats) = (self.scene.spheres.len() as u32, self.scene.flats.len() as u32);
+        let params = RenderParams {
+            root: self.bvh.root.0,
+            first_flat: spheres,
+            first_triangle: spheres + flats,
+            primitives: self.scene.primitives() as u32,
+            ..RenderParams::zeroed()
+        };
+        let arrays = shared::Scene {
+            spheres: &self.scene.spheres,
+            nodes: &self.bvh.nodes,
+            materials: &[],
+            flats: &self.scene.flats,
+            triangles: &self.bvh.triangles,
+            shading: &[],
+            lights: &[],
+            textures: &[],
+            texels: &[],
+            environment: &[],
+            wide: tree,
+        };
+        // SAFETY: the trees were proven; a damaged one names the same children; the caller asked the processor.
+        #[allow(unsafe_code, reason = "kernels read without bounds checks")]
+        let hit = |ray, reach| unsafe { closest_hit::<FEATURES>(&params, arrays, ray, reach) };
+        rays.iter().map(|(ray, reach)| hit(*ray, *reach)).collect()
+    }
+
+    /// How many hits differ from those of the linear search.
+    fn differing(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, Reach)], want: &[Hit]) -> usize {
+        const ALL: Features = FLATS | TRIANGLES | WIDE;
+        let got = match set {
+            InstructionSet::Avx512 => self.all::<{ ALL | AVX512 }>(tree, rays),
+            InstructionSet::Avx2 => self.all::<{ ALL | AVX2 }>(tree, rays),
+            InstructionSet::Baseline => self.all::<ALL>(tree, rays),
+        };
+        let bits = |hit: &Hit| (hit.distance.to_bits(), hit.primitive);
+        got.iter().zip(want).filter(|(got, want)| bits(got) != bits(want)).count()
+    }
+}
+
+fn sets() -> impl Iterator<Item = InstructionSet> {
+    SETS.into_iter().filter(|set| {
+        if !set.is_available() {
+            eprintln!("SKIPPED: this processor has no {}", set.name());
+        }
+        set.is_available()
+    })
+}
+
+#[test]
+fn hits_are_those_of_each_primitive_tested() {
+    for (kind, scale) in [(0, 0), (1, 0), (2, 0), (3, 0), (0, -20), (2, -20), (0, 20), (2, 20)] {
+        let size = f32::powi(2.0, scale);
+        let traced = Traced::new(build(kind, size, 40));
+        let rays = rays(&traced.scene, &traced.bvh, size, 6000);
+        let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
+        let hits = want.iter().filter(|hit| hit.primitive != NO_PRIMITIVE).count();
+        assert!(hits * 4 > rays.len(), "scene {kind}: {hits} rays hit");
+        let stack = traced.all::<{ FLATS | TRIANGLES }>(WideTree::NONE, &rays);
+        let other = stack.iter().zip(&want).filter(|(a, b)| a != b).count();
+        assert_eq!(other, 0, "scene {kind}, 2^{scale}: binary tree");
+        for set in sets() {
+            let tree = traced.wide.tree();
+            let name = set.name();
+            assert_eq!(traced.differing(set, tree, &rays, &want), 0, "scene {kind}, 2^{scale}: {name}");
+            if scale != 0 {
+                continue;
+            }
+            // The twins: a child that no ray enters; boxes a millionth too small; the exit before the entry by as much.
+            let damaged = |damage: &dyn Fn(&mut Wide)| {
+                let mut wide = traced.wide.clone();
+                damage(&mut wide);
+                traced.differing(set, wide.tree(), &rays, &want)
+            };
+            let lost = damaged(&|wide| {
+                (0..3).for_each(|axis| wide.nodes[0].planes[axis].0[1] = f32::INFINITY);
+            });
+            assert!(lost > 0, "scene {kind}, {name}: a comparison that cannot fail (a lost child)");
+            let small = damaged(&|wide| {
+                for node in &mut wide.nodes {
+                    (0..3).for_each(|axis| node.planes[axis].0 = node.planes[axis].0.map(|x| x + 1e-3));
+                    (3..6).for_each(|axis| node.planes[axis].0 = node.planes[axis].0.map(|x| x - 1e-3));
+                }
+            });
+            assert!(small > 0, "scene {kind}, {name}: a comparison that cannot fail (boxes too small)");
+            let swapped = damaged(&|wide| {
+                wide.triangles.iter_mut().for_each(|packet| packet.primitives.0[0] ^= 1);
+                wide.spheres.iter_mut().for_each(|packet| packet.primitives.0[0] ^= 1);
+            });
+            assert!(swapped > 0, "scene {kind}, {name}: a comparison that cannot fail (another primitive)");
+        }
+    }
+}
+
+/// No primitive, one, and one of each kind: trees without nodes.
+#[test]
+fn the_smallest_scenes() {
+    for (spheres, flats, triangles) in
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (8, 0, 0), (9, 0, 0), (0, 0, 9)]
+    {
+        let mut scene = build(0, 1.0, 10);
+        let spare = build(0, 1.0, 10);
+        scene.spheres.truncate(spheres);
+        scene.flats.truncate(flats);
+        scene.triangles.truncate(triangles);
+        scene.shading.truncate(triangles);
+        let traced = Traced::new(scene);
+        let spare_bvh = Bvh::build(&spare, None).unwrap();
+        let rays = rays(&spare, &spare_bvh, 1.0, 2000);
+        let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
+        for set in sets() {
+            assert_eq!(traced.differing(set, traced.wide.tree(), &rays, &want), 0, "{}", set.name());
+        }
+    }
+}
+
+fn film(scene: &Scene, set: InstructionSet, settings: &Settings) -> Film {
+    let cpu = Cpu::with_instructions(None, set).unwrap();
+    Renderer::new(Box::new(cpu), scene).unwrap().render(settings, &mut ()).unwrap().film
+}
+
+/// An image does not depend on the traversal, nor on the instructions that the rest of the kernel is compiled to.
+#[test]
+fn images_are_the_same() {
+    for name in [
+        "rtiow_final.ron",
+        "three_spheres.ron",
+        "cornell_box.ron",
+        "materials.ron",
+        "next_week.ron",
+        "gltf/features.glb",
+    ] {
+        let scene = scene(name);
+        let by = |traversal, seed| Settings {
+            width: 64,
+            height: 36,
+            samples: 4,
+            seed,
+            traversal: Some(traversal),
+            variant: (traversal == Traversal::Linear).then_some("render_all_linear"),
+            ..scene.settings()
+        };
+        let want = film(&scene, InstructionSet::Baseline, &by(Traversal::Stack, 1));
+        let linear = film(&scene, InstructionSet::Baseline, &by(Traversal::Linear, 1));
+        if name != "rtiow_final.ron" && name != "three_spheres.ron" {
+            // The others' kernel is the linear one's but for the traversal.
+            assert!(linear == want, "{name}: linear");
+        }
+        for set in sets().filter(|set| *set != InstructionSet::Baseline) {
+            assert!(film(&scene, set, &by(Traversal::Wide, 1)) == want, "{name}: {}", set.name());
+            // The twin.
+            assert!(
+                film(&scene, set, &by(Traversal::Wide, 2)) != want,
+                "{name}: a comparison that cannot fail"
+            );
+        }
+    }
+}
