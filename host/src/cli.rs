@@ -4,7 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use trisect::backend::Choice;
 use trisect::bvh::BvhQuality;
-use trisect::render::{MathMode, Sampler, Settings};
+use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
 #[derive(Debug, Parser)]
@@ -96,6 +96,18 @@ pub struct JobArgs {
     /// How much work goes into the BVH; without it, high up to 100,000 primitives, else medium.
     #[arg(long, value_enum)]
     pub bvh_quality: Option<QualityArg>,
+
+    /// How the closest hit is found, of which the image does not depend; without it, by what is fastest on the backend.
+    #[arg(long, value_enum)]
+    pub traversal: Option<TraversalArg>,
+
+    /// What a lane of the device works on, of which the image does not depend; without it, what is fastest on the backend.
+    #[arg(long, value_enum)]
+    pub schedule: Option<ScheduleArg>,
+
+    /// The kernel, by name; without it, the cheapest that the scene can do with (--stats names it).
+    #[arg(long, value_name = "NAME", value_parser = parse_variant)]
+    pub variant: Option<&'static str>,
 
     /// Which build of the kernels; fast exists for cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
@@ -224,6 +236,50 @@ impl QualityArg {
     }
 }
 
+/// `--traversal`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TraversalArg {
+    /// By a test of each primitive.
+    Linear,
+    /// In a binary tree, with a stack a ray.
+    Stack,
+    /// In a wide tree.
+    Wide,
+}
+
+/// `--schedule`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ScheduleArg {
+    /// A pixel, one sample after the other.
+    Pixel,
+    /// A pixel; the next sample starts as soon as a path ends.
+    Regenerate,
+    /// The device is filled once; each lane takes pixels from a queue.
+    Persistent,
+}
+
+impl TraversalArg {
+    /// For the library.
+    pub fn traversal(self) -> Traversal {
+        match self {
+            Self::Linear => Traversal::Linear,
+            Self::Stack => Traversal::Stack,
+            Self::Wide => Traversal::Wide,
+        }
+    }
+}
+
+impl ScheduleArg {
+    /// For the library.
+    pub fn schedule(self) -> Schedule {
+        match self {
+            Self::Pixel => Schedule::Pixel,
+            Self::Regenerate => Schedule::Regenerate,
+            Self::Persistent => Schedule::Persistent,
+        }
+    }
+}
+
 /// `--math`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MathArg {
@@ -276,6 +332,9 @@ impl JobArgs {
                 MathArg::Precise => MathMode::Precise,
                 MathArg::Fast => MathMode::Fast,
             },
+            traversal: self.traversal.map(TraversalArg::traversal),
+            schedule: self.schedule.map(ScheduleArg::schedule),
+            variant: self.variant,
             ..scene
         }
     }
@@ -287,6 +346,13 @@ fn parse_count(text: &str) -> Result<u32, String> {
         Ok(count) => Ok(count),
         Err(error) => Err(error.to_string()),
     }
+}
+
+fn parse_variant(text: &str) -> Result<&'static str, String> {
+    trisect_kernels::variant_by_name(text).map(|variant| variant.name).ok_or_else(|| {
+        let names: Vec<&str> = trisect_kernels::VARIANTS.iter().map(|variant| variant.name).collect();
+        format!("there are {}", names.join(", "))
+    })
 }
 
 fn parse_resolution(text: &str) -> Result<(u32, u32), String> {

@@ -2,10 +2,10 @@
 
 use crate::backend::Device;
 use crate::film::FilmCounts;
-use crate::render::Settings;
+use crate::render::{Schedule, Settings, Traversal};
 use serde::Serialize;
 use std::time::Duration;
-use trisect_shared::features::Features;
+use trisect_kernels::Variant;
 
 /// Version of the JSON that `--stats` writes. A field that changes its meaning, or goes, raises it.
 pub const FORMAT: u32 = 1;
@@ -44,6 +44,10 @@ pub struct RenderStats {
     pub choice: String,
     /// The kernel's name.
     pub kernel: &'static str,
+    /// What it does.
+    pub traversal: Traversal,
+    /// The same.
+    pub schedule: Schedule,
     /// What was asked for.
     pub settings: Settings,
     /// Wall clock.
@@ -67,15 +71,16 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
-    pub(crate) fn new(device: &Device, settings: &Settings, features: Features, phases: Phases) -> Self {
+    pub(crate) fn new(device: &Device, settings: &Settings, variant: Variant, phases: Phases) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
             scene: String::new(),
             device: device.clone(),
             choice: String::new(),
-            kernel: trisect_kernels::variant(features | settings.features())
-                .map_or("none", |variant| variant.name),
+            kernel: variant.name,
+            traversal: Traversal::of(variant.features),
+            schedule: Schedule::of(variant.features),
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,

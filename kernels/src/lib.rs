@@ -24,19 +24,20 @@
 macro_rules! for_each_variant {
     ($variant:ident) => {
         $variant! {
-            render "render": 0,
-            render_roulette "render_roulette": ROULETTE,
-            render_schlick "render_schlick": SCHLICK,
-            render_schlick_roulette "render_schlick_roulette": SCHLICK | ROULETTE,
-            render_sobol "render_sobol": SOBOL,
-            render_sobol_roulette "render_sobol_roulette": SOBOL | ROULETTE,
-            render_sobol_schlick "render_sobol_schlick": SOBOL | SCHLICK,
-            render_sobol_schlick_roulette "render_sobol_schlick_roulette": SOBOL | SCHLICK | ROULETTE,
-            render_microfacets "render_microfacets": MICROFACETS | ROULETTE | SCHLICK,
-            render_untextured "render_untextured": ALL & !TEXTURES,
-            render_untextured_sobol "render_untextured_sobol": ALL & !TEXTURES | SOBOL,
-            render_all "render_all": ALL,
-            render_all_sobol "render_all_sobol": ALL | SOBOL,
+            render "render": REGENERATE,
+            render_roulette "render_roulette": ROULETTE | REGENERATE,
+            render_schlick "render_schlick": SCHLICK | REGENERATE,
+            render_schlick_roulette "render_schlick_roulette": SCHLICK | ROULETTE | REGENERATE,
+            render_sobol "render_sobol": SOBOL | REGENERATE,
+            render_sobol_roulette "render_sobol_roulette": SOBOL | ROULETTE | REGENERATE,
+            render_sobol_schlick "render_sobol_schlick": SOBOL | SCHLICK | REGENERATE,
+            render_sobol_schlick_roulette "render_sobol_schlick_roulette": SOBOL | SCHLICK | ROULETTE | REGENERATE,
+            render_microfacets "render_microfacets": MICROFACETS | ROULETTE | SCHLICK | REGENERATE,
+            render_untextured "render_untextured": ALL & !TEXTURES | REGENERATE,
+            render_untextured_sobol "render_untextured_sobol": ALL & !TEXTURES | SOBOL | REGENERATE,
+            render_all "render_all": ALL | REGENERATE,
+            render_all_sobol "render_all_sobol": ALL | SOBOL | REGENERATE,
+            render_all_linear "render_all_linear": ALL | LINEAR | REGENERATE,
         }
     };
 }

@@ -1,6 +1,8 @@
 //! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
 
-use trisect_shared::features::{ALL, Features, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
+use trisect_shared::features::{
+    ALL, Features, LINEAR, METHOD, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+};
 
 /// SPIR-V for Vulkan 1.2 with all entry points.
 pub const SPIRV: &[u8] = include_bytes!("../prebuilt/trisect.spv");
@@ -35,9 +37,16 @@ macro_rules! table {
 
 for_each_variant!(table);
 
-/// The first, that is the cheapest, variant that can do all of `features`.
+/// The first, that is the cheapest, variant that can do all of `features`, by just their method.
 pub fn variant(features: Features) -> Option<Variant> {
-    VARIANTS.iter().copied().find(|variant| variant.features & features == features)
+    VARIANTS.iter().copied().find(|variant| {
+        variant.features & features == features && variant.features & METHOD == features & METHOD
+    })
+}
+
+/// The variant with this name.
+pub fn variant_by_name(name: &str) -> Option<Variant> {
+    VARIANTS.iter().copied().find(|variant| variant.name == name)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use core::arch::nvptx::{
 use core::slice::from_raw_parts;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
+use trisect_shared::features::{ALL, LINEAR, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;

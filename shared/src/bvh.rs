@@ -1,7 +1,7 @@
-//! The binary BVH and its traversal, per ray with a stack, near child first.
+//! The binary BVH and its traversal, per ray with a stack, near child first; and the search without a tree.
 
 use crate::buffer::{load, load_local, store_local};
-use crate::features::{FLATS, Features, TRIANGLES, has};
+use crate::features::{FLATS, Features, LINEAR, TRIANGLES, has};
 #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
 use crate::math::{max, min};
 use crate::params::RenderParams;
@@ -206,11 +206,48 @@ pub unsafe fn distance<const FEATURES: Features>(
     sphere.distance(ray.origin, ray.direction, leaves, ray.departure)
 }
 
-/// The closest primitive in front of `ray`, within `reach`.
+/// Whether a hit of `primitive` at `t` comes before that of `closest` at `best`. ([`NO_PRIMITIVE`] is -1: nothing ties with it.)
+#[inline(always)]
+fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool {
+    (t < best) | ((t == best) & ((primitive as i32) < closest as i32))
+}
+
+/// Tests each primitive.
 ///
 /// # Safety
 ///
-/// `params.root` and the scene's indices were proven as [`crate::buffer`] says.
+/// As [`closest_hit`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn closest_of_all<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+) -> Hit {
+    let shear = Shear::new(ray.direction);
+    let mut hit = Hit { distance: reach.limit, primitive: NO_PRIMITIVE };
+    let mut primitive = 0;
+    while primitive < params.primitives {
+        // SAFETY: the caller's promise for the number of primitives.
+        let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
+        if is_closer(t, primitive, hit.distance, hit.primitive) {
+            hit = Hit { distance: t, primitive };
+            if reach.any && primitive != reach.target {
+                break;
+            }
+        }
+        primitive += 1;
+    }
+    hit
+}
+
+/// The closest primitive in front of `ray`, within `reach`; of several at the same distance the first by index, so that the hit does not
+/// depend on the order in which they are met.
+///
+/// # Safety
+///
+/// `params.root`, `params.primitives` and the scene's indices were proven as [`crate::buffer`] says.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit<const FEATURES: Features>(
@@ -219,6 +256,10 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
     ray: Ray,
     reach: Reach,
 ) -> Hit {
+    if has(FEATURES, LINEAR) {
+        // SAFETY: the caller's promise.
+        return unsafe { closest_of_all::<FEATURES>(params, scene, ray, reach) };
+    }
     let nodes = scene.nodes;
     let root = Child(params.root);
     let Ray { origin, direction, .. } = ray;
@@ -240,7 +281,7 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
             let primitive = child.index();
             // SAFETY: the caller's promise.
             let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
-            if t < best {
+            if is_closer(t, primitive, best, closest) {
                 best = t;
                 closest = primitive;
                 if reach.any && primitive != reach.target {

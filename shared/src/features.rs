@@ -25,6 +25,17 @@ pub const TEXTURES: Features = 1 << 7;
 /// Has microfacet materials.
 pub const MICROFACETS: Features = 1 << 8;
 
+/// Test each primitive, without a tree: what the trees must agree with.
+pub const LINEAR: Features = 1 << 9;
+/// Trace the wide tree.
+pub const WIDE: Features = 1 << 10;
+/// Start a lane's next sample as soon as its path ends, not when all paths of its warp have.
+pub const REGENERATE: Features = 1 << 11;
+/// Fill the device once, and let each lane take pixels from a queue.
+pub const PERSISTENT: Features = 1 << 12;
+/// How a kernel works, not what a scene has: these do not change its image.
+pub const METHOD: Features = LINEAR | WIDE | REGENERATE | PERSISTENT;
+
 /// Whether `features` has every bit of `feature`.
 #[inline(always)]
 pub const fn has(features: Features, feature: Features) -> bool {

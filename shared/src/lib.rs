@@ -21,7 +21,7 @@
 //!
 //! | record | bytes | one per |
 //! |---|---|---|
-//! | [`params::RenderParams`] | 208 | launch |
+//! | [`params::RenderParams`] | 224 | launch |
 //! | [`sphere::Sphere`] | 32 | primitive |
 //! | [`flat::Flat`] | 96 | primitive |
 //! | [`triangle::Triangle`] | 48 | primitive |

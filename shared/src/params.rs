@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::sky::Sky;
 use bytemuck::{Pod, Zeroable};
 
-/// One launch: samples `first_sample..end_sample` of rows `first_row..first_row + rows`. 208 bytes, thirteen rows.
+/// One launch: samples `first_sample..end_sample` of rows `first_row..first_row + rows`. 224 bytes, fourteen rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct RenderParams {
@@ -52,6 +52,14 @@ pub struct RenderParams {
     pub environment_cos: f32,
     /// Its sine.
     pub environment_sin: f32,
+    /// Number of the scene's primitives.
+    pub primitives: u32,
+    /// Unused. (Words, as above.)
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+    /// Unused.
+    pub pad2: u32,
 }
 
 /// In a kernel that can do both: dielectrics reflect by Schlick's approximation.
@@ -63,4 +71,4 @@ pub const FLAG_FINISH: u32 = 4;
 /// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_NEVER: u32 = 1 << 31;
 
-const _: () = assert!(size_of::<RenderParams>() == 208 && align_of::<RenderParams>() == 16);
+const _: () = assert!(size_of::<RenderParams>() == 224 && align_of::<RenderParams>() == 16);

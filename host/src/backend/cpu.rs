@@ -1,13 +1,13 @@
 //! The CPU: the shared crate, natively, over a pool of threads.
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords, kernel};
+use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::render::{MathMode, SettingsError};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{ALL, MICROFACETS, ROULETTE, SCHLICK, SOBOL, TEXTURES};
+use trisect_shared::features::{ALL, LINEAR, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
@@ -150,7 +150,7 @@ impl Backend for Cpu {
         if job.math == MathMode::Fast {
             return Err(SettingsError::NoFastMath { backend: "cpu" }.into());
         }
-        let name = kernel("cpu", job.features)?;
+        let name = job.variant.name;
         self.kernel = kernel_function(name).ok_or_else(|| failed("no such kernel"))?;
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);

@@ -11,11 +11,11 @@ pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::Bvh;
 use crate::lights::Lights;
-use crate::render::MathMode;
+use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
 use serde::Serialize;
 use std::time::Duration;
-use trisect_shared::features::Features;
+use trisect_kernels::Variant;
 use trisect_shared::film::PixelSums;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -94,15 +94,6 @@ impl Launch {
     }
 }
 
-/// The cheapest kernel variant with these features.
-fn kernel(backend: &'static str, features: Features) -> Result<&'static str, BackendError> {
-    trisect_kernels::variant(features).map(|variant| variant.name).ok_or_else(|| BackendError::Device {
-        backend,
-        action: "choosing a kernel",
-        message: format!("none was built with the features {features:#b}"),
-    })
-}
-
 /// What stays the same over all submissions of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Job {
@@ -110,8 +101,8 @@ pub struct Job {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// What the kernel must be able to do.
-    pub features: Features,
+    /// Which kernel.
+    pub variant: Variant,
     /// Which build of the kernels.
     pub math: MathMode,
 }
@@ -130,6 +121,11 @@ impl Job {
 pub trait Backend: Send {
     /// The device in use.
     fn device(&self) -> &Device;
+
+    /// What is fastest here, by docs/performance.md.
+    fn best_method(&self) -> (Traversal, Schedule) {
+        (Traversal::Stack, Schedule::Regenerate)
+    }
 
     /// Copies a scene to the device.
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError>;

@@ -1,10 +1,12 @@
 //! Renders a scene on a backend: cuts the work into submissions, merges chunks into the film.
 
 mod camera;
+mod method;
 mod schedule;
 mod settings;
 
 pub use crate::film::Part;
+pub use method::{Schedule, Traversal};
 pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 
 use crate::Error;
@@ -17,6 +19,7 @@ use crate::stats::{Phases, RenderStats};
 use schedule::{Pace, Submissions};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
+use trisect_kernels::Variant;
 use trisect_shared::bvh::Child;
 use trisect_shared::camera::Camera;
 use trisect_shared::features::Features;
@@ -55,6 +58,7 @@ struct SceneParams {
     root: Child,
     first_flat: u32,
     first_triangle: u32,
+    primitives: u32,
     lights: u32,
     holes: bool,
     environment_probability: f32,
@@ -70,6 +74,7 @@ impl SceneParams {
             root: bvh.root,
             first_flat: scene.spheres.len() as u32,
             first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
+            primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
             lights: lights.lights.len() as u32,
             holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
             environment_probability: lights.environment_probability,
@@ -161,9 +166,9 @@ impl Renderer {
         observer: &mut dyn Observer,
     ) -> Result<Frame, Error> {
         let start = Instant::now();
-        self.prepare(settings)?;
+        let variant = self.prepare(settings)?;
         settings.check_part(part)?;
-        let mut stats = RenderStats::new(self.backend.device(), settings, self.features, self.phases.clone());
+        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();
@@ -222,15 +227,12 @@ impl Renderer {
     }
 
     /// Checks the settings, chooses the kernel and makes the film.
-    fn prepare(&mut self, settings: &Settings) -> Result<(), Error> {
+    fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
         settings.check()?;
-        self.backend.prepare(&Job {
-            width: settings.width,
-            height: settings.height,
-            features: self.features | settings.features(),
-            math: settings.math,
-        })?;
-        Ok(())
+        let variant = method::choose(self.features, settings, self.backend.best_method())?;
+        let Settings { width, height, math, .. } = *settings;
+        self.backend.prepare(&Job { width, height, variant, math })?;
+        Ok(variant)
     }
 
     /// The camera's launch record.
@@ -267,6 +269,10 @@ impl Renderer {
             environment_height: self.scene.environment_size.1,
             environment_cos: cosine as f32,
             environment_sin: sine as f32,
+            primitives: self.scene.primitives,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What to render.
 
+use super::method::{Schedule, Traversal};
 use crate::film::{Film, Part};
 use crate::memory;
 use serde::Serialize;
@@ -58,6 +59,12 @@ pub struct Settings {
     /// Connect each vertex to a light, and weigh by multiple importance sampling. Off, paths find lights by chance: the same mean,
     /// but for lights without extent, which they never find.
     pub light_sampling: bool,
+    /// How the closest hit is found; `None`: by what is fastest on the backend.
+    pub traversal: Option<Traversal>,
+    /// What a lane works on; `None`: what is fastest on the backend.
+    pub schedule: Option<Schedule>,
+    /// The kernel, by name; `None`: the cheapest that the scene can do with.
+    pub variant: Option<&'static str>,
 }
 
 /// Where random numbers come from.
@@ -133,6 +140,34 @@ pub enum SettingsError {
         samples: Range<u32>,
         /// Samples a pixel of the image.
         of: u32,
+    },
+    /// `--variant` names none.
+    #[error("--variant {name}: there is none of this name; there are {known}")]
+    NoSuchVariant {
+        /// What was asked for.
+        name: String,
+        /// All.
+        known: String,
+    },
+    /// `--variant` names one that would not render the scene right.
+    #[error("--variant {name} lacks {missing}; {able} have what this render needs")]
+    VariantLacks {
+        /// The kernel.
+        name: String,
+        /// What it cannot do.
+        missing: String,
+        /// Those that can.
+        able: String,
+    },
+    /// A combination that no kernel was built for.
+    #[error(
+        "no kernel was built for {needed} together; leave --traversal and --schedule out, or choose what one of these does: {able}"
+    )]
+    NoVariant {
+        /// What it would have to do.
+        needed: String,
+        /// Those that cover the scene, by other methods.
+        able: String,
     },
     /// Two outputs to one file.
     #[error("--output and --stats name the same file, {path}")]
@@ -236,6 +271,9 @@ mod tests {
             math: MathMode::Precise,
             sampler: Sampler::Independent,
             light_sampling: true,
+            traversal: None,
+            schedule: None,
+            variant: None,
         }
     }
 

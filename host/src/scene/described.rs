@@ -40,6 +40,9 @@ impl ImageSettings {
             math: MathMode::Precise,
             sampler: Sampler::Independent,
             light_sampling: true,
+            traversal: None,
+            schedule: None,
+            variant: None,
         }
     }
 }

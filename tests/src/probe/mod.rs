@@ -78,6 +78,8 @@ impl ProbeScene {
             root: self.bvh.root.0,
             first_flat: self.scene.spheres.len() as u32,
             first_triangle: (self.scene.spheres.len() + self.scene.flats.len()) as u32,
+            primitives: (self.scene.spheres.len() + self.scene.flats.len() + self.scene.triangles.len())
+                as u32,
             lights: self.lights.lights.len() as u32,
             environment_probability: self.lights.environment_probability,
             environment_width: size.0,

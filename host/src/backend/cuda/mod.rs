@@ -9,7 +9,7 @@ mod extract;
 
 pub use driver::devices;
 
-use super::{Backend, BackendError, Device, Job, Launch, SceneRecords, kernel};
+use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::render::MathMode;
 use bytemuck::{Pod, Zeroable};
 use cudarc::driver::sys::CUevent_flags;
@@ -229,7 +229,7 @@ impl Backend for Cuda {
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
         self.math = job.math;
-        self.kernel = Some(self.kernel(kernel("cuda", job.features)?, job.math)?);
+        self.kernel = Some(self.kernel(job.variant.name, job.math)?);
         let bytes = job.pixels() * size_of::<PixelSums>();
         let mut film = match self.film.take() {
             Some(film) if film.sums.len() == bytes => film,

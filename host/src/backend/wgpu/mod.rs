@@ -5,7 +5,7 @@ mod pipeline;
 
 pub use adapter::devices;
 
-use super::{Backend, BackendError, Device, Job, Launch, SceneRecords, kernel};
+use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::render::MathMode;
 use adapter::Gpu;
 use bytemuck::Pod;
@@ -209,7 +209,7 @@ impl Backend for Wgpu {
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
-        self.entry = kernel("wgpu", job.features)?;
+        self.entry = job.variant.name;
         self.math = job.math;
         self.pipelines.compile(&self.gpu, self.entry, self.math)?;
         let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;

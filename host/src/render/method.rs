@@ -1,0 +1,181 @@
+//! Which kernel renders: by what the scene needs and by the method that was asked for.
+
+use super::settings::{Settings, SettingsError};
+use serde::Serialize;
+use trisect_kernels::{VARIANTS, Variant, variant, variant_by_name};
+use trisect_shared::features::{
+    EMITTERS, ENVIRONMENT, FLATS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK,
+    SOBOL, TEXTURES, TRIANGLES, WIDE,
+};
+
+/// How the closest hit is found. All find the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Traversal {
+    /// By a test of each primitive.
+    Linear,
+    /// In the binary tree, with a stack a ray.
+    Stack,
+    /// In the wide tree.
+    Wide,
+}
+
+/// What a lane of the device works on, and when it goes on to the next. None changes the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Schedule {
+    /// A pixel, one sample after the other: the lanes of a warp wait for its longest path.
+    Pixel,
+    /// A pixel; a lane whose path ended starts its next sample at once.
+    Regenerate,
+    /// As many lanes as the device holds; each takes pixels from a queue.
+    Persistent,
+}
+
+impl Traversal {
+    /// Of a kernel.
+    pub fn of(features: Features) -> Self {
+        match features & (LINEAR | WIDE) {
+            LINEAR => Self::Linear,
+            0 => Self::Stack,
+            _ => Self::Wide,
+        }
+    }
+
+    fn features(self) -> Features {
+        match self {
+            Self::Linear => LINEAR,
+            Self::Stack => 0,
+            Self::Wide => WIDE,
+        }
+    }
+}
+
+impl Schedule {
+    /// Of a kernel.
+    pub fn of(features: Features) -> Self {
+        match features & (REGENERATE | PERSISTENT) {
+            0 => Self::Pixel,
+            REGENERATE => Self::Regenerate,
+            _ => Self::Persistent,
+        }
+    }
+
+    fn features(self) -> Features {
+        match self {
+            Self::Pixel => 0,
+            Self::Regenerate => REGENERATE,
+            Self::Persistent => REGENERATE | PERSISTENT,
+        }
+    }
+}
+
+/// The kernel for a scene with these features: the one that the settings name, or the cheapest that covers them with the method asked for,
+/// where the settings name none `default`.
+pub(super) fn choose(
+    scene: Features,
+    settings: &Settings,
+    default: (Traversal, Schedule),
+) -> Result<Variant, SettingsError> {
+    let needed = scene | settings.features();
+    if let Some(name) = settings.variant {
+        let unknown = || SettingsError::NoSuchVariant { name: name.to_owned(), known: names(|_| true) };
+        let variant = variant_by_name(name).ok_or_else(unknown)?;
+        let missing = needed & !variant.features;
+        let other = settings.traversal.is_some_and(|t| t != Traversal::of(variant.features))
+            || settings.schedule.is_some_and(|s| s != Schedule::of(variant.features));
+        return if missing != 0 || other {
+            let missing = if missing & !(LINEAR | WIDE | REGENERATE | PERSISTENT) != 0 {
+                describe(missing)
+            } else {
+                "the --traversal or --schedule asked for".to_owned()
+            };
+            let able = names(|variant| needed & !variant.features == 0);
+            Err(SettingsError::VariantLacks { name: name.to_owned(), missing, able })
+        } else {
+            Ok(variant)
+        };
+    }
+    let traversal = settings.traversal.unwrap_or(default.0);
+    // A schedule that no one asked for gives way to a traversal that someone did.
+    let schedules = match settings.schedule {
+        Some(schedule) => vec![schedule],
+        None => vec![default.1, Schedule::Regenerate, Schedule::Pixel],
+    };
+    let found = schedules.iter().find_map(|s| variant(needed | traversal.features() | s.features()));
+    found.ok_or_else(|| SettingsError::NoVariant {
+        needed: describe(needed | traversal.features() | schedules[0].features())
+            + if schedules[0] == Schedule::Pixel { ", --schedule pixel" } else { "" },
+        able: names(|variant| needed & !variant.features == 0),
+    })
+}
+
+fn names(which: impl Fn(&Variant) -> bool) -> String {
+    VARIANTS
+        .iter()
+        .filter(|variant| which(variant))
+        .map(|variant| variant.name)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// Features in words.
+fn describe(features: Features) -> String {
+    let table = [
+        (ROULETTE, "roulette"),
+        (SCHLICK, "Schlick's Fresnel"),
+        (SOBOL, "the Sobol sampler"),
+        (FLATS, "quads or discs"),
+        (TRIANGLES, "triangles"),
+        (EMITTERS, "lights"),
+        (ENVIRONMENT, "a panorama"),
+        (TEXTURES, "textures"),
+        (MICROFACETS, "microfacets"),
+        (LINEAR, "--traversal linear"),
+        (WIDE, "--traversal wide"),
+        (PERSISTENT, "--schedule persistent"),
+    ];
+    table.iter().filter(|(bit, _)| features & bit != 0).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    const DEFAULT: (Traversal, Schedule) = (Traversal::Stack, Schedule::Regenerate);
+
+    fn settings() -> Settings {
+        Scene::hello_world().map(|scene| scene.settings()).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[test]
+    fn the_cheapest_that_covers() {
+        let name = |scene, settings: &Settings| choose(scene, settings, DEFAULT).map(|variant| variant.name);
+        assert_eq!(name(0, &settings()), Ok("render"));
+        assert_eq!(name(0, &Settings { roulette: true, ..settings() }), Ok("render_roulette"));
+        assert_eq!(name(TEXTURES, &settings()), Ok("render_all"));
+    }
+
+    #[test]
+    fn a_method_is_met_exactly() {
+        for traversal in [Traversal::Linear, Traversal::Stack] {
+            let settings = Settings { traversal: Some(traversal), ..settings() };
+            let variant =
+                choose(TRIANGLES, &settings, DEFAULT).map(|variant| Traversal::of(variant.features));
+            assert_eq!(variant, Ok(traversal));
+        }
+    }
+
+    #[test]
+    fn a_variant_by_name_must_cover_the_scene() {
+        let named = |name, scene| choose(scene, &Settings { variant: Some(name), ..settings() }, DEFAULT);
+        assert_eq!(named("render_all", 0).map(|variant| variant.name), Ok("render_all"));
+        let error = named("render", TRIANGLES | EMITTERS).map_err(|error| error.to_string());
+        assert!(
+            error.as_ref().is_err_and(|e| e.contains("triangles, lights") && e.contains("render_all")),
+            "{error:?}"
+        );
+        assert!(matches!(named("fastest", 0), Err(SettingsError::NoSuchVariant { .. })));
+    }
+}
