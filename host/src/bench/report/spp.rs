@@ -1,0 +1,119 @@
+//! Time against samples a pixel: is it proportional?
+
+use super::chart::{Axis, Chart, Plot, Point, Series};
+use super::ticks::number;
+use super::{Bench, Conditions, csv, spheres};
+use crate::Error;
+use crate::bench::{Line, Summary, measure};
+use serde::{Deserialize, Serialize};
+
+/// The experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spp {
+    /// Where and how.
+    pub conditions: Conditions,
+    /// Name of the scene.
+    pub scene: String,
+    /// The kernel's name: the backend's best for the scene.
+    pub kernel: String,
+    /// In the order of their samples.
+    pub points: Vec<SppPoint>,
+    /// Seconds, the medians, against samples a pixel.
+    pub line: Option<Line>,
+}
+
+/// A number of samples a pixel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SppPoint {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Device time of a frame.
+    pub seconds: Summary,
+}
+
+impl Spp {
+    pub(super) fn measure(bench: &mut Bench) -> Result<Self, Error> {
+        let scene = spheres(bench.plan.book())?;
+        bench.with(&scene, |bench, renderer| {
+            let plan = bench.plan;
+            let (mut points, mut kernel) = (Vec::new(), "");
+            for &samples in &plan.spp {
+                let settings = plan.settings(scene.settings(), samples);
+                let frames = measure(renderer, &settings, plan.warm_up, plan.frames, &mut ())?.counted;
+                let seconds: Vec<f64> = frames.iter().map(|stats| stats.device_seconds).collect();
+                kernel = frames.last().map_or("", |stats| stats.kernel);
+                if let Some(seconds) = Summary::of(&seconds) {
+                    bench.say(&format!("{}, {samples} spp: {} ms", scene.name, number(seconds.median * 1e3)));
+                    points.push(SppPoint { samples, seconds });
+                }
+            }
+            let settings = plan.settings(scene.settings(), 1);
+            Ok(Self::new(
+                Conditions::new(renderer.backend().device(), &settings, plan),
+                &scene.name,
+                kernel,
+                points,
+            ))
+        })
+    }
+
+    fn new(conditions: Conditions, scene: &str, kernel: &str, points: Vec<SppPoint>) -> Self {
+        let pairs: Vec<(f64, f64)> =
+            points.iter().map(|point| (f64::from(point.samples), point.seconds.median)).collect();
+        let line = Line::through(&pairs);
+        Self { conditions, scene: scene.to_owned(), kernel: kernel.to_owned(), points, line }
+    }
+
+    fn fit(&self) -> String {
+        match &self.line {
+            Some(line) => format!(
+                "least squares: {} ms + {} ms a sample a pixel, R² = {:.6}",
+                number(line.intercept * 1e3),
+                number(line.slope * 1e3),
+                line.r_squared
+            ),
+            None => "no line through so few points".to_owned(),
+        }
+    }
+
+    pub(super) fn summary(&self) -> String {
+        format!("time against spp ({}): {}\n", self.scene, self.fit())
+    }
+
+    pub(super) fn chart(&self) -> Chart {
+        let x = |point: &SppPoint| f64::from(point.samples);
+        let mut series = Vec::new();
+        if let (Some(line), Some(last)) = (&self.line, self.points.last()) {
+            let points = [0.0, x(last)].map(|x| Point { x, y: line.at(x) * 1e3, hollow: false });
+            series.push(Series {
+                name: "least-squares line".to_owned(),
+                points: points.to_vec(),
+                marks: false,
+                line: true,
+            });
+        }
+        let measured = self.points.iter().map(|point| (x(point), point.seconds.median * 1e3));
+        series.push(Series { line: false, ..Series::measured("median of frames", measured) });
+        Chart::Plot(Plot {
+            title: format!("Time of a frame against samples a pixel, {}", self.scene),
+            notes: vec![
+                self.conditions.device(),
+                format!("{}, kernel {}", self.conditions.image(), self.kernel),
+                self.fit(),
+            ],
+            x: Axis::linear("samples a pixel"),
+            y: Axis::linear("device time, ms"),
+            series,
+        })
+    }
+
+    pub(super) fn csv(&self) -> String {
+        let header = ["samples_per_pixel", "median_s", "least_s", "greatest_s", "iqr_s"];
+        let row = |point: &SppPoint| {
+            let SppPoint { samples, seconds } = point;
+            [f64::from(*samples), seconds.median, seconds.least, seconds.greatest, seconds.spread()]
+                .map(|value| value.to_string())
+        };
+        csv(header, self.points.iter().map(row))
+    }
+}
