@@ -34,6 +34,8 @@ pub struct Point {
 pub struct Series {
     /// For the legend.
     pub name: String,
+    /// Which colour and mark: the same for the same thing in all charts.
+    pub style: usize,
     /// In the order of their x.
     pub points: Vec<Point>,
     /// Whether each point gets a mark.
@@ -53,7 +55,7 @@ pub struct Plot {
     pub x: Axis,
     /// Up.
     pub y: Axis,
-    /// In the legend's order; colours and marks follow it.
+    /// In the legend's order.
     pub series: Vec<Series>,
 }
 
@@ -91,8 +93,8 @@ impl Axis {
 
 impl Series {
     /// Measured points, joined.
-    pub(super) fn measured(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    pub(super) fn measured(name: &str, style: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let points = points.into_iter().map(|(x, y)| Point { x, y, hollow: false }).collect();
-        Self { name: name.to_owned(), points, marks: true, line: true }
+        Self { name: name.to_owned(), style, points, marks: true, line: true }
     }
 }

@@ -129,19 +129,27 @@ impl Complexity {
     fn notes(&self) -> Vec<String> {
         let samples = self.points.iter().map(|point| point.samples).max().unwrap_or(0);
         let mut notes = vec![self.conditions.device(), format!("{}, {samples} spp", self.conditions.image())];
-        if !self.left_out.is_empty() {
-            let missing: Vec<String> = self
-                .left_out
-                .iter()
-                .map(|left| format!("{} from {} on ({})", left.method, left.spheres, left.why))
+        let mut reasons: Vec<&str> = self.left_out.iter().map(|left| left.why.as_str()).collect();
+        reasons.sort_unstable();
+        reasons.dedup();
+        for reason in reasons {
+            let missing = self.left_out.iter().filter(|left| left.why == reason);
+            let names: Vec<String> = missing
+                .map(|left| {
+                    if self.points.iter().any(|point| point.method == left.method) {
+                        format!("{} from {} on", left.method, left.spheres)
+                    } else {
+                        left.method.clone()
+                    }
+                })
                 .collect();
-            notes.extend(missing.chunks(2).map(|some| format!("left out: {}", some.join("; "))));
+            notes.extend(names.chunks(5).map(|some| format!("left out, {reason}: {}", some.join("; "))));
         }
         notes
     }
 
     pub(super) fn speed_up_chart(&self) -> Chart {
-        let series = METHODS.iter().filter_map(|method| {
+        let series = METHODS.iter().enumerate().filter_map(|(style, method)| {
             let points: Vec<Point> = self
                 .of(method)
                 .filter_map(|point| {
@@ -149,7 +157,7 @@ impl Complexity {
                     Some(Point { x, y, hollow: point.extrapolated })
                 })
                 .collect();
-            let series = Series { points, ..Series::measured(method.name, []) };
+            let series = Series { points, ..Series::measured(method.name, style, []) };
             (!series.points.is_empty()).then_some(series)
         });
         let mut notes = self.notes();
@@ -171,7 +179,8 @@ impl Complexity {
         for cost in &self.costs {
             let points = self.points.iter().filter(|point| point.method == cost.method);
             let points = points.map(|point| (f64::from(point.spheres), point.nanoseconds.median));
-            series.push(Series::measured(&cost.method, points));
+            let style = METHODS.iter().position(|method| method.name == cost.method).unwrap_or(0);
+            series.push(Series::measured(&cost.method, style, points));
             notes.push(format!("{}: {}", cost.method, describe(cost)));
         }
         Chart::Plot(Plot {

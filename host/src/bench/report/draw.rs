@@ -170,8 +170,8 @@ impl Pen {
             .x_label_formatter(&|place| plot.x.scale.label(*place))
             .y_label_formatter(&|place| plot.y.scale.label(*place))
             .draw()?;
-        for (index, series) in plot.series.iter().enumerate() {
-            let color = COLORS[index % COLORS.len()];
+        for series in &plot.series {
+            let color = COLORS[series.style % COLORS.len()];
             let shown = series.points.iter().filter(|p| plot.x.scale.shows(p.x) && plot.y.scale.shows(p.y));
             let places = shown.map(|p| ((plot.x.scale.map(p.x), plot.y.scale.map(p.y)), p.hollow));
             if series.line {
@@ -183,7 +183,7 @@ impl Pen {
                     let pixel = chart.plotting_area().map_coordinate(&place);
                     let origin = left.get_base_pixel();
                     let pixel = (pixel.0 - origin.0, pixel.1 - origin.1);
-                    self.mark(&left, pixel, index, hollow)?;
+                    self.mark(&left, pixel, series.style, hollow)?;
                 }
             }
         }
@@ -194,13 +194,13 @@ impl Pen {
         let scale = self.scale as i32;
         for (index, series) in all.iter().enumerate() {
             let y = (24 + 24 * index as i32) * scale;
-            let color = COLORS[index % COLORS.len()];
+            let color = COLORS[series.style % COLORS.len()];
             if series.line {
                 let ends = vec![(4 * scale, y), (30 * scale, y)];
                 area.draw(&PathElement::new(ends, self.stroke(color, 2)))?;
             }
             if series.marks {
-                self.mark(area, (17 * scale, y), index, false)?;
+                self.mark(area, (17 * scale, y), series.style, false)?;
             }
             let style = self.text(13, BLACK).pos(Pos::new(HPos::Left, VPos::Center));
             area.draw(&Text::new(series.name.as_str(), (38 * scale, y), style))?;
@@ -213,14 +213,14 @@ impl Pen {
         self,
         area: &DrawingArea<DB, Shift>,
         place: (i32, i32),
-        index: usize,
+        style: usize,
         hollow: bool,
     ) -> Drawn<DB> {
-        let color = COLORS[index % COLORS.len()];
-        let style = if hollow { self.stroke(color, 2) } else { color.filled() };
+        let color = COLORS[style % COLORS.len()];
+        let ink = if hollow { self.stroke(color, 2) } else { color.filled() };
         let r = 5 * self.scale as i32;
-        let corners: &[(i32, i32)] = match index % 5 {
-            0 => return area.draw(&Circle::new(place, r, style)),
+        let corners: &[(i32, i32)] = match style % 5 {
+            0 => return area.draw(&Circle::new(place, r, ink)),
             1 => &[(-1, -1), (1, -1), (1, 1), (-1, 1)],
             2 => &[(0, -1), (1, 1), (-1, 1)],
             3 => return area.draw(&(EmptyElement::at(place) + Cross::new((0, 0), r, self.stroke(color, 2)))),
@@ -229,9 +229,9 @@ impl Pen {
         let mut corners: Vec<_> = corners.iter().map(|c| (place.0 + c.0 * r, place.1 + c.1 * r)).collect();
         if hollow {
             corners.extend(corners.first().copied());
-            return area.draw(&PathElement::new(corners, style));
+            return area.draw(&PathElement::new(corners, ink));
         }
-        area.draw(&Polygon::new(corners, style))
+        area.draw(&Polygon::new(corners, ink))
     }
 
     fn bars<DB: DrawingBackend>(self, area: &DrawingArea<DB, Shift>, bars: &Bars) -> Drawn<DB> {

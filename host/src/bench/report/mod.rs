@@ -108,6 +108,9 @@ impl Report {
         scenes: &[Described],
         say: &mut dyn FnMut(&str),
     ) -> Result<Self, Error> {
+        if plan.counts.is_empty() {
+            return Err(BenchError::NothingToMeasure.into());
+        }
         let mut bench = Bench { backend: Some(backend), plan, say };
         let spp = Spp::measure(&mut bench)?;
         let complexity = Complexity::measure(&mut bench)?;

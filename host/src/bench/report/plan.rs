@@ -40,7 +40,11 @@ impl Plan {
             (false, false) => (640, 360),
             (false, true) => (160, 90),
         };
-        let step = if gpu { 64 } else { 4 };
+        let step = match (gpu, quick) {
+            (true, _) => 64,
+            (false, false) => 4,
+            (false, true) => 16,
+        };
         Self {
             width,
             height,
@@ -59,11 +63,6 @@ impl Plan {
     pub fn up_to(self, greatest: u32) -> Self {
         let cut = |counts: Vec<u32>| counts.into_iter().filter(|&count| count <= greatest).collect();
         Self { counts: cut(self.counts), against: cut(self.against), ..self }
-    }
-
-    /// Spheres of the first experiment's scene.
-    pub(super) fn book(&self) -> u32 {
-        BOOK
     }
 
     /// A scene's settings with this plan's image. Everything else is the scene's: no roulette, as in the report.

@@ -1,6 +1,7 @@
 //! Time against samples a pixel: is it proportional?
 
 use super::chart::{Axis, Chart, Plot, Point, Series};
+use super::plan::BOOK;
 use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
@@ -33,7 +34,7 @@ pub struct SppPoint {
 
 impl Spp {
     pub(super) fn measure(bench: &mut Bench) -> Result<Self, Error> {
-        let scene = spheres(bench.plan.book())?;
+        let scene = spheres(BOOK)?;
         bench.with(&scene, |bench, renderer| {
             let plan = bench.plan;
             let (mut points, mut kernel) = (Vec::new(), "");
@@ -83,17 +84,18 @@ impl Spp {
     pub(super) fn chart(&self) -> Chart {
         let x = |point: &SppPoint| f64::from(point.samples);
         let mut series = Vec::new();
-        if let (Some(line), Some(last)) = (&self.line, self.points.last()) {
-            let points = [0.0, x(last)].map(|x| Point { x, y: line.at(x) * 1e3, hollow: false });
+        if let (Some(line), Some(first), Some(last)) = (&self.line, self.points.first(), self.points.last()) {
+            let points = [x(first), x(last)].map(|x| Point { x, y: line.at(x) * 1e3, hollow: false });
             series.push(Series {
                 name: "least-squares line".to_owned(),
+                style: 1,
                 points: points.to_vec(),
                 marks: false,
                 line: true,
             });
         }
         let measured = self.points.iter().map(|point| (x(point), point.seconds.median * 1e3));
-        series.push(Series { line: false, ..Series::measured("median of frames", measured) });
+        series.push(Series { line: false, ..Series::measured("median of frames", 0, measured) });
         Chart::Plot(Plot {
             title: format!("Time of a frame against samples a pixel, {}", self.scene),
             notes: vec![

@@ -4,10 +4,11 @@ use super::super::chart::{Axis, Point};
 use super::*;
 
 fn plot() -> Plot {
-    let mut extrapolated = Series::measured("second <&>", [(10.0, 3.0), (1e6, 30.0)]);
+    let mut extrapolated = Series::measured("second <&>", 1, [(10.0, 3.0), (1e6, 30.0)]);
     extrapolated.points.push(Point { x: 1e5, y: f64::NAN, hollow: true });
-    let more = (3..8).map(|index| Series::measured(&format!("series {index}"), [(1e3, f64::from(index))]));
-    let first = Series::measured("first", [(10.0, 1.0), (1e3, 200.0)]);
+    let more = (3usize..8)
+        .map(|index| Series::measured(&format!("series {index}"), index - 1, [(1e3, index as f64)]));
+    let first = Series::measured("first", 0, [(10.0, 1.0), (1e3, 200.0)]);
     Plot {
         title: "Speed-up of methods".to_owned(),
         notes: vec!["device".to_owned(), "y = 1 + 2 x, R² = 0.9".to_owned()],
