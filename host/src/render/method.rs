@@ -85,7 +85,7 @@ pub(super) fn choose(
         let other = settings.traversal.is_some_and(|t| t != Traversal::of(variant.features))
             || settings.schedule.is_some_and(|s| s != Schedule::of(variant.features));
         return if missing != 0 || other {
-            let missing = if missing & !(LINEAR | WIDE | REGENERATE | PERSISTENT) != 0 {
+            let missing = if missing != 0 {
                 describe(missing)
             } else {
                 "the --traversal or --schedule asked for".to_owned()
