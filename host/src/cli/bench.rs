@@ -70,7 +70,8 @@ pub struct ReportArgs {
     #[arg(long, value_name = "N", default_value = "1000000", value_parser = parse_count)]
     pub spheres: u32,
 
-    /// Seconds that all frames of a point without a BVH may take; slower ones are left out, by name.
+    /// Seconds that a point without a BVH may take, all its frames together; it gets fewer samples and frames, and is left out, by
+    /// name, where even one takes longer.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub time_limit: Option<f64>,
 }

@@ -246,21 +246,21 @@ fn point(
     };
     let plan = bench.plan;
     let before = points.iter().rfind(|point| point.method == method.name);
-    let mut samples = plan.samples;
+    let mut effort = plan.effort();
     if let (true, Some(before)) = (method.is_linear(), before) {
         let growth = f64::from(spheres) / f64::from(before.spheres);
         let pixels = f64::from(plan.width) * f64::from(plan.height);
         let seconds = before.nanoseconds.median * 1e-9 * growth * pixels;
         match plan.affordable(seconds) {
-            Some(affordable) => samples = affordable,
+            Some(affordable) => effort = affordable,
             None => {
                 leave_out(bench, format!("more than {} s", number(plan.limit)));
                 return Ok(());
             }
         }
     }
-    let settings = method.settings(plan.settings(scene.settings(), samples));
-    let frames = match frames(bench, renderer, &settings)? {
+    let settings = method.settings(plan.settings(scene.settings(), effort.samples));
+    let frames = match frames(renderer, &settings, effort)? {
         Outcome::Measured(frames) => frames,
         Outcome::Missing(why) => {
             leave_out(bench, why);
@@ -275,7 +275,7 @@ fn point(
             method: method.name.to_owned(),
             kernel: last.kernel.to_owned(),
             spheres,
-            samples,
+            samples: effort.samples,
             nanoseconds,
             segments: last.segments as f64 / traced,
             speed_up: None,

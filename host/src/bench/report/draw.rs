@@ -8,7 +8,7 @@ use plotters::chart::ChartBuilder;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
-use plotters::element::{Circle, Cross, EmptyElement, PathElement, Polygon, Rectangle, Text};
+use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
 use plotters::prelude::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::series::LineSeries;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -219,12 +219,14 @@ impl Pen {
         let color = COLORS[style % COLORS.len()];
         let ink = if hollow { self.stroke(color, 2) } else { color.filled() };
         let r = 5 * self.scale as i32;
-        let corners: &[(i32, i32)] = match style % 5 {
+        let corners: &[(i32, i32)] = match style % 7 {
             0 => return area.draw(&Circle::new(place, r, ink)),
             1 => &[(-1, -1), (1, -1), (1, 1), (-1, 1)],
             2 => &[(0, -1), (1, 1), (-1, 1)],
-            3 => return area.draw(&(EmptyElement::at(place) + Cross::new((0, 0), r, self.stroke(color, 2)))),
-            _ => &[(0, -1), (1, 0), (0, 1), (-1, 0)],
+            3 => &[(0, -1), (1, 0), (0, 1), (-1, 0)],
+            4 => &[(0, 1), (1, -1), (-1, -1)],
+            5 => &[(-1, 0), (1, 1), (1, -1)],
+            _ => &[(1, 0), (-1, 1), (-1, -1)],
         };
         let mut corners: Vec<_> = corners.iter().map(|c| (place.0 + c.0 * r, place.1 + c.1 * r)).collect();
         if hollow {

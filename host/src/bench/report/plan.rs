@@ -27,7 +27,7 @@ pub struct Plan {
     pub warm_up: u32,
     /// Frames of each point that do.
     pub frames: u32,
-    /// Seconds that all frames of a point without a tree may take; a slower one is left out.
+    /// Seconds that all frames of a point without a tree may take; one that is slower even with the least is left out.
     pub limit: f64,
 }
 
@@ -55,7 +55,7 @@ impl Plan {
             against: vec![10, BOOK, 100_000],
             warm_up: 1,
             frames: if quick { 3 } else { 5 },
-            limit: if quick { 5.0 } else { 15.0 },
+            limit: if quick { 5.0 } else { 10.0 },
         }
     }
 
@@ -70,13 +70,32 @@ impl Plan {
         Settings { width: self.width, height: self.height, samples, math: self.math, ..scene }
     }
 
-    /// Samples a pixel, at most [`samples`](Self::samples), that all frames of a point can have within the limit, where a sample a
-    /// pixel takes `seconds` a frame; `None` where not even one can.
-    pub(super) fn affordable(&self, seconds: f64) -> Option<u32> {
+    /// What of a point fits the limit, where a sample a pixel takes `seconds` a frame: all frames with as many samples as fit, or one
+    /// frame of one sample a pixel without a warm-up; `None` where not even that does.
+    pub(super) fn affordable(&self, seconds: f64) -> Option<Effort> {
         let frames = f64::from(self.warm_up + self.frames);
         let most = self.limit / (seconds * frames); // NaN affords nothing
-        (most >= 1.0).then_some((most as u32).min(self.samples))
+        if most >= 1.0 {
+            return Some(Effort { samples: (most as u32).min(self.samples), ..self.effort() });
+        }
+        (seconds <= self.limit).then_some(Effort { samples: 1, warm_up: 0, frames: 1 })
     }
+
+    /// What a point has that needs no limit.
+    pub(super) fn effort(&self) -> Effort {
+        Effort { samples: self.samples, warm_up: self.warm_up, frames: self.frames }
+    }
+}
+
+/// What is rendered of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Effort {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Frames that do not count.
+    pub warm_up: u32,
+    /// Frames that do.
+    pub frames: u32,
 }
 
 #[cfg(test)]
@@ -87,13 +106,14 @@ mod tests {
     fn what_a_limit_affords() {
         let plan =
             Plan { limit: 8.0, warm_up: 1, frames: 3, samples: 16, ..Plan::new(DeviceKind::Gpu, false) };
-        // Two seconds a frame.
+        let all = |samples| Some(Effort { samples, warm_up: 1, frames: 3 });
+        let one = Some(Effort { samples: 1, warm_up: 0, frames: 1 });
+        // Two seconds a frame for all four, or eight for one.
         let pairs =
-            [(0.0, Some(16)), (0.01, Some(16)), (0.5, Some(4)), (1.9, Some(1)), (2.0, Some(1)), (2.1, None)];
-        for (seconds, samples) in pairs {
-            assert_eq!(plan.affordable(seconds), samples, "{seconds}");
+            [(0.0, all(16)), (0.01, all(16)), (0.5, all(4)), (1.9, all(1)), (2.0, all(1)), (2.1, one)];
+        for (seconds, effort) in pairs.into_iter().chain([(8.0, one), (8.1, None), (f64::NAN, None)]) {
+            assert_eq!(plan.affordable(seconds), effort, "{seconds}");
         }
-        assert_eq!(plan.affordable(f64::NAN), None);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::plan::BOOK;
 use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
-use crate::bench::{Line, Summary, measure};
+use crate::bench::{Line, Summary};
 use serde::{Deserialize, Serialize};
 
 /// The experiment.
@@ -38,12 +38,20 @@ impl Spp {
         bench.with(&scene, |bench, renderer| {
             let plan = bench.plan;
             let (mut points, mut kernel) = (Vec::new(), "");
-            for &samples in &plan.spp {
-                let settings = plan.settings(scene.settings(), samples);
-                let frames = measure(renderer, &settings, plan.warm_up, plan.frames, &mut ())?.counted;
-                let seconds: Vec<f64> = frames.iter().map(|stats| stats.device_seconds).collect();
-                kernel = frames.last().map_or("", |stats| stats.kernel);
-                if let Some(seconds) = Summary::of(&seconds) {
+            // In rounds over all of them, so that a device that slows down meanwhile slows all of them down.
+            let mut seconds = vec![Vec::new(); plan.spp.len()];
+            for round in 0..plan.warm_up + plan.frames {
+                for (&samples, seconds) in plan.spp.iter().zip(&mut seconds) {
+                    let settings = plan.settings(scene.settings(), samples);
+                    let stats = renderer.render(&settings, &mut ())?.stats;
+                    kernel = stats.kernel;
+                    if round >= plan.warm_up {
+                        seconds.push(stats.device_seconds);
+                    }
+                }
+            }
+            for (&samples, seconds) in plan.spp.iter().zip(&seconds) {
+                if let Some(seconds) = Summary::of(seconds) {
                     bench.say(&format!("{}, {samples} spp: {} ms", scene.name, number(seconds.median * 1e3)));
                     points.push(SppPoint { samples, seconds });
                 }
