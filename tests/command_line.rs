@@ -118,3 +118,64 @@ fn bench_prints_rates() {
         assert!(text.contains(row), "{text}");
     }
 }
+
+/// What a benchmark's JSON says, and that the table has a row for each phase; nothing about how long they take.
+#[test]
+fn bench_writes_json() {
+    let file = folder("bench").join("bench.json");
+    let arguments = ["bench", "--backend=cpu", "--threads=1", "--resolution=16x9", "--spp=2", "--frames=3"];
+    let output = trisect(&[&arguments[..], &["--json", file.to_str().unwrap()]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for row in
+        ["load the scene", "build the BVH", "upload", "prepare", "first kernel", "read-back, ms", "merge, ms"]
+    {
+        assert!(text.contains(row), "{row:?} in {text}");
+    }
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    assert_eq!((&json["format"], &json["warm_up"]), (&1.into(), &2.into()));
+    assert_eq!(
+        (&json["subject"]["backend"], &json["subject"]["settings"]["samples"]),
+        (&"cpu".into(), &2.into())
+    );
+    let rows = json["rows"].as_array().unwrap();
+    assert!(rows.len() == 6 && rows.iter().all(|row| row["summary"]["count"] == 3), "{json}");
+    // The first submission is over before the first frame is, and comes after everything that happens once.
+    let once = json["once"].as_object().unwrap();
+    let seconds = |name: &str| once[name].as_f64().unwrap();
+    let parts = ["load_seconds", "open_seconds", "bvh_seconds", "upload_seconds", "prepare_seconds"];
+    assert!(seconds("start_to_first_kernel_seconds") > parts.map(seconds).iter().sum(), "{json}");
+}
+
+#[test]
+fn bench_report_draws_charts() {
+    let out = folder("report");
+    let scene = root().join("scenes/cornell_box.ron");
+    let arguments = ["--quick", "--backend=cpu", "--resolution=8x4", "--spheres=100", "--time-limit=1"];
+    let files = ["--out", out.to_str().unwrap(), scene.to_str().unwrap()];
+    let output = trisect(&[&["bench", "report"], &arguments[..], &files].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for words in ["R² = ", "log2 N", "speed-up over", "against one thread, cornell_box.ron: "] {
+        assert!(text.contains(words), "{words:?} in {text}");
+    }
+    for stem in
+        ["time_against_spp", "speed_up_against_spheres", "cost_against_spheres", "device_against_one_thread"]
+    {
+        let png = Image::read(&out.join(format!("{stem}.png"))).unwrap();
+        assert_eq!((png.width, png.height), (1920, 1120));
+        let svg = std::fs::read_to_string(out.join(format!("{stem}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
+    }
+    for stem in ["time_against_spp", "methods_against_spheres", "device_against_one_thread"] {
+        let json = std::fs::read(out.join(format!("{stem}.json"))).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        assert_eq!(json["conditions"]["format"], 1);
+        let csv = std::fs::read_to_string(out.join(format!("{stem}.csv"))).unwrap();
+        assert_eq!(csv.lines().count(), 1 + json["points"].as_array().unwrap().len(), "{csv}");
+    }
+    // Nothing to measure is wrong usage, and so is no time at all.
+    for wrong in [["--spheres=9"], ["--time-limit=0"]] {
+        let output =
+            Command::new(binary()).args([&["bench", "report"], &arguments[..3], &wrong].concat()).output();
+        assert_eq!(output.unwrap().status.code(), Some(2), "{wrong:?}");
+    }
+}

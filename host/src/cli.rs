@@ -1,5 +1,9 @@
 //! The command line.
 
+mod bench;
+
+pub use bench::{BenchArgs, BenchCommand, ReportArgs};
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use trisect::backend::Choice;
@@ -24,7 +28,7 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to an image file.
     Render(RenderArgs),
-    /// Render a scene several times and print device time, samples and segments a second.
+    /// Render a scene several times and print phases, device time, samples and segments a second; or draw a report of charts.
     Bench(BenchArgs),
     /// Compare two images: RMSE, relMSE, PSNR, FLIP, greatest difference and its pixel.
     Compare(CompareArgs),
@@ -132,18 +136,6 @@ pub struct RenderArgs {
     /// Print errors only.
     #[arg(short, long)]
     pub quiet: bool,
-}
-
-/// `trisect bench`.
-#[derive(Debug, Args)]
-pub struct BenchArgs {
-    /// What and where.
-    #[command(flatten)]
-    pub job: JobArgs,
-
-    /// Frames to measure, after two that are not.
-    #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
-    pub frames: u32,
 }
 
 /// `trisect compare`.
@@ -289,6 +281,16 @@ pub enum MathArg {
     Fast,
 }
 
+impl MathArg {
+    /// For the library.
+    pub fn mode(self) -> MathMode {
+        match self {
+            Self::Precise => MathMode::Precise,
+            Self::Fast => MathMode::Fast,
+        }
+    }
+}
+
 impl BackendArg {
     /// For the library.
     pub fn choice(self) -> Choice {
@@ -328,10 +330,7 @@ impl JobArgs {
                 SamplerArg::Sobol => Sampler::Sobol,
             },
             light_sampling: self.light_sampling == Switch::On,
-            math: match self.math {
-                MathArg::Precise => MathMode::Precise,
-                MathArg::Fast => MathMode::Fast,
-            },
+            math: self.math.mode(),
             traversal: self.traversal.map(TraversalArg::traversal),
             schedule: self.schedule.map(ScheduleArg::schedule),
             variant: self.variant,

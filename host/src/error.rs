@@ -1,6 +1,7 @@
 //! What can go wrong, and the exit code for each.
 
 use crate::backend::BackendError;
+use crate::bench::BenchError;
 use crate::film::FilmError;
 use crate::image::ImageError;
 use crate::limits::WriteError;
@@ -33,6 +34,9 @@ pub enum Error {
     /// A copy of a scene could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// A benchmark could not be set up or written down.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
     /// The render was cancelled by its observer.
     #[error("cancelled")]
     Cancelled,
@@ -56,8 +60,9 @@ impl Error {
                     1
                 }
             }
-            Self::Image(ImageError::UnknownExtension { .. }) => 2,
-            Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Cancelled => 1,
+            Self::Image(ImageError::UnknownExtension { .. })
+            | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
+            Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Bench(_) | Self::Cancelled => 1,
         }
     }
 }

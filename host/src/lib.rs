@@ -18,6 +18,7 @@
 
 pub mod alias;
 pub mod backend;
+pub mod bench;
 pub mod bvh;
 pub mod error;
 pub mod film;

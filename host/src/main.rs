@@ -9,11 +9,13 @@ mod progress;
 
 use clap::Parser;
 use std::process::ExitCode;
+use std::time::Instant;
 
 fn main() -> ExitCode {
+    let start = Instant::now();
     let outcome = match cli::Cli::parse().command {
         cli::Command::Render(arguments) => commands::render::run(&arguments),
-        cli::Command::Bench(arguments) => commands::bench::run(&arguments),
+        cli::Command::Bench(arguments) => commands::bench::run(&arguments, start),
         cli::Command::Compare(arguments) => commands::compare::run(&arguments),
         cli::Command::Check(arguments) => commands::check::run(&arguments),
         cli::Command::Info => commands::info::run(),

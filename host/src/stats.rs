@@ -25,6 +25,8 @@ pub struct Phases {
     pub render_seconds: f64,
     /// Of that, reading the film back and merging its chunks.
     pub merge_seconds: f64,
+    /// Of that, copying the film from the device.
+    pub read_seconds: f64,
     /// Encoding and writing the image.
     pub write_seconds: f64,
 }
@@ -94,10 +96,11 @@ impl RenderStats {
         }
     }
 
-    pub(crate) fn finish(&mut self, counts: FilmCounts, render: Duration, merge: Duration) {
+    pub(crate) fn finish(&mut self, counts: FilmCounts, render: Duration, merge: Duration, read: Duration) {
         let FilmCounts { samples, rejected, segments, unwritten } = counts;
         self.phases.render_seconds = render.as_secs_f64();
         self.phases.merge_seconds = merge.as_secs_f64();
+        self.phases.read_seconds = read.as_secs_f64();
         self.samples = samples;
         self.rejected_samples = rejected;
         self.unwritten_pixels = unwritten;

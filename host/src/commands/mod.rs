@@ -5,6 +5,7 @@ pub mod check;
 pub mod compare;
 pub mod info;
 pub mod render;
+pub mod report;
 
 use crate::cli::{BackendArg, JobArgs};
 use std::io::Write;
@@ -27,6 +28,8 @@ pub struct Session {
     pub choice: String,
     /// Reading and validating the scene.
     pub load_seconds: f64,
+    /// Opening the device.
+    pub open_seconds: f64,
 }
 
 impl Session {
@@ -42,11 +45,9 @@ impl Session {
         let beyond = limits::warnings(&described, &settings);
         let scene = described.lower(Space::IDENTITY)?;
         let load_seconds = start.elapsed().as_secs_f64();
-        if job.backend == BackendArg::Auto && job.device.is_some() {
-            return Err(trisect::render::SettingsError::DeviceOfWhat.into());
-        }
-        let threads = job.threads.map(|threads| threads as usize);
-        let Selection { backend, why } = backend::open(job.backend.choice(), job.device, threads)?;
+        let start = Instant::now();
+        let Selection { backend, why } = open(job.backend, job.device, job.threads)?;
+        let open_seconds = start.elapsed().as_secs_f64();
         let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
         let renderer = Renderer::with_quality(backend, &scene, quality)?;
         let mut warnings = scene.warnings;
@@ -58,8 +59,17 @@ impl Session {
         for warning in &warnings {
             eprintln!("warning: {warning}");
         }
-        Ok(Self { renderer, settings, name: scene.name, choice: why, load_seconds })
+        Ok(Self { renderer, settings, name: scene.name, choice: why, load_seconds, open_seconds })
     }
+}
+
+/// Opens the backend that the command line names.
+pub fn open(backend: BackendArg, device: Option<usize>, threads: Option<u32>) -> Result<Selection, Error> {
+    if backend == BackendArg::Auto && device.is_some() {
+        return Err(trisect::render::SettingsError::DeviceOfWhat.into());
+    }
+    let threads = threads.map(|threads| threads as usize);
+    Ok(backend::open(backend.choice(), device, threads)?)
 }
 
 /// Writes a command's data to standard output. A reader that went away wants no more: that is no error.

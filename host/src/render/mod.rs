@@ -148,6 +148,11 @@ impl Renderer {
         self.backend.as_ref()
     }
 
+    /// Gives the backend back, for another scene.
+    pub fn into_backend(self) -> Box<dyn Backend> {
+        self.backend
+    }
+
     /// Renders one frame.
     ///
     /// # Errors
@@ -184,7 +189,7 @@ impl Renderer {
         let pixels = u64::from(settings.width) * part.rows.len() as u64;
         let total = pixels * part.samples.len() as u64;
         let mut done = 0;
-        let mut merge_time = Duration::ZERO;
+        let (mut merge_time, mut read_time) = (Duration::ZERO, Duration::ZERO);
         let mut first_sample = part.samples.start;
         while first_sample < part.samples.end {
             let samples = CHUNK_SAMPLES.min(part.samples.end - first_sample);
@@ -212,12 +217,13 @@ impl Renderer {
             }
             let merge = Instant::now();
             self.backend.read_film(&mut self.chunk)?;
+            read_time += merge.elapsed();
             let samples = first_sample..first_sample + samples;
             first_sample = samples.end;
             film.merge(&Part { rows: part.rows.clone(), samples }, &self.chunk)?;
             merge_time += merge.elapsed();
         }
-        stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time);
+        stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time, read_time);
         Ok(Frame { film, stats })
     }
 

@@ -2,10 +2,11 @@
 
 use super::Route;
 use super::adapter::Gpu;
+use super::extract;
 use crate::backend::BackendError;
 use crate::render::MathMode;
 use std::collections::HashMap;
-use trisect_kernels::{FIRST_HIT, SPIRV, VARIANTS, WORKGROUP};
+use trisect_kernels::{SPIRV, WORKGROUP};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline, ComputePipelineDescriptor,
@@ -19,7 +20,6 @@ const SCENE_ARRAYS: u32 = 10;
 /// One layout for all entry points, and a pipeline for each that was used.
 pub(super) struct Pipelines {
     route: Route,
-    modules: HashMap<MathMode, ShaderModule>,
     bindings: BindGroupLayout,
     layout: PipelineLayout,
     compiled: HashMap<(&'static str, MathMode), ComputePipeline>,
@@ -47,17 +47,17 @@ impl Pipelines {
             ..Default::default()
         });
         gpu.check("loading the kernels")?;
-        Ok(Self { route, modules: HashMap::new(), bindings, layout, compiled: HashMap::new() })
+        Ok(Self { route, bindings, layout, compiled: HashMap::new() })
     }
 
     /// Compiles an entry point, once.
     pub fn compile(&mut self, gpu: &Gpu, entry: &'static str, math: MathMode) -> Result<(), BackendError> {
         if !self.compiled.contains_key(&(entry, math)) {
-            let module = self.modules.entry(math).or_insert_with(|| module(&gpu.device, self.route, math));
+            let module = module(&gpu.device, self.route, entry, math)?;
             let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(&self.layout),
-                module,
+                module: &module,
                 entry_point: Some(entry),
                 compilation_options: Default::default(),
                 cache: None,
@@ -70,11 +70,9 @@ impl Pipelines {
 
     /// A pipeline that [`Pipelines::compile`] made.
     pub fn get(&self, entry: &'static str, math: MathMode) -> Result<&ComputePipeline, BackendError> {
-        self.compiled.get(&(entry, math)).ok_or_else(|| BackendError::Device {
-            backend: "wgpu",
-            action: "rendering",
-            message: format!("the kernel {entry} was not compiled"),
-        })
+        self.compiled
+            .get(&(entry, math))
+            .ok_or_else(|| failed("rendering", format!("the kernel {entry} was not compiled")))
     }
 
     /// Binds the launch record, the scene's arrays, the output and the carries, in the order of their bindings.
@@ -114,23 +112,33 @@ fn contractible(words: &[u32]) -> Vec<u32> {
     kept
 }
 
-fn module(device: &Device, route: Route, math: MathMode) -> ShaderModule {
-    let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
+fn failed(action: &'static str, message: String) -> BackendError {
+    BackendError::Device { backend: "wgpu", action, message }
+}
+
+/// A module of one entry point.
+fn module(
+    device: &Device,
+    route: Route,
+    entry: &'static str,
+    math: MathMode,
+) -> Result<ShaderModule, BackendError> {
+    let mut words =
+        extract::entry(&bytemuck::pod_collect_to_vec::<u8, u32>(SPIRV), entry).ok_or_else(|| {
+            failed("finding the kernel", format!("the built-in SPIR-V has no entry point {entry}"))
+        })?;
     if math == MathMode::Fast {
         words = contractible(&words);
     }
     if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
-        let names = VARIANTS.iter().map(|variant| variant.name).chain([FIRST_HIT]);
-        let entry_points: Vec<_> = names
-            .map(|name| wgpu::PassthroughShaderEntryPoint {
-                name: name.into(),
-                workgroup_size: (WORKGROUP.0, WORKGROUP.1, 1),
-            })
-            .collect();
-        // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded bytes with the
-        // manifest; the layout above matches its bindings; indices are proven by `bvh` and `scene`.
+        let entry_points = vec![wgpu::PassthroughShaderEntryPoint {
+            name: entry.into(),
+            workgroup_size: (WORKGROUP.0, WORKGROUP.1, 1),
+        }];
+        // SAFETY: spirv-val accepted the module when it was built, a test compares the embedded bytes with the manifest,
+        // and another has spirv-val accept each entry point by itself; the layout above matches its bindings; indices are proven by `bvh` and `scene`.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
-        return unsafe {
+        let module = unsafe {
             device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
                 label: Some("trisect"),
                 spirv: Some(words.into()),
@@ -138,11 +146,12 @@ fn module(device: &Device, route: Route, math: MathMode) -> ShaderModule {
                 ..Default::default()
             })
         };
+        return Ok(module);
     }
-    device.create_shader_module(ShaderModuleDescriptor {
+    Ok(device.create_shader_module(ShaderModuleDescriptor {
         label: Some("trisect"),
         source: ShaderSource::SpirV(words.into()),
-    })
+    }))
 }
 
 #[cfg(test)]

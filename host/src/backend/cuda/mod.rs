@@ -4,16 +4,21 @@
     reason = "launches hand raw device memory to kernels; each block names why it is sound"
 )]
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
-use crate::memory;
+mod driver;
+mod extract;
+
+pub use driver::devices;
+
+use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::render::MathMode;
 use bytemuck::{Pod, Zeroable};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{
-    CudaContext, CudaEvent, CudaFunction, CudaModule, CudaSlice, CudaStream, DevicePtrMut, DeviceRepr,
-    DriverError, LaunchConfig, PushKernelArg, result, sys,
+    CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, DevicePtrMut, DeviceRepr, LaunchConfig,
+    PushKernelArg, result,
 };
 use cudarc::nvrtc::Ptx;
+use driver::{describe, failed, probe, unavailable};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,9 +27,6 @@ use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::SceneLengths;
-
-/// The oldest driver that has every function that this program calls.
-const LEAST_DRIVER: i32 = 12_000;
 
 /// The oldest compute capability that the kernels are compiled for.
 const LEAST_CAPABILITY: (i32, i32) = (6, 1);
@@ -36,7 +38,8 @@ const GRID_LIMIT: u32 = 65_535;
 pub struct Cuda {
     device: Device,
     stream: Arc<CudaStream>,
-    modules: HashMap<MathMode, Arc<CudaModule>>,
+    /// Those that were used.
+    kernels: HashMap<(&'static str, MathMode), CudaFunction>,
     scene: Option<SceneOnDevice>,
     kernel: Option<CudaFunction>,
     film: Option<Film>,
@@ -73,76 +76,6 @@ struct Argument(RenderParams);
 // SAFETY: plain data, repr(C), the very type that the kernel declares.
 unsafe impl DeviceRepr for Argument {}
 
-fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {
-    move |error| {
-        let text = error.error_string().map(|text| text.to_string_lossy().into_owned());
-        BackendError::Device {
-            backend: "cuda",
-            action,
-            message: text.unwrap_or_else(|_| format!("{error:?}")),
-        }
-    }
-}
-
-fn unavailable(reason: String, remedy: &str) -> BackendError {
-    BackendError::Unavailable { backend: "cuda", reason, remedy: remedy.to_owned() }
-}
-
-/// Loads the driver and counts its devices. cudarc panics when the library or one of its functions is missing: this
-/// must come before any other call to it.
-fn probe() -> Result<usize, BackendError> {
-    let install = "install NVIDIA's driver, version 525 or newer, or choose another --backend";
-    // SAFETY: only tries to open the library.
-    if !unsafe { sys::is_culib_present() } {
-        return Err(unavailable("NVIDIA's driver library (libcuda) is not installed".to_owned(), install));
-    }
-    let mut version = 0;
-    // SAFETY: writes one integer; every driver has this function.
-    unsafe { sys::cuDriverGetVersion(&raw mut version) }
-        .result()
-        .map_err(failed("asking for the version"))?;
-    if version < LEAST_DRIVER {
-        let reason =
-            format!("the driver supports CUDA {}.{}, 12.0 is needed", version / 1000, version % 1000 / 10);
-        return Err(unavailable(reason, install));
-    }
-    result::init().map_err(|error| {
-        let text = error.error_string().map(|text| text.to_string_lossy().into_owned());
-        unavailable(
-            format!("the driver does not start: {}", text.unwrap_or_else(|_| format!("{error:?}"))),
-            "`nvidia-smi` says more; without an NVIDIA GPU choose another --backend",
-        )
-    })?;
-    match CudaContext::device_count().map_err(failed("counting devices"))? {
-        0 => Err(unavailable(
-            "the driver sees no device".to_owned(),
-            "check CUDA_VISIBLE_DEVICES and `nvidia-smi`",
-        )),
-        count => Ok(count as usize),
-    }
-}
-
-/// All CUDA devices, or why there are none.
-pub fn devices() -> Result<Vec<Device>, BackendError> {
-    (0..probe()?).map(describe).collect()
-}
-
-fn describe(index: usize) -> Result<Device, BackendError> {
-    let device = result::device::get(index as i32).map_err(failed("opening the device"))?;
-    let name = result::device::get_name(device).map_err(failed("asking for the name"))?;
-    // SAFETY: `device` comes from the driver.
-    let bytes = unsafe { result::device::total_mem(device) }.map_err(failed("asking for the memory"))?;
-    let attribute = |which| {
-        // SAFETY: as above.
-        unsafe { result::device::get_attribute(device, which) }.map_err(failed("asking for an attribute"))
-    };
-    use sys::CUdevice_attribute_enum as Attribute;
-    let major = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)?;
-    let minor = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR)?;
-    let details = format!("compute capability {major}.{minor}, {}", memory::display(bytes as u64));
-    Ok(Device { backend: "cuda", index, name, kind: DeviceKind::Gpu, details, timer: "CUDA events" })
-}
-
 impl Cuda {
     /// Opens the device with this index, or the first.
     pub fn open(index: Option<usize>) -> Result<Self, BackendError> {
@@ -167,7 +100,7 @@ impl Cuda {
         Ok(Self {
             device: describe(index)?,
             stream: context.default_stream(),
-            modules: HashMap::new(),
+            kernels: HashMap::new(),
             scene: None,
             kernel: None,
             film: None,
@@ -177,18 +110,25 @@ impl Cuda {
         })
     }
 
-    fn module(&mut self, math: MathMode) -> Result<Arc<CudaModule>, BackendError> {
-        if let Some(module) = self.modules.get(&math) {
-            return Ok(module.clone());
+    /// Compiles an entry point, once: by itself, as the driver would compile all that a module holds before it starts one.
+    fn kernel(&mut self, name: &'static str, math: MathMode) -> Result<CudaFunction, BackendError> {
+        if let Some(kernel) = self.kernels.get(&(name, math)) {
+            return Ok(kernel.clone());
         }
         let source = if math == MathMode::Fast { PTX_FAST } else { PTX_PRECISE };
+        let source = extract::entry(source, name).ok_or_else(|| BackendError::Device {
+            backend: "cuda",
+            action: "finding the kernel",
+            message: format!("the built-in PTX has no entry point {name}"),
+        })?;
         let module = self
             .stream
             .context()
             .load_module(Ptx::from_src(source))
             .map_err(failed("compiling the kernels"))?;
-        self.modules.insert(math, module.clone());
-        Ok(module)
+        let kernel = module.load_function(name).map_err(failed("finding the kernel"))?;
+        self.kernels.insert((name, math), kernel.clone());
+        Ok(kernel)
     }
 
     fn allocate(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
@@ -288,10 +228,8 @@ impl Backend for Cuda {
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
-        let module = self.module(job.math)?;
         self.math = job.math;
-        let name = job.variant.name;
-        self.kernel = Some(module.load_function(name).map_err(failed("finding the kernel"))?);
+        self.kernel = Some(self.kernel(job.variant.name, job.math)?);
         let bytes = job.pixels() * size_of::<PixelSums>();
         let mut film = match self.film.take() {
             Some(film) if film.sums.len() == bytes => film,
@@ -326,8 +264,7 @@ impl Backend for Cuda {
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        let module = self.module(self.math)?;
-        let kernel = module.load_function(FIRST_HIT).map_err(failed("finding the kernel"))?;
+        let kernel = self.kernel(FIRST_HIT, self.math)?;
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;
         let mut no_carries = self.allocate(size_of::<Carry>(), "the first hits")?;

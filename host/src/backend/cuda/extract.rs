@@ -1,0 +1,178 @@
+//! One entry point out of a module of PTX, with what it needs.
+//!
+//! The driver compiles all of a module when it loads it (or finds all of it in its cache): a frame uses one kernel of many.
+//! The grammar is that of NVIDIA's "PTX ISA": a module is a list of directives and statements, and only those at its top level
+//! matter here.
+
+use std::collections::{BTreeSet, HashMap};
+
+/// What stands at the top level of a module, as it is written there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Statement<'a> {
+    kind: Kind,
+    text: &'a str,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// `.version`, `.target`, `.address_size`, `.file`: of the whole module, a line each.
+    Header,
+    /// `.entry`: what a host launches.
+    Entry,
+    /// `.func`, a variable, or a declaration of either.
+    Symbol,
+    /// `.section`: debug information of all functions at once.
+    Section,
+}
+
+/// The module `ptx` with the one entry point `name` and, of the rest, the functions and variables that it reaches. Each is copied
+/// as it stands, in its order: the driver makes the same machine code of it. `None` where there is no such entry point.
+pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
+    let statements = statements(ptx);
+    // A function may be declared and then defined: a symbol has several statements.
+    let mut places: HashMap<&str, Vec<usize>> = HashMap::new();
+    for (place, statement) in statements.iter().enumerate() {
+        if matches!(statement.kind, Kind::Entry | Kind::Symbol) {
+            for symbol in defined(*statement) {
+                places.entry(symbol).or_default().push(place);
+            }
+        }
+    }
+    let is_entry = |place: &usize| statements[*place].kind == Kind::Entry;
+    let mut reached: BTreeSet<usize> = places.get(name)?.iter().copied().filter(is_entry).collect();
+    if reached.is_empty() {
+        return None;
+    }
+    let mut open: Vec<usize> = reached.iter().copied().collect();
+    while let Some(place) = open.pop() {
+        for symbol in identifiers(statements[place].text) {
+            for &other in places.get(symbol).into_iter().flatten() {
+                // No code calls an entry point of the same module: a name that equals one is a local of that name.
+                if !is_entry(&other) && reached.insert(other) {
+                    open.push(other);
+                }
+            }
+        }
+    }
+    let mut text = String::new();
+    for (place, statement) in statements.iter().enumerate() {
+        if statement.kind == Kind::Header || reached.contains(&place) {
+            text.push_str(statement.text);
+            text.push('\n');
+        }
+    }
+    Some(text)
+}
+
+/// The statements at the top level. What is left when the text ends within one is a statement, too: the driver will complain.
+fn statements(ptx: &str) -> Vec<Statement<'_>> {
+    let mut statements = Vec::new();
+    let mut rest = blank(ptx);
+    while !rest.is_empty() {
+        let kind = kind(rest);
+        let (text, after) = rest.split_at(end(rest, kind));
+        statements.push(Statement { kind, text: text.trim_end() });
+        rest = blank(after);
+    }
+    statements
+}
+
+/// The text after white space and comments.
+fn blank(mut text: &str) -> &str {
+    loop {
+        text = text.trim_start();
+        match comment(text) {
+            Some(length) => text = &text[length..],
+            None => return text,
+        }
+    }
+}
+
+/// The length of the comment that the text begins with.
+fn comment(text: &str) -> Option<usize> {
+    if text.starts_with("//") {
+        Some(text.find('\n').map_or(text.len(), |end| end + 1))
+    } else if text.starts_with("/*") {
+        Some(text.find("*/").map_or(text.len(), |end| end + 2))
+    } else {
+        None
+    }
+}
+
+/// What the statement is that the text begins with, by its directives: those before its name.
+fn kind(text: &str) -> Kind {
+    for word in text.split_whitespace() {
+        // `.func(` has no blank before its return value.
+        match word.split('(').next().unwrap_or_default() {
+            ".version" | ".target" | ".address_size" | ".file" => return Kind::Header,
+            ".entry" => return Kind::Entry,
+            ".section" => return Kind::Section,
+            ".visible" | ".extern" | ".weak" | ".common" => {}
+            _ => return Kind::Symbol,
+        }
+    }
+    Kind::Symbol
+}
+
+/// The length of the statement that the text begins with.
+fn end(text: &str, kind: Kind) -> usize {
+    if kind == Kind::Header {
+        return text.find('\n').unwrap_or(text.len());
+    }
+    // A body ends the statement, the braces of an initialiser do not.
+    let mut initialised = false;
+    let mut depth = 0usize;
+    let bytes = text.as_bytes();
+    let mut place = 0;
+    while let Some(&byte) = bytes.get(place) {
+        match byte {
+            b'/' => {
+                if let Some(length) = comment(&text[place..]) {
+                    place += length;
+                    continue;
+                }
+            }
+            b'"' => place += text[place + 1..].find('"').map_or(0, |length| length + 1),
+            b'{' => depth += 1,
+            b'}' => {
+                depth = depth.saturating_sub(1);
+                if depth == 0 && !initialised {
+                    return place + 1;
+                }
+            }
+            b'=' if depth == 0 => initialised = true,
+            b';' if depth == 0 => return place + 1,
+            _ => {}
+        }
+        place += 1;
+    }
+    text.len()
+}
+
+/// What a statement names: a function's name, or those of its variables.
+fn defined(statement: Statement<'_>) -> Vec<&str> {
+    let head = statement.text.split(['{', '=']).next().unwrap_or_default();
+    let Some(function) = [".entry", ".func"].into_iter().find_map(|word| head.split_once(word)) else {
+        return identifiers(head).collect();
+    };
+    // The return value stands before the name: `.func (.param .b32 result) name(...)`.
+    let after = function.1.trim_start();
+    let after = match after.strip_prefix('(') {
+        Some(result) => result.split_once(')').map_or("", |(_, after)| after),
+        None => after,
+    };
+    identifiers(after).take(1).collect()
+}
+
+/// The names in a text: neither directives, which begin with a point, nor registers, which begin with `%`, nor numbers.
+fn identifiers(text: &str) -> impl Iterator<Item = &str> {
+    let follows = |character: char| character.is_ascii_alphanumeric() || matches!(character, '_' | '$');
+    text.split(move |character| !follows(character) && !matches!(character, '.' | '%'))
+        .map(|word| word.split('.').next().unwrap_or_default()) // `name.u32` is no name; `.u32` leaves nothing
+        .filter(|word| {
+            word.starts_with(|first: char| first.is_ascii_alphabetic() || matches!(first, '_' | '$'))
+        })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,18 @@
+//! Measuring: repeated frames and their statistics, scenes of any number of spheres, and a report with charts.
+//!
+//! What is measured and how it is summarised are apart, so that everything but the time itself can be tested.
+
+mod error;
+mod fit;
+mod frames;
+mod record;
+pub mod report;
+mod spheres;
+mod summary;
+
+pub use error::BenchError;
+pub use fit::Line;
+pub use frames::{FirstSubmission, Frames, measure};
+pub use record::{Benchmark, FORMAT, Once, Row, Subject};
+pub use spheres::{GREATEST_COUNT, sphere_scene};
+pub use summary::Summary;

@@ -1,0 +1,217 @@
+//! The charts of the report "Parallelizing Ray Tracing", from measurements of this machine.
+//!
+//! Each experiment is a file here: it measures, and turns what it measured into a chart. Its data lie beside the chart, as JSON with
+//! all that was measured and as CSV.
+
+mod against;
+mod chart;
+mod complexity;
+mod draw;
+mod method;
+mod plan;
+mod spp;
+mod ticks;
+
+pub use against::{Against, AgainstPoint};
+pub use complexity::{Complexity, Cost, LeftOut, MethodPoint};
+pub use method::{METHODS, Method};
+pub use plan::Plan;
+pub use spp::{Spp, SppPoint};
+
+use super::BenchError;
+use crate::Error;
+use crate::backend::{Backend, Device};
+use crate::render::{Renderer, Settings};
+use crate::scene::{Described, Scene, Space};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Version of the data's JSON. A field that changes its meaning, or goes, raises it.
+pub const FORMAT: u32 = 1;
+
+/// Where and how something was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// See [`FORMAT`].
+    pub format: u32,
+    /// Of the program.
+    pub version: String,
+    /// `cpu`, `wgpu` or `cuda`.
+    pub backend: String,
+    /// As the driver names it.
+    pub device: String,
+    /// Driver, threads, memory.
+    pub details: String,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Segments a path, at most.
+    pub depth: u32,
+    /// Which build of the kernels.
+    pub math: String,
+    /// Frames of each point that do not count.
+    pub warm_up: u32,
+    /// Frames of each point that do.
+    pub frames: u32,
+}
+
+impl Conditions {
+    fn new(device: &Device, settings: &Settings, plan: &Plan) -> Self {
+        Self {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            backend: device.backend.to_owned(),
+            device: device.name.clone(),
+            details: device.details.clone(),
+            width: settings.width,
+            height: settings.height,
+            depth: settings.depth,
+            math: format!("{:?}", settings.math).to_lowercase(),
+            warm_up: plan.warm_up,
+            frames: plan.frames,
+        }
+    }
+
+    fn device(&self) -> String {
+        format!("{}: {} ({})", self.backend, self.device, self.details)
+    }
+
+    fn image(&self) -> String {
+        format!("{}×{}, depth {}, {} math", self.width, self.height, self.depth, self.math)
+    }
+}
+
+/// All experiments.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Time against samples a pixel.
+    pub spp: Spp,
+    /// Methods against the number of spheres.
+    pub complexity: Complexity,
+    /// The device against one thread of the CPU.
+    pub against: Against,
+}
+
+impl Report {
+    /// Measures everything. `one_thread` is a CPU backend of one thread; `scenes` are rendered, beside the built-in ones, on both; `say`
+    /// gets a line for each point.
+    ///
+    /// # Errors
+    ///
+    /// Those of rendering, and [`BenchError`].
+    pub fn measure(
+        backend: Box<dyn Backend>,
+        one_thread: Box<dyn Backend>,
+        plan: &Plan,
+        scenes: &[Described],
+        say: &mut dyn FnMut(&str),
+    ) -> Result<Self, Error> {
+        if plan.counts.is_empty() {
+            return Err(BenchError::NothingToMeasure.into());
+        }
+        let mut bench = Bench { backend: Some(backend), plan, say };
+        let spp = Spp::measure(&mut bench)?;
+        let complexity = Complexity::measure(&mut bench)?;
+        let against = Against::measure(&mut bench, one_thread, scenes)?;
+        Ok(Self { spp, complexity, against })
+    }
+
+    /// What was found, for people.
+    pub fn summary(&self) -> String {
+        [self.spp.summary(), self.complexity.summary(), self.against.summary()].concat()
+    }
+
+    /// Writes charts and data into a folder, which it makes if need be. Returns the files.
+    ///
+    /// # Errors
+    ///
+    /// [`BenchError`].
+    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
+        fs::create_dir_all(folder).map_err(BenchError::io(folder))?;
+        let mut files = Vec::new();
+        let mut chart = |stem: &str, chart: chart::Chart| {
+            files.extend(["svg", "png"].map(|kind| folder.join(format!("{stem}.{kind}"))));
+            draw::write(&chart, folder, stem)
+        };
+        chart("time_against_spp", self.spp.chart())?;
+        chart("speed_up_against_spheres", self.complexity.speed_up_chart())?;
+        chart("cost_against_spheres", self.complexity.cost_chart())?;
+        chart("device_against_one_thread", self.against.chart())?;
+        data(folder, "time_against_spp", &self.spp, self.spp.csv(), &mut files)?;
+        data(folder, "methods_against_spheres", &self.complexity, self.complexity.csv(), &mut files)?;
+        data(folder, "device_against_one_thread", &self.against, self.against.csv(), &mut files)?;
+        Ok(files)
+    }
+}
+
+fn data(
+    folder: &Path,
+    stem: &str,
+    data: &impl Serialize,
+    csv: String,
+    files: &mut Vec<PathBuf>,
+) -> Result<(), BenchError> {
+    let path = folder.join(format!("{stem}.json"));
+    let json = serde_json::to_string_pretty(data).map_err(|error| BenchError::encode(&path, error))?;
+    fs::write(&path, json + "\n").map_err(BenchError::io(&path))?;
+    files.push(path);
+    let path = folder.join(format!("{stem}.csv"));
+    fs::write(&path, csv).map_err(BenchError::io(&path))?;
+    files.push(path);
+    Ok(())
+}
+
+/// Lines of comma-separated values; none of ours has a comma but names, which get quotes.
+fn csv<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+    let quote = |cell: String| {
+        if cell.contains([',', '"', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell }
+    };
+    let mut text = header.join(",") + "\n";
+    for row in rows {
+        text += &(row.map(quote).join(",") + "\n");
+    }
+    text
+}
+
+/// The device under test, from scene to scene: what it compiled stays.
+struct Bench<'a> {
+    backend: Option<Box<dyn Backend>>,
+    plan: &'a Plan,
+    say: &'a mut dyn FnMut(&str),
+}
+
+impl Bench<'_> {
+    /// Renders a scene in `work`, and takes the device back.
+    fn with<T>(
+        &mut self,
+        scene: &Scene,
+        work: impl FnOnce(&mut Self, &mut Renderer) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let Some(backend) = self.backend.take() else {
+            return Err(crate::backend::BackendError::Device {
+                backend: "any",
+                action: "measuring",
+                message: "the device was lost in an earlier experiment".to_owned(),
+            }
+            .into());
+        };
+        let mut renderer = Renderer::new(backend, scene)?;
+        let result = work(self, &mut renderer);
+        self.backend = Some(renderer.into_backend());
+        result
+    }
+
+    fn say(&mut self, line: &str) {
+        (self.say)(line);
+    }
+}
+
+/// The scene with `count` spheres in device records.
+fn spheres(count: u32) -> Result<Scene, Error> {
+    Ok(super::sphere_scene(count)?.lower(Space::IDENTITY)?)
+}
+
+#[cfg(test)]
+mod tests;

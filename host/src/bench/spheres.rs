@@ -1,0 +1,152 @@
+//! Scenes of any number of spheres, all with the same view.
+
+use super::BenchError;
+use crate::render::Fresnel;
+use crate::scene::description::{Alpha, Description, Material, Shape, ShapeKind, Sky, Surface};
+use crate::scene::{CameraPose, Described, ImageSettings, Space};
+use glam::DVec3;
+
+/// The most spheres of a scene.
+pub const GREATEST_COUNT: u32 = 10_000_000;
+
+/// Half of the side of the square on which the small spheres stand, as in the book.
+const HALF_SIDE: f64 = 11.0;
+
+/// Radius of the ground.
+const GROUND: f64 = 1000.0;
+
+/// Materials of the small spheres: always the same table, so that its size plays no part.
+const PALETTE: u64 = 256;
+
+/// The large spheres stand on the ground in a row: place along x.
+const LARGE: [f64; 3] = [0.0, -4.0, 4.0];
+
+/// `count` spheres like the final scene of "Ray Tracing in One Weekend": the ground, three large ones (glass, diffuse, metal), and small
+/// ones on a jittered grid, four fifths diffuse, the others metal and glass. The more there are the smaller they are: those on the same
+/// square cover the same share of it, and the camera is the book's, so the picture's parts stay about as large and a
+/// path has about as many segments. The same `count` makes the same scene, bit by bit.
+///
+/// # Errors
+///
+/// [`BenchError::SphereCount`] unless `count` is 1 to [`GREATEST_COUNT`].
+pub fn sphere_scene(count: u32) -> Result<Described, BenchError> {
+    if count == 0 || count > GREATEST_COUNT {
+        return Err(BenchError::SphereCount { count, greatest: GREATEST_COUNT });
+    }
+    let sphere = |center, radius, material| Shape { kind: ShapeKind::Sphere { center, radius }, material };
+    let mut shapes = vec![sphere(DVec3::new(0.0, -GROUND, 0.0), GROUND, 0)];
+    shapes.extend((1..).zip(LARGE).map(|(material, x)| sphere(on_ground(x, 0.0, 1.0), 1.0, material)));
+    shapes.truncate(count as usize);
+    let small = count as usize - shapes.len();
+    let places = places(small);
+    // Every so many: those that are left out are spread over the square.
+    for index in 0..small {
+        let (center, radius, cell) = places[index * places.len() / small];
+        let material = fixed_materials().len() + (hash(cell, 2) % PALETTE) as usize;
+        shapes.push(sphere(center, radius, material));
+    }
+    let mut materials = fixed_materials();
+    materials.extend((0..PALETTE).map(palette));
+    let description = Description {
+        cameras: vec![("book".to_owned(), camera())],
+        materials,
+        shapes,
+        sky: Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::new(0.5, 0.7, 1.0) }),
+        ..Description::default()
+    };
+    let image = ImageSettings { width: 1280, height: 720, samples: 16, depth: 50, fresnel: Fresnel::Schlick };
+    Ok(Described { name: format!("{count} spheres"), description, image, space: Space::IDENTITY })
+}
+
+/// Centre, radius and cell of at least `count` small spheres: on the coarsest grid that has as many clear of the large ones.
+fn places(count: usize) -> Vec<(DVec3, f64, u64)> {
+    let mut side = (count as f64).sqrt().ceil() as u64;
+    loop {
+        let cell = 2.0 * HALF_SIDE / side.max(1) as f64;
+        let radius = 0.2 * cell;
+        let mut places = Vec::with_capacity((side * side) as usize);
+        for index in 0..side * side {
+            // The jitter keeps a sphere within its cell, as in the book.
+            let place =
+                |column: u64, draw| (column as f64 + 0.2 + 0.6 * unit(index, draw)) * cell - HALF_SIDE;
+            let center = on_ground(place(index % side, 0), place(index / side, 1), radius);
+            let clear = LARGE.iter().all(|&x| center.distance(on_ground(x, 0.0, 1.0)) > 1.0 + radius);
+            if clear {
+                places.push((center, radius, index));
+            }
+        }
+        if places.len() >= count {
+            return places;
+        }
+        side += 1 + side / 200;
+    }
+}
+
+/// The centre of a sphere that touches the ground below (x, z).
+fn on_ground(x: f64, z: f64, radius: f64) -> DVec3 {
+    let reach = GROUND + radius;
+    DVec3::new(x, (reach * reach - x * x - z * z).sqrt() - GROUND, z)
+}
+
+/// Ground, glass, brown, mirror: the book's.
+fn fixed_materials() -> Vec<Material> {
+    vec![
+        material("ground", Surface::Lambertian, DVec3::splat(0.5)),
+        material("glass", Surface::Dielectric { ior: 1.5 }, DVec3::ONE),
+        material("brown", Surface::Lambertian, DVec3::new(0.4, 0.2, 0.1)),
+        material("mirror", Surface::Metal { fuzz: 0.0 }, DVec3::new(0.7, 0.6, 0.5)),
+    ]
+}
+
+/// The book's shares: 80 % diffuse, 15 % metal, 5 % glass.
+fn palette(index: u64) -> Material {
+    let seed = index + (1 << 40); // none that a cell has
+    let random = |draw| DVec3::new(unit(seed, draw), unit(seed, draw + 1), unit(seed, draw + 2));
+    let (surface, color) = match index as f64 / PALETTE as f64 {
+        share if share < 0.8 => (Surface::Lambertian, random(0) * random(3)),
+        share if share < 0.95 => (Surface::Metal { fuzz: 0.5 * unit(seed, 3) }, 0.5 + 0.5 * random(0)),
+        _ => (Surface::Dielectric { ior: 1.5 }, DVec3::ONE),
+    };
+    material(&format!("small-{index:03}"), surface, color)
+}
+
+fn material(name: &str, surface: Surface, base_color: DVec3) -> Material {
+    Material {
+        name: name.to_owned(),
+        surface,
+        base_color,
+        base_color_texture: None,
+        emission: DVec3::ZERO,
+        emission_texture: None,
+        emits_both_sides: false,
+        opacity: 1.0,
+        alpha: Alpha::Opaque,
+    }
+}
+
+fn camera() -> CameraPose {
+    CameraPose {
+        look_from: DVec3::new(13.0, 2.0, 3.0),
+        look_at: DVec3::ZERO,
+        up: DVec3::Y,
+        vertical_fov: 20f64.to_radians(),
+        defocus_angle: 0.6f64.to_radians(),
+        focus_distance: 10.0,
+    }
+}
+
+/// Uniform in 0 to 1: a function of two numbers.
+fn unit(index: u64, draw: u64) -> f64 {
+    (hash(index, draw) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// SplitMix64's output function (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014), eight draws an index.
+fn hash(index: u64, draw: u64) -> u64 {
+    let mut z = (8 * index + draw + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests;

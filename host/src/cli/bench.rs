@@ -1,0 +1,84 @@
+//! `trisect bench` and `trisect bench report`.
+
+use super::{BackendArg, JobArgs, MathArg, parse_count, parse_resolution};
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// `trisect bench`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct BenchArgs {
+    /// Something else than a scene's frames.
+    #[command(subcommand)]
+    pub command: Option<BenchCommand>,
+
+    /// What and where.
+    #[command(flatten)]
+    pub job: JobArgs,
+
+    /// Frames to measure, after two that are not.
+    #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
+    pub frames: u32,
+
+    /// Write what was measured as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// What `trisect bench` does beside measuring a scene's frames.
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// Measure this machine and draw charts: time against spp, methods against the number of spheres, device against one CPU thread.
+    Report(ReportArgs),
+}
+
+/// `trisect bench report`.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// Scenes to render on the device and on one CPU thread, beside the built-in ones.
+    pub scenes: Vec<PathBuf>,
+
+    /// What to measure.
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    pub backend: BackendArg,
+
+    /// Index of the device, as `trisect info` lists it; needs --backend wgpu, cuda or cpu.
+    #[arg(long, value_name = "N")]
+    pub device: Option<usize>,
+
+    /// Threads of the cpu backend; without it, one for each logical core.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Which build of the kernels; fast exists for cuda and wgpu.
+    #[arg(long, value_enum, default_value_t = MathArg::Precise)]
+    pub math: MathArg,
+
+    /// Folder for charts and data; made if need be.
+    #[arg(short, long, value_name = "DIR", default_value = "report")]
+    pub out: PathBuf,
+
+    /// Smaller images and fewer frames: minutes on two cores.
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Pixels across and down; without it, 1280x720 on a GPU and fewer on a CPU.
+    #[arg(long, value_name = "WxH", value_parser = parse_resolution)]
+    pub resolution: Option<(u32, u32)>,
+
+    /// The most spheres of a scene.
+    #[arg(long, value_name = "N", default_value = "1000000", value_parser = parse_count)]
+    pub spheres: u32,
+
+    /// Seconds that a point without a BVH may take, all its frames together; it gets fewer samples and frames, and is left out, by
+    /// name, where even one takes longer.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    pub time_limit: Option<f64>,
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("must be a positive number of seconds".to_owned()),
+    }
+}

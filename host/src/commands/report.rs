@@ -1,0 +1,36 @@
+//! `trisect bench report`.
+
+use crate::cli::ReportArgs;
+use std::process::ExitCode;
+use trisect::Error;
+use trisect::backend::cpu::Cpu;
+use trisect::bench::BenchError;
+use trisect::bench::report::{Plan, Report};
+use trisect::scene::Described;
+
+/// Measures this machine, prints what was found and writes charts and data.
+pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
+    // Before minutes of measuring are lost.
+    let out = &arguments.out;
+    std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
+    let scenes: Vec<Described> =
+        arguments.scenes.iter().map(|path| Described::load(path)).collect::<Result<_, _>>()?;
+    let selection = super::open(arguments.backend, arguments.device, arguments.threads)?;
+    if !selection.why.is_empty() {
+        eprintln!("{}", selection.why);
+    }
+    let mut plan = Plan::new(selection.backend.device().kind, arguments.quick).up_to(arguments.spheres);
+    plan.math = arguments.math.mode();
+    if let Some(resolution) = arguments.resolution {
+        (plan.width, plan.height) = resolution;
+    }
+    plan.limit = arguments.time_limit.unwrap_or(plan.limit);
+    let one_thread = Box::new(Cpu::open(Some(1))?);
+    let report =
+        Report::measure(selection.backend, one_thread, &plan, &scenes, &mut |line| eprintln!("{line}"))?;
+    super::print(&report.summary())?;
+    for file in report.write(out)? {
+        eprintln!("wrote {}", file.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
