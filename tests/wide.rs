@@ -160,14 +160,19 @@ impl Traced {
         rays.iter().map(|(ray, reach)| hit(*ray, *reach)).collect()
     }
 
-    /// How many hits differ from those of the linear search.
-    fn differing(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, Reach)], want: &[Hit]) -> usize {
+    /// In a wide tree.
+    fn hits(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, Reach)]) -> Vec<Hit> {
         const ALL: Features = FLATS | TRIANGLES | WIDE;
-        let got = match set {
+        match set {
             InstructionSet::Avx512 => self.all::<{ ALL | AVX512 }>(tree, rays),
             InstructionSet::Avx2 => self.all::<{ ALL | AVX2 }>(tree, rays),
             InstructionSet::Baseline => self.all::<ALL>(tree, rays),
-        };
+        }
+    }
+
+    /// How many hits differ from those of the linear search.
+    fn differing(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, Reach)], want: &[Hit]) -> usize {
+        let got = self.hits(set, tree, rays);
         let bits = |hit: &Hit| (hit.distance.to_bits(), hit.primitive);
         got.iter().zip(want).filter(|(got, want)| bits(got) != bits(want)).count()
     }
@@ -227,6 +232,38 @@ fn hits_are_those_of_each_primitive_tested() {
     }
 }
 
+/// What a shadow ray asks: whether something is closer than its target, which does not depend on what is met first.
+#[test]
+fn shadow_rays_know_their_target() {
+    for kind in 0..4 {
+        let traced = Traced::new(build(kind, 1.0, 40));
+        let primitives = traced.scene.primitives() as u32;
+        let closest = rays(&traced.scene, &traced.bvh, 1.0, 6000);
+        let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &closest);
+        // Half of the targets are what the ray meets first.
+        let target = |i: usize| match want[i].primitive {
+            primitive if i % 2 == 0 && primitive != NO_PRIMITIVE => primitive,
+            _ => words(23, i as u32)[0] % primitives,
+        };
+        let any: Vec<(Ray, Reach)> = (0..)
+            .zip(&closest)
+            .map(|(i, (ray, reach))| (*ray, Reach { any: true, target: target(i), ..*reach }))
+            .collect();
+        let is_blocked = |hit: &Hit, target| hit.primitive != NO_PRIMITIVE && hit.primitive != target;
+        let blocked = (0..).zip(&want).filter(|(i, hit)| is_blocked(hit, target(*i))).count();
+        assert!(blocked * 10 > any.len() && blocked * 10 < 9 * any.len(), "{blocked} of {} rays", any.len());
+        for set in sets() {
+            let wrong = |tree| {
+                let got = traced.hits(set, tree, &any);
+                let wrong = |i: &usize| is_blocked(&got[*i], target(*i)) != is_blocked(&want[*i], target(*i));
+                (0..got.len()).filter(wrong).count()
+            };
+            assert_eq!(wrong(traced.wide.tree()), 0, "scene {kind}, {}", set.name());
+            assert!(wrong(WideTree::NONE) > 0, "scene {kind}: a comparison that cannot fail");
+        }
+    }
+}
+
 /// No primitive, one, and one of each kind: trees without nodes.
 #[test]
 fn the_smallest_scenes() {
@@ -262,6 +299,7 @@ fn images_are_the_same() {
         "three_spheres.ron",
         "cornell_box.ron",
         "materials.ron",
+        "many_lights.ron",
         "next_week.ron",
         "gltf/features.glb",
     ] {

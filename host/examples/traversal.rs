@@ -85,7 +85,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             closest_hit::<TRIANGLES>(&params, arrays, *ray, Reach::CLOSEST)
         }
     };
-    let set = InstructionSet::best();
+    let sets = [InstructionSet::best(), InstructionSet::Avx2].map(|set| match set.is_available() {
+        true => set,
+        false => InstructionSet::Baseline,
+    });
 
     let mut time = Duration::default();
     let triangles: Vec<ObvhsTriangle> = bvh
@@ -136,30 +139,28 @@ fn main() -> Result<(), Box<dyn Error>> {
         )?;
         return Ok(());
     }
-    let by = set.name();
+    let [a, b] = sets.map(|set| format!("wide, {}", set.name()));
     println!(
-        "{:<20} {:>12} {:>12} {:>12} {:>12}   hits",
-        "Mrays/s",
-        format!("wide, {by}"),
-        "binary",
-        "obvhs BVH2",
-        "obvhs CWBVH"
+        "{:<20} {a:>14} {b:>14} {:>14} {:>14} {:>14}   hits",
+        "Mrays/s", "binary", "obvhs BVH2", "obvhs CWBVH"
     );
     for (name, rays) in [("primary", &primary), ("diffuse", &diffuse), ("diffuse, shuffled", &shuffled)] {
-        let mut seconds: [Vec<f64>; 4] = Default::default();
-        let mut answers: [Answer; 4] = [(0, 0.0); 4];
+        let mut seconds: [Vec<f64>; 5] = Default::default();
+        let mut answers: [Answer; 5] = [(0, 0.0); 5];
         for _ in 0..ROUNDS {
-            trace_wide(set, &params, arrays, rays);
-            let start = now();
-            answers[0] = trace_wide(set, &params, arrays, rays);
-            seconds[0].push(now() - start);
-            (seconds[1], answers[1]) = round(&seconds[1], rays, |ray| mine(ray).distance);
-            (seconds[2], answers[2]) = round(&seconds[2], rays, |ray| {
+            for (i, set) in sets.into_iter().enumerate() {
+                trace_wide(set, &params, arrays, rays);
+                let start = now();
+                answers[i] = trace_wide(set, &params, arrays, rays);
+                seconds[i].push(now() - start);
+            }
+            (seconds[2], answers[2]) = round(&seconds[2], rays, |ray| mine(ray).distance);
+            (seconds[3], answers[3]) = round(&seconds[3], rays, |ray| {
                 let mut hit = RayHit::none();
                 let tested = |ray: &ObvhsRay, i: usize| binary_triangles[i].intersect(ray);
                 if binary.ray_traverse(theirs(ray), &mut hit, tested) { hit.t } else { MISS }
             });
-            (seconds[3], answers[3]) = round(&seconds[3], rays, |ray| {
+            (seconds[4], answers[4]) = round(&seconds[4], rays, |ray| {
                 let mut hit = RayHit::none();
                 let tested = |ray: &ObvhsRay, i: usize| wide_triangles[i].intersect(ray);
                 if obvhs_wide.ray_traverse(theirs(ray), &mut hit, tested) { hit.t } else { MISS }
@@ -169,10 +170,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             seconds.sort_by(f64::total_cmp);
             rays.len() as f64 / seconds[ROUNDS / 2] * 1e-6
         };
-        let [a, b, c, d] = seconds.each_mut().map(rate);
+        let [a, b, c, d, e] = seconds.each_mut().map(rate);
         let hits = answers.map(|(hits, _)| hits.to_string()).join(" ");
-        println!("{name:<20} {a:>12.2} {b:>12.2} {c:>12.2} {d:>12.2}   {hits}");
-        if answers[0] != answers[1] {
+        println!("{name:<20} {a:>14.2} {b:>14.2} {c:>14.2} {d:>14.2} {e:>14.2}   {hits}");
+        if answers[0] != answers[2] || answers[1] != answers[2] {
             return Err("the wide tree gives other hits than the binary one".into());
         }
     }

@@ -1,0 +1,96 @@
+//! What the proof refuses.
+
+use super::*;
+use trisect_shared::bvh::STACK_SIZE;
+
+/// Two nodes: spheres and one flat; triangles below the second.
+fn tree() -> (Wide, [usize; 3]) {
+    let scene = Scene::hello_world().unwrap();
+    let mut mixed = scene.clone();
+    mixed.spheres = (0..20u8)
+        .map(|i| {
+            let center = Vec3::new(f32::from(i), f32::from(i * i % 7), 0.0);
+            trisect_shared::sphere::Sphere { center, radius: 0.3, ..scene.spheres[0] }
+        })
+        .collect();
+    let zero: trisect_shared::flat::Flat = bytemuck::Zeroable::zeroed();
+    mixed.flats = vec![trisect_shared::flat::Flat { edge_u: Vec3::X, edge_v: Vec3::Y, ..zero }];
+    let triangle: trisect_shared::triangle::Triangle = bytemuck::Zeroable::zeroed();
+    mixed.triangles = (0..60u8)
+        .map(|i| {
+            let a = Vec3::new(f32::from(i % 8), f32::from(i / 8), 5.0);
+            trisect_shared::triangle::Triangle { a, b: a + Vec3::X, c: a + Vec3::Y, ..triangle }
+        })
+        .collect();
+    mixed.shading = vec![bytemuck::Zeroable::zeroed(); 60];
+    let bvh = Bvh::build(&mixed, None).unwrap();
+    (Wide::new(&mixed, &bvh).unwrap().unwrap(), [20, 1, 60])
+}
+
+/// A slot with such a child.
+fn find(wide: &Wide, what: impl Fn(WideChild) -> bool) -> (usize, usize) {
+    let slots = wide.nodes.iter().enumerate().flat_map(|(node, n)| {
+        n.children.0.iter().enumerate().map(move |(lane, child)| ((node, lane), WideChild(*child)))
+    });
+    slots.into_iter().find(|(_, child)| what(*child)).map(|(slot, _)| slot).unwrap()
+}
+
+#[test]
+fn a_good_tree_is_proven() {
+    let (wide, counts) = tree();
+    assert!(wide.nodes.len() > 1 && wide.nodes.len() < 12, "{} nodes", wide.nodes.len());
+    assert_eq!(wide.prove(counts), Ok(()));
+}
+
+#[test]
+fn sabotage_each_broken_tree_is_refused() {
+    let leaf = |wide: &Wide, kind| find(wide, |c| c != WideChild::EMPTY && c.is_leaf() && c.holds(kind));
+    let set = |wide: &mut Wide, slot: (usize, usize), child: WideChild| {
+        wide.nodes[slot.0].children.0[slot.1] = child.0;
+    };
+    let broken: [&dyn Fn(&mut Wide); 11] = [
+        &|t| set(t, leaf(t, Kind::Triangles), WideChild::leaf(Kind::Triangles, 1, 9999)), // no such packet
+        &|t| set(t, leaf(t, Kind::Triangles), WideChild::leaf(Kind::Spheres, 1, 0)),      // another's
+        &|t| set(t, leaf(t, Kind::Flat), WideChild::leaf(Kind::Flat, 1, 3)),              // a sphere
+        &|t| set(t, leaf(t, Kind::Flat), WideChild::leaf(Kind::Flat, 2, 20)),             // two
+        &|t| set(t, leaf(t, Kind::Flat), WideChild::EMPTY),                               // lost, its box not
+        &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(0)),                      // a loop
+        &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(99)),                     // no such node
+        &|t| t.triangles[0].primitives.0[0] = 5,                                          // a sphere
+        &|t| t.triangles[0].primitives.0[0] = t.triangles[1].primitives.0[0],             // twice
+        &|t| t.nodes[0].order.0[3] = 0,                                                   // only lane 0
+        &|t| t.root = WideChild::inner(1),                                                // loses primitives
+    ];
+    for (i, damage) in broken.into_iter().enumerate() {
+        let (mut wide, counts) = tree();
+        damage(&mut wide);
+        assert!(wide.prove(counts).is_err(), "fault {i}");
+    }
+    // A child fewer in a packet loses a primitive.
+    let (mut wide, counts) = tree();
+    let slot =
+        find(&wide, |c| c != WideChild::EMPTY && c.is_leaf() && c.holds(Kind::Triangles) && c.count() > 1);
+    let child = WideChild(wide.nodes[slot.0].children.0[slot.1]);
+    set(&mut wide, slot, WideChild::leaf(Kind::Triangles, child.count() - 1, child.index()));
+    assert!(wide.prove(counts).is_err(), "a lost triangle");
+    // More levels than the stack has room for.
+    let (mut wide, _) = tree();
+    let nodes = STACK_SIZE as u32 + 1;
+    let mut node = wide.nodes[0];
+    node.children.0 = [WideChild::EMPTY.0; LANES];
+    (0..3).for_each(|axis| node.planes[axis].0 = [f32::INFINITY; LANES]);
+    wide.nodes = (1..=nodes)
+        .map(|next| {
+            let mut node = node;
+            if next < nodes {
+                node.children.0[0] = WideChild::inner(next).0;
+            }
+            node
+        })
+        .collect();
+    (wide.spheres, wide.triangles) = (Vec::new(), Vec::new());
+    assert!(wide.prove([0; 3]).is_err_and(|message| message.contains("levels")));
+    wide.nodes.remove(0);
+    wide.nodes.iter_mut().take(STACK_SIZE - 1).for_each(|node| node.children.0[0] -= 1);
+    assert_eq!(wide.prove([0; 3]), Ok(()));
+}
