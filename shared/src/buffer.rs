@@ -107,3 +107,67 @@ pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut MaybeUninit<[T; N
         array.as_mut_ptr().cast::<T>().add(index as usize).write(value);
     }
 }
+
+/// Records of a buffer that all lanes write, each its own.
+#[cfg(target_arch = "spirv")]
+pub type Slots<'a, T> = &'a mut [T];
+
+/// Records of a buffer that all lanes write, each its own.
+#[cfg(not(target_arch = "spirv"))]
+#[derive(Debug)]
+pub struct Slots<'a, T> {
+    first: *mut T,
+    length: usize,
+    lifetime: core::marker::PhantomData<&'a mut [T]>,
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<'a, T> Slots<'a, T> {
+    /// Those at `first`.
+    ///
+    /// # Safety
+    ///
+    /// `length` records are there for `'a`, and no two lanes use the same at the same time.
+    #[inline(always)]
+    pub unsafe fn new(first: *mut T, length: usize) -> Self {
+        Self { first, length, lifetime: core::marker::PhantomData }
+    }
+}
+
+/// Record `index`.
+///
+/// # Safety
+///
+/// `index` is below their number.
+#[inline(always)]
+pub unsafe fn load_slot<T: Copy>(slots: &Slots<T>, index: u32) -> T {
+    #[cfg(target_arch = "spirv")]
+    // SAFETY: the caller's promise.
+    return unsafe { load(slots, index) };
+    #[cfg(not(target_arch = "spirv"))]
+    {
+        debug_assert!((index as usize) < slots.length);
+        // SAFETY: the caller's promise.
+        unsafe { *slots.first.add(index as usize) }
+    }
+}
+
+/// Writes record `index`.
+///
+/// # Safety
+///
+/// `index` is below their number.
+#[inline(always)]
+pub unsafe fn store_slot<T: Copy>(slots: &mut Slots<T>, index: u32, value: T) {
+    #[cfg(target_arch = "spirv")]
+    // SAFETY: the caller's promise.
+    unsafe {
+        store(slots, index, value);
+    }
+    #[cfg(not(target_arch = "spirv"))]
+    {
+        debug_assert!((index as usize) < slots.length);
+        // SAFETY: the caller's promise.
+        unsafe { *slots.first.add(index as usize) = value }
+    }
+}

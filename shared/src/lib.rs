@@ -38,7 +38,7 @@
 //! | [`film::PixelSums`] | 32 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
 #![no_std]
-#![cfg_attr(target_arch = "nvptx64", feature(core_float_math))]
+#![cfg_attr(target_arch = "nvptx64", feature(core_float_math, link_llvm_intrinsics))]
 
 #[cfg(feature = "std")]
 extern crate std;
@@ -65,9 +65,12 @@ pub mod rng;
 pub mod sampler;
 pub mod scene;
 pub mod sky;
+pub mod slabs;
 pub mod sphere;
 pub mod surface;
 pub mod texture;
+pub mod traversal;
 pub mod triangle;
+pub mod warp;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod wide;

@@ -42,6 +42,35 @@ pub fn max(a: f32, b: f32) -> f32 {
     return if a > b { a } else { b };
 }
 
+/// a b + c, rounded once on a device, twice on the CPU: for what decides no result.
+#[inline(always)]
+pub fn fused(a: f32, b: f32, c: f32) -> f32 {
+    #[cfg(target_arch = "nvptx64")]
+    return core::f32::math::mul_add(a, b, c);
+    #[cfg(target_arch = "spirv")]
+    return libm::fmaf(a, b, c); // rust-gpu turns this call into GLSL.std.450 Fma
+    #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+    return a * b + c;
+}
+
+/// 1 / `x`, within 1 ULP on the CPU and CUDA, 2.5 on Vulkan: for what decides no result.
+#[inline(always)]
+pub fn reciprocal(x: f32) -> f32 {
+    #[cfg(target_arch = "nvptx64")]
+    #[allow(unsafe_code, reason = "an intrinsic")]
+    // SAFETY: an instruction without side effects.
+    return unsafe { approximate_reciprocal(x) };
+    #[cfg(not(target_arch = "nvptx64"))]
+    return 1.0 / x;
+}
+
+#[cfg(target_arch = "nvptx64")]
+#[allow(unsafe_code, reason = "an intrinsic")]
+unsafe extern "C" {
+    #[link_name = "llvm.nvvm.rcp.approx.ftz.f"]
+    fn approximate_reciprocal(x: f32) -> f32;
+}
+
 /// `v` to unit length, within 3 ULP a component; NaN for the zero vector.
 #[inline(always)]
 pub fn normalize(v: Vec3) -> Vec3 {

@@ -6,12 +6,14 @@
 mod packet;
 
 use crate::buffer::{borrow, eight_local, load_local};
-use crate::bvh::{self, EXIT, Hit, NO_PRIMITIVE, Reach, STACK_SIZE, is_closer, reciprocal};
+use crate::bvh::{Hit, NO_PRIMITIVE, Reach, STACK_SIZE};
 use crate::features::{AVX2, AVX512, FLATS, Features, TRIANGLES, has};
 use crate::lanes::{LANES, Lanes, Portable, Row, Top};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
+use crate::slabs::{EXIT, reciprocal};
+use crate::traversal::{distance, is_closer};
 use crate::triangle::Shear;
 use bytemuck::{Pod, Zeroable};
 use core::hint::black_box;
@@ -192,8 +194,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
     if reach.any && reach.target != NO_PRIMITIVE {
         // What is behind the target does not count, whichever of the two is met first.
         // SAFETY: the caller's promise for the target.
-        let t =
-            unsafe { bvh::distance::<FEATURES>(params, scene, ray, &Shear::new(direction), reach.target) };
+        let t = unsafe { distance::<FEATURES>(params, scene, ray, &Shear::new(direction), reach.target) };
         if is_closer(t, reach.target, best, closest) {
             (best, closest) = (t, reach.target);
         }
@@ -237,8 +238,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
         } else if has(FEATURES, FLATS) && child.holds(Kind::Flat) {
             let primitive = child.index();
             // SAFETY: the caller's promise.
-            let t =
-                unsafe { bvh::distance::<FEATURES>(params, scene, ray, &Shear::new(direction), primitive) };
+            let t = unsafe { distance::<FEATURES>(params, scene, ray, &Shear::new(direction), primitive) };
             if is_closer(t, primitive, best, closest) {
                 (best, best_exit, closest) = (t, t * EXIT, primitive);
                 if reach.any && primitive != reach.target {

@@ -1,0 +1,48 @@
+//! What camera rays meet first.
+
+use crate::bvh::{NO_PRIMITIVE, Reach};
+use crate::features::{FLATS, TRIANGLES};
+use crate::params::RenderParams;
+use crate::rng::PathKey;
+use crate::scene::Scene;
+use crate::surface;
+use crate::traversal::closest_hit;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// What the ray of one sample meets first. 32 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FirstHit {
+    /// Outward unit normal of the surface; zero where nothing is hit.
+    pub normal: Vec3,
+    /// Index of the primitive, or [`NO_PRIMITIVE`].
+    pub primitive: u32,
+    /// Along the camera ray; [`crate::sphere::MISS`] where nothing is hit.
+    pub distance: f32,
+    /// Unused.
+    pub pad: [u32; 3],
+}
+
+const _: () = assert!(size_of::<FirstHit>() == 32 && align_of::<FirstHit>() == 16);
+
+/// The first hit of sample `params.first_sample` of pixel (`x`, `y`).
+///
+/// # Safety
+///
+/// As [`render_pixel`](super::render_pixel).
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn first_hit(params: &RenderParams, scene: Scene, x: u32, y: u32) -> FirstHit {
+    let pixel = y * params.width + x;
+    let key = PathKey { seed: params.seed, pixel, sample: params.first_sample };
+    let ray = params.camera.ray(x, y, key.words(0));
+    // SAFETY: the caller's promise.
+    let hit = unsafe { closest_hit::<{ FLATS | TRIANGLES }>(params, scene, ray, Reach::CLOSEST) };
+    let mut normal = Vec3::ZERO;
+    if hit.primitive != NO_PRIMITIVE {
+        // SAFETY: traversal returns a primitive of the scene.
+        normal = unsafe { surface::at::<{ FLATS | TRIANGLES }>(params, scene, ray, hit) }.normal;
+    }
+    FirstHit { normal, primitive: hit.primitive, distance: hit.distance, pad: [0; 3] }
+}

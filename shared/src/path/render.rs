@@ -1,0 +1,170 @@
+//! Kernels: the samples of a pixel, and the pixels of a launch.
+
+use super::Path;
+use crate::buffer::{Slots, load, load_slot, store, store_slot};
+use crate::features::{Features, REGENERATE, has};
+use crate::film::{Carry, PixelSums};
+use crate::params::{FLAG_FINISH, RenderParams};
+use crate::rng::PathKey;
+use crate::scene::Scene;
+use crate::traversal::closest_hit;
+use crate::warp::{self, Counter};
+
+/// Adds the launch's samples of pixel (`x`, `y`), in the order of their indices, to `film[slot]`, and what they round off to
+/// `carries[slot]`. Whether both stay in memory between samples is the caller's choice: in Vulkan's buffers they do, and are 11 % faster
+/// there on scenes with light sampling; CUDA is 19 % slower so, and hands over variables of its own.
+///
+/// With [`REGENERATE`] a lane whose path ended starts its next sample at once; without it waits for the longest path of its warp.
+///
+/// # Safety
+///
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths. All lanes of
+/// a warp that reach their end call this together, for as many samples each.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn render_pixel<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    x: u32,
+    y: u32,
+    film: &mut [PixelSums],
+    carries: &mut [Carry],
+    slot: u32,
+) {
+    if params.resume == 0 {
+        // SAFETY: the caller's promise.
+        unsafe {
+            store(film, slot, PixelSums::ZERO);
+            store(carries, slot, Carry::ZERO);
+        }
+    }
+    let pixel = y * params.width + x;
+    let mut path = Path::new(PathKey { seed: params.seed, pixel, sample: params.first_sample });
+    while path.key.sample < params.end_sample {
+        if path.fresh {
+            path.begin::<FEATURES>(params, x, y);
+        }
+        // SAFETY: the caller's promise.
+        let mut ended = unsafe { turn::<FEATURES>(params, scene, &mut path) };
+        if !has(FEATURES, REGENERATE) {
+            while !ended {
+                // SAFETY: the caller's promise.
+                ended = unsafe { turn::<FEATURES>(params, scene, &mut path) };
+            }
+            warp::meet();
+        }
+        if ended {
+            // SAFETY: the caller's promise, and the stores above or of the launch before.
+            unsafe {
+                let (mut sums, mut carry) = (load(film, slot), load(carries, slot));
+                path.end::<FEATURES>(params, &mut sums, &mut carry);
+                store(film, slot, sums);
+                store(carries, slot, carry);
+            }
+        }
+    }
+    if params.flags & FLAG_FINISH != 0 {
+        // SAFETY: as above.
+        unsafe {
+            let mut sums = load(film, slot);
+            sums.finish(load(carries, slot));
+            store(film, slot, sums);
+        }
+    }
+}
+
+/// Traces the path's ray and goes on from there. Returns whether the path ended.
+///
+/// # Safety
+///
+/// As [`render_pixel`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn turn<const FEATURES: Features>(params: &RenderParams, scene: Scene, path: &mut Path) -> bool {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let hit = closest_hit::<FEATURES>(params, scene, path.ray, path.reach::<FEATURES>(params));
+        path.advance::<FEATURES>(params, scene, hit)
+    }
+}
+
+/// Pixels across and down a tile: a warp starts on one.
+const TILE: (u32, u32) = (8, 4);
+
+/// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border have less.
+#[inline(always)]
+fn pixel_of(params: &RenderParams, index: u32) -> (u32, u32, bool) {
+    let across = params.width.div_ceil(TILE.0);
+    let (tile, inside) = (index / (TILE.0 * TILE.1), index % (TILE.0 * TILE.1));
+    let x = tile % across * TILE.0 + inside % TILE.0;
+    let row = tile / across * TILE.1 + inside / TILE.0;
+    (x, params.first_row + row, x < params.width && row < params.rows)
+}
+
+/// Renders pixels of the launch's rows until a queue that all lanes share has no more: what [`render_pixel`] does, by persistent threads
+/// (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs", HPG 2009). A lane that is done with its pixel takes the next one
+/// of the 32 that its warp took; so no lane waits for another's pixel, and neighbours mostly are in one warp.
+///
+/// # Safety
+///
+/// As [`render_pixel`], for all pixels of the image; whole warps call this, with `counter` at 0 when the launch begins, and
+/// the launch has less than 2^31 pixels.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn render_queue<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    film: &mut Slots<PixelSums>,
+    carries: &mut Slots<Carry>,
+    counter: &mut Counter,
+) {
+    let tiles = params.width.div_ceil(TILE.0) * params.rows.div_ceil(TILE.1);
+    let total = tiles * (TILE.0 * TILE.1);
+    let mut batch = warp::Batch::EMPTY;
+    let mut open = true;
+    let mut busy = false;
+    let (mut x, mut y) = (0, 0);
+    let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
+    let mut path = Path::new(PathKey { seed: params.seed, pixel: 0, sample: 0 });
+    loop {
+        let index = warp::take(counter, &mut batch, open && !busy);
+        if index != warp::NOTHING {
+            open = index < total;
+            let inside;
+            (x, y, inside) = pixel_of(params, index);
+            busy = open && inside;
+            if busy {
+                let pixel = y * params.width + x;
+                path = Path::new(PathKey { seed: params.seed, pixel, sample: params.first_sample });
+                (sums, carry) = (PixelSums::ZERO, Carry::ZERO);
+                if params.resume != 0 {
+                    // SAFETY: the pixel is of the image.
+                    unsafe { (sums, carry) = (load_slot(film, pixel), load_slot(carries, pixel)) };
+                }
+            }
+        }
+        if warp::count(busy || open) == 0 {
+            break;
+        }
+        if busy {
+            if path.fresh {
+                path.begin::<FEATURES>(params, x, y);
+            }
+            // SAFETY: the caller's promise.
+            if unsafe { turn::<FEATURES>(params, scene, &mut path) } {
+                path.end::<FEATURES>(params, &mut sums, &mut carry);
+                if path.key.sample == params.end_sample {
+                    busy = false;
+                    if params.flags & FLAG_FINISH != 0 {
+                        sums.finish(carry);
+                    }
+                    // SAFETY: the pixel is of the image.
+                    unsafe {
+                        store_slot(film, path.key.pixel, sums);
+                        store_slot(carries, path.key.pixel, carry);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What the lanes of a warp (Vulkan: a subgroup) tell each other; on the CPU a thread is a warp of one lane.
+//!
+//! All of it decides what is done next, never what a sample is: the image does not depend on who sits in the same warp.
+//! On CUDA all lanes of a warp that did not end call these together, as it waits for each of them.
+#![allow(unsafe_code, reason = "intrinsics; each block says why it is sound")]
+
+#[cfg(target_arch = "nvptx64")]
+mod intrinsics {
+    unsafe extern "C" {
+        #[link_name = "llvm.nvvm.vote.ballot.sync"]
+        pub fn ballot(lanes: i32, predicate: bool) -> i32;
+        #[link_name = "llvm.nvvm.shfl.sync.idx.i32"]
+        pub fn shuffle(lanes: i32, value: i32, from: i32, clamp: i32) -> i32;
+        #[link_name = "llvm.nvvm.read.ptx.sreg.lanemask.lt"]
+        pub fn lanes_before() -> i32;
+    }
+}
+
+/// A bit for each lane where `predicate` holds.
+#[cfg(target_arch = "nvptx64")]
+#[inline(always)]
+fn ballot(predicate: bool) -> u32 {
+    // SAFETY: all lanes that did not end are here, says the module.
+    unsafe { intrinsics::ballot(-1, predicate) as u32 }
+}
+
+/// Waits for the other lanes, where there is an instruction for that: on CUDA.
+#[inline(always)]
+pub fn meet() {
+    #[cfg(target_arch = "nvptx64")]
+    ballot(true);
+}
+
+/// In how many lanes `predicate` holds.
+#[inline(always)]
+pub fn count(predicate: bool) -> u32 {
+    #[cfg(target_arch = "nvptx64")]
+    return ballot(predicate).count_ones();
+    #[cfg(target_arch = "spirv")]
+    return spirv_std::arch::subgroup_ballot_bit_count(spirv_std::arch::subgroup_ballot(predicate));
+    #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+    return predicate as u32;
+}
+
+/// In how many lanes before this one `predicate` holds.
+#[inline(always)]
+fn rank(predicate: bool) -> u32 {
+    #[cfg(target_arch = "nvptx64")]
+    // SAFETY: reads a special register.
+    return (ballot(predicate) & unsafe { intrinsics::lanes_before() } as u32).count_ones();
+    #[cfg(target_arch = "spirv")]
+    return spirv_std::arch::subgroup_ballot_exclusive_bit_count(spirv_std::arch::subgroup_ballot(predicate));
+    #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+    return {
+        let _ = predicate;
+        0
+    };
+}
+
+/// A number that all lanes of a launch share.
+#[cfg(target_arch = "spirv")]
+pub type Counter<'a> = &'a mut [u32];
+/// A number that all lanes of a launch share.
+#[cfg(not(target_arch = "spirv"))]
+pub type Counter<'a> = &'a core::sync::atomic::AtomicU32;
+
+/// Adds `n` to the counter, once for the warp, and returns what it was.
+#[inline(always)]
+fn advance(counter: &mut Counter, n: u32) -> u32 {
+    #[cfg(target_arch = "nvptx64")]
+    // SAFETY: reads a special register; all lanes that did not end are here, and no lane of a warp ends before the others.
+    return unsafe {
+        let mut before = 0;
+        if intrinsics::lanes_before() == 0 {
+            before = counter.fetch_add(n, core::sync::atomic::Ordering::Relaxed);
+        }
+        intrinsics::shuffle(-1, before as i32, 0, 31) as u32
+    };
+    #[cfg(target_arch = "spirv")]
+    return {
+        use spirv_std::arch::{atomic_i_add, subgroup_broadcast_first, subgroup_elect};
+        use spirv_std::memory::{Scope, Semantics};
+        let mut before = 0;
+        if subgroup_elect() {
+            // SAFETY: a word of a storage buffer, which has one.
+            before = unsafe {
+                atomic_i_add::<u32, { Scope::QueueFamily as u32 }, { Semantics::NONE.bits() }>(
+                    &mut counter[0],
+                    n,
+                )
+            };
+        }
+        subgroup_broadcast_first(before)
+    };
+    #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+    return counter.fetch_add(n, core::sync::atomic::Ordering::Relaxed);
+}
+
+/// Numbers that a warp took from the counter and that no lane has yet.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch {
+    next: u32,
+    end: u32,
+}
+
+impl Batch {
+    /// None.
+    pub const EMPTY: Self = Self { next: 0, end: 0 };
+}
+
+/// What [`take`] gives where it has nothing to give.
+pub const NOTHING: u32 = u32::MAX;
+
+/// Numbers that a warp takes at a time. Measured on an H100: 64 are 3 % slower, 128 are 6 %, as the last warps hold more of the work.
+const BATCH: u32 = 32;
+
+/// The next number for each lane that wants one, or [`NOTHING`] for now.
+///
+/// On Vulkan nothing holds a warp together, so that lanes of one could have different batches: it takes as many as are wanted.
+#[inline(always)]
+pub fn take(counter: &mut Counter, batch: &mut Batch, wants: bool) -> u32 {
+    let wanted = count(wants);
+    if wanted == 0 {
+        return NOTHING;
+    }
+    if cfg!(target_arch = "spirv") {
+        let mine = advance(counter, wanted) + rank(wants);
+        return if wants { mine } else { NOTHING };
+    }
+    if batch.next == batch.end {
+        batch.next = advance(counter, BATCH);
+        batch.end = batch.next + BATCH;
+    }
+    let mine = batch.next + rank(wants);
+    let given = wants && mine < batch.end;
+    batch.next = if batch.next + wanted < batch.end { batch.next + wanted } else { batch.end };
+    if given { mine } else { NOTHING }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::sync::atomic::AtomicU32;
+
+    #[test]
+    fn a_lone_lane_takes_each_number_once() {
+        let counter = AtomicU32::new(0);
+        let (mut a, mut b) = (Batch::EMPTY, Batch::EMPTY);
+        let mut taken = [false; 8 * BATCH as usize];
+        for turn in 0..taken.len() {
+            let number = take(&mut &counter, if turn % 3 == 0 { &mut a } else { &mut b }, true) as usize;
+            if let Some(seen) = taken.get_mut(number) {
+                assert!(!core::mem::replace(seen, true), "{number} twice");
+            }
+            assert_eq!(take(&mut &counter, &mut a, false), NOTHING);
+        }
+        let count = taken.iter().filter(|&&seen| seen).count();
+        assert!(count >= taken.len() - BATCH as usize, "{count}");
+    }
+}
