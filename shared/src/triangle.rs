@@ -57,10 +57,10 @@ const _: () = assert!(size_of::<TriangleShading>() == 64 && align_of::<TriangleS
 #[derive(Clone, Copy, Debug)]
 pub struct Shear {
     /// Which axis: 0 x, 1 y, 2 z.
-    pub(crate) axis: u32,
-    pub(crate) x: f32,
-    pub(crate) y: f32,
-    pub(crate) z: f32,
+    axis: u32,
+    x: f32,
+    y: f32,
+    z: f32,
 }
 
 /// The cyclic turn of axes that makes `axis` the third.
