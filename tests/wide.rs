@@ -9,13 +9,14 @@ use trisect::bvh::{Bvh, Wide};
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings, Traversal};
 use trisect::scene::Scene;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit};
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach};
 use trisect_shared::features::{AVX2, AVX512, FLATS, Features, LINEAR, TRIANGLES, WIDE};
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
+use trisect_shared::traversal::closest_hit;
 use trisect_shared::triangle::{Triangle, TriangleShading};
 use trisect_shared::wide::WideTree;
 use trisect_tests::scene;
@@ -242,7 +243,7 @@ fn shadow_rays_know_their_target() {
         let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &closest);
         // Half of the targets are what the ray meets first.
         let target = |i: usize| match want[i].primitive {
-            primitive if i % 2 == 0 && primitive != NO_PRIMITIVE => primitive,
+            primitive if i.is_multiple_of(2) && primitive != NO_PRIMITIVE => primitive,
             _ => words(23, i as u32)[0] % primitives,
         };
         let any: Vec<(Ray, Reach)> = (0..)

@@ -26,7 +26,7 @@ use trisect::backend::cpu::{Cpu, InstructionSet};
 use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit};
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach};
 use trisect_shared::features::{self, Features, TRIANGLES, WIDE};
 use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::params::RenderParams;
@@ -34,6 +34,7 @@ use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
 use trisect_shared::sphere::MISS;
+use trisect_shared::traversal::closest_hit;
 use trisect_shared::triangle::Triangle;
 
 const SIDE: u32 = 1024;

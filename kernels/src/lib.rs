@@ -11,8 +11,9 @@
 //! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | the arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
 //! | 11 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
 //! | 12 | storage | pointer | `[Carry]`, a whole image; read and written by launches of a part of a chunk only |
+//! | 13 | storage | pointer | a counter, 0 when a launch begins: where persistent threads find their pixels |
 //!
-//! A thread serves pixel (x, `first_row` + y); work groups are 8 × 8.
+//! A thread serves pixel (x, `first_row` + y); work groups are 8 × 8. Persistent threads serve what they take, in any number of work groups.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
@@ -37,7 +38,13 @@ macro_rules! for_each_variant {
             render_untextured_sobol "render_untextured_sobol": ALL & !TEXTURES | SOBOL | REGENERATE,
             render_all "render_all": ALL | REGENERATE,
             render_all_sobol "render_all_sobol": ALL | SOBOL | REGENERATE,
+            render_schlick_linear "render_schlick_linear": SCHLICK | ROULETTE | LINEAR,
+            render_schlick_pixel "render_schlick_pixel": SCHLICK | ROULETTE,
+            render_schlick_persistent "render_schlick_persistent": SCHLICK | ROULETTE | REGENERATE | PERSISTENT,
+            render_untextured_persistent "render_untextured_persistent": ALL & !TEXTURES | REGENERATE | PERSISTENT,
             render_all_linear "render_all_linear": ALL | LINEAR | REGENERATE,
+            render_all_pixel "render_all_pixel": ALL,
+            render_all_persistent "render_all_persistent": ALL | REGENERATE | PERSISTENT,
         }
     };
 }

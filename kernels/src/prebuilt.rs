@@ -1,7 +1,7 @@
 //! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
 
 use trisect_shared::features::{
-    ALL, Features, LINEAR, METHOD, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+    ALL, Features, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
 };
 
 /// SPIR-V for Vulkan 1.2 with all entry points.
@@ -28,6 +28,15 @@ pub struct Variant {
     pub features: Features,
 }
 
+impl Variant {
+    /// Whether it renders what needs these features right, by whatever method.
+    pub fn serves(self, features: Features) -> bool {
+        // Without microfacets a variant has one Fresnel, not the choice of both.
+        let fresnel = self.features & (SCHLICK | MICROFACETS) != SCHLICK || features & SCHLICK != 0;
+        features & !METHOD & !self.features == 0 && fresnel
+    }
+}
+
 macro_rules! table {
     ($($name:ident $text:tt: $features:expr,)*) => {
         /// All render entry points.
@@ -39,9 +48,8 @@ for_each_variant!(table);
 
 /// The first, that is the cheapest, variant that can do all of `features`, by just their method.
 pub fn variant(features: Features) -> Option<Variant> {
-    VARIANTS.iter().copied().find(|variant| {
-        variant.features & features == features && variant.features & METHOD == features & METHOD
-    })
+    let same_method = |variant: &Variant| variant.features & METHOD == features & METHOD;
+    VARIANTS.iter().copied().find(|variant| variant.serves(features) && same_method(variant))
 }
 
 /// The variant with this name.

@@ -7,9 +7,13 @@ use core::arch::nvptx::{
     _block_dim_x, _block_dim_y, _block_idx_x, _block_idx_y, _thread_idx_x, _thread_idx_y, trap,
 };
 use core::slice::from_raw_parts;
+use core::sync::atomic::AtomicU32;
+use trisect_shared::buffer::Slots;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{ALL, LINEAR, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES};
+use trisect_shared::features::{
+    ALL, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
+};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
@@ -38,11 +42,11 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
     }
 }
 
-/// An entry point: `$body` gets the launch record, the scene, the pixel, and the output.
+/// An entry point: `$body` gets the launch record, the scene, the pixel, the output, and the counter of the queue.
 ///
 /// The scene's pointers are arguments of their own: only of those LLVM knows that they point to global memory.
 macro_rules! entry_point {
-    ($name:ident, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident| $body:block) => {
+    ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident| $body:block) => {
         /// See `kernels/README.md` for the arguments.
         ///
         /// # Safety
@@ -65,9 +69,11 @@ macro_rules! entry_point {
             environment: *const EnvironmentTexel,
             $output: *mut $record,
             $carries: *mut Carry,
+            $counter: *mut u32,
         ) {
             let ($x, $y) = pixel_of_thread(&$params);
-            if $x >= $params.width || $y >= $params.height {
+            // Persistent threads find their pixels elsewhere.
+            if !$persistent && ($x >= $params.width || $y >= $params.height) {
                 return;
             }
             // SAFETY: the caller's promise, and the guard.
@@ -92,7 +98,14 @@ macro_rules! entry_point {
 
 macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
-        entry_point!($name, PixelSums, |params, scene, x, y, film, carries| {
+        entry_point!($name, PixelSums, has($features, PERSISTENT), |params, scene, x, y, film, carries, counter| {
+            if has($features, PERSISTENT) {
+                let pixels = params.width as usize * params.height as usize;
+                let (mut film, mut carries) = (Slots::new(film, pixels), Slots::new(carries, pixels));
+                let mut counter = AtomicU32::from_ptr(counter);
+                path::render_queue::<{ $features }>(&params, scene, &mut film, &mut carries, &mut counter);
+                return;
+            }
             let pixel = (y * params.width + x) as usize;
             let (film, carries) = (film.add(pixel), carries.add(pixel));
             let (mut sums, mut carry) = ([PixelSums::ZERO], [Carry::ZERO]);
@@ -110,6 +123,6 @@ macro_rules! render {
 
 for_each_variant!(render);
 
-entry_point!(first_hit, FirstHit, |params, scene, x, y, hits, _carries| {
+entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _carries, _counter| {
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
 });

@@ -5,7 +5,9 @@ use spirv_std::spirv;
 use trisect_shared::buffer::store;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{ALL, LINEAR, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES};
+use trisect_shared::features::{
+    ALL, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
+};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
@@ -17,9 +19,9 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// An entry point: `$body` gets the launch record, the scene, the pixel, and the output's buffer.
+/// An entry point: `$body` gets the launch record, the scene, the pixel, the output's buffer, and the counter's.
 macro_rules! entry_point {
-    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident| $body:block) => {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "a binding each")]
@@ -38,8 +40,10 @@ macro_rules! entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[EnvironmentTexel],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [$record],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $carries: &mut [Carry],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] $counter: &mut [u32],
         ) {
-            if id.x >= $params.width || id.y >= $params.rows {
+            // Persistent threads find their pixels elsewhere.
+            if !$persistent && (id.x >= $params.width || id.y >= $params.rows) {
                 return;
             }
             let ($x, $y) = (id.x, $params.first_row + id.y);
@@ -55,11 +59,17 @@ macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, |params, scene, x, y, film, carries| {
+            $name $text, PixelSums, has($features, PERSISTENT), |params, scene, x, y, film, carries, counter| {
                 // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
-                    path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, y * params.width + x);
+                    if has($features, PERSISTENT) {
+                        let (mut film, mut carries, mut counter) = (film, carries, counter);
+                        path::render_queue::<{ $features }>(params, scene, &mut film, &mut carries, &mut counter);
+                    } else {
+                        let slot = y * params.width + x;
+                        path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, slot);
+                    }
                 }
             }
         }
@@ -70,7 +80,7 @@ for_each_variant!(render);
 
 entry_point! {
     /// Writes each pixel's first hit.
-    first_hit "first_hit", FirstHit, |params, scene, x, y, hits, _carries| {
+    first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _carries, _counter| {
         // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
         #[allow(unsafe_code, reason = "see buffer")]
         unsafe {

@@ -54,8 +54,8 @@ pub struct RenderParams {
     pub environment_sin: f32,
     /// Number of the scene's primitives.
     pub primitives: u32,
-    /// Unused. (Words, as above.)
-    pub pad0: u32,
+    /// Pixels that a persistent lane takes, at most.
+    pub lane_pixels: u32,
     /// Unused.
     pub pad1: u32,
     /// Unused.

@@ -2,15 +2,16 @@
 
 use glam::Vec3;
 
-/// A half-line: points `origin` + t `direction`, t > 0.
+/// A half-line: points `origin` + t `direction`, t > 0. In rows, as naga lays out what holds it.
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Start, in scene units.
     pub origin: Vec3,
-    /// Unit vector.
-    pub direction: Vec3,
     /// The primitive that the ray leaves.
     pub departure: Departure,
+    /// Unit vector.
+    pub direction: Vec3,
 }
 
 /// The primitive that a ray starts on, and on which side of it; keeps it from hitting that primitive where it starts.
@@ -18,6 +19,7 @@ pub struct Ray {
 /// A ray that leaves a convex primitive outward cannot meet it again, and one that leaves inward meets the far side
 /// only. Knowing that takes no epsilon, so it holds at every scale (numerics: torture tests 8 and 12), where offsets
 /// fail for small or remote primitives.
+#[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Departure(u32);
 

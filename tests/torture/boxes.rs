@@ -79,15 +79,16 @@ fn loose(scene: &Scene, bvh: &Bvh) -> (usize, f64) {
     let mut below = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bvh.nodes.len()];
     let (mut wrong, mut narrowest) = (0, f64::INFINITY);
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
-        for (child, low, high) in [(node.first, 0, 2), (node.second, 1, 3)] {
+        for (child, center, half) in [(node.first, 0, 2), (node.second, 1, 3)] {
             let child = Child(child);
-            let corner = |k: usize| DVec3::new(node.x[k].into(), node.y[k].into(), node.z[k].into());
+            let row = |k: usize| DVec3::new(node.x[k].into(), node.y[k].into(), node.z[k].into());
+            let (low, high) = (row(center) - row(half), row(center) + row(half));
             let held = if child.is_leaf() {
                 exact_box(scene, bvh, child.index() as usize)
             } else {
                 below[child.index() as usize]
             };
-            let room = (held.0 - corner(low)).min(corner(high) - held.1);
+            let room = (held.0 - low).min(high - held.1);
             wrong += usize::from(room.is_nan() || room.min_element() < 0.0);
             if child.is_leaf() {
                 let size = held.0.abs().max(held.1.abs()) + (held.1 - held.0).max_element();

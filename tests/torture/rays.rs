@@ -44,8 +44,7 @@ fn mixed() -> ProbeScene {
 
 /// The first or second child's box.
 fn child_box(node: &BvhNode, second: bool) -> (Vec3, Vec3) {
-    let (low, high) = if second { (1, 3) } else { (0, 2) };
-    (Vec3::new(node.x[low], node.y[low], node.z[low]), Vec3::new(node.x[high], node.y[high], node.z[high]))
+    node.boxes()[usize::from(second)]
 }
 
 /// Rays that start on faces of boxes, one in four on an edge; with direction components from `components`, made unit vectors.
@@ -169,7 +168,9 @@ fn t09_brute_force(subject: Subject) {
     }
     let mut cut = scene.clone();
     let node = &mut cut.bvh.nodes[0];
-    node.x.z -= 0.01 * (node.x.z - node.x.x);
+    // Half of it less of the half, and the centre moved by as much: from the upper end.
+    node.x.x -= 0.01 * node.x.z;
+    node.x.z -= 0.01 * node.x.z;
     for (name, broken) in [("a leaf", lost), ("a hundredth of a box", cut)] {
         let twin = both(subject, &broken, few).unwrap_or_default();
         assert!(twin.wrong > 0, "without {name}: {twin:?}");
@@ -186,8 +187,9 @@ fn t25_tiny_components(subject: Subject) {
     // The twin: the boxes of the root's children without a hundredth.
     let mut cut = scene.clone();
     let node = &mut cut.bvh.nodes[0];
-    let width = Vec4::new(node.y.z - node.y.x, node.y.w - node.y.y, 0.0, 0.0);
-    node.y += 0.01 * width;
+    // From the lower end.
+    let (half, half2) = (node.y.z, node.y.w);
+    node.y += 0.01 * Vec4::new(half, half2, -half, -half2);
     let twin = both(subject, &cut, &questions[..20_000]).unwrap_or_default();
     assert!(twin.wrong > 0, "without a hundredth of the boxes: {twin:?}");
     tell(25, subject, &questions, found);
@@ -239,8 +241,9 @@ fn t24_thin_slabs(subject: Subject) {
         for node in &mut scene.bvh.nodes {
             let [first, second] = [node.first, node.second].map(|child| Child(child).is_leaf());
             for row in [&mut node.x, &mut node.y, &mut node.z] {
-                row.z = if first { 0.5 * (row.x + row.z) } else { row.z };
-                row.w = if second { 0.5 * (row.y + row.w) } else { row.w };
+                let (half, half2) =
+                    (if first { 0.5 * row.z } else { 0.0 }, if second { 0.5 * row.w } else { 0.0 });
+                *row -= Vec4::new(half, half2, half, half2);
             }
         }
         lost += misses(&scene).unwrap_or_default();

@@ -12,7 +12,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{WIDE, has};
+use trisect_shared::features::{Features, WIDE, has};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
@@ -168,7 +168,7 @@ impl Backend for Cpu {
         &self.device
     }
 
-    fn best_method(&self) -> (Traversal, Schedule) {
+    fn best_method(&self, _kernel: Features) -> (Traversal, Schedule) {
         let traversal = match self.instructions {
             InstructionSet::Baseline => Traversal::Stack,
             InstructionSet::Avx2 | InstructionSet::Avx512 => Traversal::Wide,

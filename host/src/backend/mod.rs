@@ -16,6 +16,7 @@ use crate::scene;
 use serde::Serialize;
 use std::time::Duration;
 use trisect_kernels::Variant;
+use trisect_shared::features::{EMITTERS, ENVIRONMENT, FLATS, Features, TEXTURES, TRIANGLES};
 use trisect_shared::film::PixelSums;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -101,6 +102,9 @@ impl Launch {
     }
 }
 
+/// What makes a kernel large: many registers, and lanes that do different things.
+const LARGE: Features = FLATS | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES;
+
 /// What stays the same over all submissions of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Job {
@@ -129,9 +133,9 @@ pub trait Backend: Send {
     /// The device in use.
     fn device(&self) -> &Device;
 
-    /// What is fastest here, by docs/performance.md. With [`Traversal::Wide`], each kernel that traces the binary tree can trace the wide one
+    /// What is fastest here for a kernel with these features, by docs/performance.md. With [`Traversal::Wide`], each kernel that traces the binary tree can trace the wide one
     /// instead, which is then made.
-    fn best_method(&self) -> (Traversal, Schedule) {
+    fn best_method(&self, _kernel: Features) -> (Traversal, Schedule) {
         (Traversal::Stack, Schedule::Regenerate)
     }
 

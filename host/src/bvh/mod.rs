@@ -98,9 +98,8 @@ impl Bvh {
             if child.is_leaf() {
                 return (Vec3::from(boxes[index].0.min), Vec3::from(boxes[index].0.max));
             }
-            let BvhNode { x, y, z, .. } = nodes[index];
-            let low = Vec3::new(x.x.min(x.y), y.x.min(y.y), z.x.min(z.y));
-            (low, Vec3::new(x.z.max(x.w), y.z.max(y.w), z.z.max(z.w)))
+            let [(low, high), (low2, high2)] = nodes[index].boxes();
+            (low.min(low2), high.max(high2))
         };
         // Children come after their parents.
         for index in (0..self.nodes.len()).rev() {
@@ -284,14 +283,18 @@ mod tests {
         let bvh = Bvh::build(&scene, Some(BvhQuality::Fast)).unwrap();
         let boxes = bounds(&scene);
         for node in &bvh.nodes {
-            for (child, low, high) in [(node.first, node.x.x, node.x.z), (node.second, node.x.y, node.x.w)] {
-                if Child(child).is_leaf() {
+            for (child, (low, high)) in [node.first, node.second].into_iter().zip(node.boxes()) {
+                let (least, greatest) = if Child(child).is_leaf() {
                     let b = boxes[Child(child).index() as usize].0;
-                    assert_eq!((b.min.x, b.max.x), (low, high));
+                    (Vec3::from(b.min), Vec3::from(b.max))
                 } else {
-                    let below = bvh.nodes[child as usize];
-                    assert_eq!((below.x.x.min(below.x.y), below.x.z.max(below.x.w)), (low, high));
-                }
+                    let [a, b] = bvh.nodes[child as usize].boxes();
+                    (a.0.min(b.0), a.1.max(b.1))
+                };
+                // Within three roundings of the coordinate.
+                let room = 4.0 * f32::EPSILON * least.x.abs().max(greatest.x.abs());
+                assert!(low.x <= least.x && least.x <= low.x + room, "{low} {least}");
+                assert!(high.x >= greatest.x && greatest.x >= high.x - room, "{high} {greatest}");
             }
         }
     }

@@ -5,12 +5,9 @@ mod prove;
 use super::Bvh;
 use crate::scene::{Scene, SceneError};
 use glam::Vec3;
-use trisect_shared::bvh::{BvhNode, Child};
+use trisect_shared::bvh::{Child, Corners};
 use trisect_shared::lanes::{LANES, Row};
 use trisect_shared::wide::{Kind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
-
-/// Lower and upper corner.
-type Corners = (Vec3, Vec3);
 
 /// What a subtree costs at best, and how. Costs are expected visits: a node's area relative to the root's, a leaf being as much as a node
 /// (ratios from 1 to 4 trace as fast).
@@ -71,15 +68,6 @@ struct Builder<'a> {
     first_triangle: u32,
     plans: Vec<Plan>,
     wide: Wide,
-}
-
-/// The boxes of a node's children.
-fn corners(node: &BvhNode) -> [Corners; 2] {
-    let BvhNode { x, y, z, .. } = node;
-    [
-        (Vec3::new(x.x, y.x, z.x), Vec3::new(x.z, y.z, z.z)),
-        (Vec3::new(x.y, y.y, z.y), Vec3::new(x.w, y.w, z.w)),
-    ]
 }
 
 /// Half the surface of a box, in double precision: f32's range is too small for the squares of its own numbers.
@@ -150,11 +138,11 @@ impl<'a> Builder<'a> {
         let none = Plan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
         self.plans = vec![none; nodes.len()];
         let root = nodes.first().map_or(1.0, |node| {
-            let [a, b] = corners(node);
+            let [a, b] = node.boxes();
             area(union(a, b))
         });
         for (index, node) in nodes.iter().enumerate().rev() {
-            let [a, b] = corners(node);
+            let [a, b] = node.boxes();
             let [area, area_a, area_b] = [union(a, b), a, b].map(|b| (area(b) / root) as f32);
             let (a, b) = (self.of(Child(node.first), area_a), self.of(Child(node.second), area_b));
             // The cheapest way to have both children as `trees` trees; some way even if no cost is a number.
@@ -216,7 +204,7 @@ impl<'a> Builder<'a> {
     /// The trees that the subtree of an inner node is cut into, `first` of them its first child's, of `trees` in all at most.
     fn forest(&self, node: Child, first: usize, trees: usize, list: &mut Vec<(Child, Corners)>) {
         let node = &self.bvh.nodes[node.index() as usize];
-        let [a, b] = corners(node);
+        let [a, b] = node.boxes();
         for (child, corners, mut trees) in
             [(Child(node.first), a, first), (Child(node.second), b, trees - first)]
         {

@@ -4,8 +4,8 @@ use super::settings::{Settings, SettingsError};
 use serde::Serialize;
 use trisect_kernels::{VARIANTS, Variant, variant, variant_by_name};
 use trisect_shared::features::{
-    EMITTERS, ENVIRONMENT, FLATS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK,
-    SOBOL, TEXTURES, TRIANGLES, WIDE,
+    EMITTERS, ENVIRONMENT, FLATS, Features, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE,
+    SCHLICK, SOBOL, TEXTURES, TRIANGLES, WIDE,
 };
 
 /// How the closest hit is found. All find the same.
@@ -70,9 +70,28 @@ impl Schedule {
     }
 }
 
-/// The kernel for a scene with these features: the one that the settings name, or the cheapest that covers them with the method asked for,
-/// where the settings name none `default`. Where there is a `wide` tree, each kernel for the binary one can trace it, too.
+/// The kernel for a scene with these features: the one that the settings name, or the cheapest that covers them with the method asked for.
+/// Where the settings name no traversal or schedule, what is `best` for that kernel, unless only a larger kernel has the schedule. Where
+/// there is a `wide` tree, each kernel for the binary one can trace it, too.
 pub(super) fn choose(
+    scene: Features,
+    settings: &Settings,
+    best: impl Fn(Features) -> (Traversal, Schedule),
+    wide: bool,
+) -> Result<Variant, SettingsError> {
+    let needed = scene | settings.features();
+    let cheapest = of_traversal(scene, settings, (best(needed).0, Schedule::Regenerate), wide)?;
+    if settings.schedule.is_some() || settings.variant.is_some() {
+        return Ok(cheapest);
+    }
+    let size = |variant: Variant| variant.features & !(METHOD | ROULETTE | SCHLICK);
+    let method = cheapest.features & (LINEAR | WIDE) | best(cheapest.features).1.features();
+    let better = variant(needed | method).filter(|&better| size(better) == size(cheapest));
+    Ok(better.unwrap_or(cheapest))
+}
+
+/// The cheapest by the traversal asked for or by default.
+fn of_traversal(
     scene: Features,
     settings: &Settings,
     default: (Traversal, Schedule),
@@ -105,13 +124,15 @@ fn stored(
         let missing = needed & !variant.features;
         let other = settings.traversal.is_some_and(|t| t != Traversal::of(variant.features))
             || settings.schedule.is_some_and(|s| s != Schedule::of(variant.features));
-        return if missing != 0 || other {
+        return if !variant.serves(needed) || other {
             let missing = if missing != 0 {
                 describe(missing)
+            } else if !variant.serves(needed) {
+                "Fresnel's equations".to_owned()
             } else {
                 "the --traversal or --schedule asked for".to_owned()
             };
-            let able = names(|variant| needed & !variant.features == 0);
+            let able = names(|variant| variant.serves(needed));
             Err(SettingsError::VariantLacks { name: name.to_owned(), missing, able })
         } else {
             Ok(variant)
@@ -127,7 +148,7 @@ fn stored(
     found.ok_or_else(|| SettingsError::NoVariant {
         needed: describe(needed | traversal.features() | schedules[0].features())
             + if schedules[0] == Schedule::Pixel { ", --schedule pixel" } else { "" },
-        able: names(|variant| needed & !variant.features == 0),
+        able: names(|variant| variant.serves(needed)),
     })
 }
 
@@ -162,6 +183,7 @@ fn describe(features: Features) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Fresnel;
     use crate::scene::Scene;
 
     const DEFAULT: (Traversal, Schedule) = (Traversal::Stack, Schedule::Regenerate);
@@ -172,19 +194,45 @@ mod tests {
 
     #[test]
     fn the_cheapest_that_covers() {
-        let name =
-            |scene, settings: &Settings| choose(scene, settings, DEFAULT, false).map(|variant| variant.name);
+        let name = |scene, settings: &Settings| {
+            choose(scene, settings, |_| DEFAULT, false).map(|variant| variant.name)
+        };
         assert_eq!(name(0, &settings()), Ok("render"));
         assert_eq!(name(0, &Settings { roulette: true, ..settings() }), Ok("render_roulette"));
         assert_eq!(name(TEXTURES, &settings()), Ok("render_all"));
+    }
+
+    /// The best schedule is taken where a kernel as small has it.
+    #[test]
+    fn a_schedule_does_not_make_a_kernel_larger() {
+        let queue = |_| (Traversal::Stack, Schedule::Persistent);
+        let name = |settings: &Settings| choose(0, settings, queue, false).map(|variant| variant.name);
+        assert_eq!(name(&settings()), Ok("render"));
+        let schlick = Settings { fresnel: Fresnel::Schlick, ..settings() };
+        assert_eq!(name(&schlick), Ok("render_schlick_persistent"));
+        let all = choose(TEXTURES, &settings(), queue, false).map(|variant| variant.name);
+        assert_eq!(all, Ok("render_all_persistent"));
+    }
+
+    /// Hello world reflects by Fresnel's equations: no variant that has Schlick's approximation alone will do.
+    #[test]
+    fn fresnel_is_met() {
+        for schedule in [Schedule::Pixel, Schedule::Persistent] {
+            let settings = Settings { schedule: Some(schedule), ..settings() };
+            let name = choose(0, &settings, |_| DEFAULT, false).map(|variant| variant.name);
+            assert!(name.is_ok_and(|name| name.starts_with("render_all_")));
+        }
+        let named = Settings { variant: Some("render_schlick"), ..settings() };
+        let error = choose(0, &named, |_| DEFAULT, false).map_err(|error| error.to_string());
+        assert!(error.is_err_and(|error| error.contains("lacks Fresnel's equations")));
     }
 
     #[test]
     fn a_method_is_met_exactly() {
         for traversal in [Traversal::Linear, Traversal::Stack] {
             let settings = Settings { traversal: Some(traversal), ..settings() };
-            let variant =
-                choose(TRIANGLES, &settings, DEFAULT, false).map(|variant| Traversal::of(variant.features));
+            let variant = choose(TRIANGLES, &settings, |_| DEFAULT, false)
+                .map(|variant| Traversal::of(variant.features));
             assert_eq!(variant, Ok(traversal));
         }
     }
@@ -194,7 +242,7 @@ mod tests {
         let of = |traversal, variant, wide| {
             let settings = Settings { traversal, variant, ..settings() };
             let default = (Traversal::Wide, Schedule::Regenerate);
-            choose(0, &settings, default, wide).map(|v| (v.name, Traversal::of(v.features)))
+            choose(0, &settings, |_| default, wide).map(|v| (v.name, Traversal::of(v.features)))
         };
         assert_eq!(of(None, None, true), Ok(("render", Traversal::Wide)));
         assert_eq!(of(Some(Traversal::Wide), Some("render_all"), true), Ok(("render_all", Traversal::Wide)));
@@ -209,7 +257,7 @@ mod tests {
     #[test]
     fn a_variant_by_name_must_cover_the_scene() {
         let named =
-            |name, scene| choose(scene, &Settings { variant: Some(name), ..settings() }, DEFAULT, false);
+            |name, scene| choose(scene, &Settings { variant: Some(name), ..settings() }, |_| DEFAULT, false);
         assert_eq!(named("render_all", 0).map(|variant| variant.name), Ok("render_all"));
         let error = named("render", TRIANGLES | EMITTERS).map_err(|error| error.to_string());
         assert!(

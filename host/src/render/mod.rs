@@ -115,7 +115,7 @@ impl Renderer {
         let start = Instant::now();
         scene.prove()?;
         let bvh = Bvh::build(scene, quality)?;
-        let wide = match backend.best_method().0 {
+        let wide = match backend.best_method(scene.features()).0 {
             Traversal::Wide => Wide::new(scene, &bvh)?,
             _ => None,
         };
@@ -242,7 +242,8 @@ impl Renderer {
     /// Checks the settings, chooses the kernel and makes the film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
         settings.check()?;
-        let variant = method::choose(self.features, settings, self.backend.best_method(), self.wide)?;
+        let variant =
+            method::choose(self.features, settings, |kernel| self.backend.best_method(kernel), self.wide)?;
         let Settings { width, height, math, .. } = *settings;
         self.backend.prepare(&Job { width, height, variant, math })?;
         Ok(variant)
@@ -283,7 +284,7 @@ impl Renderer {
             environment_cos: cosine as f32,
             environment_sin: sine as f32,
             primitives: self.scene.primitives,
-            pad0: 0,
+            lane_pixels: u32::MAX,
             pad1: 0,
             pad2: 0,
         }

@@ -169,6 +169,14 @@ pub enum SettingsError {
         /// Those that cover the scene, by other methods.
         able: String,
     },
+    /// A schedule that the route to the driver does not have.
+    #[error(
+        "--schedule persistent needs kernels that reach the driver as they are, which {backend} does on Vulkan only; leave --schedule out"
+    )]
+    NoQueue {
+        /// The backend.
+        backend: &'static str,
+    },
     /// Two outputs to one file.
     #[error("--output and --stats name the same file, {path}")]
     SameFile {

@@ -3,13 +3,17 @@
 use crate::contraction;
 use crate::error::Error;
 use crate::toolchain::{Toolchain, output_of};
-use spirv_builder::{SpirvBuilder, SpirvMetadata};
+use spirv_builder::{Capability, SpirvBuilder, SpirvMetadata};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::time::Instant;
 
 /// The oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers compile it for newer devices.
 pub const PTX_ARCHITECTURE: &str = "sm_61";
+
+/// The oldest version of PTX with votes that wait for all lanes of a warp: CUDA 9 (2017).
+pub const PTX_VERSION: &str = "ptx60";
 
 /// Vulkan 1.2 is what wgpu asks of a device for SPIR-V 1.5.
 pub const SPIRV_TARGET: &str = "spirv-unknown-vulkan1.2";
@@ -53,29 +57,13 @@ struct Package {
 const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
 const PROBES: Package = Package { name: "trisect-probes", folder: "tests/probes" };
 
-/// Compiles SPIR-V, precise PTX and, of the kernels, fast PTX.
+/// Compiles SPIR-V, precise PTX and, of the kernels, fast PTX; SPIR-V, which takes longest, beside the rest.
 pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
-    let artifact = |name, kind, bytes| Artifact { name, kind, bytes };
-    let spirv = |name, package| spirv(root, toolchain, package).map(|b| artifact(name, Kind::Spirv, b));
-    let precise =
-        |name, package| ptx(root, toolchain, package, &[]).map(|b| artifact(name, Kind::PtxPrecise, b));
-    let fast =
-        |name, package| ptx(root, toolchain, package, &FAST_MATH).map(|b| artifact(name, Kind::PtxFast, b));
-    Ok(vec![
-        spirv("kernels/prebuilt/trisect.spv", &KERNELS)?,
-        spirv("tests/probes/prebuilt/probes.spv", &PROBES)?,
-        precise("kernels/prebuilt/trisect.precise.ptx", &KERNELS)?,
-        fast("kernels/prebuilt/trisect.fast.ptx", &KERNELS)?,
-        precise("tests/probes/prebuilt/probes.precise.ptx", &PROBES)?,
-    ])
-}
-
-fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8>, Error> {
     // spirv-builder runs the `cargo` and `rustc` that it finds first.
     let mut path = toolchain.directory.join("bin").into_os_string();
     path.push(":");
     path.push(std::env::var_os("PATH").unwrap_or_default());
-    // SAFETY: this program has one thread.
+    // SAFETY: this program has one thread as yet.
     #[allow(unsafe_code, reason = "spirv-builder takes its tools from the environment only")]
     unsafe {
         std::env::set_var("PATH", path);
@@ -83,7 +71,44 @@ fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8
         std::env::set_var("CARGO_PROFILE_RELEASE_LTO", "off");
         std::env::remove_var("RUSTUP_TOOLCHAIN");
     }
-    let mut builder = SpirvBuilder::new(root.join(package.folder), SPIRV_TARGET);
+    let timed = |name, kind, compile: &dyn Fn() -> Result<Vec<u8>, Error>| {
+        let start = Instant::now();
+        let bytes = compile()?;
+        eprintln!("compiled {name} in {:.0} s", start.elapsed().as_secs_f64());
+        Ok::<_, Error>(Artifact { name, kind, bytes })
+    };
+    let spirv = |name, package| timed(name, Kind::Spirv, &|| spirv(root, toolchain, package));
+    let precise = |name, package| timed(name, Kind::PtxPrecise, &|| ptx(root, toolchain, package, &[]));
+    let fast = |name, package| {
+        timed(name, Kind::PtxFast, &|| ptx(root, toolchain, package, &FAST_MATH).map(|bytes| flush(&bytes)))
+    };
+    let (of_spirv, of_ptx) = std::thread::scope(|scope| {
+        let of_ptx = scope.spawn(|| {
+            Ok([
+                precise("kernels/prebuilt/trisect.precise.ptx", &KERNELS)?,
+                fast("kernels/prebuilt/trisect.fast.ptx", &KERNELS)?,
+                precise("tests/probes/prebuilt/probes.precise.ptx", &PROBES)?,
+            ])
+        });
+        let of_spirv = || {
+            Ok([
+                spirv("kernels/prebuilt/trisect.spv", &KERNELS)?,
+                spirv("tests/probes/prebuilt/probes.spv", &PROBES)?,
+            ])
+        };
+        let of_spirv: Result<_, Error> = of_spirv();
+        let of_ptx: Result<_, Error> = of_ptx.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (of_spirv, of_ptx)
+    });
+    let ([kernels_spirv, probes_spirv], [precise, fast, probes]) = (of_spirv?, of_ptx?);
+    Ok(vec![kernels_spirv, probes_spirv, precise, fast, probes])
+}
+
+fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8>, Error> {
+    // What persistent lanes tell each other. Vulkan 1.1 has it in compute shaders wherever a subgroup has more than one lane.
+    let mut builder = SpirvBuilder::new(root.join(package.folder), SPIRV_TARGET)
+        .capability(Capability::GroupNonUniform)
+        .capability(Capability::GroupNonUniformBallot);
     builder.rustc_codegen_spirv_location = Some(toolchain.codegen_spirv());
     builder.target_dir_path = Some(root.join("target/kernels-spirv"));
     builder.spirv_metadata = SpirvMetadata::None;
@@ -105,6 +130,18 @@ fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8
     read(&optimised)
 }
 
+/// Fast PTX whose approximate operations take denormal numbers for zero: else each has instructions around it that scale them.
+fn flush(ptx: &[u8]) -> Vec<u8> {
+    let mut text = String::from_utf8_lossy(ptx).into_owned();
+    for operation in APPROXIMATE {
+        text = text.replace(&format!("{operation}.f32"), &format!("{operation}.ftz.f32"));
+    }
+    text.into_bytes()
+}
+
+/// What [`FAST_MATH`] makes of division, square root and its reciprocal.
+const APPROXIMATE: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // rsqrt.approx ends so, too
+
 fn ptx(root: &Path, toolchain: &Toolchain, package: &Package, llvm: &[&str]) -> Result<Vec<u8>, Error> {
     let target = root.join("target/kernels-ptx");
     let mut command = Command::new(toolchain.cargo());
@@ -120,7 +157,8 @@ fn ptx(root: &Path, toolchain: &Toolchain, package: &Package, llvm: &[&str]) -> 
         .arg(&target)
         // After fat LTO the assembly is the PTX of the whole program: nothing is left to link.
         .args(["--", "--emit=asm", "-Clinker=/bin/true", "-Zlocation-detail=none"])
-        .arg(format!("-Ctarget-cpu={PTX_ARCHITECTURE}"));
+        .arg(format!("-Ctarget-cpu={PTX_ARCHITECTURE}"))
+        .arg(format!("-Ctarget-feature=+{PTX_VERSION}"));
     for option in llvm {
         command.arg(format!("-Cllvm-args={option}"));
     }

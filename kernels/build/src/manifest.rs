@@ -1,6 +1,6 @@
 //! The manifest: which sources and tools the prebuilt kernels came from.
 
-use crate::compile::{Artifact, FAST_MATH, PTX_ARCHITECTURE, SPIRV_TARGET};
+use crate::compile::{Artifact, FAST_MATH, PTX_ARCHITECTURE, PTX_VERSION, SPIRV_TARGET};
 use crate::error::Error;
 use crate::toolchain::Toolchain;
 use serde::{Deserialize, Serialize};
@@ -173,7 +173,7 @@ fn settings(root: &Path) -> Result<BTreeMap<String, String>, Error> {
     Ok(BTreeMap::from([
         ("fast-math".to_owned(), FAST_MATH.join(" ")),
         ("profiles".to_owned(), profiles),
-        ("ptx".to_owned(), PTX_ARCHITECTURE.to_owned()),
+        ("ptx".to_owned(), format!("{PTX_ARCHITECTURE} {PTX_VERSION}")),
         ("spirv".to_owned(), SPIRV_TARGET.to_owned()),
     ]))
 }

@@ -40,34 +40,38 @@ const GREATEST_PASSES: u32 = 1023;
 /// A sample between two of its rays. A shadow ray is a ray like any other, so that there is one traversal.
 ///
 /// A path has at most `params.depth` segments, a light's connection among them, and is black beyond, as in the book.
+/// Vectors begin rows: naga lays records out so.
+#[repr(C, align(16))]
 #[derive(Clone, Copy)]
 struct Path {
-    key: PathKey,
-    /// Whether the sample has yet to get its camera ray.
-    fresh: bool,
-    segment: u32,
     ray: Ray,
+    /// The path's ray after a shadow ray, if it goes on.
+    next: Ray,
     throughput: Vec3,
+    segment: u32,
     radiance: Vec3,
     /// Rays traced.
     rays: u32,
+    /// What a light adds if nothing is between.
+    gathered: Vec3,
     /// Surfaces with holes passed.
     passes: u32,
+    key: PathKey,
     /// Of the direction that the path took last; 0 where light sampling cannot find it.
     density: f32,
     /// The primitive of that vertex.
     vertex: u32,
     /// The way from there to the ray's origin: above 0 after holes.
     travelled: f32,
-    /// Whether the ray is a shadow ray; the rest is of those.
-    shadow: bool,
+    /// Of a shadow ray.
     limit: f32,
     /// The light's primitive.
     target: u32,
-    /// What the light adds if nothing is between.
-    gathered: Vec3,
-    /// The path's ray after it, if it goes on.
-    next: Ray,
+    /// Whether the sample has yet to get its camera ray.
+    fresh: bool,
+    /// Whether the ray is a shadow ray.
+    shadow: bool,
+    /// Whether the path does after it.
     goes_on: bool,
 }
 

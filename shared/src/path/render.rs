@@ -44,13 +44,15 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
         if path.fresh {
             path.begin::<FEATURES>(params, x, y);
         }
-        // SAFETY: the caller's promise.
-        let mut ended = unsafe { turn::<FEATURES>(params, scene, &mut path) };
-        if !has(FEATURES, REGENERATE) {
-            while !ended {
-                // SAFETY: the caller's promise.
-                ended = unsafe { turn::<FEATURES>(params, scene, &mut path) };
+        let mut ended;
+        loop {
+            // SAFETY: the caller's promise.
+            ended = unsafe { turn::<FEATURES>(params, scene, &mut path) };
+            if ended || has(FEATURES, REGENERATE) {
+                break;
             }
+        }
+        if !has(FEATURES, REGENERATE) {
             warp::meet();
         }
         if ended {
@@ -94,7 +96,7 @@ const TILE: (u32, u32) = (8, 4);
 /// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border have less.
 #[inline(always)]
 fn pixel_of(params: &RenderParams, index: u32) -> (u32, u32, bool) {
-    let across = params.width.div_ceil(TILE.0);
+    let across = params.width.div_ceil(TILE.0).max(1); // no division by 0, which would be a panic
     let (tile, inside) = (index / (TILE.0 * TILE.1), index % (TILE.0 * TILE.1));
     let x = tile % across * TILE.0 + inside % TILE.0;
     let row = tile / across * TILE.1 + inside / TILE.0;
@@ -108,7 +110,7 @@ fn pixel_of(params: &RenderParams, index: u32) -> (u32, u32, bool) {
 /// # Safety
 ///
 /// As [`render_pixel`], for all pixels of the image; whole warps call this, with `counter` at 0 when the launch begins, and
-/// the launch has less than 2^31 pixels.
+/// the launch has less than 2^31 pixels, tiles rounded up. All lanes together take enough of them, by `params.lane_pixels`, which is not 0.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn render_queue<const FEATURES: Features>(
@@ -121,6 +123,7 @@ pub unsafe fn render_queue<const FEATURES: Features>(
     let tiles = params.width.div_ceil(TILE.0) * params.rows.div_ceil(TILE.1);
     let total = tiles * (TILE.0 * TILE.1);
     let mut batch = warp::Batch::EMPTY;
+    let mut left = params.lane_pixels;
     let mut open = true;
     let mut busy = false;
     let (mut x, mut y) = (0, 0);
@@ -129,10 +132,11 @@ pub unsafe fn render_queue<const FEATURES: Features>(
     loop {
         let index = warp::take(counter, &mut batch, open && !busy);
         if index != warp::NOTHING {
-            open = index < total;
             let inside;
             (x, y, inside) = pixel_of(params, index);
-            busy = open && inside;
+            busy = index < total && inside;
+            left -= 1;
+            open = index < total && left > 0;
             if busy {
                 let pixel = y * params.width + x;
                 path = Path::new(PathKey { seed: params.seed, pixel, sample: params.first_sample });

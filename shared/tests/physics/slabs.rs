@@ -4,12 +4,13 @@ use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
 use glam::Vec3;
-use trisect_shared::bvh::{BvhNode, Child, Reach, closest_hit};
+use trisect_shared::bvh::{BvhNode, Child, Reach};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
+use trisect_shared::traversal::closest_hit;
 
 type Box3 = (Vec3, Vec3);
 

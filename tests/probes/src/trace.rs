@@ -2,12 +2,13 @@
 
 use crate::record::{Input, Output, ProbeParams, row, vector};
 use glam::UVec4;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach, closest_hit, distance};
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach};
 use trisect_shared::features::{FLATS, Features, TRIANGLES};
 use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::MISS;
 use trisect_shared::surface;
+use trisect_shared::traversal::{closest_hit, distance};
 use trisect_shared::triangle::Shear;
 
 /// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction, and whether inward. Output: a normal, primitive; b

@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
 
 use trisect_shared::features::{
-    ALL, Features, LINEAR, MICROFACETS, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+    ALL, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
 };
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512, WIDE};
@@ -82,12 +82,13 @@ pub(super) fn kernel(name: &str, set: InstructionSet) -> Option<Kernel> {
         ($($name:ident $text:tt: $mask:expr,)*) => {
             [$(Compiled {
                 name: $text,
-                baseline: render_pixel::<{ $mask }>,
+                // A pool of threads is persistent as it is: one function for both.
+                baseline: render_pixel::<{ ($mask) & !PERSISTENT }>,
                 // Without LINEAR, so that its variant is not compiled for each set.
                 #[cfg(target_arch = "x86_64")]
-                avx2: render_avx2::<{ ($mask) & !LINEAR | WIDE | AVX2 }>,
+                avx2: render_avx2::<{ ($mask) & !(LINEAR | PERSISTENT) | WIDE | AVX2 }>,
                 #[cfg(target_arch = "x86_64")]
-                avx512: render_avx512::<{ ($mask) & !LINEAR | WIDE | AVX512 }>,
+                avx512: render_avx512::<{ ($mask) & !(LINEAR | PERSISTENT) | WIDE | AVX512 }>,
             },)*]
         };
     }

@@ -64,6 +64,23 @@ pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
     Some(text)
 }
 
+/// The module with a limit of the registers that a lane of its entry points has: more lanes fit the device then, and what does not fit
+/// the registers goes to memory.
+pub(super) fn limit_registers(ptx: &str, registers: u32) -> String {
+    let mut text = String::new();
+    for statement in statements(ptx) {
+        match statement.text.find('{') {
+            Some(body) if statement.kind == Kind::Entry => {
+                let (head, body) = statement.text.split_at(body);
+                text.push_str(&format!("{head}.maxnreg {registers}\n{body}"));
+            }
+            _ => text.push_str(statement.text),
+        }
+        text.push('\n');
+    }
+    text
+}
+
 /// The statements at the top level. What is left when the text ends within one is a statement, too: the driver will complain.
 fn statements(ptx: &str) -> Vec<Statement<'_>> {
     let mut statements = Vec::new();

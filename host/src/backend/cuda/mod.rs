@@ -9,10 +9,10 @@ mod extract;
 
 pub use driver::devices;
 
-use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
-use crate::render::MathMode;
+use super::{Backend, BackendError, Device, Job, LARGE, Launch, SceneRecords};
+use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::{Pod, Zeroable};
-use cudarc::driver::sys::CUevent_flags;
+use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
 use cudarc::driver::{
     CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, DevicePtrMut, DeviceRepr, LaunchConfig,
     PushKernelArg, result,
@@ -22,7 +22,8 @@ use driver::{describe, failed, probe, unavailable};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
-use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP};
+use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP, variant_by_name};
+use trisect_shared::features::{Features, PERSISTENT, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -34,6 +35,14 @@ const LEAST_CAPABILITY: (i32, i32) = (6, 1);
 /// Blocks down a grid, at most.
 const GRID_LIMIT: u32 = 65_535;
 
+/// Pixels of a launch of persistent lanes, at most: they count in 32 bits.
+const GREATEST_QUEUE: u64 = 1 << 31;
+
+/// A limit of a kernel's registers, by docs/performance.md: what more lanes at a time bring is more than what spilling costs.
+fn registers(features: Features) -> u32 {
+    if has_any(features, LARGE) { 96 } else { 64 }
+}
+
 /// A CUDA device.
 pub struct Cuda {
     device: Device,
@@ -42,6 +51,10 @@ pub struct Cuda {
     kernels: HashMap<(&'static str, MathMode), CudaFunction>,
     scene: Option<SceneOnDevice>,
     kernel: Option<CudaFunction>,
+    /// Whether its lanes take pixels from a queue.
+    persistent: bool,
+    /// Where they find them.
+    counter: CudaSlice<u32>,
     film: Option<Film>,
     math: MathMode,
     start: CudaEvent,
@@ -97,12 +110,16 @@ impl Cuda {
         }
         let event =
             || context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT)).map_err(failed("creating an event"));
+        let stream = context.default_stream();
+        let counter = stream.alloc_zeros(1).map_err(failed("allocating memory"))?;
         Ok(Self {
             device: describe(index)?,
-            stream: context.default_stream(),
+            stream,
             kernels: HashMap::new(),
             scene: None,
             kernel: None,
+            persistent: false,
+            counter,
             film: None,
             math: MathMode::Precise,
             start: event()?,
@@ -121,6 +138,10 @@ impl Cuda {
             action: "finding the kernel",
             message: format!("the built-in PTX has no entry point {name}"),
         })?;
+        let source = match variant_by_name(name) {
+            Some(variant) => extract::limit_registers(&source, registers(variant.features)),
+            None => source,
+        };
         let module = self
             .stream
             .context()
@@ -129,6 +150,20 @@ impl Cuda {
         let kernel = module.load_function(name).map_err(failed("finding the kernel"))?;
         self.kernels.insert((name, math), kernel.clone());
         Ok(kernel)
+    }
+
+    /// Blocks of a kernel that the device holds at the same time.
+    fn resident_blocks(&self, kernel: &CudaFunction) -> Result<u32, BackendError> {
+        let threads = WORKGROUP.0 * WORKGROUP.1;
+        let blocks = kernel
+            .occupancy_max_active_blocks_per_multiprocessor(threads, 0, None)
+            .map_err(failed("asking for the occupancy"))?;
+        let processors = self
+            .stream
+            .context()
+            .attribute(CUdevice_attribute_enum::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)
+            .map_err(failed("asking for an attribute"))?;
+        Ok((blocks * processors.unsigned_abs()).max(1))
     }
 
     fn allocate(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
@@ -166,6 +201,7 @@ impl Cuda {
         params: &RenderParams,
         output: &mut CudaSlice<u8>,
         carries: &mut CudaSlice<u8>,
+        persistent: bool,
     ) -> Result<Duration, BackendError> {
         let Some(scene) = &self.scene else {
             return Err(BackendError::Device {
@@ -180,19 +216,26 @@ impl Cuda {
             let (width, rows) = (params.width, params.rows);
             return Err(BackendError::TooLong { backend: "cuda", width, rows, limit });
         }
-        let config = LaunchConfig {
-            grid_dim: (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1), 1),
-            block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
-            shared_mem_bytes: 0,
-        };
+        let mut grid = (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1), 1);
+        if persistent {
+            if u64::from(grid.0) * u64::from(grid.1) * u64::from(WORKGROUP.0 * WORKGROUP.1) > GREATEST_QUEUE {
+                let (width, rows) = (params.width, params.rows);
+                let limit = GREATEST_QUEUE / u64::from(width);
+                return Err(BackendError::TooLong { backend: "cuda", width, rows, limit });
+            }
+            grid = (self.resident_blocks(kernel)?.min(grid.0 * grid.1), 1, 1);
+            self.stream.memset_zeros(&mut self.counter).map_err(failed("resetting the queue"))?;
+        }
+        let config =
+            LaunchConfig { grid_dim: grid, block_dim: (WORKGROUP.0, WORKGROUP.1, 1), shared_mem_bytes: 0 };
         self.start.record(&self.stream).map_err(failed("starting the timer"))?;
         let mut arguments = self.stream.launch_builder(kernel);
         arguments.arg(&argument).arg(&scene.lengths);
         for array in &scene.arrays {
             arguments.arg(array);
         }
-        arguments.arg(output).arg(carries);
-        // SAFETY: the arguments are those of every entry point (see trisect_kernels); `output`, and for a render kernel `carries`,
+        arguments.arg(output).arg(carries).arg(&mut self.counter);
+        // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, and for a render kernel `carries`,
         // hold a record for each pixel of the image, and the host proved the scene's indices.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
@@ -205,6 +248,10 @@ impl Cuda {
 impl Backend for Cuda {
     fn device(&self) -> &Device {
         &self.device
+    }
+
+    fn best_method(&self, _kernel: Features) -> (Traversal, Schedule) {
+        (Traversal::Stack, Schedule::Persistent)
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
@@ -229,6 +276,7 @@ impl Backend for Cuda {
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
         self.math = job.math;
+        self.persistent = has(job.variant.features, PERSISTENT);
         self.kernel = Some(self.kernel(job.variant.name, job.math)?);
         let bytes = job.pixels() * size_of::<PixelSums>();
         let mut film = match self.film.take() {
@@ -248,7 +296,7 @@ impl Backend for Cuda {
         let (Some(kernel), Some(mut film)) = (self.kernel.clone(), self.film.take()) else {
             return Err(not_prepared());
         };
-        let time = self.launch(&kernel, launch.params(), &mut film.sums, &mut film.carries);
+        let time = self.launch(&kernel, launch.params(), &mut film.sums, &mut film.carries, self.persistent);
         self.film = Some(film);
         time
     }
@@ -268,7 +316,7 @@ impl Backend for Cuda {
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;
         let mut no_carries = self.allocate(size_of::<Carry>(), "the first hits")?;
-        self.launch(&kernel, launch.params(), &mut memory, &mut no_carries)?;
+        self.launch(&kernel, launch.params(), &mut memory, &mut no_carries, false)?;
         hits.fill(FirstHit::zeroed());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(hits);
         self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading first hits"))?;

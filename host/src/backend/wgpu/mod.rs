@@ -6,13 +6,14 @@ mod pipeline;
 
 pub use adapter::devices;
 
-use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
-use crate::render::MathMode;
+use super::{Backend, BackendError, Device, DeviceKind, Job, LARGE, Launch, SceneRecords};
+use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use bytemuck::Pod;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
-use trisect_kernels::{FIRST_HIT, WORKGROUP};
+use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
+use trisect_shared::features::{Features, PERSISTENT, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -36,6 +37,8 @@ pub struct Wgpu {
     gpu: Gpu,
     pipelines: Pipelines,
     params: Buffer,
+    /// Where persistent lanes find their pixels.
+    counter: Buffer,
     scene: Option<[Buffer; 10]>,
     film: Option<Film>,
     entry: &'static str,
@@ -84,12 +87,14 @@ impl Wgpu {
         });
         device.timer = if timer.is_some() { "timestamp queries" } else { "wall clock" };
         let params = buffer(size_of::<RenderParams>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let counter = buffer(4, BufferUsages::STORAGE | BufferUsages::COPY_DST);
         gpu.check("creating buffers")?;
         Ok(Self {
             device,
             gpu,
             pipelines,
             params,
+            counter,
             scene: None,
             film: None,
             entry: "render",
@@ -135,15 +140,29 @@ impl Wgpu {
         let Some(scene) = &self.scene else {
             return Err(self.misuse("no scene was uploaded"));
         };
-        let (groups_x, groups_y) = (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1));
+        let persistent = variant_by_name(entry).is_some_and(|variant| has(variant.features, PERSISTENT));
+        let mut params = *params;
+        let (mut groups_x, mut groups_y) =
+            (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1));
         let limit = self.gpu.device.limits().max_compute_workgroups_per_dimension;
         if groups_x.max(groups_y) > limit {
             let limit = u64::from(limit) * u64::from(WORKGROUP.0.min(WORKGROUP.1));
             let (width, rows) = (params.width, params.rows);
             return Err(BackendError::TooLong { backend: "wgpu", width, rows, limit });
         }
-        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(params));
-        let group = self.pipelines.bind(&self.gpu.device, &self.params, scene, [output, carries]);
+        if persistent {
+            // As many lanes as pixels, of which those that come late find none. Not so on a software adapter, which runs them one after
+            // the other, and ends each loop of a lane after 65,535 turns (Mesa's lavapipe): there each takes one.
+            let groups = groups_x * groups_y;
+            (groups_x, groups_y) = (groups.min(limit), groups.div_ceil(limit));
+            if self.device.kind == DeviceKind::SoftwareGpu {
+                params.lane_pixels = 1;
+            }
+            self.gpu.queue.write_buffer(&self.counter, 0, &[0; 4]);
+        }
+        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let group =
+            self.pipelines.bind(&self.gpu.device, &self.params, scene, [output, carries, &self.counter]);
         let start = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         {
@@ -191,6 +210,13 @@ impl Backend for Wgpu {
         &self.device
     }
 
+    fn best_method(&self, kernel: Features) -> (Traversal, Schedule) {
+        let queue = has_any(kernel, LARGE)
+            && self.device.kind != DeviceKind::SoftwareGpu
+            && self.pipelines.pass_through(&self.gpu);
+        (Traversal::Stack, if queue { Schedule::Persistent } else { Schedule::Regenerate })
+    }
+
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         let scene = scene.scene();
         self.scene = None; // before the new one is allocated
@@ -210,6 +236,10 @@ impl Backend for Wgpu {
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        // naga has no atomic operation on a plain word of a buffer.
+        if has(job.variant.features, PERSISTENT) && !self.pipelines.pass_through(&self.gpu) {
+            return Err(SettingsError::NoQueue { backend: "wgpu" }.into());
+        }
         self.entry = job.variant.name;
         self.math = job.math;
         self.pipelines.compile(&self.gpu, self.entry, self.math)?;

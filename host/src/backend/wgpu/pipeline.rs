@@ -37,7 +37,7 @@ impl Pipelines {
         let mut entries = vec![entry(0, BufferBindingType::Uniform)];
         entries.extend((1..=SCENE_ARRAYS).map(|binding| entry(binding, read)));
         let write = BufferBindingType::Storage { read_only: false };
-        entries.extend([entry(SCENE_ARRAYS + 1, write), entry(SCENE_ARRAYS + 2, write)]);
+        entries.extend((SCENE_ARRAYS + 1..=SCENE_ARRAYS + 3).map(|binding| entry(binding, write)));
         let bindings = gpu
             .device
             .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
@@ -48,6 +48,11 @@ impl Pipelines {
         });
         gpu.check("loading the kernels")?;
         Ok(Self { route, bindings, layout, compiled: HashMap::new() })
+    }
+
+    /// Whether the driver gets the kernels as they are.
+    pub fn pass_through(&self, gpu: &Gpu) -> bool {
+        self.route == Route::PassThrough && gpu.device.features().contains(Features::PASSTHROUGH_SHADERS)
     }
 
     /// Compiles an entry point, once.
@@ -75,13 +80,13 @@ impl Pipelines {
             .ok_or_else(|| failed("rendering", format!("the kernel {entry} was not compiled")))
     }
 
-    /// Binds the launch record, the scene's arrays, the output and the carries, in the order of their bindings.
+    /// Binds the launch record, the scene's arrays, the output, the carries and the counter, in the order of their bindings.
     pub fn bind(
         &self,
         device: &Device,
         params: &Buffer,
         scene: &[Buffer; SCENE_ARRAYS as usize],
-        film: [&Buffer; 2],
+        film: [&Buffer; 3],
     ) -> BindGroup {
         let buffers = [params].into_iter().chain(scene).chain(film);
         let entries: Vec<BindGroupEntry> = (0u32..)
