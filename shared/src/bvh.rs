@@ -10,7 +10,7 @@ use glam::Vec4;
 /// nodes cannot overflow it; the host rejects a deeper one.
 pub const STACK_SIZE: usize = 64;
 
-/// What [`closest_hit`] names when nothing is hit.
+/// What [`closest_hit`](crate::traversal::closest_hit) names when nothing is hit.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
 
 /// A reference to a child: an inner node's index, or, with the top bit set, a leaf's one primitive.

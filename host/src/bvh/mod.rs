@@ -291,8 +291,8 @@ mod tests {
                     let [a, b] = bvh.nodes[child as usize].boxes();
                     (a.0.min(b.0), a.1.max(b.1))
                 };
-                // Within three roundings of the coordinate.
-                let room = 4.0 * f32::EPSILON * least.x.abs().max(greatest.x.abs());
+                // The 4 ULP of half the extent that a node adds, and the roundings of centre, half and both corners.
+                let room = 16.0 * f32::EPSILON * least.x.abs().max(greatest.x.abs());
                 assert!(low.x <= least.x && least.x <= low.x + room, "{low} {least}");
                 assert!(high.x >= greatest.x && greatest.x >= high.x - room, "{high} {greatest}");
             }
