@@ -1,4 +1,4 @@
-//! One image by each traversal and each schedule of a backend: its own by the binary tree and lanes that go on at once, bit for bit.
+//! One image by each traversal, each schedule and each size of tiles of a backend: its own by the binary tree and lanes that go on at once, bit for bit.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::path::Path;
@@ -32,6 +32,21 @@ fn one_image_by_each_method(subject: Subject) {
             let got = by(traversal, schedule);
             assert_eq!(differing(&got, &want), 0, "{name} by {traversal:?}, {schedule:?}");
         }
+        for (tile, schedule) in
+            [(0, None), (4, Schedule::Pixel.into()), (16, Schedule::Regenerate.into()), (1024, None)]
+        {
+            let tiles = Settings {
+                traversal: Some(Traversal::Stack),
+                schedule,
+                tile: Some(tile),
+                ..settings.clone()
+            };
+            assert_eq!(
+                differing(&film(&mut renderer, &tiles), &want),
+                0,
+                "{name}, tiles of {tile} pixels, {schedule:?}"
+            );
+        }
         // The twin: a hundredth more light.
         let mut other = subject.renderer(&brighter(&scene)).unwrap();
         let twin = Settings { schedule: Some(Schedule::Pixel), ..settings.clone() };
@@ -52,10 +67,10 @@ fn queues_of_parts(subject: Subject) {
         assert!(refused.as_ref().is_err_and(|text| text.contains("--schedule persistent")), "{refused:?}");
         return;
     }
-    for samples in [1, 21 * 5, 21 * 13 * 4] {
+    for (samples, tile) in [(1, None), (21 * 5, Some(0)), (21 * 13 * 4, Some(4))] {
         renderer.limit_submissions(Some(samples));
-        let got = film(&mut renderer, &persistent);
-        assert_eq!(differing(&got, &want), 0, "submissions of {samples} samples");
+        let got = film(&mut renderer, &Settings { tile, ..persistent.clone() });
+        assert_eq!(differing(&got, &want), 0, "submissions of {samples} samples, tile {tile:?}");
     }
 }
 

@@ -109,6 +109,11 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub schedule: Option<ScheduleArg>,
 
+    /// Edge of the tiles for whose camera rays the tree is pruned, of which the image does not depend: a power of two, or 0 for none; without it, 8 from 64 samples on, else
+    /// 16.
+    #[arg(long, value_name = "PIXELS")]
+    pub tile: Option<u32>,
+
     /// The kernel, by name; without it, the cheapest that the scene can do with (--stats names it).
     #[arg(long, value_name = "NAME", value_parser = parse_variant)]
     pub variant: Option<&'static str>,
@@ -333,6 +338,7 @@ impl JobArgs {
             math: self.math.mode(),
             traversal: self.traversal.map(TraversalArg::traversal),
             schedule: self.schedule.map(ScheduleArg::schedule),
+            tile: self.tile,
             variant: self.variant,
             ..scene
         }

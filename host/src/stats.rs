@@ -21,6 +21,8 @@ pub struct Phases {
     pub upload_seconds: f64,
     /// Compiling the kernel and allocating the film; near zero from the second frame on.
     pub prepare_seconds: f64,
+    /// Pruning the tree for the camera, and copying that; near zero for the same image again.
+    pub view_seconds: f64,
     /// All submissions, with their gaps, and all merges.
     pub render_seconds: f64,
     /// Of that, reading the film back and merging its chunks.

@@ -68,8 +68,10 @@ pub struct BvhNode {
     pub first: u32,
     /// The second [`Child`].
     pub second: u32,
+    /// Where the camera rays of a tile begin: see [`crate::view`].
+    pub entry: u32,
     /// Unused.
-    pub pad: [u32; 2],
+    pub pad: u32,
 }
 
 const _: () = assert!(size_of::<BvhNode>() == 64 && align_of::<BvhNode>() == 16);
@@ -87,7 +89,7 @@ impl BvhNode {
             let (c2, h2) = middle(second_box.0[axis], second_box.1[axis]);
             Vec4::new(c, c2, h, h2)
         };
-        Self { x: row(0), y: row(1), z: row(2), first: first.0, second: second.0, pad: [0; 2] }
+        Self { x: row(0), y: row(1), z: row(2), first: first.0, second: second.0, entry: 0, pad: 0 }
     }
 
     /// The boxes of the first and the second child, within rounding outwards.

@@ -56,6 +56,9 @@ pub const fn has_any(features: Features, some: Features) -> bool {
 /// What needs a shadow ray.
 pub const LIGHTS: Features = EMITTERS | ENVIRONMENT;
 
+/// What makes a kernel large: many registers, and lanes that do different things.
+pub const LARGE: Features = FLATS | TRIANGLES | LIGHTS | TEXTURES;
+
 /// Everything that a scene can have.
 pub const ALL: Features =
     ROULETTE | SCHLICK | FLATS | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;

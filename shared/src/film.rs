@@ -1,6 +1,6 @@
 //! What a pixel gathers.
 
-use crate::math::is_finite;
+use crate::math::all_finite;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -47,7 +47,7 @@ impl PixelSums {
     pub fn add(&mut self, radiance: Vec3, carry: &mut Carry, zero: u32) {
         let sum = hide(self.radiance + radiance, zero);
         // A NaN or an infinity makes the sum one, and so does what is too bright for it.
-        if is_finite(sum.x) && is_finite(sum.y) && is_finite(sum.z) {
+        if all_finite(sum) {
             let added = hide(sum - self.radiance, zero);
             carry.radiance += (self.radiance - (sum - added)) + (radiance - added);
             self.radiance = sum;

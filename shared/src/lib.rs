@@ -12,7 +12,7 @@
 //! In a precise build every operation here is an IEEE 754 addition, subtraction, multiplication, division or
 //! square root, rounded to nearest even, or an integer operation, and the order of operations is fixed by the
 //! source. So the CPU and PTX give the same bits. `mul_add`, libm and glam's `length` and `normalize` (which call
-//! it) stay out. Vulkan promises less (division to 2.5 ULP, reassociation): SPIR-V agrees statistically.
+//! it) stay out; box tests alone fuse ([`math::fused`]), as they decide which boxes a ray visits, not what it hits. Vulkan promises less (division to 2.5 ULP, reassociation): SPIR-V agrees statistically.
 //!
 //! # Records
 //!
@@ -71,6 +71,7 @@ pub mod surface;
 pub mod texture;
 pub mod traversal;
 pub mod triangle;
+pub mod view;
 pub mod warp;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod wide;

@@ -88,6 +88,13 @@ pub fn is_finite(x: f32) -> bool {
     x.to_bits() & 0x7fff_ffff < 0x7f80_0000
 }
 
+/// Whether all components are; with one comparison, as each costs lanes a branch.
+#[inline(always)]
+pub fn all_finite(v: Vec3) -> bool {
+    let size = |x: f32| x.to_bits() & 0x7fff_ffff;
+    size(v.x).max(size(v.y)).max(size(v.z)) < 0x7f80_0000
+}
+
 /// The numbers 0 ≤ u < 1 that the upper 24 of 32 random bits name, 2⁻²⁴ apart. Never 1, which `bits as f32 * 2⁻³²`
 /// is for the top 128 values.
 #[inline(always)]

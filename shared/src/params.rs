@@ -40,7 +40,7 @@ pub struct RenderParams {
     pub lights: u32,
     /// A path may end at random from this segment on.
     pub roulette_from: u32,
-    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_FINISH`].
+    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_FINISH`], [`FLAG_ROOM`].
     pub flags: u32,
     /// Chance that next-event estimation chooses the panorama; 0 where light sampling is off.
     pub environment_probability: f32,
@@ -56,10 +56,10 @@ pub struct RenderParams {
     pub primitives: u32,
     /// Pixels that a persistent lane takes, at most.
     pub lane_pixels: u32,
-    /// Unused.
-    pub pad1: u32,
-    /// Unused.
-    pub pad2: u32,
+    /// The first node of the camera's [view](crate::view), or [`NO_VIEW`](crate::view::NO_VIEW).
+    pub first_view: u32,
+    /// Pixels along a tile's edge there, as a power of two.
+    pub tile_shift: u32,
 }
 
 /// In a kernel that can do both: dielectrics reflect by Schlick's approximation.
@@ -68,6 +68,8 @@ pub const FLAG_SCHLICK: u32 = 1;
 pub const FLAG_HOLES: u32 = 2;
 /// The launch's last sample is its chunk's last: what the sums rounded off is added to them.
 pub const FLAG_FINISH: u32 = 4;
+/// The boxes of the tree have [room](crate::slabs) for all rays of the scene.
+pub const FLAG_ROOM: u32 = 8;
 /// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_NEVER: u32 = 1 << 31;
 

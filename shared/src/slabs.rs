@@ -18,14 +18,17 @@ pub struct Slopes {
     signed: Vec3,
     /// Its size; there so large that half a box is beyond each hit.
     size: Vec3,
+    /// Where a step from the ray's origin to the world's ends: for boxes with room.
+    start: Vec3,
 }
 
 impl Slopes {
-    /// Of a unit direction.
+    /// Of a ray.
     #[inline(always)]
-    pub fn new(direction: Vec3) -> Self {
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let (x, y, z) = (slope(direction.x), slope(direction.y), slope(direction.z));
-        Self { signed: Vec3::new(x.0, y.0, z.0), size: Vec3::new(x.1, y.1, z.1) }
+        let signed = Vec3::new(x.0, y.0, z.0);
+        Self { signed, size: Vec3::new(x.1, y.1, z.1), start: -origin * signed }
     }
 }
 
@@ -42,6 +45,15 @@ fn slope(x: f32) -> (f32, f32) {
 /// the box, not with the way to it, is less than the room in a node's boxes.
 pub(crate) const EXIT: f32 = 1.0 + 8.0 * f32::EPSILON;
 
+/// What half of a box's extent along an axis must have more, so that a ray that starts within `reach` of the world's origin finds the box
+/// without a difference of origin and centre, and without [`EXIT`]: by products of each with the reciprocal, which cancel. In ULP of
+/// what takes part: 1/2 for the ray's product, 1/2 for the sum, 1/2 for the way through half the box, and what the
+/// reciprocal is off by: 2.5 on Vulkan. Two more, so that a primitive at a distance that rounding made too small is not behind its box.
+#[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
+pub fn room(center: f32, half: f32, reach: f32) -> f32 {
+    6.0 * f32::EPSILON * (center.abs() + half + reach)
+}
+
 /// Which boxes of a node a ray enters before a limit, and where.
 #[derive(Clone, Copy, Debug)]
 pub struct Entries {
@@ -56,10 +68,12 @@ pub struct Entries {
 }
 
 /// Slabs, of both boxes. No result depends on its rounding: it may let in a box too many, never one too few.
+///
+/// `ROOM`: the boxes have [`room`] for the rounding of an origin like this one.
 #[inline(always)]
-pub fn enter(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
+pub fn enter<const ROOM: bool>(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
     #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
-    return enter_singly(origin, slopes, node, limit);
+    return enter_singly::<ROOM>(origin, slopes, node, limit);
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
     return enter_both(origin, slopes, node, limit);
 }
@@ -67,24 +81,36 @@ pub fn enter(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entri
 /// For devices, whose lanes are rays.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
-fn enter_singly(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
-    let center = Vec3::new(node.x.x, node.y.x, node.z.x);
+fn enter_singly<const ROOM: bool>(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
+    let middle = |center: Vec3| {
+        let Slopes { signed, start, .. } = *slopes;
+        if ROOM {
+            let along = |center: f32, slope: f32, start: f32| fused(center, slope, start);
+            return Vec3::new(
+                along(center.x, signed.x, start.x),
+                along(center.y, signed.y, start.y),
+                along(center.z, signed.z, start.z),
+            );
+        }
+        (center - origin) * signed
+    };
+    let exit = if ROOM { 1.0 } else { EXIT };
     let half = Vec3::new(node.x.z, node.y.z, node.z.z);
-    let (first, t_first) = enter_box(slopes, center - origin, half, limit);
-    let center = Vec3::new(node.x.y, node.y.y, node.z.y);
+    let (first, t_first) =
+        enter_box(slopes, middle(Vec3::new(node.x.x, node.y.x, node.z.x)), half, limit, exit);
     let half = Vec3::new(node.x.w, node.y.w, node.z.w);
-    let (second, t_second) = enter_box(slopes, center - origin, half, limit);
+    let (second, t_second) =
+        enter_box(slopes, middle(Vec3::new(node.x.y, node.y.y, node.z.y)), half, limit, exit);
     Entries { first, second, t_first, t_second }
 }
 
-/// `to` is the way to the centre. Minimum and maximum are those of the bits as integers: of numbers above zero they are the numbers' own, and an
+/// `middle` is where along the ray the centre's planes are. Minimum and maximum are those of the bits as integers: of numbers above zero they are the numbers' own, and an
 /// H100 computes three at once, and those and zero. Of two numbers below zero the wrong one is chosen, but one below zero, and so the box
 /// is missed, as it should be.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
-fn enter_box(slopes: &Slopes, to: Vec3, half: Vec3, limit: f32) -> (bool, f32) {
-    let Slopes { signed, size } = *slopes;
-    let middle = to * signed;
+fn enter_box(slopes: &Slopes, middle: Vec3, half: Vec3, limit: f32, room: f32) -> (bool, f32) {
+    let size = slopes.size;
     let bits = |t: f32| t.to_bits() as i32;
     let near = |half: f32, size, middle| bits(fused(-half, size, middle));
     let far = |half: f32, size, middle| bits(fused(half, size, middle));
@@ -93,7 +119,7 @@ fn enter_box(slopes: &Slopes, to: Vec3, half: Vec3, limit: f32) -> (bool, f32) {
     let exit = far(half.x, size.x, middle.x).min(far(half.y, size.y, middle.y));
     let exit = exit.min(far(half.z, size.z, middle.z)).min(bits(limit));
     let (entry, exit) = (f32::from_bits(entry as u32), f32::from_bits(exit as u32));
-    (entry <= exit * EXIT, entry)
+    (entry <= exit * room, entry)
 }
 
 /// For the CPU: both boxes at a time, in the upper and the lower half of its lanes.
@@ -105,7 +131,7 @@ fn enter_both(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entr
         let ways = (row - Vec4::new(origin, origin, 0.0, 0.0)) * Vec4::new(signed, signed, size, size);
         (ways - ways.zwxy(), ways + ways.zwxy())
     };
-    let Slopes { signed, size } = *slopes;
+    let Slopes { signed, size, .. } = *slopes;
     let (x0, x1) = axis(node.x, origin.x, signed.x, size.x);
     let (y0, y1) = axis(node.y, origin.y, signed.y, size.y);
     let (z0, z1) = axis(node.z, origin.z, signed.z, size.z);
@@ -134,11 +160,12 @@ mod tests {
     /// The box in question is first or second; the other is a point that no ray here meets. By the CPU's form and by the devices'.
     fn at(o: Vec3, d: Vec3, low: Vec3, high: Vec3) -> (bool, f32) {
         let (far, leaf) = ((Vec3::splat(-9.0), Vec3::splat(-9.0)), Child::leaf(0));
-        let slopes = Slopes::new(d);
+        let slopes = Slopes::new(o, d);
         let [one, two] =
             [BvhNode::new(leaf, (low, high), leaf, far), BvhNode::new(leaf, far, leaf, (low, high))].map(
                 |node| {
-                    let (a, b) = (enter_both(o, &slopes, &node, MISS), enter_singly(o, &slopes, &node, MISS));
+                    let (a, b) =
+                        (enter_both(o, &slopes, &node, MISS), enter_singly::<false>(o, &slopes, &node, MISS));
                     assert_eq!((a.first, a.second), (b.first, b.second), "{o} {d}");
                     a
                 },
@@ -174,7 +201,10 @@ mod tests {
     /// world's origin and far from it. The twin, without room about the box, loses some.
     #[test]
     fn no_box_is_lost() {
-        let mut lost_without = 0;
+        let (mut lost_without, mut lost_without_room) = (0, 0);
+        let wider = |row: Vec4, reach: f32| {
+            Vec4::new(row.x, row.y, row.z + room(row.x, row.z, reach), row.w + room(row.y, row.w, reach))
+        };
         for i in 0..200_000u32 {
             let words = |k: u32| crate::rng::PathKey { seed: k, pixel: i, sample: 0 }.words(0);
             let unit = |bits: u32| 2.0 * crate::math::unit_f32(bits) - 1.0;
@@ -201,17 +231,29 @@ mod tests {
                 continue;
             }
             let node = BvhNode::new(Child::leaf(0), (low - pad, high + pad), Child::leaf(1), (low, high));
-            let slopes = Slopes::new(direction);
-            for entries in
-                [enter_both(origin, &slopes, &node, MISS), enter_singly(origin, &slopes, &node, MISS)]
-            {
+            let slopes = Slopes::new(origin, direction);
+            for entries in [
+                enter_both(origin, &slopes, &node, MISS),
+                enter_singly::<false>(origin, &slopes, &node, MISS),
+            ] {
                 assert!(entries.first, "{low} {high} from {origin} along {direction}");
             }
+            let widened = BvhNode {
+                x: wider(node.x, origin.x.abs()),
+                y: wider(node.y, origin.y.abs()),
+                z: wider(node.z, origin.z.abs()),
+                ..node
+            };
+            assert!(
+                enter_singly::<true>(origin, &slopes, &widened, MISS).first,
+                "{low} {high} {origin} {direction}"
+            );
+            lost_without_room += u32::from(!enter_singly::<true>(origin, &slopes, &node, MISS).first);
             let less = 1.0 - 12.0 * f32::EPSILON;
             let shrunk = |row: Vec4| Vec4::new(row.y, row.y, row.w * less, row.w * less);
             let bare = BvhNode { x: shrunk(node.x), y: shrunk(node.y), z: shrunk(node.z), ..node };
-            lost_without += u32::from(!enter_singly(origin, &slopes, &bare, MISS).first);
+            lost_without += u32::from(!enter_singly::<false>(origin, &slopes, &bare, MISS).first);
         }
-        assert!(lost_without > 0, "the test does not reach what rounding loses");
+        assert!(lost_without > 0 && lost_without_room > 0, "the test does not reach what rounding loses");
     }
 }

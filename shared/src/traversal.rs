@@ -4,8 +4,8 @@ use crate::buffer::{load, load_local, store_local};
 use crate::bvh::{Child, Hit, NO_PRIMITIVE, Reach, STACK_SIZE};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use crate::features::WIDE;
-use crate::features::{FLATS, Features, LINEAR, TRIANGLES, has};
-use crate::params::RenderParams;
+use crate::features::{FLATS, Features, LARGE, LINEAR, TRIANGLES, has, has_any};
+use crate::params::{FLAG_ROOM, RenderParams};
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::slabs::{Entries, Slopes, enter};
@@ -123,6 +123,24 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
     ray: Ray,
     reach: Reach,
 ) -> Hit {
+    // SAFETY: the caller's promise.
+    unsafe { closest_hit_below::<FEATURES>(params, scene, ray, reach, Child(params.root)) }
+}
+
+/// The same for a ray that meets nothing beside the subtree at `root`. Only a search of the binary tree makes use of that.
+///
+/// # Safety
+///
+/// As [`closest_hit`]; `root` is its root, or the [entry](crate::view::entry) of the ray's tile.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn closest_hit_below<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+    root: Child,
+) -> Hit {
     if has(FEATURES, LINEAR) {
         // SAFETY: the caller's promise.
         return unsafe { closest_of_all::<FEATURES>(params, scene, ray, reach) };
@@ -132,8 +150,14 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
         // SAFETY: the caller's promise for the wide tree, and for the instruction sets that FEATURES names.
         return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, reach) };
     }
+    // Large kernels gain nothing on Vulkan, and take long to compile.
+    let device = cfg!(target_arch = "nvptx64") || cfg!(target_arch = "spirv") && !has_any(FEATURES, LARGE);
+    if device && params.flags & FLAG_ROOM != 0 {
+        // SAFETY: the caller's promise.
+        return unsafe { closest_in_tree::<FEATURES, true>(params, scene, ray, reach, root) };
+    }
     // SAFETY: the caller's promise.
-    unsafe { closest_in_tree::<FEATURES>(params, scene, ray, reach) }
+    unsafe { closest_in_tree::<FEATURES, false>(params, scene, ray, reach, root) }
 }
 
 /// Descends the binary tree.
@@ -144,17 +168,18 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
 #[cfg(not(target_arch = "nvptx64"))]
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn closest_in_tree<const FEATURES: Features>(
+unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
     reach: Reach,
+    root: Child,
 ) -> Hit {
     let shear = Shear::new(ray.direction); // without triangles no one reads it
-    let slopes = Slopes::new(ray.direction);
+    let slopes = Slopes::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
-    let mut child = Child(params.root);
+    let mut child = root;
     if child == Child::EMPTY {
         return hit;
     }
@@ -185,7 +210,7 @@ unsafe fn closest_in_tree<const FEATURES: Features>(
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load(scene.nodes, child.index()) };
             let Entries { first, second, t_first, t_second } =
-                enter(ray.origin, &slopes, &node, hit.distance);
+                enter::<ROOM>(ray.origin, &slopes, &node, hit.distance);
             if first {
                 if second {
                     let second_is_near = t_second < t_first;
@@ -223,16 +248,17 @@ unsafe fn closest_in_tree<const FEATURES: Features>(
 #[cfg(target_arch = "nvptx64")]
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn closest_in_tree<const FEATURES: Features>(
+unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
     reach: Reach,
+    root: Child,
 ) -> Hit {
     /// Inner nodes that a lane visits before it tests a leaf.
     const VISITS: u32 = 2;
     let shear = Shear::new(ray.direction);
-    let slopes = Slopes::new(ray.direction);
+    let slopes = Slopes::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
     // One entry more than levels: the lowest is what is left when all is visited.
@@ -240,7 +266,7 @@ unsafe fn closest_in_tree<const FEATURES: Features>(
     // SAFETY: there is a first entry.
     unsafe { store_local(&mut stack, 0, Child::EMPTY.0) };
     let mut depth = 1u32;
-    let mut child = Child(params.root);
+    let mut child = root;
     while child != Child::EMPTY {
         let mut visits = 0;
         while visits < VISITS {
@@ -248,7 +274,7 @@ unsafe fn closest_in_tree<const FEATURES: Features>(
                 // SAFETY: the caller's promise for each child's index.
                 let node = unsafe { load(scene.nodes, child.index()) };
                 let Entries { first, second, t_first, t_second } =
-                    enter(ray.origin, &slopes, &node, hit.distance);
+                    enter::<ROOM>(ray.origin, &slopes, &node, hit.distance);
                 if first {
                     if second {
                         let second_is_near = t_second < t_first;

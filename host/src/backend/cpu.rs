@@ -84,6 +84,8 @@ impl Cpu {
 struct OwnScene {
     spheres: Vec<Sphere>,
     nodes: Vec<BvhNode>,
+    /// Without those of the view.
+    own_nodes: usize,
     materials: Vec<Material>,
     flats: Vec<Flat>,
     triangles: Vec<Triangle>,
@@ -103,6 +105,7 @@ impl OwnScene {
         Self {
             spheres: scene.spheres.to_vec(),
             nodes: scene.nodes.to_vec(),
+            own_nodes: scene.nodes.len(),
             materials: scene.materials.to_vec(),
             flats: scene.flats.to_vec(),
             triangles: scene.triangles.to_vec(),
@@ -178,6 +181,12 @@ impl Backend for Cpu {
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         self.scene = OwnScene::copy(scene.scene());
+        Ok(())
+    }
+
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.scene.nodes.truncate(self.scene.own_nodes);
+        self.scene.nodes.extend_from_slice(nodes);
         Ok(())
     }
 

@@ -16,7 +16,8 @@ use crate::scene;
 use serde::Serialize;
 use std::time::Duration;
 use trisect_kernels::Variant;
-use trisect_shared::features::{EMITTERS, ENVIRONMENT, FLATS, Features, TEXTURES, TRIANGLES};
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -102,9 +103,6 @@ impl Launch {
     }
 }
 
-/// What makes a kernel large: many registers, and lanes that do different things.
-const LARGE: Features = FLATS | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES;
-
 /// What stays the same over all submissions of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Job {
@@ -127,8 +125,8 @@ impl Job {
 
 /// A device with a scene and a film on it. Data stays there between calls.
 ///
-/// Calls come in this order: `upload` once, then for each frame `prepare` and, for each chunk of samples, any number of
-/// `render` and one `read_film`.
+/// Calls come in this order: `upload` once, then for each frame `prepare`, `view` where the launches name a view that is not there yet, and, for each
+/// chunk of samples, any number of `render` and one `read_film`.
 pub trait Backend: Send {
     /// The device in use.
     fn device(&self) -> &Device;
@@ -141,6 +139,9 @@ pub trait Backend: Send {
 
     /// Copies a scene to the device.
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError>;
+
+    /// Puts these nodes after those of the scene, in place of earlier ones: the tree as the [camera](trisect_shared::view) sees it.
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError>;
 
     /// Chooses the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError>;

@@ -47,6 +47,8 @@ pub struct Once {
     pub upload_seconds: f64,
     /// Compiling the kernel and allocating the film.
     pub prepare_seconds: f64,
+    /// Pruning the tree for the camera.
+    pub view_seconds: f64,
     /// From the start of `main` to the end of the first submission: all of the above, and that submission.
     pub start_to_first_kernel_seconds: f64,
 }
@@ -163,6 +165,7 @@ impl Benchmark {
             ("build the BVH", once.bvh_seconds),
             ("upload", once.upload_seconds),
             ("prepare (compile the kernel)", once.prepare_seconds),
+            ("prune the tree for the camera", once.view_seconds),
             ("start to the first kernel's end", once.start_to_first_kernel_seconds),
         ] {
             let _ = writeln!(text, "{name:<34} {:>10.3}", seconds * 1e3);

@@ -3,8 +3,11 @@
 
 mod balanced;
 mod bounds;
+mod room;
+mod view;
 mod wide;
 
+pub use view::prune;
 pub use wide::Wide;
 
 use crate::scene::{Scene, SceneError};

@@ -32,6 +32,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         bvh_seconds: phases.bvh_seconds,
         upload_seconds: phases.upload_seconds,
         prepare_seconds: phases.prepare_seconds,
+        view_seconds: phases.view_seconds,
         start_to_first_kernel_seconds: first.ended.map_or(0.0, |end| (end - start).as_secs_f64()),
     };
     let Some(benchmark) = Benchmark::new(&frames.counted, once, WARM_UP) else {

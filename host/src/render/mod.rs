@@ -4,6 +4,7 @@ mod camera;
 mod method;
 mod schedule;
 mod settings;
+mod sight;
 
 pub use crate::film::Part;
 pub use method::{Schedule, Traversal};
@@ -17,6 +18,7 @@ use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene};
 use crate::stats::{Phases, RenderStats};
 use schedule::{Pace, Submissions};
+use sight::Sight;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use trisect_kernels::Variant;
@@ -25,9 +27,10 @@ use trisect_shared::camera::Camera;
 use trisect_shared::features::Features;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::material::{BLENDED, MASKED};
-use trisect_shared::params::{FLAG_FINISH, FLAG_HOLES, FLAG_SCHLICK, RenderParams};
+use trisect_shared::params::{FLAG_FINISH, FLAG_HOLES, FLAG_ROOM, FLAG_SCHLICK, RenderParams};
 use trisect_shared::path::FirstHit;
 use trisect_shared::sky::Sky;
+use trisect_shared::view::NO_VIEW;
 
 /// Watches a render, and may end it.
 pub trait Observer {
@@ -60,6 +63,8 @@ struct SceneParams {
     first_triangle: u32,
     primitives: u32,
     lights: u32,
+    /// Whether the tree's boxes have room.
+    room: bool,
     holes: bool,
     environment_probability: f32,
     environment_size: (u32, u32),
@@ -67,7 +72,7 @@ struct SceneParams {
 }
 
 impl SceneParams {
-    fn new(scene: &Scene, bvh: &Bvh, lights: &Lights) -> Self {
+    fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, room: bool) -> Self {
         let environment = scene.environment.as_ref();
         Self {
             sky: scene.sky,
@@ -76,6 +81,7 @@ impl SceneParams {
             first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
             primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
             lights: lights.lights.len() as u32,
+            room,
             holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
             environment_probability: lights.environment_probability,
             environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
@@ -98,6 +104,7 @@ pub struct Renderer {
     /// One chunk as the device gives it, kept too.
     chunk: Vec<PixelSums>,
     phases: Phases,
+    sight: Sight,
 }
 
 impl Renderer {
@@ -114,11 +121,13 @@ impl Renderer {
     ) -> Result<Self, Error> {
         let start = Instant::now();
         scene.prove()?;
-        let bvh = Bvh::build(scene, quality)?;
+        let mut bvh = Bvh::build(scene, quality)?;
         let wide = match backend.best_method(scene.features()).0 {
             Traversal::Wide => Wide::new(scene, &bvh)?,
             _ => None,
         };
+        let camera = camera::record(&scene.camera, 1, 1);
+        let room = bvh.widen(camera.origin, camera.lens_x.length());
         let lights = Lights::new(scene, &bvh.triangles);
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
@@ -131,10 +140,11 @@ impl Renderer {
             camera: scene.camera,
             features: scene.features(),
             wide: wide.is_some(),
-            scene: SceneParams::new(scene, &bvh, &lights),
+            scene: SceneParams::new(scene, &bvh, &lights, room),
             pace,
             chunk: Vec::new(),
             phases,
+            sight: Sight::new(bvh),
         })
     }
 
@@ -182,6 +192,10 @@ impl Renderer {
         settings.check_part(part)?;
         let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let camera = self.camera(settings);
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant)?;
+        stats.phases.view_seconds = start.elapsed().as_secs_f64();
 
         let start = Instant::now();
         let mut film = Film::new(settings.width, settings.height);
@@ -196,6 +210,7 @@ impl Renderer {
             let mut submissions = Submissions::new(settings.width, part.rows.clone(), samples);
             while let Some(submission) = submissions.next(&self.pace) {
                 let mut params = self.launch(settings);
+                self.sight.describe(&mut params);
                 params.first_row = submission.first_row;
                 params.rows = submission.rows;
                 params.first_sample = first_sample + submission.first_sample;
@@ -259,6 +274,7 @@ impl Renderer {
         let (sine, cosine) = self.scene.environment_rotation.sin_cos();
         let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
         let holes = if self.scene.holes { FLAG_HOLES } else { 0 };
+        let room = if self.scene.room { FLAG_ROOM } else { 0 };
         let sampled = settings.light_sampling;
         RenderParams {
             camera: self.camera(settings),
@@ -277,7 +293,7 @@ impl Renderer {
             first_triangle,
             lights: if sampled { self.scene.lights } else { 0 },
             roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
-            flags: schlick | holes,
+            flags: schlick | holes | room,
             environment_probability: if sampled { self.scene.environment_probability } else { 0.0 },
             environment_width: self.scene.environment_size.0,
             environment_height: self.scene.environment_size.1,
@@ -285,8 +301,8 @@ impl Renderer {
             environment_sin: sine as f32,
             primitives: self.scene.primitives,
             lane_pixels: u32::MAX,
-            pad1: 0,
-            pad2: 0,
+            first_view: NO_VIEW,
+            tile_shift: 0,
         }
     }
 }

@@ -12,6 +12,9 @@ use trisect_shared::film::CHUNK_SAMPLES;
 /// The greatest depth of a path.
 pub const GREATEST_DEPTH: u32 = 65_535;
 
+/// The greatest edge of a tile.
+pub const GREATEST_TILE: u32 = 1024;
+
 /// How dielectrics reflect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -63,6 +66,8 @@ pub struct Settings {
     pub traversal: Option<Traversal>,
     /// What a lane works on; `None`: what is fastest on the backend.
     pub schedule: Option<Schedule>,
+    /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two, at most [`GREATEST_TILE`], or 0 for none; `None`: by the number of samples.
+    pub tile: Option<u32>,
     /// The kernel, by name; `None`: the cheapest that the scene can do with.
     pub variant: Option<&'static str>,
 }
@@ -91,6 +96,12 @@ pub enum SettingsError {
     TooDeep {
         /// What was asked for.
         depth: u32,
+    },
+    /// A tile's edge that is none.
+    #[error("a tile has an edge of {edge} pixels; choose 0, or a power of two up to {GREATEST_TILE}")]
+    NoSuchTile {
+        /// What was asked for.
+        edge: u32,
     },
     /// More pixels than indices.
     #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
@@ -250,6 +261,11 @@ impl Settings {
         if self.depth > GREATEST_DEPTH {
             return Err(SettingsError::TooDeep { depth: self.depth });
         }
+        if let Some(edge) =
+            self.tile.filter(|&edge| edge != 0 && !edge.is_power_of_two() || edge > GREATEST_TILE)
+        {
+            return Err(SettingsError::NoSuchTile { edge });
+        }
         let (width, height) = (self.width, self.height);
         if self.pixels() > u64::from(u32::MAX) {
             return Err(SettingsError::TooManyPixels { width, height });
@@ -281,6 +297,7 @@ mod tests {
             light_sampling: true,
             traversal: None,
             schedule: None,
+            tile: None,
             variant: None,
         }
     }
@@ -297,6 +314,10 @@ mod tests {
         ));
         let deep = Settings { depth: GREATEST_DEPTH + 1, ..settings(1, 1) };
         assert!(matches!(deep.check(), Err(SettingsError::TooDeep { .. })));
+        for edge in [3, 2048] {
+            let tile = Settings { tile: Some(edge), ..settings(1, 1) };
+            assert_eq!(tile.check(), Err(SettingsError::NoSuchTile { edge }));
+        }
         let no_samples = Settings { samples: 0, ..settings(1, 1) };
         assert!(matches!(no_samples.check(), Err(SettingsError::Zero { .. })));
     }

@@ -42,6 +42,7 @@ impl ImageSettings {
             light_sampling: true,
             traversal: None,
             schedule: None,
+            tile: None,
             variant: None,
         }
     }

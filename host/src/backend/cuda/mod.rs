@@ -9,7 +9,7 @@ mod extract;
 
 pub use driver::devices;
 
-use super::{Backend, BackendError, Device, Job, LARGE, Launch, SceneRecords};
+use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::{Pod, Zeroable};
 use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
@@ -23,7 +23,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP, variant_by_name};
-use trisect_shared::features::{Features, PERSISTENT, has, has_any};
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::features::{Features, LARGE, PERSISTENT, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -31,6 +32,9 @@ use trisect_shared::scene::SceneLengths;
 
 /// The oldest compute capability that the kernels are compiled for.
 const LEAST_CAPABILITY: (i32, i32) = (6, 1);
+
+/// The scene's array of nodes.
+const NODES: usize = 1;
 
 /// Blocks down a grid, at most.
 const GRID_LIMIT: u32 = 65_535;
@@ -70,6 +74,8 @@ struct Film {
 /// The arrays in the order of the kernels' arguments.
 struct SceneOnDevice {
     lengths: Lengths,
+    /// Nodes of the scene, without those of the view.
+    nodes: usize,
     arrays: [CudaSlice<u8>; 10],
 }
 
@@ -270,8 +276,29 @@ impl Backend for Cuda {
             self.copy(scene.texels, "the scene's texels")?,
             self.copy(scene.environment, "the scene's panorama")?,
         ];
-        self.scene = Some(SceneOnDevice { lengths, arrays });
+        self.scene = Some(SceneOnDevice { lengths, nodes: scene.nodes.len(), arrays });
         Ok(())
+    }
+
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        let Some(scene) = &self.scene else { return Err(not_prepared()) };
+        let bytes: &[u8] = bytemuck::cast_slice(nodes);
+        let own = scene.nodes * size_of::<BvhNode>();
+        let mut larger = None;
+        if scene.arrays[NODES].len() < own + bytes.len() {
+            let mut array = self.allocate(own + bytes.len(), "the camera's view of the BVH")?;
+            let (from, mut to) = (scene.arrays[NODES].slice(0..own), array.slice_mut(0..own));
+            self.stream.memcpy_dtod(&from, &mut to).map_err(failed("copying the scene"))?;
+            larger = Some(array);
+        }
+        let Some(scene) = &mut self.scene else { return Err(not_prepared()) };
+        scene.lengths.0.nodes = scene.nodes + nodes.len();
+        let array = &mut scene.arrays[NODES];
+        if let Some(larger) = larger {
+            *array = larger;
+        }
+        let mut to = array.slice_mut(own..own + bytes.len());
+        self.stream.memcpy_htod(bytes, &mut to).map_err(failed("copying the camera's view"))
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {

@@ -6,14 +6,15 @@ mod pipeline;
 
 pub use adapter::devices;
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, LARGE, Launch, SceneRecords};
+use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use bytemuck::Pod;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
 use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
-use trisect_shared::features::{Features, PERSISTENT, has, has_any};
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::features::{Features, LARGE, PERSISTENT, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -31,6 +32,13 @@ pub enum Route {
     Naga,
 }
 
+/// A scene's array is written once; that of the nodes is copied to a larger one.
+const SCENE_USAGE: BufferUsages =
+    BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
+
+/// The scene's array of nodes.
+const NODES: usize = 1;
+
 /// A wgpu adapter.
 pub struct Wgpu {
     device: Device,
@@ -40,6 +48,8 @@ pub struct Wgpu {
     /// Where persistent lanes find their pixels.
     counter: Buffer,
     scene: Option<[Buffer; 10]>,
+    /// Nodes of the scene, without those of the view.
+    nodes: usize,
     film: Option<Film>,
     entry: &'static str,
     math: MathMode,
@@ -96,6 +106,7 @@ impl Wgpu {
             params,
             counter,
             scene: None,
+            nodes: 0,
             film: None,
             entry: "render",
             math: MathMode::Precise,
@@ -124,7 +135,7 @@ impl Wgpu {
 
     fn store<T: Pod>(&self, records: &[T], what: &'static str) -> Result<Buffer, BackendError> {
         let bytes: &[u8] = bytemuck::cast_slice(records);
-        let buffer = self.buffer(bytes.len() as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST, what)?;
+        let buffer = self.buffer(bytes.len() as u64, SCENE_USAGE, what)?;
         self.gpu.queue.write_buffer(&buffer, 0, bytes);
         Ok(buffer)
     }
@@ -220,6 +231,7 @@ impl Backend for Wgpu {
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         let scene = scene.scene();
         self.scene = None; // before the new one is allocated
+        self.nodes = scene.nodes.len();
         self.scene = Some([
             self.store(scene.spheres, "the scene's spheres")?,
             self.store(scene.nodes, "the scene's BVH")?,
@@ -233,6 +245,26 @@ impl Backend for Wgpu {
             self.store(scene.environment, "the scene's panorama")?,
         ]);
         self.gpu.check("copying the scene")
+    }
+
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        let Some(scene) = &self.scene else { return Err(self.misuse("no scene was uploaded")) };
+        let bytes: &[u8] = bytemuck::cast_slice(nodes);
+        let own = (self.nodes * size_of::<BvhNode>()) as u64;
+        let total = own + bytes.len() as u64;
+        let mut array = scene[NODES].clone();
+        if array.size() < total {
+            let larger = self.buffer(total, SCENE_USAGE, "the camera's view of the BVH")?;
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            encoder.copy_buffer_to_buffer(&array, 0, &larger, 0, own);
+            self.gpu.queue.submit([encoder.finish()]);
+            array = larger;
+        }
+        self.gpu.queue.write_buffer(&array, own, bytes);
+        if let Some(scene) = &mut self.scene {
+            scene[NODES] = array;
+        }
+        self.gpu.check("copying the camera's view")
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {

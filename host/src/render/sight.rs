@@ -1,0 +1,70 @@
+//! The tree as the camera sees it, kept from frame to frame.
+
+use super::{Settings, Traversal};
+use crate::Error;
+use crate::backend::{Backend, BackendError};
+use crate::bvh::{Bvh, prune};
+use trisect_kernels::Variant;
+use trisect_shared::bvh::{BvhNode, Child};
+use trisect_shared::camera::Camera;
+use trisect_shared::features::{LARGE, has_any};
+use trisect_shared::params::RenderParams;
+use trisect_shared::view::NO_VIEW;
+
+/// Samples a pixel from which on smaller tiles gain more than they cost, by docs/performance.md.
+const FINE_FROM: u32 = 64;
+
+/// What a tree is pruned from, and for which image the backend has it pruned.
+pub(super) struct Sight {
+    nodes: Vec<BvhNode>,
+    root: Child,
+    /// Width, height, and the edge of a tile as a power of two.
+    made: Option<(u32, u32, u32)>,
+}
+
+impl Sight {
+    pub fn new(bvh: Bvh) -> Self {
+        Self { nodes: bvh.nodes, root: bvh.root, made: None }
+    }
+
+    /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose paths are short, so that its camera rays
+    /// are a good part of all. Without memory for it, the image is made without it, and is the same.
+    pub fn look(
+        &mut self,
+        backend: &mut dyn Backend,
+        camera: &Camera,
+        settings: &Settings,
+        variant: Variant,
+    ) -> Result<(), Error> {
+        let default = match has_any(variant.features, LARGE) {
+            true => 0,
+            false if settings.samples < FINE_FROM => 16,
+            false => 8,
+        };
+        let tile = settings.tile.unwrap_or(default);
+        if tile == 0 || Traversal::of(variant.features) != Traversal::Stack || self.nodes.is_empty() {
+            self.made = None;
+            return Ok(());
+        }
+        let wanted = (settings.width, settings.height, tile.ilog2());
+        if self.made != Some(wanted) {
+            self.made = None;
+            if let Some(nodes) = prune(&self.nodes, self.root, camera, wanted.0, wanted.1, wanted.2) {
+                match backend.view(&nodes) {
+                    Ok(()) => self.made = Some(wanted),
+                    Err(BackendError::TooLarge { .. }) => {}
+                    Err(error) => return Err(error.into()),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Says in a launch record where the view is.
+    pub fn describe(&self, params: &mut RenderParams) {
+        (params.first_view, params.tile_shift) = match self.made {
+            Some((_, _, shift)) => (self.nodes.len() as u32, shift),
+            None => (NO_VIEW, 0),
+        };
+    }
+}

@@ -1,0 +1,27 @@
+//! Where the camera rays of a tile of the image enter the tree.
+
+use crate::buffer::load;
+use crate::bvh::Child;
+use crate::params::RenderParams;
+use crate::scene::Scene;
+
+/// [`RenderParams::first_view`] where camera rays begin at the root.
+pub const NO_VIEW: u32 = u32::MAX;
+
+/// The subtree below which is all that the camera rays of pixel (`x`, `y`) can meet.
+///
+/// # Safety
+///
+/// The pixel is of the image, and the scene's nodes from `first_view` on have an entry for each of its tiles.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn entry(params: &RenderParams, scene: Scene, x: u32, y: u32) -> Child {
+    if params.first_view == NO_VIEW {
+        return Child(params.root);
+    }
+    let shift = params.tile_shift & 31;
+    let across = (params.width + (1 << shift) - 1) >> shift;
+    let tile = (y >> shift) * across + (x >> shift);
+    // SAFETY: the caller's promise.
+    Child(unsafe { load(scene.nodes, params.first_view + tile) }.entry)
+}
