@@ -46,7 +46,7 @@ fn slope(x: f32) -> (f32, f32) {
 pub(crate) const EXIT: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// What half of a box's extent along an axis must have more, so that a ray that starts within `reach` of the world's origin finds the box
-/// without a difference of origin and centre, and without [`EXIT`]: by products of each with the reciprocal, which cancel. In ULP of
+/// without a difference of origin and centre, and without moving its exit out: by products of each with the reciprocal, which cancel. In ULP of
 /// what takes part: 1/2 for the ray's product, 1/2 for the sum, 1/2 for the way through half the box, and what the
 /// reciprocal is off by: 2.5 on Vulkan. Two more, so that a primitive at a distance that rounding made too small is not behind its box.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]

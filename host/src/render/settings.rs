@@ -66,7 +66,7 @@ pub struct Settings {
     pub traversal: Option<Traversal>,
     /// What a lane works on; `None`: what is fastest on the backend.
     pub schedule: Option<Schedule>,
-    /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two, at most [`GREATEST_TILE`], or 0 for none; `None`: by the number of samples.
+    /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two, at most 1024, or 0 for none; `None`: by the number of samples.
     pub tile: Option<u32>,
     /// The kernel, by name; `None`: the cheapest that the scene can do with.
     pub variant: Option<&'static str>,
