@@ -109,8 +109,8 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub schedule: Option<ScheduleArg>,
 
-    /// Edge of the tiles for whose camera rays the tree is pruned, of which the image does not depend: a power of two, or 0 for none; without it, 8 from 64 samples on, else
-    /// 16.
+    /// Edge of the tiles for whose camera rays the tree is pruned, of which the image does not depend: a power of two from 4 to 1024, or
+    /// 0 for none; without it, 8 from 64 samples on, else 16, and none where there are lights.
     #[arg(long, value_name = "PIXELS")]
     pub tile: Option<u32>,
 

@@ -104,9 +104,9 @@ fn enter_singly<const ROOM: bool>(origin: Vec3, slopes: &Slopes, node: &BvhNode,
     Entries { first, second, t_first, t_second }
 }
 
-/// `middle` is where along the ray the centre's planes are. Minimum and maximum are those of the bits as integers: of numbers above zero they are the numbers' own, and an
-/// H100 computes three at once, and those and zero. Of two numbers below zero the wrong one is chosen, but one below zero, and so the box
-/// is missed, as it should be.
+/// `middle` is where along the ray the centre's planes are. Minimum and maximum are those of the bits as integers: of numbers above zero
+/// they are the numbers' own, and an H100 computes three at once, and those and zero. Of two numbers below zero the wrong one is chosen,
+/// but one below zero, and so the box is missed, as it should be.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
 fn enter_box(slopes: &Slopes, middle: Vec3, half: Vec3, limit: f32, room: f32) -> (bool, f32) {

@@ -20,7 +20,7 @@ pub unsafe fn entry(params: &RenderParams, scene: Scene, x: u32, y: u32) -> Chil
         return Child(params.root);
     }
     let shift = params.tile_shift & 31;
-    let across = (params.width + (1 << shift) - 1) >> shift;
+    let across = ((params.width - 1) >> shift) + 1;
     let tile = (y >> shift) * across + (x >> shift);
     // SAFETY: the caller's promise.
     Child(unsafe { load(scene.nodes, params.first_view + tile) }.entry)

@@ -9,8 +9,8 @@ use trisect_shared::slabs::room;
 const GREATEST_GROWTH: f32 = 1.0 / 64.0;
 
 impl Bvh {
-    /// Widens all boxes for rays that start in them or at `eye`, within `lens` along each axis. Not where that would make the boxes of the primitives much larger: in a
-    /// scene with fine detail that reaches far. Returns whether the boxes have room now.
+    /// Widens all boxes for rays that start in them or at `eye`, within `lens` along each axis. Not where that would make the boxes of
+    /// the primitives much larger: in a scene with fine detail that reaches far. Returns whether the boxes have room now.
     pub fn widen(&mut self, eye: Vec3, lens: f32) -> bool {
         let Some(root) = self.nodes.first() else { return false };
         let mut reach = eye.abs() + lens;

@@ -194,9 +194,9 @@ impl Lens {
         let mut planes = Vec::with_capacity(8);
         let sides = [
             (right, self.corner.0 + self.pixel.0 * f64::from(x), 1.0),
-            (right, self.corner.0 + self.pixel.0 * f64::from(x + size), -1.0),
+            (right, self.corner.0 + self.pixel.0 * (f64::from(x) + f64::from(size)), -1.0),
             (down, self.corner.1 + self.pixel.1 * f64::from(y), 1.0),
-            (down, self.corner.1 + self.pixel.1 * f64::from(y + size), -1.0),
+            (down, self.corner.1 + self.pixel.1 * (f64::from(y) + f64::from(size)), -1.0),
         ];
         // A ray from l on the lens through p in the image plane is at (1 - s) l + s p at depth s · focus. So all rays are beyond
         // s p0 - |1 - s| r along an axis, if p is beyond p0: a box is on the other side if it is of both of these planes.

@@ -4,7 +4,7 @@ use super::method::{Schedule, Traversal};
 use crate::film::{Film, Part};
 use crate::memory;
 use serde::Serialize;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use thiserror::Error;
 use trisect_shared::features::{Features, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::CHUNK_SAMPLES;
@@ -12,8 +12,8 @@ use trisect_shared::film::CHUNK_SAMPLES;
 /// The greatest depth of a path.
 pub const GREATEST_DEPTH: u32 = 65_535;
 
-/// The greatest edge of a tile.
-pub const GREATEST_TILE: u32 = 1024;
+/// Edges of tiles, in pixels: smaller ones would need more memory than they save time.
+const TILES: RangeInclusive<u32> = 4..=1024;
 
 /// How dielectrics reflect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -66,7 +66,8 @@ pub struct Settings {
     pub traversal: Option<Traversal>,
     /// What a lane works on; `None`: what is fastest on the backend.
     pub schedule: Option<Schedule>,
-    /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two, at most 1024, or 0 for none; `None`: by the number of samples.
+    /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two from 4 to 1024, or 0 for none;
+    /// `None`: by the number of samples, and none where there are lights.
     pub tile: Option<u32>,
     /// The kernel, by name; `None`: the cheapest that the scene can do with.
     pub variant: Option<&'static str>,
@@ -98,7 +99,7 @@ pub enum SettingsError {
         depth: u32,
     },
     /// A tile's edge that is none.
-    #[error("a tile has an edge of {edge} pixels; choose 0, or a power of two up to {GREATEST_TILE}")]
+    #[error("a tile has an edge of {edge} pixels; choose 0, or a power of two from 4 to 1024")]
     NoSuchTile {
         /// What was asked for.
         edge: u32,
@@ -261,9 +262,8 @@ impl Settings {
         if self.depth > GREATEST_DEPTH {
             return Err(SettingsError::TooDeep { depth: self.depth });
         }
-        if let Some(edge) =
-            self.tile.filter(|&edge| edge != 0 && !edge.is_power_of_two() || edge > GREATEST_TILE)
-        {
+        let is_tile = |edge: u32| edge == 0 || edge.is_power_of_two() && TILES.contains(&edge);
+        if let Some(edge) = self.tile.filter(|&edge| !is_tile(edge)) {
             return Err(SettingsError::NoSuchTile { edge });
         }
         let (width, height) = (self.width, self.height);
@@ -314,7 +314,7 @@ mod tests {
         ));
         let deep = Settings { depth: GREATEST_DEPTH + 1, ..settings(1, 1) };
         assert!(matches!(deep.check(), Err(SettingsError::TooDeep { .. })));
-        for edge in [3, 2048] {
+        for edge in [2, 12, 2048] {
             let tile = Settings { tile: Some(edge), ..settings(1, 1) };
             assert_eq!(tile.check(), Err(SettingsError::NoSuchTile { edge }));
         }

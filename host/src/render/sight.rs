@@ -27,8 +27,9 @@ impl Sight {
         Self { nodes: bvh.nodes, root: bvh.root, made: None }
     }
 
-    /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose paths are short, so that its camera rays
-    /// are a good part of all. Without memory for it, the image is made without it, and is the same.
+    /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose
+    /// paths are short, so that its camera rays are a good part of all. Without memory for it, the image is made without it, and is the
+    /// same.
     pub fn look(
         &mut self,
         backend: &mut dyn Backend,

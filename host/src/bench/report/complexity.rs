@@ -2,6 +2,7 @@
 
 use super::chart::{Axis, Chart, Plot, Point, Series};
 use super::method::{METHODS, Method, Outcome, frames};
+use super::plan::Effort;
 use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
@@ -250,7 +251,16 @@ fn point(
     if let (true, Some(before)) = (method.is_linear(), before) {
         let growth = f64::from(spheres) / f64::from(before.spheres);
         let pixels = f64::from(plan.width) * f64::from(plan.height);
-        let seconds = before.nanoseconds.median * 1e-9 * growth * pixels;
+        let expected = before.nanoseconds.median * 1e-9 * growth * pixels;
+        // What fitted a cache may not do so any more: unless it is hopeless, one frame of one sample tells.
+        let pilot = Effort { samples: 1, warm_up: 0, frames: 1 };
+        let mut seconds = expected;
+        if expected <= plan.limit {
+            let settings = method.settings(plan.settings(scene.settings(), pilot.samples));
+            if let Outcome::Measured(frames) = frames(renderer, &settings, pilot)? {
+                seconds = frames.iter().map(|stats| stats.device_seconds).fold(expected, f64::max);
+            }
+        }
         match plan.affordable(seconds) {
             Some(affordable) => effort = affordable,
             None => {
