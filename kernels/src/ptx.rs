@@ -98,8 +98,8 @@ macro_rules! entry_point {
 
 macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
-        entry_point!($name, PixelSums, has($features, PERSISTENT), |params, scene, x, y, film, carries, counter| {
-            if has($features, PERSISTENT) {
+        entry_point!($name, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter| {
+            if const { has($features, PERSISTENT) } {
                 let pixels = params.width as usize * params.height as usize;
                 let (mut film, mut carries) = (Slots::new(film, pixels), Slots::new(carries, pixels));
                 let mut counter = AtomicU32::from_ptr(counter);

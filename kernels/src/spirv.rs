@@ -14,6 +14,7 @@ use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
+use trisect_shared::rows::Stored;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -28,18 +29,18 @@ macro_rules! entry_point {
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Sphere],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[BvhNode],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Flat],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Triangle],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[TriangleShading],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Light],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Texture],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Texel],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[EnvironmentTexel],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [$record],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $carries: &mut [Carry],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Stored<Sphere>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Stored<BvhNode>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Stored<Material>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Stored<Flat>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Stored<Triangle>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Stored<TriangleShading>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Stored<Light>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Stored<Texture>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Stored<Texel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Stored<EnvironmentTexel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [Stored<$record>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $carries: &mut [Stored<Carry>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] $counter: &mut [u32],
         ) {
             // Persistent threads find their pixels elsewhere.
@@ -59,11 +60,11 @@ macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, has($features, PERSISTENT), |params, scene, x, y, film, carries, counter| {
+            $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter| {
                 // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
-                    if has($features, PERSISTENT) {
+                    if const { has($features, PERSISTENT) } {
                         let (mut film, mut carries, mut counter) = (film, carries, counter);
                         path::render_queue::<{ $features }>(params, scene, &mut film, &mut carries, &mut counter);
                     } else {

@@ -116,11 +116,11 @@ impl Bsdf {
         front: bool,
         (u, v): (f32, f32),
     ) -> Self {
-        if has(FEATURES, TEXTURES) {
+        if const { has(FEATURES, TEXTURES) } {
             // SAFETY: the caller's promise.
             unsafe {
                 material.albedo *= color(scene, material.albedo_texture, u, v);
-                if has(FEATURES, MICROFACETS) && material.kind == METALLIC_ROUGHNESS {
+                if const { has(FEATURES, MICROFACETS) } && material.kind == METALLIC_ROUGHNESS {
                     let c = color(scene, material.metallic_roughness_texture, u, v);
                     material.roughness *= c.y;
                     material.metallic *= c.z;
@@ -129,7 +129,7 @@ impl Bsdf {
             }
         }
         let (mut x, mut y, mut local) = (Vec3::X, Vec3::Y, Vec3::Z);
-        if has(FEATURES, MICROFACETS) {
+        if const { has(FEATURES, MICROFACETS) } {
             (x, y) = basis(normal);
             local = -Vec3::new(incoming.dot(x), incoming.dot(y), incoming.dot(normal));
             local.z = max(local.z, 1e-6);
@@ -142,7 +142,7 @@ impl Bsdf {
     #[inline(always)]
     pub fn is_smooth_lobe<const FEATURES: Features>(&self) -> bool {
         let kind = self.material.kind;
-        if has(FEATURES, MICROFACETS) {
+        if const { has(FEATURES, MICROFACETS) } {
             if kind == METALLIC_ROUGHNESS {
                 return self.alpha >= SMOOTH
                     || (self.material.metallic < 1.0 && self.material.transmission < 1.0);
@@ -163,7 +163,7 @@ impl Bsdf {
     #[inline(always)]
     pub fn sample<const FEATURES: Features>(&self, book_fresnel: bool, random: Words) -> BsdfSample {
         let kind = self.material.kind;
-        if has(FEATURES, MICROFACETS) && kind > DIELECTRIC {
+        if const { has(FEATURES, MICROFACETS) } && kind > DIELECTRIC {
             return self.sample_microfacets(random);
         }
         let scatter =
@@ -187,7 +187,7 @@ impl Bsdf {
     #[inline(always)]
     pub fn evaluate<const FEATURES: Features>(&self, direction: Vec3) -> Evaluation {
         let kind = self.material.kind;
-        if has(FEATURES, MICROFACETS) && kind > DIELECTRIC {
+        if const { has(FEATURES, MICROFACETS) } && kind > DIELECTRIC {
             let to = Vec3::new(direction.dot(self.x), direction.dot(self.y), direction.dot(self.normal));
             return self.microfacets(to);
         }

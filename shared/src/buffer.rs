@@ -14,6 +14,8 @@
 //! A debug build checks every access.
 #![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
 
+#[cfg(target_arch = "spirv")]
+use crate::rows::Record;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 use bytemuck::Pod;
 use core::mem::MaybeUninit;
@@ -24,10 +26,23 @@ use core::mem::MaybeUninit;
 ///
 /// `index < slice.len()`; a debug build panics otherwise.
 #[inline(always)]
+#[cfg(not(target_arch = "spirv"))]
 pub unsafe fn load<T: Copy>(slice: &[T], index: u32) -> T {
     debug_assert!((index as usize) < slice.len());
     // SAFETY: the caller's promise.
     unsafe { *slice.get_unchecked(index as usize) }
+}
+
+/// `slice[index]`, by value.
+///
+/// # Safety
+///
+/// `index < slice.len()`.
+#[inline(always)]
+#[cfg(target_arch = "spirv")]
+pub unsafe fn load<T: Record>(slice: &[T::Rows], index: u32) -> T {
+    // SAFETY: the caller's promise.
+    T::read(unsafe { *slice.get_unchecked(index as usize) })
 }
 
 /// `slice[index]`, by reference: for a record of which a traversal reads a few rows.
@@ -65,10 +80,23 @@ pub unsafe fn eight_local<T: Pod, const N: usize>(
 ///
 /// `index < slice.len()`; a debug build panics otherwise.
 #[inline(always)]
+#[cfg(not(target_arch = "spirv"))]
 pub unsafe fn store<T: Copy>(slice: &mut [T], index: u32, value: T) {
     debug_assert!((index as usize) < slice.len());
     // SAFETY: the caller's promise.
     unsafe { *slice.get_unchecked_mut(index as usize) = value }
+}
+
+/// `slice[index] = value`.
+///
+/// # Safety
+///
+/// `index < slice.len()`.
+#[inline(always)]
+#[cfg(target_arch = "spirv")]
+pub unsafe fn store<T: Record>(slice: &mut [T::Rows], index: u32, value: T) {
+    // SAFETY: the caller's promise.
+    unsafe { *slice.get_unchecked_mut(index as usize) = value.write() }
 }
 
 /// Entry `index` of an array of this invocation's own, of which each entry is written before it is read.
@@ -110,7 +138,7 @@ pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut MaybeUninit<[T; N
 
 /// Records of a buffer that all lanes write, each its own.
 #[cfg(target_arch = "spirv")]
-pub type Slots<'a, T> = &'a mut [T];
+pub type Slots<'a, T> = &'a mut [crate::rows::Stored<T>];
 
 /// Records of a buffer that all lanes write, each its own.
 #[cfg(not(target_arch = "spirv"))]
@@ -139,17 +167,12 @@ impl<'a, T> Slots<'a, T> {
 /// # Safety
 ///
 /// `index` is below their number.
+#[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
 pub unsafe fn load_slot<T: Copy>(slots: &Slots<T>, index: u32) -> T {
-    #[cfg(target_arch = "spirv")]
+    debug_assert!((index as usize) < slots.length);
     // SAFETY: the caller's promise.
-    return unsafe { load(slots, index) };
-    #[cfg(not(target_arch = "spirv"))]
-    {
-        debug_assert!((index as usize) < slots.length);
-        // SAFETY: the caller's promise.
-        unsafe { *slots.first.add(index as usize) }
-    }
+    unsafe { *slots.first.add(index as usize) }
 }
 
 /// Writes record `index`.
@@ -157,17 +180,13 @@ pub unsafe fn load_slot<T: Copy>(slots: &Slots<T>, index: u32) -> T {
 /// # Safety
 ///
 /// `index` is below their number.
+#[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
 pub unsafe fn store_slot<T: Copy>(slots: &mut Slots<T>, index: u32, value: T) {
-    #[cfg(target_arch = "spirv")]
+    debug_assert!((index as usize) < slots.length);
     // SAFETY: the caller's promise.
-    unsafe {
-        store(slots, index, value);
-    }
-    #[cfg(not(target_arch = "spirv"))]
-    {
-        debug_assert!((index as usize) < slots.length);
-        // SAFETY: the caller's promise.
-        unsafe { *slots.first.add(index as usize) = value }
-    }
+    unsafe { *slots.first.add(index as usize) = value }
 }
+
+#[cfg(target_arch = "spirv")]
+pub use {load as load_slot, store as store_slot};

@@ -91,7 +91,7 @@ unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
         j
     };
     // SAFETY: inside the panorama.
-    unsafe { load(scene.environment, (j * width + i) as u32).radiance }
+    unsafe { load::<EnvironmentTexel>(scene.environment, (j * width + i) as u32).radiance }
 }
 
 /// A texel's density over the panorama as a density by solid angle: latitude and longitude cover 2π² sin θ.
@@ -117,7 +117,7 @@ pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> Environm
     let row = min(y, (height - 1) as f32) as u32;
     // SAFETY: the caller's promise; column and row are inside.
     unsafe {
-        let density = load(scene.environment, row * width + column).density;
+        let density = load::<EnvironmentTexel>(scene.environment, row * width + column).density;
         EnvironmentLight {
             direction: d,
             radiance: interpolate(params, scene, x, y),
@@ -138,11 +138,11 @@ pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> Envi
     let mut index = mul_high(random.z, width * params.environment_height);
     // SAFETY: the caller's promise for the index and the alias.
     let density = unsafe {
-        let texel = load(scene.environment, index);
+        let texel = load::<EnvironmentTexel>(scene.environment, index);
         if random.w >= texel.threshold {
             index = texel.alias;
         }
-        load(scene.environment, index).density
+        load::<EnvironmentTexel>(scene.environment, index).density
     };
     let row = index / width.max(1); // no check for division by zero
     let column = index - row * width;

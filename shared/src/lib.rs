@@ -62,6 +62,7 @@ pub mod params;
 pub mod path;
 pub mod ray;
 pub mod rng;
+pub mod rows;
 pub mod sampler;
 pub mod scene;
 pub mod sky;

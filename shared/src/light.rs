@@ -4,12 +4,16 @@ use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
 use crate::environment;
 use crate::features::{EMITTERS, ENVIRONMENT, FLATS, Features, TEXTURES, TRIANGLES, has};
+use crate::flat::Flat;
+use crate::material::Material;
 use crate::math::{basis, max, min, mul_high, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::params::RenderParams;
 use crate::rng::Words;
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
 use crate::texture;
+use crate::triangle::Triangle;
+use crate::triangle::TriangleShading;
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -109,7 +113,7 @@ pub unsafe fn sample<const FEATURES: Features>(
     random: Words,
     choice: u32,
 ) -> LightSample {
-    if has(FEATURES, ENVIRONMENT) && unit_f32(choice) < params.environment_probability {
+    if const { has(FEATURES, ENVIRONMENT) } && unit_f32(choice) < params.environment_probability {
         // SAFETY: a probability above zero means a panorama.
         let sky = unsafe { environment::sample(params, scene, random) };
         return LightSample {
@@ -121,13 +125,13 @@ pub unsafe fn sample<const FEATURES: Features>(
             is_delta: false,
         };
     }
-    if !has(FEATURES, EMITTERS) || params.lights == 0 {
+    if const { !has(FEATURES, EMITTERS) } || params.lights == 0 {
         return NOTHING;
     }
     // SAFETY: below the number of lights, as is each alias.
     let light = unsafe {
-        let light = load(scene.lights, mul_high(random.z, params.lights));
-        if random.w < light.threshold { light } else { load(scene.lights, light.alias) }
+        let light = load::<Light>(scene.lights, mul_high(random.z, params.lights));
+        if random.w < light.threshold { light } else { load::<Light>(scene.lights, light.alias) }
     };
     if light.kind == AREA {
         // SAFETY: the caller's promise for the light's primitive.
@@ -178,10 +182,10 @@ unsafe fn area<const FEATURES: Features>(
     // Of a sphere seen from outside: the direction itself, since its near point may be the very point that it is seen from.
     let mut inside_cone = Vec3::ZERO;
     let (mut texture_u, mut texture_v) = (0.0, 0.0);
-    if has(FEATURES, TRIANGLES) && primitive >= params.first_triangle {
+    if const { has(FEATURES, TRIANGLES) } && primitive >= params.first_triangle {
         let index = primitive - params.first_triangle;
         // SAFETY: the caller's promise.
-        let triangle = unsafe { load(scene.triangles, index) };
+        let triangle = unsafe { load::<Triangle>(scene.triangles, index) };
         // Uniform by area (Turk, Graphics Gems, 1990).
         let root = sqrt(u);
         let (a, b) = (1.0 - root, root * (1.0 - v));
@@ -190,15 +194,15 @@ unsafe fn area<const FEATURES: Features>(
         let n = triangle.normal();
         normal = n * (1.0 / sqrt(n.dot(n)));
         material = triangle.material;
-        if has(FEATURES, TEXTURES) {
+        if const { has(FEATURES, TEXTURES) } {
             // SAFETY: as above.
-            let s = unsafe { load(scene.shading, index) };
+            let s = unsafe { load::<TriangleShading>(scene.shading, index) };
             texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
             texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
         }
-    } else if has(FEATURES, FLATS) && primitive >= params.first_flat {
+    } else if const { has(FEATURES, FLATS) } && primitive >= params.first_flat {
         // SAFETY: the caller's promise.
-        let flat = unsafe { load(scene.flats, primitive - params.first_flat) };
+        let flat = unsafe { load::<Flat>(scene.flats, primitive - params.first_flat) };
         let (mut across, mut down) = (u, v);
         if flat.kind == crate::flat::DISC {
             let radius = sqrt(u);
@@ -213,7 +217,7 @@ unsafe fn area<const FEATURES: Features>(
         material = flat.material;
     } else {
         // SAFETY: the caller's promise.
-        let sphere = unsafe { load(scene.spheres, primitive) };
+        let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
         let half_cone = cone(&sphere, primitive, from);
         material = sphere.material;
         if half_cone > 0.0 {
@@ -236,7 +240,7 @@ unsafe fn area<const FEATURES: Features>(
             normal = unit_sphere(random.x, random.y);
             target = sphere.center + normal * sphere.radius;
         }
-        if has(FEATURES, TEXTURES) {
+        if const { has(FEATURES, TEXTURES) } {
             texture_u = 0.5 + crate::math::turns(-normal.z, normal.x);
             texture_v = 2.0 * crate::math::turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
         }
@@ -244,7 +248,7 @@ unsafe fn area<const FEATURES: Features>(
     let to = target - point;
     let square = to.dot(to);
     // SAFETY: each primitive's material is in range.
-    let material = unsafe { load(scene.materials, material) };
+    let material = unsafe { load::<Material>(scene.materials, material) };
     let distance = sqrt(square);
     let mut direction = to * (1.0 / distance);
     let mut cos = -direction.dot(normal);
@@ -255,7 +259,7 @@ unsafe fn area<const FEATURES: Features>(
         return NOTHING;
     }
     let mut radiance = material.emission;
-    if has(FEATURES, TEXTURES) {
+    if const { has(FEATURES, TEXTURES) } {
         // SAFETY: the scene's textures are proven.
         unsafe {
             radiance *= texture::color(scene, material.emission_texture, texture_u, texture_v);
@@ -292,11 +296,11 @@ pub unsafe fn density<const FEATURES: Features>(
     distance: f32,
     cos: f32,
 ) -> f32 {
-    let is_sphere = (!has(FEATURES, FLATS) || primitive < params.first_flat)
-        && (!has(FEATURES, TRIANGLES) || primitive < params.first_triangle);
+    let is_sphere = (const { !has(FEATURES, FLATS) } || primitive < params.first_flat)
+        && (const { !has(FEATURES, TRIANGLES) } || primitive < params.first_triangle);
     if is_sphere {
         // SAFETY: the caller's promise.
-        let sphere = unsafe { load(scene.spheres, primitive) };
+        let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
         let half_cone = cone(&sphere, primitive, from);
         if half_cone > 0.0 {
             // The far side, seen through holes of the near one, is not chosen.

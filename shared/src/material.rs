@@ -149,7 +149,7 @@ impl Material {
             // Not above zero: total reflection.
             if radicand > 0.0 {
                 let cos_refracted = sqrt(radicand);
-                let reflectance = if has(FEATURES, SCHLICK) && book_fresnel {
+                let reflectance = if const { has(FEATURES, SCHLICK) } && book_fresnel {
                     fresnel::schlick(cos, eta)
                 } else {
                     fresnel::dielectric(cos, cos_refracted, eta)

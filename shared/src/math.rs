@@ -82,13 +82,8 @@ pub fn normalize(v: Vec3) -> Vec3 {
     v * (1.0 / sqrt(v.dot(v)))
 }
 
-/// Whether `x` is neither NaN nor infinite, by its bits: a comparison with itself may legally be folded away.
-#[inline(always)]
-pub fn is_finite(x: f32) -> bool {
-    x.to_bits() & 0x7fff_ffff < 0x7f80_0000
-}
-
-/// Whether all components are; with one comparison, as each costs lanes a branch.
+/// Whether no component is NaN or infinite, by their bits: a comparison with itself may legally be folded away. One comparison, as each
+/// costs lanes a branch.
 #[inline(always)]
 pub fn all_finite(v: Vec3) -> bool {
     let size = |x: f32| x.to_bits() & 0x7fff_ffff;
@@ -280,8 +275,12 @@ mod tests {
 
     #[test]
     fn finite_by_bits() {
-        assert!(is_finite(0.0) && is_finite(f32::MAX) && is_finite(-f32::MIN_POSITIVE));
-        assert!(!is_finite(f32::NAN) && !is_finite(f32::INFINITY) && !is_finite(f32::NEG_INFINITY));
+        assert!(all_finite(Vec3::new(0.0, f32::MAX, -f32::MIN_POSITIVE)));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for axis in Vec3::AXES {
+                assert!(!all_finite(Vec3::select(axis.cmpeq(Vec3::ONE), Vec3::splat(bad), Vec3::ZERO)));
+            }
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::rng::{PathKey, Words, pcg4d};
 /// The words of `block`, by the sampler of the kernel variant.
 #[inline(always)]
 pub fn words<const FEATURES: Features>(key: PathKey, block: u32) -> Words {
-    if has(FEATURES, SOBOL) { sobol(key, block) } else { key.words(block) }
+    if const { has(FEATURES, SOBOL) } { sobol(key, block) } else { key.words(block) }
 }
 
 /// Two scrambled points of the Sobol sequence.

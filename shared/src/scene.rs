@@ -5,6 +5,7 @@ use crate::environment::EnvironmentTexel;
 use crate::flat::Flat;
 use crate::light::Light;
 use crate::material::Material;
+use crate::rows::Stored;
 use crate::sphere::Sphere;
 use crate::texture::{Texel, Texture};
 use crate::triangle::{Triangle, TriangleShading};
@@ -16,25 +17,25 @@ use crate::triangle::{Triangle, TriangleShading};
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     /// Primitives of the first kind.
-    pub spheres: &'a [Sphere],
+    pub spheres: &'a [Stored<Sphere>],
     /// Inner nodes of the BVH.
-    pub nodes: &'a [BvhNode],
+    pub nodes: &'a [Stored<BvhNode>],
     /// By index from the primitives.
-    pub materials: &'a [Material],
+    pub materials: &'a [Stored<Material>],
     /// Primitives of the second kind.
-    pub flats: &'a [Flat],
+    pub flats: &'a [Stored<Flat>],
     /// Primitives of the third kind.
-    pub triangles: &'a [Triangle],
+    pub triangles: &'a [Stored<Triangle>],
     /// One for each triangle.
-    pub shading: &'a [TriangleShading],
+    pub shading: &'a [Stored<TriangleShading>],
     /// What next-event estimation chooses from.
-    pub lights: &'a [Light],
+    pub lights: &'a [Stored<Light>],
     /// By index from the materials.
-    pub textures: &'a [Texture],
+    pub textures: &'a [Stored<Texture>],
     /// Of all textures.
-    pub texels: &'a [Texel],
+    pub texels: &'a [Stored<Texel>],
     /// The panorama; empty for none.
-    pub environment: &'a [EnvironmentTexel],
+    pub environment: &'a [Stored<EnvironmentTexel>],
     /// The wide tree; on a CPU only.
     #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
     pub wide: crate::wide::WideTree<'a>,

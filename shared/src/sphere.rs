@@ -42,14 +42,14 @@ impl Sphere {
         }
         let root = sqrt(discriminant);
         let c = from_center.dot(from_center) - self.radius * self.radius;
-        let inside = if is_departure { departure.goes_inside() } else { c <= 0.0 };
+        let inside = (is_departure & departure.goes_inside()) | (!is_departure & (c <= 0.0));
         let q = if b >= 0.0 { b + root } else { b - root };
         // From inside the far root, q / 1 or c / q by the sign of b; from outside the near one, c / q, negative if behind.
         // One division for all lanes of a warp.
-        let far = inside && b >= 0.0;
+        let far = inside & (b >= 0.0);
         let t = (if far { q } else { c }) / (if far { 1.0 } else { q });
-        let leaves = is_departure && (!inside || b <= 0.0);
-        if t > 0.0 && !leaves { t } else { MISS }
+        let leaves = is_departure & (!inside | (b <= 0.0));
+        if (t > 0.0) & !leaves { t } else { MISS }
     }
 
     /// The outward unit normal at `point`, which lies near the surface, and the point of the surface there.

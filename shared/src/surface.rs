@@ -3,11 +3,15 @@
 use crate::buffer::load;
 use crate::bvh::Hit;
 use crate::features::{FLATS, Features, TEXTURES, TRIANGLES, has};
+use crate::flat::Flat;
 use crate::math::{normalize, sqrt, turns};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
+use crate::sphere::Sphere;
 use crate::triangle::Shear;
+use crate::triangle::Triangle;
+use crate::triangle::TriangleShading;
 use glam::Vec3;
 
 /// A point of a surface.
@@ -54,13 +58,13 @@ pub unsafe fn at<const FEATURES: Features>(
     hit: Hit,
 ) -> Surface {
     let index = hit.primitive;
-    if has(FEATURES, TRIANGLES) && index >= params.first_triangle {
+    if const { has(FEATURES, TRIANGLES) } && index >= params.first_triangle {
         // SAFETY: the caller's promise.
         return unsafe { triangle::<FEATURES>(scene, ray, index - params.first_triangle) };
     }
-    if has(FEATURES, FLATS) && index >= params.first_flat {
+    if const { has(FEATURES, FLATS) } && index >= params.first_flat {
         // SAFETY: the caller's promise.
-        let flat = unsafe { load(scene.flats, index - params.first_flat) };
+        let flat = unsafe { load::<Flat>(scene.flats, index - params.first_flat) };
         let (u, v) = flat.coordinates(ray.origin + ray.direction * hit.distance);
         let (along_u, along_v) = (flat.edge_u * u, flat.edge_v * v);
         let size = flat.origin.abs() + along_u.abs() + along_v.abs();
@@ -76,10 +80,10 @@ pub unsafe fn at<const FEATURES: Features>(
         };
     }
     // SAFETY: the caller's promise.
-    let sphere = unsafe { load(scene.spheres, index) };
+    let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
-    if has(FEATURES, TEXTURES) {
+    if const { has(FEATURES, TEXTURES) } {
         // From -x by -z, +x and +z; from the top down (Shirley et al., "Ray Tracing: The Next Week", section 4.4).
         u = 0.5 + turns(-normal.z, normal.x);
         v = 2.0 * turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
@@ -91,7 +95,8 @@ pub unsafe fn at<const FEATURES: Features>(
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32) -> Surface {
     // SAFETY: the caller's promise; there is a shading record for each triangle.
-    let (triangle, shading) = unsafe { (load(scene.triangles, index), load(scene.shading, index)) };
+    let (triangle, shading) =
+        unsafe { (load::<Triangle>(scene.triangles, index), load::<TriangleShading>(scene.shading, index)) };
     // Again for this one triangle: cheaper than carrying its weights through the traversal.
     let hit = triangle.hit(ray.origin, &Shear::new(ray.direction));
     let (b, c) = (hit.weight_b, hit.weight_c);
@@ -104,7 +109,7 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     // Flat, or normals that cancel.
     let smooth = if square > 1e-8 { mixed * (1.0 / sqrt(square)) } else { normal };
     let (mut u, mut v) = (0.0, 0.0);
-    if has(FEATURES, TEXTURES) {
+    if const { has(FEATURES, TEXTURES) } {
         u = shading.u_a * a + shading.u_b * b + shading.u_c * c;
         v = shading.v_a * a + shading.v_b * b + shading.v_c * c;
     }

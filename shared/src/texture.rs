@@ -99,7 +99,7 @@ fn wrap(i: i32, size: u32, mode: u32) -> u32 {
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     // SAFETY: the caller's promise.
-    let t = unsafe { load(scene.textures, index) };
+    let t = unsafe { load::<Texture>(scene.textures, index) };
     let x = (t.uu * u + t.uv * v + t.u0) * t.width as f32;
     let y = (t.vu * u + t.vv * v + t.v0) * t.height as f32;
     if t.flags & NEAREST != 0 {
@@ -130,7 +130,7 @@ unsafe fn texel(scene: Scene, t: Texture, i: i32, j: i32) -> Vec4 {
     let (across, down) = (t.flags & 3, (t.flags >> 2) & 3);
     let at = t.first + wrap(j, t.height, down) * t.width + wrap(i, t.width, across);
     // SAFETY: `wrap` stays inside the image, whose texels the host proved.
-    unsafe { load(scene.texels, at) }.channels()
+    unsafe { load::<Texel>(scene.texels, at) }.channels()
 }
 
 #[inline(always)]

@@ -1,6 +1,7 @@
 //! Where the camera rays of a tile of the image enter the tree.
 
 use crate::buffer::load;
+use crate::bvh::BvhNode;
 use crate::bvh::Child;
 use crate::params::RenderParams;
 use crate::scene::Scene;
@@ -23,5 +24,5 @@ pub unsafe fn entry(params: &RenderParams, scene: Scene, x: u32, y: u32) -> Chil
     let across = ((params.width - 1) >> shift) + 1;
     let tile = (y >> shift) * across + (x >> shift);
     // SAFETY: the caller's promise.
-    Child(unsafe { load(scene.nodes, params.first_view + tile) }.entry)
+    Child(unsafe { load::<BvhNode>(scene.nodes, params.first_view + tile) }.entry)
 }

@@ -152,12 +152,12 @@ pub unsafe fn dispatch<const FEATURES: Features>(
     reach: Reach,
 ) -> Hit {
     #[cfg(target_arch = "x86_64")]
-    if has(FEATURES, AVX512) {
+    if const { has(FEATURES, AVX512) } {
         // SAFETY: the caller's promise.
         return unsafe {
             closest_hit::<FEATURES, _>(crate::lanes::Avx512::assume(), params, scene, ray, reach)
         };
-    } else if has(FEATURES, AVX2) {
+    } else if const { has(FEATURES, AVX2) } {
         // SAFETY: the caller's promise.
         return unsafe {
             closest_hit::<FEATURES, _>(crate::lanes::Avx2::assume(), params, scene, ray, reach)
@@ -235,7 +235,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
                 };
                 depth += l.push(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
             }
-        } else if has(FEATURES, FLATS) && child.holds(Kind::Flat) {
+        } else if const { has(FEATURES, FLATS) } && child.holds(Kind::Flat) {
             let primitive = child.index();
             // SAFETY: the caller's promise.
             let t = unsafe { distance::<FEATURES>(params, scene, ray, &Shear::new(direction), primitive) };
@@ -249,7 +249,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
             let count = child.count();
             // SAFETY: the caller's promise for each child's index.
             let (mut hits, t, primitives) = unsafe {
-                if has(FEATURES, TRIANGLES) && child.holds(Kind::Triangles) {
+                if const { has(FEATURES, TRIANGLES) } && child.holds(Kind::Triangles) {
                     let packet = borrow(tree.triangles, child.index());
                     let (hits, t) = triangles(l, packet, count, line, departure.primitive(), best);
                     (hits, t, &packet.primitives)

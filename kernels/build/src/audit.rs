@@ -68,7 +68,7 @@ pub fn forbidden(artifact: &Artifact) -> Result<(), Error> {
         }
         if let Some((_, reason)) = rules.into_iter().find(|(pattern, _)| line.contains(pattern)) {
             return Err(Error::Audit {
-                artifact: artifact.name.to_owned(),
+                artifact: artifact.name.clone(),
                 line: index + 1,
                 text: line.trim().to_owned(),
                 reason,
@@ -109,7 +109,11 @@ mod tests {
     use super::*;
 
     fn ptx(kind: Kind, line: &str) -> Artifact {
-        Artifact { name: "test.ptx", kind, bytes: format!(".version 6.0\n{line}\nret;\n").into_bytes() }
+        Artifact {
+            name: "test.ptx".into(),
+            kind,
+            bytes: format!(".version 6.0\n{line}\nret;\n").into_bytes(),
+        }
     }
 
     #[test]

@@ -1,29 +1,14 @@
 //! Compiles the crates with entry points for both targets.
 
-use crate::contraction;
 use crate::error::Error;
-use crate::toolchain::{Toolchain, output_of};
-use spirv_builder::{Capability, SpirvBuilder, SpirvMetadata};
+use crate::toolchain::Toolchain;
+use crate::{ptx, spirv};
 use std::fs;
-use std::path::Path;
-use std::process::Command;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 use std::time::Instant;
-
-/// The oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers compile it for newer devices.
-pub const PTX_ARCHITECTURE: &str = "sm_61";
-
-/// The oldest version of PTX with votes that wait for all lanes of a warp: CUDA 9 (2017).
-pub const PTX_VERSION: &str = "ptx60";
-
-/// Vulkan 1.2 is what wgpu asks of a device for SPIR-V 1.5.
-pub const SPIRV_TARGET: &str = "spirv-unknown-vulkan1.2";
-
-/// LLVM's options of the fast build: fused multiply-add; division within 1 ULP-ish `div.full`; square root and its reciprocal
-/// approximate.
-pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
-
-/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x / c becomes x (1 / c).)
-pub const SPIRV_OPT: &str = "spirv-opt";
 
 /// What an artifact is, and so what it must not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,15 +17,15 @@ pub enum Kind {
     Spirv,
     /// PTX text with the CPU's rounding.
     PtxPrecise,
-    /// PTX text with [`FAST_MATH`].
+    /// PTX text with [`ptx::FAST_MATH`].
     PtxFast,
 }
 
-/// One compiled module with all entry points of a crate.
+/// One compiled module: of SPIR-V, an entry point has it alone; of PTX, a crate's entry points share it.
 #[derive(Debug)]
 pub struct Artifact {
     /// The file, from the workspace.
-    pub name: &'static str,
+    pub name: String,
     /// What it is.
     pub kind: Kind,
     /// The file's content.
@@ -48,16 +33,29 @@ pub struct Artifact {
 }
 
 /// A crate with entry points: what renders, and what the tests ask.
-struct Package {
-    name: &'static str,
+pub(crate) struct Package {
+    pub name: &'static str,
     /// From the workspace.
-    folder: &'static str,
+    pub folder: &'static str,
+}
+
+impl Package {
+    /// Where its SPIR-V lies, from the workspace: a file for each entry point, and nothing else.
+    fn spirv_folder(&self) -> String {
+        format!("{}/prebuilt/spirv", self.folder)
+    }
 }
 
 const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
 const PROBES: Package = Package { name: "trisect-probes", folder: "tests/probes" };
 
-/// Compiles SPIR-V, precise PTX and, of the kernels, fast PTX; SPIR-V, which takes longest, beside the rest.
+/// Where SPIR-V lies, from the workspace: a file for each entry point, and nothing else.
+pub fn spirv_folders() -> [String; 2] {
+    [KERNELS, PROBES].map(|package| package.spirv_folder())
+}
+
+/// Compiles SPIR-V, precise PTX and, of the kernels, fast PTX. rust-gpu and spirv-opt have one
+/// thread each: SPIR-V is compiled beside PTX, and optimised kernel by kernel.
 pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
     // spirv-builder runs the `cargo` and `rustc` that it finds first.
     let mut path = toolchain.directory.join("bin").into_os_string();
@@ -71,102 +69,69 @@ pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
         std::env::set_var("CARGO_PROFILE_RELEASE_LTO", "off");
         std::env::remove_var("RUSTUP_TOOLCHAIN");
     }
-    let timed = |name, kind, compile: &dyn Fn() -> Result<Vec<u8>, Error>| {
-        let start = Instant::now();
-        let bytes = compile()?;
-        eprintln!("compiled {name} in {:.0} s", start.elapsed().as_secs_f64());
-        Ok::<_, Error>(Artifact { name, kind, bytes })
+    let to_ptx = |name: &str, kind, package| {
+        let bytes = || ptx::module(root, toolchain, package, kind == Kind::PtxFast);
+        timed(name, bytes).map(|bytes| Artifact { name: name.to_owned(), kind, bytes })
     };
-    let spirv = |name, package| timed(name, Kind::Spirv, &|| spirv(root, toolchain, package));
-    let precise = |name, package| timed(name, Kind::PtxPrecise, &|| ptx(root, toolchain, package, &[]));
-    let fast = |name, package| {
-        timed(name, Kind::PtxFast, &|| ptx(root, toolchain, package, &FAST_MATH).map(|bytes| flush(&bytes)))
-    };
-    let (of_spirv, of_ptx) = std::thread::scope(|scope| {
-        let of_ptx = scope.spawn(|| {
-            Ok([
-                precise("kernels/prebuilt/trisect.precise.ptx", &KERNELS)?,
-                fast("kernels/prebuilt/trisect.fast.ptx", &KERNELS)?,
-                precise("tests/probes/prebuilt/probes.precise.ptx", &PROBES)?,
+    let (spirv, ptx) = thread::scope(|scope| {
+        let ptx = scope.spawn(|| {
+            Ok::<_, Error>([
+                to_ptx("kernels/prebuilt/trisect.precise.ptx", Kind::PtxPrecise, &KERNELS)?,
+                to_ptx("kernels/prebuilt/trisect.fast.ptx", Kind::PtxFast, &KERNELS)?,
+                to_ptx("tests/probes/prebuilt/probes.precise.ptx", Kind::PtxPrecise, &PROBES)?,
             ])
         });
-        let of_spirv = || {
-            Ok([
-                spirv("kernels/prebuilt/trisect.spv", &KERNELS)?,
-                spirv("tests/probes/prebuilt/probes.spv", &PROBES)?,
-            ])
-        };
-        let of_spirv: Result<_, Error> = of_spirv();
-        let of_ptx: Result<_, Error> = of_ptx.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        (of_spirv, of_ptx)
+        let spirv = [KERNELS, PROBES].map(|package| {
+            let modules =
+                timed(&format!("{} to SPIR-V", package.name), || spirv::modules(root, toolchain, &package))?;
+            let file =
+                |(entry_point, module)| (format!("{}/{entry_point}.spv", package.spirv_folder()), module);
+            Ok::<_, Error>(modules.into_iter().map(file).collect::<Vec<_>>())
+        });
+        let ptx = ptx.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (spirv, ptx)
     });
-    let ([kernels_spirv, probes_spirv], [precise, fast, probes]) = (of_spirv?, of_ptx?);
-    Ok(vec![kernels_spirv, probes_spirv, precise, fast, probes])
+    let ([kernels, probes], ptx) = (spirv, ptx?);
+    let mut modules = [kernels?, probes?].concat();
+    modules.sort();
+    let mut artifacts = timed("SPIR-V, optimised,", || optimise(&modules))?;
+    artifacts.extend(ptx);
+    Ok(artifacts)
 }
 
-fn spirv(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8>, Error> {
-    // What persistent lanes tell each other. Vulkan 1.1 has it in compute shaders wherever a subgroup has more than one lane.
-    let mut builder = SpirvBuilder::new(root.join(package.folder), SPIRV_TARGET)
-        .capability(Capability::GroupNonUniform)
-        .capability(Capability::GroupNonUniformBallot);
-    builder.rustc_codegen_spirv_location = Some(toolchain.codegen_spirv());
-    builder.target_dir_path = Some(root.join("target/kernels-spirv"));
-    builder.spirv_metadata = SpirvMetadata::None;
-    builder.build_script.defaults = false;
-    builder.extra_args = vec!["--no-spirv-opt".to_owned()];
-    let compiled = builder.build()?;
-    let path = compiled.module.unwrap_single();
-    let module = contraction::forbid(&read(path)?).ok_or_else(|| Error::Module { path: path.to_owned() })?;
-    let exact = path.with_extension("exact.spv");
-    let optimised = path.with_extension("optimised.spv");
-    fs::write(&exact, &module).map_err(|source| Error::Io { path: exact.clone(), source })?;
-    output_of(
-        Command::new(SPIRV_OPT)
-            .args(["--target-env=vulkan1.2", "--skip-validation", "--strip-debug", "-O"])
-            .arg(&exact)
-            .arg("-o")
-            .arg(&optimised),
-    )?;
-    read(&optimised)
+/// Optimises modules, as many at once as there are cores.
+fn optimise(modules: &[(String, PathBuf)]) -> Result<Vec<Artifact>, Error> {
+    let next = AtomicUsize::new(0);
+    let work = || -> Result<Vec<(usize, Artifact)>, Error> {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some((name, path)) = modules.get(index) else { return Ok(done) };
+            let bytes = spirv::optimised(path)?;
+            done.push((index, Artifact { name: name.clone(), kind: Kind::Spirv, bytes }));
+        }
+    };
+    let mut artifacts = thread::scope(|scope| {
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let mut all = Vec::new();
+        for worker in workers {
+            all.extend(worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+        }
+        Ok::<_, Error>(all)
+    })?;
+    artifacts.sort_by_key(|(index, _)| *index);
+    Ok(artifacts.into_iter().map(|(_, artifact)| artifact).collect())
 }
 
-/// Fast PTX whose approximate operations take denormal numbers for zero: else each has instructions around it that scale them.
-fn flush(ptx: &[u8]) -> Vec<u8> {
-    let mut text = String::from_utf8_lossy(ptx).into_owned();
-    for operation in APPROXIMATE {
-        text = text.replace(&format!("{operation}.f32"), &format!("{operation}.ftz.f32"));
-    }
-    text.into_bytes()
+/// Says on standard error how long something took.
+fn timed<T>(what: &str, compile: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    let start = Instant::now();
+    let result = compile()?;
+    eprintln!("compiled {what} in {:.0} s", start.elapsed().as_secs_f64());
+    Ok(result)
 }
 
-/// What [`FAST_MATH`] makes of division, square root and its reciprocal.
-const APPROXIMATE: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // rsqrt.approx ends so, too
-
-fn ptx(root: &Path, toolchain: &Toolchain, package: &Package, llvm: &[&str]) -> Result<Vec<u8>, Error> {
-    let target = root.join("target/kernels-ptx");
-    let mut command = Command::new(toolchain.cargo());
-    command
-        .current_dir(root)
-        .env("RUSTC", toolchain.rustc())
-        .env("RUSTC_BOOTSTRAP", "1")
-        .env_remove("RUSTUP_TOOLCHAIN")
-        .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .args(["rustc", "--quiet", "--package", package.name, "--lib", "--crate-type", "cdylib"])
-        .args(["--profile", "kernels", "--target", "nvptx64-nvidia-cuda", "-Zbuild-std=core", "--target-dir"])
-        .arg(&target)
-        // After fat LTO the assembly is the PTX of the whole program: nothing is left to link.
-        .args(["--", "--emit=asm", "-Clinker=/bin/true", "-Zlocation-detail=none"])
-        .arg(format!("-Ctarget-cpu={PTX_ARCHITECTURE}"))
-        .arg(format!("-Ctarget-feature=+{PTX_VERSION}"));
-    for option in llvm {
-        command.arg(format!("-Cllvm-args={option}"));
-    }
-    output_of(&mut command)?;
-    let file = format!("{}.s", package.name.replace('-', "_"));
-    read(&target.join("nvptx64-nvidia-cuda/kernels/deps").join(file))
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, Error> {
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })
 }

@@ -13,8 +13,9 @@ const DECORATE: u32 = 71;
 const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
 /// The decoration.
 const NO_CONTRACTION: u32 = 42;
-/// FNegate, FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar to OuterProduct, Dot.
-const ARITHMETIC: [u32; 14] = [127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
+/// FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar to OuterProduct, Dot. Not FNegate, which is exact: NVIDIA's compiler would make an
+/// addition of each instead of the sign of an operand.
+const ARITHMETIC: [u32; 13] = [129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
 
 /// `module` with each result of floating-point arithmetic decorated; `None` for what is no module.
 pub fn forbid(module: &[u8]) -> Option<Vec<u8>> {

@@ -24,7 +24,7 @@ pub enum Error {
         missing: PathBuf,
     },
     /// No optimiser for SPIR-V.
-    #[error("spirv-opt is not installed (Debian: spirv-tools); it makes kernels/prebuilt/trisect.spv")]
+    #[error("spirv-opt is not installed (Debian: spirv-tools); it makes kernels/prebuilt/spirv")]
     NoSpirvOpt,
     /// A tool failed.
     #[error("{tool} failed:\n{output}")]

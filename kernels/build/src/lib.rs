@@ -5,4 +5,6 @@ pub mod compile;
 pub mod contraction;
 pub mod error;
 pub mod manifest;
+pub mod ptx;
+pub mod spirv;
 pub mod toolchain;

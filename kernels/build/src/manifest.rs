@@ -1,8 +1,9 @@
 //! The manifest: which sources and tools the prebuilt kernels came from.
 
-use crate::compile::{Artifact, FAST_MATH, PTX_ARCHITECTURE, PTX_VERSION, SPIRV_TARGET};
+use crate::compile::{Artifact, spirv_folders};
 use crate::error::Error;
 use crate::toolchain::Toolchain;
+use crate::{ptx, spirv};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -45,7 +46,7 @@ pub fn stamp(root: &Path, toolchain: &Toolchain, artifacts: &[Artifact]) -> Resu
         sources: sources(root)?,
         packages: packages(root)?,
         settings: settings(root)?,
-        artifacts: artifacts.iter().map(|a| (a.name.to_owned(), hash(&a.bytes))).collect(),
+        artifacts: artifacts.iter().map(|a| (a.name.clone(), hash(&a.bytes))).collect(),
         tools: BTreeMap::from([
             ("rustc".to_owned(), toolchain.rustc_version.clone()),
             ("rustc_codegen_spirv".to_owned(), "0.10.0-alpha.1".to_owned()),
@@ -63,8 +64,11 @@ pub fn read(root: &Path) -> Result<Manifest, Error> {
 
 /// Writes the artifacts and their manifest.
 pub fn write(root: &Path, artifacts: &[Artifact], manifest: &Manifest) -> Result<(), Error> {
+    for stray in strays(root, artifacts)? {
+        fs::remove_file(&stray).map_err(|source| Error::Io { path: stray.clone(), source })?;
+    }
     for artifact in artifacts {
-        save(&root.join(artifact.name), &artifact.bytes)?;
+        save(&root.join(&artifact.name), &artifact.bytes)?;
     }
     let path = root.join(FILE);
     let mut text = serde_json::to_string_pretty(manifest)
@@ -78,12 +82,32 @@ pub fn compare(root: &Path, artifacts: &[Artifact], fresh: &Manifest) -> Result<
     let committed = read(root)?;
     let mut differences = changes(&committed, fresh);
     for artifact in artifacts {
-        let path = root.join(artifact.name);
+        let path = root.join(&artifact.name);
         if load(&path)? != artifact.bytes {
             differences.push(format!("  {}: other bytes than the build gives", artifact.name));
         }
     }
+    differences.extend(
+        strays(root, artifacts)?.iter().map(|stray| format!("  {}: no entry point", stray.display())),
+    );
     if differences.is_empty() { Ok(()) } else { Err(Error::Stale { differences }) }
+}
+
+/// Modules of entry points that are no more.
+fn strays(root: &Path, artifacts: &[Artifact]) -> Result<Vec<PathBuf>, Error> {
+    let mut found = Vec::new();
+    for folder in spirv_folders() {
+        let folder = root.join(folder);
+        let error = |source| Error::Io { path: folder.clone(), source };
+        fs::create_dir_all(&folder).map_err(error)?;
+        for entry in fs::read_dir(&folder).map_err(error)? {
+            let path = entry.map_err(error)?.path();
+            if !artifacts.iter().any(|artifact| root.join(&artifact.name) == path) {
+                found.push(path);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// Compares sources, settings and prebuilt files with the manifest. Builds nothing.
@@ -127,8 +151,11 @@ fn sources(root: &Path) -> Result<BTreeMap<String, String>, Error> {
         root.join("shared/Cargo.toml"),
         root.join("kernels/Cargo.toml"),
         root.join("tests/probes/Cargo.toml"),
-        root.join("kernels/build/src/compile.rs"), // holds the options
+        // What holds the options.
+        root.join("kernels/build/src/compile.rs"),
         root.join("kernels/build/src/contraction.rs"),
+        root.join("kernels/build/src/ptx.rs"),
+        root.join("kernels/build/src/spirv.rs"),
     ];
     for folder in ["shared/src", "kernels/src", "tests/probes/src"] {
         collect(&root.join(folder), &mut files)?;
@@ -171,10 +198,10 @@ fn settings(root: &Path) -> Result<BTreeMap<String, String>, Error> {
     let workspace = toml_file(&root.join("Cargo.toml"))?;
     let profiles = workspace.get("profile").map(ToString::to_string).unwrap_or_default();
     Ok(BTreeMap::from([
-        ("fast-math".to_owned(), FAST_MATH.join(" ")),
+        ("fast-math".to_owned(), ptx::FAST_MATH.join(" ")),
         ("profiles".to_owned(), profiles),
-        ("ptx".to_owned(), format!("{PTX_ARCHITECTURE} {PTX_VERSION}")),
-        ("spirv".to_owned(), SPIRV_TARGET.to_owned()),
+        ("ptx".to_owned(), format!("{} {}", ptx::ARCHITECTURE, ptx::VERSION)),
+        ("spirv".to_owned(), spirv::TARGET.to_owned()),
     ]))
 }
 

@@ -1,7 +1,7 @@
 //! Finds the compilers.
 
-use crate::compile::SPIRV_OPT;
 use crate::error::Error;
+use crate::spirv::SPIRV_OPT;
 use std::env;
 use std::path::PathBuf;
 use std::process::Command;

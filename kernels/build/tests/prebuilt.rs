@@ -24,7 +24,7 @@ fn sabotage_each_kind_of_change_is_found() {
         |m| drop(m.sources.insert("shared/src/gone.rs".into(), "a file that is no more".into())),
         |m| drop(m.packages.insert("glam".into(), "0.34.2".into())),
         |m| drop(m.settings.insert("ptx".into(), "sm_50".into())),
-        |m| drop(m.artifacts.insert("kernels/prebuilt/trisect.spv".into(), "other bytes".into())),
+        |m| drop(m.artifacts.insert("kernels/prebuilt/spirv/render.spv".into(), "other bytes".into())),
     ];
     for (i, damage) in damage.into_iter().enumerate() {
         let mut manifest = manifest::read(&root()).unwrap();

@@ -35,7 +35,7 @@ pub(super) unsafe fn emission<const FEATURES: Features>(
     density: f32,
 ) -> Vec3 {
     let mut emission = material.emission;
-    if has(FEATURES, TEXTURES) {
+    if const { has(FEATURES, TEXTURES) } {
         // SAFETY: the caller's promise for textures.
         emission *= unsafe { texture::color(scene, material.emission_texture, surface.u, surface.v) };
     }
@@ -84,7 +84,7 @@ pub(super) unsafe fn connect<const FEATURES: Features>(
 ) -> Connection {
     let random = words::<FEATURES>(key, LIGHT_BLOCK | segment);
     let mut choice = 0;
-    if has(FEATURES, ENVIRONMENT) && has(FEATURES, EMITTERS) && params.lights > 0 {
+    if const { has(FEATURES, ENVIRONMENT) } && const { has(FEATURES, EMITTERS) } && params.lights > 0 {
         choice = words::<FEATURES>(key, PANORAMA_BLOCK | segment).x;
     }
     let from = Vertex { point: surface.point, primitive };

@@ -16,6 +16,7 @@ use crate::features::{
 };
 use crate::film::{Carry, PixelSums};
 use crate::light::mis_weight;
+use crate::material::Material;
 use crate::material::{BLENDED, MASKED};
 use crate::math::{greatest, min, unit_f32};
 use crate::params::{FLAG_HOLES, FLAG_NEVER, FLAG_SCHLICK, RenderParams};
@@ -122,7 +123,8 @@ impl Path {
         carry: &mut Carry,
     ) {
         sums.add(self.radiance, carry, params.flags & FLAG_NEVER);
-        sums.segments += if has_any(FEATURES, LIGHTS | TEXTURES) { self.rays } else { self.segment };
+        sums.segments +=
+            if const { has_any(FEATURES, LIGHTS | TEXTURES) } { self.rays } else { self.segment };
         self.key.sample += 1;
         self.fresh = true;
         self.segment = 0;
@@ -133,8 +135,8 @@ impl Path {
     /// What the ray looks for.
     #[inline(always)]
     fn reach<const FEATURES: Features>(&self, params: &RenderParams) -> Reach {
-        if has_any(FEATURES, LIGHTS) && self.shadow {
-            let any = !has(FEATURES, TEXTURES) || params.flags & FLAG_HOLES == 0;
+        if const { has_any(FEATURES, LIGHTS) } && self.shadow {
+            let any = const { !has(FEATURES, TEXTURES) } || params.flags & FLAG_HOLES == 0;
             Reach { limit: self.limit, target: self.target, any }
         } else {
             Reach::CLOSEST
@@ -159,14 +161,14 @@ impl Path {
         self.rays += 1;
         let mut ended = true;
         let mut shadow_ray = ray;
-        if has_any(FEATURES, LIGHTS) && self.shadow {
+        if const { has_any(FEATURES, LIGHTS) } && self.shadow {
             let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.target;
             let mut passed = false;
-            if has(FEATURES, TEXTURES) && blocked && params.flags & FLAG_HOLES != 0 {
+            if const { has(FEATURES, TEXTURES) } && blocked && params.flags & FLAG_HOLES != 0 {
                 // SAFETY: traversal returns a primitive of the scene, and the caller promises its material.
                 let (surface, material) = unsafe {
                     let surface = surface::at::<FEATURES>(params, scene, ray, hit);
-                    (surface, load(scene.materials, surface.material))
+                    (surface, load::<Material>(scene.materials, surface.material))
                 };
                 // SAFETY: the caller's promise for textures.
                 self.gathered *= 1.0 - unsafe { coverage(scene, &material, surface.u, surface.v) };
@@ -187,7 +189,7 @@ impl Path {
         } else if hit.primitive == NO_PRIMITIVE {
             self.segment += 1;
             let mut sky = params.sky.radiance(ray.direction);
-            if has(FEATURES, ENVIRONMENT) && params.environment_width > 0 {
+            if const { has(FEATURES, ENVIRONMENT) } && params.environment_width > 0 {
                 // SAFETY: the caller's promise.
                 let from = unsafe { environment::radiance(params, scene, ray.direction) };
                 let other = from.density * params.environment_probability;
@@ -199,11 +201,11 @@ impl Path {
             // SAFETY: traversal returns a primitive of the scene, and the caller promises its material.
             let (surface, material) = unsafe {
                 let surface = surface::at::<FEATURES>(params, scene, ray, hit);
-                (surface, load(scene.materials, surface.material))
+                (surface, load::<Material>(scene.materials, surface.material))
             };
             let front = ray.direction.dot(surface.normal) < 0.0;
             let mut passed = false;
-            if has(FEATURES, TEXTURES) && material.flags & (MASKED | BLENDED) != 0 {
+            if const { has(FEATURES, TEXTURES) } && material.flags & (MASKED | BLENDED) != 0 {
                 // SAFETY: the caller's promise for textures.
                 let covered = unsafe { coverage(scene, &material, surface.u, surface.v) };
                 passed = unit_f32(key.words(PASS_BLOCK | self.segment << 10 | self.passes).x) >= covered;
@@ -215,7 +217,7 @@ impl Path {
                 self.ray = pass(ray, hit.primitive, &surface);
                 ended = self.passes > GREATEST_PASSES;
             } else {
-                if has(FEATURES, EMITTERS) && material.emits(front) {
+                if const { has(FEATURES, EMITTERS) } && material.emits(front) {
                     // SAFETY: the caller's promise.
                     let emitted = unsafe {
                         emission::<FEATURES>(
@@ -236,7 +238,7 @@ impl Path {
                     let normal = if front { surface.normal } else { -surface.normal };
                     let mut shading = normal;
                     // Only a triangle's shading normal is not its own: other primitives keep their bits in every variant.
-                    let bent = has(FEATURES, TRIANGLES) && hit.primitive >= params.first_triangle;
+                    let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
                     if bent {
                         let towards = if front { surface.shading } else { -surface.shading };
                         shading = facing(towards, -ray.direction);
@@ -246,7 +248,7 @@ impl Path {
                         let place = (surface.u, surface.v);
                         Bsdf::new::<FEATURES>(scene, material, ray.direction, shading, front, place)
                     };
-                    if has_any(FEATURES, LIGHTS)
+                    if const { has_any(FEATURES, LIGHTS) }
                         && (params.lights > 0 || params.environment_probability > 0.0)
                         && bsdf.is_smooth_lobe::<FEATURES>()
                     {
@@ -273,7 +275,8 @@ impl Path {
                         };
                     }
                     let random = words::<FEATURES>(key, self.segment);
-                    let book_fresnel = !has(FEATURES, MICROFACETS) || params.flags & FLAG_SCHLICK != 0;
+                    let book_fresnel =
+                        const { !has(FEATURES, MICROFACETS) } || params.flags & FLAG_SCHLICK != 0;
                     let scatter = bsdf.sample::<FEATURES>(book_fresnel, random);
                     self.throughput *= scatter.weight;
                     self.goes_on = !scatter.absorbed;
@@ -281,10 +284,10 @@ impl Path {
                         // What the shading normal sends through the surface is lost.
                         self.goes_on &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
                     }
-                    if has_any(FEATURES, LIGHTS) {
+                    if const { has_any(FEATURES, LIGHTS) } {
                         self.goes_on &= greatest(self.throughput) > 0.0;
                     }
-                    if has(FEATURES, ROULETTE) && self.segment >= params.roulette_from {
+                    if const { has(FEATURES, ROULETTE) } && self.segment >= params.roulette_from {
                         let survival = min(greatest(self.throughput), 1.0);
                         self.goes_on &= unit_f32(random.w) < survival;
                         self.throughput *= 1.0 / survival;
@@ -299,7 +302,11 @@ impl Path {
                         departure: Departure::from(hit.primitive, inside),
                     };
                     ended = !self.goes_on && !self.shadow;
-                    self.ray = if has_any(FEATURES, LIGHTS) && self.shadow { shadow_ray } else { self.next };
+                    self.ray = if const { has_any(FEATURES, LIGHTS) } && self.shadow {
+                        shadow_ray
+                    } else {
+                        self.next
+                    };
                 }
             }
         }
@@ -310,7 +317,7 @@ impl Path {
 /// Where a ray starts that leaves `surface` to its inside or its outside.
 #[inline(always)]
 fn origin<const FEATURES: Features>(surface: &Surface, inside: bool) -> Vec3 {
-    if has_any(FEATURES, FLATS | TRIANGLES) {
+    if const { has_any(FEATURES, FLATS | TRIANGLES) } {
         surface::leave(surface.point, surface.normal, surface.error, !inside)
     } else {
         surface.point

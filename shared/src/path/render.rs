@@ -7,6 +7,7 @@ use crate::features::{Features, LIGHTS, REGENERATE, has, has_any};
 use crate::film::{Carry, PixelSums};
 use crate::params::{FLAG_FINISH, RenderParams};
 use crate::rng::PathKey;
+use crate::rows::Stored;
 use crate::scene::Scene;
 use crate::traversal::closest_hit_below;
 use crate::view::{self, NO_VIEW};
@@ -29,8 +30,8 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     scene: Scene,
     x: u32,
     y: u32,
-    film: &mut [PixelSums],
-    carries: &mut [Carry],
+    film: &mut [Stored<PixelSums>],
+    carries: &mut [Stored<Carry>],
     slot: u32,
 ) {
     if params.resume == 0 {
@@ -55,17 +56,17 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             // SAFETY: the caller's promise.
             ended = unsafe { turn::<FEATURES>(params, scene, &mut path, root) };
             root = Child(params.root);
-            if ended || has(FEATURES, REGENERATE) {
+            if ended || const { has(FEATURES, REGENERATE) } {
                 break;
             }
         }
-        if !has(FEATURES, REGENERATE) {
+        if const { !has(FEATURES, REGENERATE) } {
             warp::meet();
         }
         if ended {
             // SAFETY: the caller's promise, and the stores above or of the launch before.
             unsafe {
-                let (mut sums, mut carry) = (load(film, slot), load(carries, slot));
+                let (mut sums, mut carry) = (load::<PixelSums>(film, slot), load::<Carry>(carries, slot));
                 path.end::<FEATURES>(params, &mut sums, &mut carry);
                 store(film, slot, sums);
                 store(carries, slot, carry);
@@ -75,8 +76,8 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     if params.flags & FLAG_FINISH != 0 {
         // SAFETY: as above.
         unsafe {
-            let mut sums = load(film, slot);
-            sums.finish(load(carries, slot));
+            let mut sums = load::<PixelSums>(film, slot);
+            sums.finish(load::<Carry>(carries, slot));
             store(film, slot, sums);
         }
     }
@@ -162,19 +163,26 @@ pub unsafe fn render_queue<const FEATURES: Features>(
                 (sums, carry) = (PixelSums::ZERO, Carry::ZERO);
                 if params.resume != 0 {
                     // SAFETY: the pixel is of the image.
-                    unsafe { (sums, carry) = (load_slot(film, pixel), load_slot(carries, pixel)) };
+                    unsafe {
+                        (sums, carry) =
+                            (load_slot::<PixelSums>(film, pixel), load_slot::<Carry>(carries, pixel))
+                    };
                 }
             }
         }
-        if warp::count(busy || open) == 0 {
+        if !warp::any(busy || open) {
             break;
         }
         // Where the camera has a view, its rays are traced together, and others together: those of a tile visit a few nodes, and the same
         // ones. Not where lights make paths so long that lanes would wait for enough of them.
-        let camera = warp::count(busy && path.fresh);
-        let now = camera >= CAMERA_LANES || camera == warp::count(busy);
-        let apart = !has_any(FEATURES, LIGHTS) && params.first_view != NO_VIEW;
-        if busy && (!apart || path.fresh == now) {
+        let mut now = busy;
+        if const { warp::TOGETHER && !has_any(FEATURES, LIGHTS) } {
+            let camera = warp::count(busy && path.fresh);
+            let fresh = camera >= CAMERA_LANES || camera == warp::count(busy);
+            let apart = params.first_view != NO_VIEW;
+            now = busy && (!apart || path.fresh == fresh);
+        }
+        if now {
             let begins = path.fresh;
             let root = if begins { entry } else { Child(params.root) };
             if begins {

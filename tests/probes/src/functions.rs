@@ -22,7 +22,7 @@ pub const BASIS: u32 = 6;
 /// Row a: a half's bits. Output: its value.
 pub const FROM_HALF: u32 = 7;
 /// Row a: x. Output b: whether it is finite.
-pub const IS_FINITE: u32 = 8;
+pub const ALL_FINITE: u32 = 8;
 /// Row a: two integers. Output b: the upper word of their product.
 pub const MUL_HIGH: u32 = 9;
 /// Row a: random bits. Output: a number below 1.
@@ -54,8 +54,8 @@ pub fn functions(params: &ProbeParams, _: Scene, input: Input) -> Output {
         out.b = row(y, 0);
     } else if operation == FROM_HALF {
         out.a = row4(math::from_half(input.a.x), 0.0, 0.0, 0.0);
-    } else if operation == IS_FINITE {
-        out.b.x = math::is_finite(v.x) as u32;
+    } else if operation == ALL_FINITE {
+        out.b.x = math::all_finite(vector(input.a)) as u32;
     } else if operation == MUL_HIGH {
         out.b.x = math::mul_high(input.a.x, input.a.y);
     } else if operation == UNIT {

@@ -1,8 +1,5 @@
 //! The compiled probes, as `cargo kernels` left them in `prebuilt/`.
 
-/// SPIR-V for Vulkan 1.2 with all entry points.
-pub const SPIRV: &[u8] = include_bytes!("../prebuilt/probes.spv");
-
 /// PTX that gives the CPU's bits.
 pub const PTX_PRECISE: &str = include_str!("../prebuilt/probes.precise.ptx");
 
@@ -13,6 +10,14 @@ macro_rules! names {
     ($($module:ident $text:tt,)*) => {
         /// All entry points.
         pub const NAMES: &[&str] = &[$($text,)*];
+
+        /// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
+        pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
+            match entry_point {
+                $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
+                _ => None,
+            }
+        }
     };
 }
 

@@ -47,6 +47,18 @@ pub struct Input {
 
 const _: () = assert!(size_of::<Input>() == 128 && align_of::<Input>() == 16);
 
+/// It is rows.
+#[cfg(target_arch = "spirv")]
+impl trisect_shared::rows::Record for Input {
+    type Rows = Self;
+    fn read(rows: Self) -> Self {
+        rows
+    }
+    fn write(self) -> Self {
+        self
+    }
+}
+
 /// An answer. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -55,6 +67,18 @@ pub struct Output {
     pub a: UVec4,
     /// Row 1.
     pub b: UVec4,
+}
+
+/// It is rows.
+#[cfg(target_arch = "spirv")]
+impl trisect_shared::rows::Record for Output {
+    type Rows = Self;
+    fn read(rows: Self) -> Self {
+        rows
+    }
+    fn write(self) -> Self {
+        self
+    }
 }
 
 const _: () = assert!(size_of::<Output>() == 32 && align_of::<Output>() == 16);

@@ -5,6 +5,7 @@ use glam::UVec4;
 use trisect_shared::bsdf::Bsdf;
 use trisect_shared::buffer::load;
 use trisect_shared::features::{ALL, TEXTURES};
+use trisect_shared::material::Material;
 use trisect_shared::scene::Scene;
 
 /// Rows: a incoming and material; b normal and front; c words. Output: a direction and bits (1 transmitted, 2 absorbed); b weight
@@ -25,7 +26,7 @@ pub const EVALUATE: u32 = 2;
 pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Output {
     // SAFETY: the caller's promise; without textures.
     let bsdf = unsafe {
-        let material = load(scene.materials, input.a.w);
+        let material = load::<Material>(scene.materials, input.a.w);
         let (incoming, normal) = (vector(input.a), vector(input.b));
         Bsdf::new::<{ ALL & !TEXTURES }>(scene, material, incoming, normal, input.b.w != 0, (0.0, 0.0))
     };

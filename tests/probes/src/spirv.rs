@@ -9,6 +9,7 @@ use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
+use trisect_shared::rows::Stored;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -22,18 +23,18 @@ macro_rules! entry_points {
         pub fn $module(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] params: &ProbeParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Sphere],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[BvhNode],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Material],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Flat],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Triangle],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[TriangleShading],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Light],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Texture],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Texel],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[EnvironmentTexel],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] inputs: &[Input],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] outputs: &mut [Output],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Stored<Sphere>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Stored<BvhNode>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Stored<Material>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Stored<Flat>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Stored<Triangle>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Stored<TriangleShading>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Stored<Light>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Stored<Texture>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Stored<Texel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Stored<EnvironmentTexel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] inputs: &[Stored<Input>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] outputs: &mut [Stored<Output>],
         ) {
             if id.x >= params.count {
                 return;
@@ -44,7 +45,7 @@ macro_rules! entry_points {
             // SAFETY: the guard, and the caller's proof of the scene and of `params.count` records.
             #[allow(unsafe_code, unused_unsafe, reason = "see buffer; some probes are unsafe")]
             unsafe {
-                let output = crate::$module::$module(params, scene, load(inputs, id.x));
+                let output = crate::$module::$module(params, scene, load::<Input>(inputs, id.x));
                 store(outputs, id.x, output);
             }
         }

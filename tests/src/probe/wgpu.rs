@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use trisect::backend::BackendError;
 use trisect_probes::record::{Input, Output, ProbeParams};
-use trisect_probes::{NAMES, SPIRV, WORKGROUP};
+use trisect_probes::{WORKGROUP, spirv};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
@@ -28,7 +28,7 @@ struct Shared {
     name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    module: ShaderModule,
+    passes_through: bool,
     layout: BindGroupLayout,
     pipelines: Mutex<HashMap<&'static str, ComputePipeline>>,
 }
@@ -68,7 +68,6 @@ impl Shared {
             ..Default::default()
         }))
         .map_err(|error| failed(error.to_string()))?;
-        let module = module(&device, passes_through);
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -82,7 +81,7 @@ impl Shared {
         let layout =
             device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
         let name = adapter.get_info().name;
-        Ok(Self { name, device, queue, module, layout, pipelines: Mutex::default() })
+        Ok(Self { name, device, queue, passes_through, layout, pipelines: Mutex::default() })
     }
 }
 
@@ -114,31 +113,27 @@ fn store<T: Pod>(device: &wgpu::Device, records: &[T]) -> Buffer {
     device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage: BufferUsages::STORAGE })
 }
 
-fn module(device: &wgpu::Device, passes_through: bool) -> ShaderModule {
-    let words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
-    if passes_through && device.features().contains(Features::PASSTHROUGH_SHADERS) {
-        let entry_points: Vec<_> = NAMES
-            .iter()
-            .map(|&name| wgpu::PassthroughShaderEntryPoint {
-                name: name.into(),
-                workgroup_size: (WORKGROUP, 1, 1),
-            })
-            .collect();
+fn module(shared: &Shared, probe: &'static str) -> Result<ShaderModule, BackendError> {
+    let words = spirv(probe).ok_or_else(|| failed(format!("there is no probe {probe}")))?;
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(words);
+    if shared.passes_through && shared.device.features().contains(Features::PASSTHROUGH_SHADERS) {
+        let entry_point =
+            wgpu::PassthroughShaderEntryPoint { name: probe.into(), workgroup_size: (WORKGROUP, 1, 1) };
         // SAFETY: spirv-val accepted the module when it was built; the layout matches its bindings.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
-        return unsafe {
-            device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
-                label: Some("probes"),
+        return Ok(unsafe {
+            shared.device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
+                label: Some(probe),
                 spirv: Some(words.into()),
-                entry_points: entry_points.into(),
+                entry_points: vec![entry_point].into(),
                 ..Default::default()
             })
-        };
+        });
     }
-    device.create_shader_module(ShaderModuleDescriptor {
-        label: Some("probes"),
+    Ok(shared.device.create_shader_module(ShaderModuleDescriptor {
+        label: Some(probe),
         source: ShaderSource::SpirV(words.into()),
-    })
+    }))
 }
 
 fn pipeline(
@@ -173,10 +168,16 @@ impl Device for Wgpu {
         params: &ProbeParams,
         inputs: &[Input],
     ) -> Result<Vec<Output>, BackendError> {
-        let Shared { device, queue, module, layout, pipelines, .. } = self.shared.as_ref();
+        let Shared { device, queue, layout, pipelines, .. } = self.shared.as_ref();
         let mut pipelines = pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline =
-            pipelines.entry(probe).or_insert_with(|| pipeline(device, layout, module, probe)).clone();
+        let pipeline = match pipelines.get(probe) {
+            Some(pipeline) => pipeline.clone(),
+            None => {
+                let pipeline = pipeline(device, layout, &module(&self.shared, probe)?, probe);
+                pipelines.insert(probe, pipeline.clone());
+                pipeline
+            }
+        };
         drop(pipelines);
         let params = device.create_buffer_init(&BufferInitDescriptor {
             label: None,

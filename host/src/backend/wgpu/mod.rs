@@ -1,7 +1,6 @@
 //! wgpu: the SPIR-V kernels as they are on Vulkan (pass-through), through naga elsewhere.
 
 mod adapter;
-mod extract;
 mod pipeline;
 
 pub use adapter::devices;

@@ -2,11 +2,10 @@
 
 use super::Route;
 use super::adapter::Gpu;
-use super::extract;
 use crate::backend::BackendError;
 use crate::render::MathMode;
 use std::collections::HashMap;
-use trisect_kernels::{SPIRV, WORKGROUP};
+use trisect_kernels::{WORKGROUP, spirv};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline, ComputePipelineDescriptor,
@@ -128,10 +127,10 @@ fn module(
     entry: &'static str,
     math: MathMode,
 ) -> Result<ShaderModule, BackendError> {
-    let mut words =
-        extract::entry(&bytemuck::pod_collect_to_vec::<u8, u32>(SPIRV), entry).ok_or_else(|| {
-            failed("finding the kernel", format!("the built-in SPIR-V has no entry point {entry}"))
-        })?;
+    let module = spirv(entry).ok_or_else(|| {
+        failed("finding the kernel", format!("no built-in SPIR-V has the entry point {entry}"))
+    })?;
+    let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(module);
     if math == MathMode::Fast {
         words = contractible(&words);
     }
@@ -141,7 +140,7 @@ fn module(
             workgroup_size: (WORKGROUP.0, WORKGROUP.1, 1),
         }];
         // SAFETY: spirv-val accepted the module when it was built, a test compares the embedded bytes with the manifest,
-        // and another has spirv-val accept each entry point by itself; the layout above matches its bindings; indices are proven by `bvh` and `scene`.
+        // the layout above matches its bindings; indices are proven by `bvh` and `scene`.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
         let module = unsafe {
             device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
@@ -161,11 +160,13 @@ fn module(
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
     use super::*;
 
     #[test]
     fn only_its_decorations_go() {
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(SPIRV);
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(spirv("render_all").unwrap());
         let decorations =
             |words: &[u32]| words.windows(3).filter(|w| w[0] == 3 << 16 | 71 && w[2] == 42).count();
         let fast = contractible(&words);

@@ -1,0 +1,49 @@
+//! SPIR-V: rust-gpu, then what may not be contracted, then spirv-opt.
+
+use crate::compile::{Package, read};
+use crate::contraction;
+use crate::error::Error;
+use crate::toolchain::{Toolchain, output_of};
+use spirv_builder::{SpirvBuilder, SpirvMetadata};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Vulkan 1.2 is what wgpu asks of a device for SPIR-V 1.5.
+pub const TARGET: &str = "spirv-unknown-vulkan1.2";
+
+/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x / c becomes x (1 / c).)
+pub const SPIRV_OPT: &str = "spirv-opt";
+
+/// Compiles the crate to a module of each of its entry points: their names and files.
+pub(crate) fn modules(
+    root: &Path,
+    toolchain: &Toolchain,
+    package: &Package,
+) -> Result<Vec<(String, PathBuf)>, Error> {
+    let mut builder = SpirvBuilder::new(root.join(package.folder), TARGET);
+    builder.rustc_codegen_spirv_location = Some(toolchain.codegen_spirv());
+    builder.target_dir_path = Some(root.join("target/kernels-spirv"));
+    builder.spirv_metadata = SpirvMetadata::None;
+    builder.build_script.defaults = false;
+    builder.multimodule = true;
+    builder.extra_args = vec!["--no-spirv-opt".to_owned()];
+    let modules = builder.build()?.module;
+    Ok(modules.unwrap_multi().iter().map(|(name, path)| (name.clone(), path.clone())).collect())
+}
+
+/// A module whose arithmetic no driver contracts, optimised.
+pub(crate) fn optimised(path: &Path) -> Result<Vec<u8>, Error> {
+    let module = contraction::forbid(&read(path)?).ok_or_else(|| Error::Module { path: path.to_owned() })?;
+    let exact = path.with_extension("exact.spv");
+    let optimised = path.with_extension("optimised.spv");
+    fs::write(&exact, &module).map_err(|source| Error::Io { path: exact.clone(), source })?;
+    output_of(
+        Command::new(SPIRV_OPT)
+            .args(["--target-env=vulkan1.2", "--skip-validation", "--strip-debug", "-O"])
+            .arg(&exact)
+            .arg("-o")
+            .arg(&optimised),
+    )?;
+    read(&optimised)
+}
