@@ -9,9 +9,7 @@ use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::Sphere;
-use crate::triangle::Shear;
-use crate::triangle::Triangle;
-use crate::triangle::TriangleShading;
+use crate::triangle::{Shear, Triangle, TriangleShading};
 use glam::Vec3;
 
 /// A point of a surface.

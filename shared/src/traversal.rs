@@ -1,8 +1,17 @@
 //! The closest hit: by the binary tree with a stack a ray, near child first; and by a test of each primitive.
 
-use crate::buffer::{load, load_local, store_local};
-use crate::bvh::BvhNode;
-use crate::bvh::{Child, Hit, NO_PRIMITIVE, Reach, STACK_SIZE};
+#[cfg(not(target_arch = "nvptx64"))]
+mod binary;
+#[cfg(target_arch = "nvptx64")]
+mod binary_cuda;
+
+#[cfg(not(target_arch = "nvptx64"))]
+use binary::closest_in_tree;
+#[cfg(target_arch = "nvptx64")]
+use binary_cuda::closest_in_tree;
+
+use crate::buffer::load;
+use crate::bvh::{Child, Hit, NO_PRIMITIVE, Reach};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use crate::features::WIDE;
 use crate::features::{FLATS, Features, LARGE, LINEAR, TRIANGLES, has, has_any};
@@ -10,12 +19,8 @@ use crate::flat::Flat;
 use crate::params::{FLAG_ROOM, RenderParams};
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::slabs::{Entries, Slopes, enter};
-use crate::sphere::MISS;
-use crate::sphere::Sphere;
-use crate::triangle::Shear;
-use crate::triangle::Triangle;
-use core::mem::MaybeUninit;
+use crate::sphere::{MISS, Sphere};
+use crate::triangle::{Shear, Triangle};
 
 /// Distance to primitive `index`, or [`MISS`]; `shear` is of the ray's direction.
 ///
@@ -170,184 +175,4 @@ pub unsafe fn closest_hit_below<const FEATURES: Features>(
     }
     // SAFETY: the caller's promise.
     unsafe { closest_in_tree::<FEATURES, false>(params, scene, ray, reach, root) }
-}
-
-/// Descends the binary tree: down to a leaf, which it tests, and so on. Lanes that found one wait for the others and test together; in large
-/// kernels on Vulkan they wait for two nodes at most, which an H100 is 3 to 10 % faster with there, and 3 % slower with in small ones.
-///
-/// # Safety
-///
-/// As [`closest_hit`].
-#[cfg(not(target_arch = "nvptx64"))]
-#[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
-unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
-    params: &RenderParams,
-    scene: Scene,
-    ray: Ray,
-    reach: Reach,
-    root: Child,
-) -> Hit {
-    let shear = Shear::new(ray.direction); // without triangles no one reads it
-    let slopes = Slopes::new(ray.origin, ray.direction);
-    // SAFETY: the caller's promise.
-    let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
-    // Not cleared: 256 bytes for each ray cost more than all the boxes that it tests. Two variables, not a record with methods:
-    // LLVM clears the whole of one that holds the length too, and SPIR-V has no pointers in records to borrow the entries. So macros.
-    let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
-    let mut depth = 0u32;
-    let mut child = root;
-    macro_rules! pop {
-        () => {
-            child = Child::EMPTY;
-            if depth > 0 {
-                depth -= 1;
-                // SAFETY: `depth` entries were stored.
-                child = Child(unsafe { load_local(&stack, depth) });
-            }
-        };
-    }
-    macro_rules! visit {
-        () => {
-            // SAFETY: the caller's promise for each child's index.
-            let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-            let Entries { first, second, t_first, t_second } =
-                enter::<ROOM>(ray.origin, &slopes, &node, hit.distance);
-            if first {
-                if second {
-                    let second_is_near = t_second < t_first;
-                    child = Child(if second_is_near { node.second } else { node.first });
-                    let far = if second_is_near { node.first } else { node.second };
-                    // SAFETY: one push a level, and the caller's promise for the levels.
-                    unsafe { store_local(&mut stack, depth, far) };
-                    depth += 1;
-                } else {
-                    child = Child(node.first);
-                }
-            } else if second {
-                child = Child(node.second);
-            } else {
-                pop!();
-            }
-        };
-    }
-    macro_rules! test {
-        () => {
-            let primitive = child.index();
-            // SAFETY: the caller's promise.
-            let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
-            if is_closer(t, primitive, hit.distance, hit.primitive) {
-                hit = Hit { distance: t, primitive };
-                if reach.any && primitive != reach.target {
-                    depth = 0;
-                }
-            }
-            pop!();
-        };
-    }
-    // What is left when all is visited counts as a leaf.
-    if const { cfg!(target_arch = "spirv") && has_any(FEATURES, LARGE) } {
-        while child != Child::EMPTY {
-            if !child.is_leaf() {
-                visit!();
-            }
-            if !child.is_leaf() {
-                visit!();
-            }
-            if child.is_leaf() && child != Child::EMPTY {
-                test!();
-            }
-        }
-    } else {
-        loop {
-            while !child.is_leaf() {
-                visit!();
-            }
-            if child == Child::EMPTY {
-                break;
-            }
-            test!();
-        }
-    }
-    hit
-}
-
-/// The same for CUDA, where an H100 is 8 % faster so: lanes with a leaf wait for the others to visit a second node, so that more
-/// of them test together.
-///
-/// # Safety
-///
-/// As [`closest_hit`].
-#[cfg(target_arch = "nvptx64")]
-#[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
-unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
-    params: &RenderParams,
-    scene: Scene,
-    ray: Ray,
-    reach: Reach,
-    root: Child,
-) -> Hit {
-    /// Inner nodes that a lane visits before it tests a leaf.
-    const VISITS: u32 = 2;
-    let shear = Shear::new(ray.direction);
-    let slopes = Slopes::new(ray.origin, ray.direction);
-    // SAFETY: the caller's promise.
-    let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
-    // One entry more than levels: the lowest is what is left when all is visited.
-    let mut stack = MaybeUninit::<[u32; STACK_SIZE + 1]>::uninit();
-    // SAFETY: there is a first entry.
-    unsafe { store_local(&mut stack, 0, Child::EMPTY.0) };
-    let mut depth = 1u32;
-    let mut child = root;
-    while child != Child::EMPTY {
-        let mut visits = 0;
-        while visits < VISITS {
-            if !child.is_leaf() {
-                // SAFETY: the caller's promise for each child's index.
-                let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-                let Entries { first, second, t_first, t_second } =
-                    enter::<ROOM>(ray.origin, &slopes, &node, hit.distance);
-                if first {
-                    if second {
-                        let second_is_near = t_second < t_first;
-                        child = Child(if second_is_near { node.second } else { node.first });
-                        // SAFETY: one push a level, and the caller's promise for the levels.
-                        unsafe {
-                            store_local(
-                                &mut stack,
-                                depth,
-                                if second_is_near { node.first } else { node.second },
-                            );
-                        }
-                        depth += 1;
-                    } else {
-                        child = Child(node.first);
-                    }
-                } else if second {
-                    child = Child(node.second);
-                } else {
-                    depth -= 1;
-                    // SAFETY: `depth` entries were stored.
-                    child = Child(unsafe { load_local(&stack, depth) });
-                }
-            }
-            visits += 1;
-        }
-        if child.is_leaf() && child != Child::EMPTY {
-            let primitive = child.index();
-            depth -= 1;
-            // SAFETY: `depth` entries were stored.
-            child = Child(unsafe { load_local(&stack, depth) });
-            // SAFETY: the caller's promise.
-            let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
-            if is_closer(t, primitive, hit.distance, hit.primitive) {
-                hit = Hit { distance: t, primitive };
-                if reach.any && primitive != reach.target {
-                    child = Child::EMPTY;
-                }
-            }
-        }
-    }
-    hit
 }

@@ -1,8 +1,7 @@
 //! Where the camera rays of a tile of the image enter the tree.
 
 use crate::buffer::load;
-use crate::bvh::BvhNode;
-use crate::bvh::Child;
+use crate::bvh::{BvhNode, Child};
 use crate::params::RenderParams;
 use crate::scene::Scene;
 

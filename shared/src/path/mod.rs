@@ -16,8 +16,7 @@ use crate::features::{
 };
 use crate::film::{Carry, PixelSums};
 use crate::light::mis_weight;
-use crate::material::Material;
-use crate::material::{BLENDED, MASKED};
+use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
 use crate::params::{FLAG_HOLES, FLAG_NEVER, FLAG_SCHLICK, RenderParams};
 use crate::ray::{Departure, Ray};
