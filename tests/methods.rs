@@ -1,9 +1,15 @@
 //! One image by each traversal, each schedule and each size of tiles of a backend: its own by the binary tree and lanes that go on at once, bit for bit.
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 use std::path::Path;
-use trisect::render::{Schedule, Settings, Traversal};
+use std::time::Duration;
+use trisect::backend::cpu::Cpu;
+use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::film::PixelSums;
+use trisect_shared::path::FirstHit;
 use trisect_tests::renders::{brighter, differing, film};
 use trisect_tests::{Subject, for_each_backend};
 
@@ -52,6 +58,57 @@ fn one_image_by_each_method(subject: Subject) {
         let twin = Settings { schedule: Some(Schedule::Pixel), ..settings.clone() };
         assert!(differing(&film(&mut other, &twin), &want) > 0, "{name}: the comparison sees nothing");
     }
+}
+
+/// A device that has no memory for tiles.
+struct Full(Box<dyn Backend>);
+
+impl Backend for Full {
+    fn device(&self) -> &Device {
+        self.0.device()
+    }
+
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.0.upload(scene)
+    }
+
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        let needed = size_of_val(nodes) as u64;
+        Err(BackendError::TooLarge { backend: "full", what: "the view", needed, limit: 0 })
+    }
+
+    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        self.0.prepare(job)
+    }
+
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
+        self.0.render(launch)
+    }
+
+    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        self.0.read_film(film)
+    }
+
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        self.0.first_hits(launch, hits)
+    }
+}
+
+#[test]
+fn tiles_without_memory_are_named() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
+    let scene = Scene::load(&path).unwrap();
+    let settings = Settings { width: 36, height: 20, samples: 3, tile: Some(8), ..scene.settings() };
+    let open = || Box::new(Cpu::open(Some(1)).unwrap());
+    let settings = Settings { traversal: Some(Traversal::Stack), ..settings };
+    let mut full = Renderer::new(Box::new(Full(open())), &scene).unwrap();
+    let mut other = Renderer::new(open(), &scene).unwrap();
+    let [full, other] = [&mut full, &mut other].map(|r| r.render(&settings, &mut ()).unwrap());
+    assert_eq!(differing(&full.film, &other.film), 0);
+    let [warning] = &full.stats.warnings()[..] else { panic!("{:?}", full.stats.warnings()) };
+    assert!(warning.starts_with("without tiles") && warning.contains("full allows 0"), "{warning}");
+    assert_eq!((full.stats.tile, other.stats.tile), (None, Some(8)));
+    assert!(other.stats.warnings().is_empty() && other.stats.tiles_refused.is_none());
 }
 
 /// A launch of a part of the rows, and one that goes on where another ended: a queue of few pixels, and sums taken up again.

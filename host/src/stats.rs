@@ -52,6 +52,10 @@ pub struct RenderStats {
     pub traversal: Traversal,
     /// The same.
     pub schedule: Schedule,
+    /// Pixels along the edge of the tiles whose camera rays begin below the BVH's root; none without tiles.
+    pub tile: Option<u32>,
+    /// Why there are none, where there should be.
+    pub tiles_refused: Option<String>,
     /// What was asked for.
     pub settings: Settings,
     /// Wall clock.
@@ -85,6 +89,8 @@ impl RenderStats {
             kernel: variant.name,
             traversal: Traversal::of(variant.features),
             schedule: Schedule::of(variant.features),
+            tile: None,
+            tiles_refused: None,
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,
@@ -127,7 +133,7 @@ impl RenderStats {
         )
     }
 
-    /// What is wrong with the image, for people: a quiet render says it, too.
+    /// What is wrong with the image, or made it take longer, for people: a quiet render says it, too.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.rejected_samples > 0 {
@@ -135,6 +141,9 @@ impl RenderStats {
         }
         if self.unwritten_pixels > 0 {
             warnings.push(format!("{} pixels miss samples and are NaN", self.unwritten_pixels));
+        }
+        if let Some(reason) = &self.tiles_refused {
+            warnings.push(format!("without tiles, which takes longer: {reason}"));
         }
         warnings
     }

@@ -196,6 +196,8 @@ impl Renderer {
         let camera = self.camera(settings);
         self.sight.look(self.backend.as_mut(), &camera, settings, variant)?;
         stats.phases.view_seconds = start.elapsed().as_secs_f64();
+        stats.tile = self.sight.tile();
+        stats.tiles_refused = self.sight.refused().map(str::to_owned);
 
         let start = Instant::now();
         let mut film = Film::new(settings.width, settings.height);

@@ -20,16 +20,18 @@ pub(super) struct Sight {
     root: Child,
     /// Width, height, and the edge of a tile as a power of two.
     made: Option<(u32, u32, u32)>,
+    /// Why the backend did not take what was pruned last.
+    refused: Option<String>,
 }
 
 impl Sight {
     pub fn new(bvh: Bvh) -> Self {
-        Self { nodes: bvh.nodes, root: bvh.root, made: None }
+        Self { nodes: bvh.nodes, root: bvh.root, made: None, refused: None }
     }
 
     /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose
     /// paths are short, so that its camera rays are a good part of all. Without memory for it, the image is made without it, and is the
-    /// same.
+    /// same: [`Sight::refused`] says so.
     pub fn look(
         &mut self,
         backend: &mut dyn Backend,
@@ -44,21 +46,31 @@ impl Sight {
         };
         let tile = settings.tile.unwrap_or(default);
         if tile == 0 || Traversal::of(variant.features) != Traversal::Stack || self.nodes.is_empty() {
-            self.made = None;
+            (self.made, self.refused) = (None, None);
             return Ok(());
         }
         let wanted = (settings.width, settings.height, tile.ilog2());
         if self.made != Some(wanted) {
-            self.made = None;
+            (self.made, self.refused) = (None, None);
             if let Some(nodes) = prune(&self.nodes, self.root, camera, wanted.0, wanted.1, wanted.2) {
                 match backend.view(&nodes) {
                     Ok(()) => self.made = Some(wanted),
-                    Err(BackendError::TooLarge { .. }) => {}
+                    Err(error @ BackendError::TooLarge { .. }) => self.refused = Some(error.to_string()),
                     Err(error) => return Err(error.into()),
                 }
             }
         }
         Ok(())
+    }
+
+    /// Pixels along the edge of the tiles that the image is made by; `None` without.
+    pub fn tile(&self) -> Option<u32> {
+        self.made.map(|(.., shift)| 1 << shift)
+    }
+
+    /// Why there are no tiles where there should be some.
+    pub fn refused(&self) -> Option<&str> {
+        self.refused.as_deref()
     }
 
     /// Says in a launch record where the view is.
