@@ -24,7 +24,7 @@ Plants each fault of tests/mutation/faults.toml in a copy of the workspace and s
 
   --list         say what the faults are and which tests catch them; run nothing
   --only NAME    this fault only; may be given several times
-  --seconds N    start no fault after N seconds, and say which were not run
+  --seconds N    start no fault after N seconds of faults, and say which were not run
   --start K      begin with fault K, counted from 0 (with --seconds: else a number from the commit, so that each gets its turn)
   --shard K/N    the K-th of N parts, K from 1";
 
