@@ -160,7 +160,7 @@ pub unsafe fn closest_hit_below<const FEATURES: Features>(
         return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, reach) };
     }
     // Large kernels gain -1 to 8 % on Vulkan. By how a choice is written ptxas places the loops, and an H100 is 2 % faster with the one
-    // below in small kernels, and 2 to 8 % with the other one in large ones.
+    // below in small kernels, and up to 8 % with the other one in large ones.
     if const { cfg!(target_arch = "nvptx64") && has_any(FEATURES, LARGE) } && params.flags & FLAG_ROOM != 0 {
         // SAFETY: the caller's promise.
         return unsafe { closest_in_tree::<FEATURES, true>(params, scene, ray, reach, root) };
