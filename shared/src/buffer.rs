@@ -14,8 +14,7 @@
 //! A debug build checks every access.
 #![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
 
-#[cfg(target_arch = "spirv")]
-use crate::rows::Record;
+use crate::rows::{Record, Stored, Written};
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 use bytemuck::Pod;
 use core::mem::MaybeUninit;
@@ -26,21 +25,8 @@ use core::mem::MaybeUninit;
 ///
 /// `index < slice.len()`; a debug build panics otherwise.
 #[inline(always)]
-#[cfg(not(target_arch = "spirv"))]
-pub unsafe fn load<T: Copy>(slice: &[T], index: u32) -> T {
+pub unsafe fn load<T: Record>(slice: &[Stored<T>], index: u32) -> T {
     debug_assert!((index as usize) < slice.len());
-    // SAFETY: the caller's promise.
-    unsafe { *slice.get_unchecked(index as usize) }
-}
-
-/// `slice[index]`, by value.
-///
-/// # Safety
-///
-/// `index < slice.len()`.
-#[inline(always)]
-#[cfg(target_arch = "spirv")]
-pub unsafe fn load<T: Record>(slice: &[T::Rows], index: u32) -> T {
     // SAFETY: the caller's promise.
     T::read(unsafe { *slice.get_unchecked(index as usize) })
 }
@@ -80,21 +66,8 @@ pub unsafe fn eight_local<T: Pod, const N: usize>(
 ///
 /// `index < slice.len()`; a debug build panics otherwise.
 #[inline(always)]
-#[cfg(not(target_arch = "spirv"))]
-pub unsafe fn store<T: Copy>(slice: &mut [T], index: u32, value: T) {
+pub unsafe fn store<T: Written>(slice: &mut [Stored<T>], index: u32, value: T) {
     debug_assert!((index as usize) < slice.len());
-    // SAFETY: the caller's promise.
-    unsafe { *slice.get_unchecked_mut(index as usize) = value }
-}
-
-/// `slice[index] = value`.
-///
-/// # Safety
-///
-/// `index < slice.len()`.
-#[inline(always)]
-#[cfg(target_arch = "spirv")]
-pub unsafe fn store<T: Record>(slice: &mut [T::Rows], index: u32, value: T) {
     // SAFETY: the caller's promise.
     unsafe { *slice.get_unchecked_mut(index as usize) = value.write() }
 }
@@ -138,7 +111,7 @@ pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut MaybeUninit<[T; N
 
 /// Records of a buffer that all lanes write, each its own.
 #[cfg(target_arch = "spirv")]
-pub type Slots<'a, T> = &'a mut [crate::rows::Stored<T>];
+pub type Slots<'a, T> = &'a mut [Stored<T>];
 
 /// Records of a buffer that all lanes write, each its own.
 #[cfg(not(target_arch = "spirv"))]

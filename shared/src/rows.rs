@@ -5,18 +5,42 @@
 //! which become a record once they are loaded. Words, so that no bit pattern is changed on the way.
 
 /// What a buffer of `T` holds.
-#[cfg(not(target_arch = "spirv"))]
-pub type Stored<T> = T;
-
-/// What a buffer of `T` holds.
-#[cfg(target_arch = "spirv")]
 pub type Stored<T> = <T as Record>::Rows;
 
-#[cfg(target_arch = "spirv")]
-pub use spirv::*;
+/// What a buffer can hold.
+pub trait Record: Copy {
+    /// As this.
+    type Rows: Copy;
+    /// The record of its rows.
+    fn read(rows: Self::Rows) -> Self;
+}
+
+/// What kernels write, too.
+pub trait Written: Record {
+    /// Its rows.
+    fn write(self) -> Self::Rows;
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<T: Copy> Record for T {
+    type Rows = T;
+    #[inline(always)]
+    fn read(rows: T) -> T {
+        rows
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<T: Copy> Written for T {
+    #[inline(always)]
+    fn write(self) -> T {
+        self
+    }
+}
 
 #[cfg(target_arch = "spirv")]
 mod spirv {
+    use super::{Record, Written};
     use crate::bvh::BvhNode;
     use crate::environment::EnvironmentTexel;
     use crate::film::{Carry, PixelSums};
@@ -28,16 +52,6 @@ mod spirv {
     use crate::texture::{Texel, Texture};
     use crate::triangle::{Triangle, TriangleShading};
     use glam::{UVec2, UVec4, Vec3, Vec4};
-
-    /// What a buffer holds as rows.
-    pub trait Record: Copy {
-        /// Those.
-        type Rows: Copy;
-        /// The record of its rows.
-        fn read(rows: Self::Rows) -> Self;
-        /// Its rows.
-        fn write(self) -> Self::Rows;
-    }
 
     macro_rules! rows {
         ($($name:ident $bytes:literal: $($row:ident)*,)*) => {$(
@@ -82,31 +96,24 @@ mod spirv {
     /// A record, its rows, and how to read and, where kernels do, to write it.
     macro_rules! record {
         ($record:ident, $rows:ident, |$from:ident| $read:expr) => {
-            record!($record, $rows, |$from| $read, |_record| {
-                // No kernel writes it.
-                let zero = UVec4::ZERO;
-                record!(@zero $rows zero)
-            });
-        };
-        (@zero Rows2 $z:ident) => { Rows2 { a: $z, b: $z } };
-        (@zero Rows3 $z:ident) => { Rows3 { a: $z, b: $z, c: $z } };
-        (@zero Rows4 $z:ident) => { Rows4 { a: $z, b: $z, c: $z, d: $z } };
-        (@zero Rows6 $z:ident) => { Rows6 { a: $z, b: $z, c: $z, d: $z, e: $z, f: $z } };
-        (@zero Rows7 $z:ident) => { Rows7 { a: $z, b: $z, c: $z, d: $z, e: $z, f: $z, g: $z } };
-        ($record:ident, $rows:ident, |$from:ident| $read:expr, |$record_value:ident| $write:expr) => {
             impl Record for $record {
                 type Rows = $rows;
                 #[inline(always)]
                 fn read($from: $rows) -> Self {
                     $read
                 }
+            }
+            const _: () = assert!(size_of::<$record>() == size_of::<$rows>());
+        };
+        ($record:ident, $rows:ident, |$from:ident| $read:expr, |$value:ident| $write:expr) => {
+            record!($record, $rows, |$from| $read);
+            impl Written for $record {
                 #[inline(always)]
                 fn write(self) -> $rows {
-                    let $record_value = self;
+                    let $value = self;
                     $write
                 }
             }
-            const _: () = assert!(size_of::<$record>() == size_of::<$rows>());
         };
     }
 

@@ -54,9 +54,6 @@ impl trisect_shared::rows::Record for Input {
     fn read(rows: Self) -> Self {
         rows
     }
-    fn write(self) -> Self {
-        self
-    }
 }
 
 /// An answer. 32 bytes.
@@ -76,6 +73,10 @@ impl trisect_shared::rows::Record for Output {
     fn read(rows: Self) -> Self {
         rows
     }
+}
+
+#[cfg(target_arch = "spirv")]
+impl trisect_shared::rows::Written for Output {
     fn write(self) -> Self {
         self
     }
