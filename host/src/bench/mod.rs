@@ -12,7 +12,7 @@ mod summary;
 
 pub use error::BenchError;
 pub use fit::Line;
-pub use frames::{FirstSubmission, Frames, measure};
+pub use frames::{FirstSubmission, Frames, WarmUp, measure};
 pub use record::{Benchmark, FORMAT, Once, Row, Subject};
 pub use spheres::{GREATEST_COUNT, sphere_scene};
 pub use summary::Summary;

@@ -202,7 +202,7 @@ mod tests {
 
     use super::*;
     use crate::backend::cpu::Cpu;
-    use crate::bench::measure;
+    use crate::bench::{WarmUp, measure};
     use crate::render::{Renderer, Settings};
     use crate::scene::Scene;
 
@@ -210,7 +210,7 @@ mod tests {
         let scene = Scene::hello_world().unwrap();
         let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
         let settings = Settings { width: 8, height: 4, samples: 2, ..scene.settings() };
-        let mut frames = measure(&mut renderer, &settings, 0, 3, &mut ()).unwrap().counted;
+        let mut frames = measure(&mut renderer, &settings, WarmUp::of(0), 3, &mut ()).unwrap().counted;
         for (frame, milliseconds) in frames.iter_mut().zip([5.0, 1.0, 3.0]) {
             frame.device_seconds = milliseconds * 1e-3;
             frame.phases.merge_seconds = 0.75;

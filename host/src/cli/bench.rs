@@ -16,7 +16,7 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// Frames to measure, after two that are not.
+    /// Frames to measure, after two, on a GPU those of half a second, that are not.
     #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
     pub frames: u32,
 

@@ -5,7 +5,7 @@ use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
 use crate::backend::Backend;
-use crate::bench::{Summary, measure};
+use crate::bench::{Summary, WarmUp, measure};
 use crate::render::{MathMode, Settings};
 use crate::scene::{Described, Scene, Space};
 use serde::{Deserialize, Serialize};
@@ -60,12 +60,13 @@ impl Against {
         for (name, scene) in &scenes {
             let settings = plan.settings(scene.settings(), plan.samples);
             let (frames, device) = bench.with(scene, |_, renderer| {
-                let frames = measure(renderer, &settings, plan.warm_up, plan.frames, &mut ())?;
+                let frames = measure(renderer, &settings, WarmUp::of(plan.warm_up), plan.frames, &mut ())?;
                 Ok((frames.counted, renderer.backend().device().clone()))
             })?;
             // One frame of minutes needs no warm-up, and the CPU has one build of the kernels.
             let precise = Settings { math: MathMode::Precise, ..settings.clone() };
-            let slow = thread.with(scene, |_, renderer| measure(renderer, &precise, 0, 1, &mut ()))?;
+            let slow =
+                thread.with(scene, |_, renderer| measure(renderer, &precise, WarmUp::of(0), 1, &mut ()))?;
             let seconds: Vec<f64> = frames.iter().map(|stats| stats.device_seconds).collect();
             if let (Some(device_seconds), Some(last)) = (Summary::of(&seconds), frames.last()) {
                 let thread_seconds = slow.first.device_seconds;

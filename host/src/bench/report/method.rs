@@ -1,6 +1,6 @@
 //! Methods: how a closest hit is found, and what a lane works on.
 
-use super::super::measure;
+use super::super::{WarmUp, measure};
 use super::plan::Effort;
 use crate::Error;
 use crate::backend::BackendError;
@@ -55,7 +55,7 @@ pub(super) enum Outcome {
 
 /// The frames of a point; a method that the backend does not have is no error.
 pub(super) fn frames(renderer: &mut Renderer, settings: &Settings, effort: Effort) -> Result<Outcome, Error> {
-    match measure(renderer, settings, effort.warm_up, effort.frames, &mut ()) {
+    match measure(renderer, settings, WarmUp::of(effort.warm_up), effort.frames, &mut ()) {
         Ok(frames) => Ok(Outcome::Measured(frames.counted)),
         Err(Error::Settings(error) | Error::Backend(BackendError::Settings(error))) if is_missing(&error) => {
             Ok(Outcome::Missing("no such kernel".to_owned()))
