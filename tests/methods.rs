@@ -5,10 +5,13 @@ use std::path::Path;
 use std::time::Duration;
 use trisect::backend::cpu::Cpu;
 use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use trisect::denoise::Pass;
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::Lit;
 use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
 use trisect_shared::path::FirstHit;
 use trisect_tests::renders::{brighter, differing, film};
 use trisect_tests::{Subject, for_each_backend};
@@ -87,6 +90,22 @@ impl Backend for Full {
 
     fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
         self.0.read_film(film)
+    }
+
+    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
+        self.0.read_guides(guides)
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        self.0.write_film(film, guides)
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        self.0.denoise(passes)
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        self.0.read_denoised(image, pixels)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

@@ -1,8 +1,10 @@
 //! The command line.
 
 mod bench;
+mod denoise;
 
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
+pub use denoise::DenoiseArgs;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -129,6 +131,10 @@ pub struct RenderArgs {
     /// What and where.
     #[command(flatten)]
     pub job: JobArgs,
+
+    /// Denoising.
+    #[command(flatten)]
+    pub denoise: DenoiseArgs,
 
     /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
     #[arg(short, long, value_name = "FILE", default_value = "out.png")]

@@ -2,6 +2,7 @@
 
 use crate::backend::BackendError;
 use crate::bench::BenchError;
+use crate::denoise::DenoiseError;
 use crate::film::FilmError;
 use crate::image::ImageError;
 use crate::limits::WriteError;
@@ -34,6 +35,9 @@ pub enum Error {
     /// A copy of a scene could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// Parameters of a denoiser, or a film that cannot be denoised.
+    #[error(transparent)]
+    Denoise(#[from] DenoiseError),
     /// A benchmark could not be set up or written down.
     #[error(transparent)]
     Bench(#[from] BenchError),
@@ -50,6 +54,7 @@ impl Error {
             Self::Write(WriteError::Io { .. }) => 1,
             Self::Write(_) => 2,
             Self::Settings(_)
+            | Self::Denoise(_)
             | Self::Backend(
                 BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },
             ) => 2,

@@ -20,6 +20,7 @@ pub mod alias;
 pub mod backend;
 pub mod bench;
 pub mod bvh;
+pub mod denoise;
 pub mod error;
 pub mod film;
 pub mod image;

@@ -1,6 +1,7 @@
 //! What a render took, for people and as versioned JSON.
 
 use crate::backend::Device;
+use crate::denoise::Denoise;
 use crate::film::FilmCounts;
 use crate::render::{Schedule, Settings, Traversal};
 use serde::Serialize;
@@ -62,6 +63,10 @@ pub struct RenderStats {
     pub phases: Phases,
     /// Sum of the submissions' times by the device's timer.
     pub device_seconds: f64,
+    /// How the image was denoised, if it was.
+    pub denoise: Option<Denoise>,
+    /// Sum of its passes' times by the device's timer.
+    pub denoise_seconds: f64,
     /// Launches.
     pub submissions: u64,
     /// Samples in the image.
@@ -94,6 +99,8 @@ impl RenderStats {
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,
+            denoise: None,
+            denoise_seconds: 0.0,
             submissions: 0,
             samples: 0,
             rejected_samples: 0,

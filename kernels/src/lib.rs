@@ -12,6 +12,7 @@
 //! | 11 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
 //! | 12 | storage | pointer | `[Carry]`, a whole image; read and written by launches of a part of a chunk only |
 //! | 13 | storage | pointer | a counter, 0 when a launch begins: where persistent threads find their pixels |
+//! | 14 | storage | pointer | `[Guides]`, a whole image; of kernels with `GUIDES` only |
 //!
 //! A thread serves pixel (x, `first_row` + y); work groups are 8 × 8. Persistent threads serve what they take, in any number of work groups.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
@@ -45,6 +46,46 @@ macro_rules! for_each_variant {
             render_all_linear "render_all_linear": ALL | LINEAR | REGENERATE,
             render_all_pixel "render_all_pixel": ALL,
             render_all_persistent "render_all_persistent": ALL | REGENERATE | PERSISTENT,
+            render_guides "render_guides": MICROFACETS | ROULETTE | SCHLICK | REGENERATE | GUIDES,
+            render_all_guides "render_all_guides": ALL | REGENERATE | GUIDES,
+            render_all_guides_sobol "render_all_guides_sobol": ALL | SOBOL | REGENERATE | GUIDES,
+            render_all_guides_persistent "render_all_guides_persistent": ALL | REGENERATE | PERSISTENT | GUIDES,
+        }
+    };
+}
+
+/// Calls a macro with each pass of the denoiser: entry point, its name, and what it does for one pixel. A thread serves pixel (x, y).
+///
+/// | binding | SPIR-V | PTX | content |
+/// |---|---|---|---|
+/// | 0 | uniform | by value | [`DenoiseParams`](trisect_shared::denoise::DenoiseParams) |
+/// | 1 | storage | pointer | `[PixelSums]` |
+/// | 2 | storage | pointer | `[Guides]` |
+/// | 3 | storage | pointer | `[Lit]`, read |
+/// | 4 | storage | pointer | `[Lit]`, written |
+/// | 5 | storage | pointer | `[Edge]` |
+#[macro_export]
+macro_rules! for_each_pass {
+    ($pass:ident) => {
+        $pass! {
+            denoise_gather "denoise_gather": |params, sums, guides, from, to, edges, x, y, pixel| {
+                let (lit, edge) = denoise::gather(params, load::<PixelSums>(sums, pixel), load::<Guides>(guides, pixel));
+                store(to, pixel, lit);
+                store(edges, pixel, edge);
+            },
+            denoise_estimate "denoise_estimate": |params, sums, guides, from, to, edges, x, y, pixel| {
+                let samples = load::<PixelSums>(sums, pixel).samples;
+                store(to, pixel, denoise::estimate(params, from, edges, samples, x, y));
+            },
+            denoise_atrous "denoise_atrous": |params, sums, guides, from, to, edges, x, y, pixel| {
+                store(to, pixel, denoise::level::<false>(params, from, edges, x, y));
+            },
+            denoise_svgf "denoise_svgf": |params, sums, guides, from, to, edges, x, y, pixel| {
+                store(to, pixel, denoise::level::<true>(params, from, edges, x, y));
+            },
+            denoise_finish "denoise_finish": |params, sums, guides, from, to, edges, x, y, pixel| {
+                store(to, pixel, denoise::finish(load::<Lit>(from, pixel), load::<Guides>(guides, pixel)));
+            },
         }
     };
 }

@@ -1,7 +1,8 @@
 //! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
 
 use trisect_shared::features::{
-    ALL, Features, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+    ALL, Features, GUIDES, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL,
+    TEXTURES,
 };
 
 /// PTX that gives the CPU's bits: no contraction, correctly rounded division and square root.
@@ -39,8 +40,7 @@ macro_rules! table {
         /// All render entry points.
         pub const VARIANTS: &[Variant] = &[$(Variant { name: $text, features: $features },)*];
 
-        /// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
-        pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
+        fn spirv_of_variant(entry_point: &str) -> Option<&'static [u8]> {
             match entry_point {
                 $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
                 FIRST_HIT => Some(include_bytes!("../prebuilt/spirv/first_hit.spv")),
@@ -51,6 +51,27 @@ macro_rules! table {
 }
 
 for_each_variant!(table);
+
+macro_rules! passes {
+    ($($name:ident $text:tt: |$($argument:ident),*| $body:block,)*) => {
+        /// The passes of the denoiser.
+        pub const PASSES: &[&str] = &[$($text,)*];
+
+        fn spirv_of_pass(entry_point: &str) -> Option<&'static [u8]> {
+            match entry_point {
+                $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+for_each_pass!(passes);
+
+/// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
+pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
+    spirv_of_variant(entry_point).or_else(|| spirv_of_pass(entry_point))
+}
 
 /// The first, that is the cheapest, variant that can do all of `features`, by just their method.
 pub fn variant(features: Features) -> Option<Variant> {
@@ -69,7 +90,7 @@ mod tests {
 
     #[test]
     fn each_variant_is_in_each_artifact() {
-        for name in VARIANTS.iter().map(|v| v.name).chain([FIRST_HIT]) {
+        for name in VARIANTS.iter().map(|v| v.name).chain([FIRST_HIT]).chain(PASSES.iter().copied()) {
             let module = spirv(name).expect(name);
             // OpEntryPoint, GLCompute, its function's id, its name.
             let entry_points: Vec<_> = module

@@ -6,16 +6,18 @@
 use core::arch::nvptx::{
     _block_dim_x, _block_dim_y, _block_idx_x, _block_idx_y, _thread_idx_x, _thread_idx_y, trap,
 };
-use core::slice::from_raw_parts;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::AtomicU32;
-use trisect_shared::buffer::Slots;
+use trisect_shared::buffer::{Slots, load, store};
 use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
-    ALL, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
+    ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
 };
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
+use trisect_shared::guides::Guides;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::{FLAG_FINISH, RenderParams};
@@ -31,27 +33,35 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe { trap() }
 }
 
-/// The pixel of this thread.
+/// The place of this thread in the grid.
 #[inline(always)]
-fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
+fn thread() -> (u32, u32) {
     // SAFETY: these read special registers.
     unsafe {
         let x = (_block_idx_x() * _block_dim_x() + _thread_idx_x()) as u32;
         let y = (_block_idx_y() * _block_dim_y() + _thread_idx_y()) as u32;
-        (x, if y < params.rows { params.first_row + y } else { params.height })
+        (x, y)
     }
+}
+
+/// The pixel of this thread.
+#[inline(always)]
+fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
+    let (x, y) = thread();
+    (x, if y < params.rows { params.first_row + y } else { params.height })
 }
 
 /// An entry point: `$body` gets the launch record, the scene, the pixel, the output, and the counter of the queue.
 ///
 /// The scene's pointers are arguments of their own: only of those LLVM knows that they point to global memory.
 macro_rules! entry_point {
-    ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident| $body:block) => {
+    ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident, $guides:ident| $body:block) => {
         /// See `kernels/README.md` for the arguments.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of the given lengths, and the last two of width * height records.
+        /// The pointers name device arrays of the given lengths, the output, the carries and the guides of width * height records. Only kernels with
+        /// [`GUIDES`] touch guides, and only render kernels carries.
         #[unsafe(no_mangle)]
         #[allow(clippy::too_many_arguments, reason = "a pointer each")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -70,6 +80,7 @@ macro_rules! entry_point {
             $output: *mut $record,
             $carries: *mut Carry,
             $counter: *mut u32,
+            $guides: *mut Guides,
         ) {
             let ($x, $y) = pixel_of_thread(&$params);
             // Persistent threads find their pixels elsewhere.
@@ -98,12 +109,13 @@ macro_rules! entry_point {
 
 macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
-        entry_point!($name, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter| {
+        entry_point!($name, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter, guides| {
+            let pixels = params.width as usize * params.height as usize;
+            let mut guides = Slots::new(guides, pixels);
             if const { has($features, PERSISTENT) } {
-                let pixels = params.width as usize * params.height as usize;
                 let (mut film, mut carries) = (Slots::new(film, pixels), Slots::new(carries, pixels));
                 let mut counter = AtomicU32::from_ptr(counter);
-                path::render_queue::<{ $features }>(&params, scene, &mut film, &mut carries, &mut counter);
+                path::render_queue::<{ $features }>(&params, scene, &mut film, &mut carries, &mut guides, &mut counter);
                 return;
             }
             let pixel = (y * params.width + x) as usize;
@@ -112,7 +124,7 @@ macro_rules! render {
             if params.resume != 0 {
                 (sums, carry) = ([*film], [*carries]);
             }
-            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut carry, 0);
+            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut carry, 0, &mut guides);
             *film = sums[0];
             if params.flags & FLAG_FINISH == 0 {
                 *carries = carry[0];
@@ -123,6 +135,43 @@ macro_rules! render {
 
 for_each_variant!(render);
 
-entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _carries, _counter| {
+entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _carries, _counter, _guides| {
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
 });
+
+macro_rules! passes {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        /// A pass of the denoiser.
+        ///
+        /// # Safety
+        ///
+        /// The pointers name device arrays of width * height records, of which the written ones are no others.
+        #[unsafe(no_mangle)]
+        #[allow(unused_variables, reason = "all passes have the same arguments")]
+        pub unsafe extern "ptx-kernel" fn $name(
+            params: DenoiseParams,
+            sums: *const PixelSums,
+            guides: *const Guides,
+            from: *const Lit,
+            to: *mut Lit,
+            edges: *mut Edge,
+        ) {
+            let $params = &params;
+            let ($x, $y) = thread();
+            if $x >= params.width || $y >= params.height {
+                return;
+            }
+            let $pixel = $y * params.width + $x;
+            let pixels = params.width as usize * params.height as usize;
+            // SAFETY: the caller's promise, and the guard.
+            unsafe {
+                let ($sums, $guides) = (from_raw_parts(sums, pixels), from_raw_parts(guides, pixels));
+                let ($from, $to) = (from_raw_parts(from, pixels), from_raw_parts_mut(to, pixels));
+                let $edges = from_raw_parts_mut(edges, pixels);
+                $body
+            }
+        }
+    )*};
+}
+
+for_each_pass!(passes);

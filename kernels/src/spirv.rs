@@ -2,14 +2,16 @@
 
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
-use trisect_shared::buffer::store;
+use trisect_shared::buffer::{load, store};
 use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
-    ALL, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
+    ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
 };
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
+use trisect_shared::guides::Guides;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
@@ -22,7 +24,7 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// An entry point: `$body` gets the launch record, the scene, the pixel, the output's buffer, and the counter's.
 macro_rules! entry_point {
-    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident| $body:block) => {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident, $guides:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "a binding each")]
@@ -42,6 +44,7 @@ macro_rules! entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [Stored<$record>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $carries: &mut [Stored<Carry>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] $counter: &mut [u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] $guides: &mut [Stored<Guides>],
         ) {
             // Persistent threads find their pixels elsewhere.
             if !$persistent && (id.x >= $params.width || id.y >= $params.rows) {
@@ -60,16 +63,17 @@ macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter| {
+            $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter, guides| {
                 // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
                     if const { has($features, PERSISTENT) } {
-                        let (mut film, mut carries, mut counter) = (film, carries, counter);
-                        path::render_queue::<{ $features }>(params, scene, &mut film, &mut carries, &mut counter);
+                        let (mut film, mut carries, mut guides, mut counter) = (film, carries, guides, counter);
+                        path::render_queue::<{ $features }>(params, scene, &mut film, &mut carries, &mut guides, &mut counter);
                     } else {
                         let slot = y * params.width + x;
-                        path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, slot);
+                        let mut guides = guides;
+                        path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, slot, &mut guides);
                     }
                 }
             }
@@ -81,7 +85,7 @@ for_each_variant!(render);
 
 entry_point! {
     /// Writes each pixel's first hit.
-    first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _carries, _counter| {
+    first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _carries, _counter, _guides| {
         // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
         #[allow(unsafe_code, reason = "see buffer")]
         unsafe {
@@ -90,3 +94,29 @@ entry_point! {
         }
     }
 }
+
+macro_rules! passes {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        /// A pass of the denoiser.
+        #[spirv(compute(threads(8, 8), entry_point_name = $text))]
+        #[allow(clippy::too_many_arguments, unused_variables, unsafe_code, reason = "a binding each; see buffer")]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DenoiseParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Stored<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $guides: &[Stored<Guides>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $from: &[Stored<Lit>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $to: &mut [Stored<Lit>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $edges: &mut [Stored<Edge>],
+        ) {
+            let ($x, $y) = (id.x, id.y);
+            if $x < $params.width && $y < $params.height {
+                let $pixel = $y * $params.width + $x;
+                // SAFETY: the guard, and the host's buffers of width * height records.
+                unsafe { $body }
+            }
+        }
+    )*};
+}
+
+for_each_pass!(passes);

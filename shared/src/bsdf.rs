@@ -138,6 +138,17 @@ impl Bsdf {
         Self { material, normal, x, y, viewer: -incoming, local, alpha, front }
     }
 
+    /// The colour of the surface, by which a denoiser divides: what a diffuse surface, the book's metal or a texture has, a conductor's
+    /// reflectance at normal incidence, 1 for glass.
+    #[inline(always)]
+    pub fn albedo<const FEATURES: Features>(&self) -> Vec3 {
+        let m = &self.material;
+        if const { has(FEATURES, MICROFACETS) } && m.kind == CONDUCTOR && m.flags & COMPLEX_IOR != 0 {
+            return fresnel::conductor(1.0, m.eta, m.k);
+        }
+        m.albedo
+    }
+
     /// Whether light sampling can find any direction that [`Bsdf::sample`] chooses.
     #[inline(always)]
     pub fn is_smooth_lobe<const FEATURES: Features>(&self) -> bool {

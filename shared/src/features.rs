@@ -25,6 +25,9 @@ pub const TEXTURES: Features = 1 << 7;
 /// Has microfacet materials.
 pub const MICROFACETS: Features = 1 << 8;
 
+/// Write [`Guides`](crate::guides::Guides) of what camera rays meet first.
+pub const GUIDES: Features = 1 << 13;
+
 /// Test each primitive, without a tree: what the trees must agree with.
 pub const LINEAR: Features = 1 << 9;
 /// Trace the wide tree.

@@ -36,6 +36,9 @@
 //! | `wide::TrianglePacket` | 320 | up to 8 triangles, on a CPU only |
 //! | `wide::SpherePacket` | 160 | up to 8 spheres, on a CPU only |
 //! | [`film::PixelSums`] | 32 | pixel |
+//! | [`guides::Guides`] | 64 | pixel |
+//! | [`denoise::DenoiseParams`] | 112 | pass of a filter |
+//! | [`denoise::Lit`], [`denoise::Edge`] | 16 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
 #![no_std]
 #![cfg_attr(target_arch = "nvptx64", feature(core_float_math, link_llvm_intrinsics))]
@@ -47,11 +50,13 @@ pub mod bsdf;
 pub mod buffer;
 pub mod bvh;
 pub mod camera;
+pub mod denoise;
 pub mod environment;
 pub mod features;
 pub mod film;
 pub mod flat;
 pub mod fresnel;
+pub mod guides;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod lanes;
 pub mod light;

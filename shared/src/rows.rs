@@ -42,9 +42,11 @@ impl<T: Copy> Written for T {
 mod spirv {
     use super::{Record, Written};
     use crate::bvh::BvhNode;
+    use crate::denoise::{Edge, Lit};
     use crate::environment::EnvironmentTexel;
     use crate::film::{Carry, PixelSums};
     use crate::flat::Flat;
+    use crate::guides::Guides;
     use crate::light::Light;
     use crate::material::Material;
     use crate::path::FirstHit;
@@ -224,6 +226,32 @@ mod spirv {
         |r| PixelSums { radiance: xyz(r.a), samples: r.a.w, squares: xyz(r.b), segments: r.b.w },
         |s| Rows2 { a: row(s.radiance, s.samples), b: row(s.squares, s.segments) }
     );
+    record!(
+        Guides,
+        Rows4,
+        |r| Guides {
+            normal: xyz(r.a),
+            hits: r.a.w,
+            albedo: xyz(r.b),
+            primitive: r.b.w,
+            position: xyz(r.c),
+            misses: r.c.w,
+            emission: xyz(r.d),
+            pad: 0
+        },
+        |g| Rows4 {
+            a: row(g.normal, g.hits),
+            b: row(g.albedo, g.primitive),
+            c: row(g.position, g.misses),
+            d: row(g.emission, 0)
+        }
+    );
+    record!(Lit, Rows1, |r| Lit { color: xyz(r.a), variance: f(r.a.w) }, |l| Rows1 {
+        a: row(l.color, l.variance.to_bits())
+    });
+    record!(Edge, Rows1, |r| Edge { normal: xyz(r.a), depth: f(r.a.w) }, |e| Rows1 {
+        a: row(e.normal, e.depth.to_bits())
+    });
     record!(Carry, Rows1, |r| Carry { radiance: xyz(r.a), pad: 0 }, |c| Rows1 { a: row(c.radiance, 0) });
     record!(
         FirstHit,

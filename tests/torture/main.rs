@@ -22,6 +22,7 @@ mod boundaries;
 mod boxes;
 mod census;
 mod construct;
+mod denoiser;
 mod enclosures;
 mod equality;
 mod estimates;

@@ -1,20 +1,25 @@
 //! The CPU: the shared crate, natively, over a pool of threads.
 
+mod denoise;
 mod instructions;
 
 pub use instructions::InstructionSet;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
+use crate::denoise::Pass;
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use instructions::Kernel;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
+use trisect_shared::buffer::Slots;
 use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::Lit;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{Features, WIDE, has};
+use trisect_shared::features::{Features, GUIDES, WIDE, has};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::flat::Flat;
+use trisect_shared::guides::Guides;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::path::{self, FirstHit};
@@ -37,6 +42,9 @@ pub struct Cpu {
     film: Vec<PixelSums>,
     /// One for each pixel.
     carries: Vec<Carry>,
+    /// The same, for a kernel that writes them.
+    guides: Vec<Guides>,
+    denoiser: denoise::Denoiser,
 }
 
 impl Cpu {
@@ -75,6 +83,8 @@ impl Cpu {
             kernel: instructions::render_pixel::<0>,
             film: Vec::new(),
             carries: Vec::new(),
+            guides: Vec::new(),
+            denoiser: denoise::Denoiser::default(),
         })
     }
 }
@@ -162,6 +172,28 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> Device {
     }
 }
 
+/// Guides that all tasks write, each those of its own pixels.
+#[derive(Clone, Copy)]
+struct OfAllTasks {
+    first: *mut Guides,
+    length: usize,
+}
+
+// SAFETY: whoever asks for the slots promises to touch other pixels than other threads.
+#[allow(unsafe_code, reason = "a pointer for several threads")]
+unsafe impl Sync for OfAllTasks {}
+
+#[allow(unsafe_code, reason = "see buffer")]
+impl OfAllTasks {
+    /// # Safety
+    ///
+    /// No two threads touch the same at the same time, and the vector is there while they do.
+    unsafe fn slots<'a>(&self) -> Slots<'a, Guides> {
+        // SAFETY: the caller's promise.
+        unsafe { Slots::new(self.first, self.length) }
+    }
+}
+
 fn failed(message: &str) -> BackendError {
     BackendError::Device { backend: "cpu", action: "rendering", message: message.to_owned() }
 }
@@ -201,6 +233,10 @@ impl Backend for Cpu {
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
         self.carries.resize(job.pixels(), Carry::ZERO);
+        self.guides.clear();
+        if has(job.variant.features, GUIDES) {
+            self.guides.resize(job.pixels(), Guides::UNWRITTEN);
+        }
         Ok(())
     }
 
@@ -214,13 +250,16 @@ impl Backend for Cpu {
         let beyond = || failed("rows beyond the film");
         let film = self.film.get_mut(first..first + count).ok_or_else(beyond)?;
         let carries = self.carries.get_mut(first..first + count).ok_or_else(beyond)?;
+        let guides = OfAllTasks { first: self.guides.as_mut_ptr(), length: self.guides.len() };
         self.pool.install(|| {
             let tasks = film.par_chunks_mut(TASK).zip(carries.par_chunks_mut(TASK));
             tasks.enumerate().for_each(|(task, (pixels, carries))| {
+                // SAFETY: a task touches the guides of its own pixels.
+                let mut guides = unsafe { guides.slots() };
                 for (slot, pixel) in (0u32..).zip(first + task * TASK..).take(pixels.len()) {
                     let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
                     // SAFETY: a scene and a launch come from a renderer, which proved the indices.
-                    unsafe { render(params, scene, x, y, pixels, carries, slot) };
+                    unsafe { render(params, scene, x, y, pixels, carries, slot, &mut guides) };
                 }
             });
         });
@@ -232,6 +271,34 @@ impl Backend for Cpu {
             *to = std::mem::replace(from, PixelSums::UNWRITTEN);
         }
         Ok(())
+    }
+
+    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
+        for (to, from) in guides.iter_mut().zip(&mut self.guides) {
+            *to = std::mem::replace(from, Guides::UNWRITTEN);
+        }
+        Ok(())
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        if film.len() != self.film.len() || guides.len() != self.guides.len() {
+            return Err(failed("sums of another image"));
+        }
+        self.film.copy_from_slice(film);
+        self.guides.copy_from_slice(guides);
+        Ok(())
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        if self.guides.len() != self.film.len() {
+            return Err(failed("no guides were prepared"));
+        }
+        let Self { pool, film, guides, denoiser, .. } = self;
+        pool.install(|| denoiser.run(passes, film, guides))
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        self.denoiser.read(image, pixels)
     }
 
     #[allow(unsafe_code, reason = "as above")]

@@ -10,6 +10,7 @@ pub use error::BackendError;
 pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::{Bvh, Wide};
+use crate::denoise::Pass;
 use crate::lights::Lights;
 use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
@@ -17,8 +18,10 @@ use serde::Serialize;
 use std::time::Duration;
 use trisect_kernels::Variant;
 use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::Lit;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::Scene;
@@ -151,6 +154,18 @@ pub trait Backend: Send {
 
     /// Copies the film to `film` (as long as the job has pixels) and resets it to [`PixelSums::UNWRITTEN`].
     fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError>;
+
+    /// Copies the guides to `guides` (as long as the job has pixels), for a kernel that writes them, and resets them to [`Guides::UNWRITTEN`].
+    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError>;
+
+    /// Writes sums and guides (as long as the job has pixels) where a kernel that writes guides has them.
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError>;
+
+    /// Denoises what film and guides hold, which stay as they are. Returns the device's own measure of each pass.
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError>;
+
+    /// Copies one of the denoiser's two images, after its passes, to `pixels` (as long as the job has pixels).
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError>;
 
     /// Writes the first hit of each pixel's first sample of the launch to `hits` (as long as the job has pixels).
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError>;

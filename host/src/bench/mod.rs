@@ -5,6 +5,7 @@
 mod error;
 mod fit;
 mod frames;
+mod live;
 mod record;
 pub mod report;
 mod spheres;
@@ -13,6 +14,7 @@ mod summary;
 pub use error::BenchError;
 pub use fit::Line;
 pub use frames::{FirstSubmission, Frames, WarmUp, measure};
+pub use live::measure_live;
 pub use record::{Benchmark, FORMAT, Once, Row, Subject};
 pub use spheres::{GREATEST_COUNT, sphere_scene};
 pub use summary::Summary;

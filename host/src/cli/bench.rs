@@ -1,6 +1,6 @@
 //! `trisect bench` and `trisect bench report`.
 
-use super::{BackendArg, JobArgs, MathArg, parse_count, parse_resolution};
+use super::{BackendArg, DenoiseArgs, JobArgs, MathArg, parse_count, parse_resolution};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -15,6 +15,10 @@ pub struct BenchArgs {
     /// What and where.
     #[command(flatten)]
     pub job: JobArgs,
+
+    /// Denoising, of frames that stay on the device: trace and each pass.
+    #[command(flatten)]
+    pub denoise: DenoiseArgs,
 
     /// Frames to measure, after two, on a GPU those of half a second, that are not.
     #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]

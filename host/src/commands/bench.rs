@@ -5,7 +5,8 @@ use crate::cli::{BenchArgs, BenchCommand};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::backend::DeviceKind;
-use trisect::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure};
+use trisect::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live};
+use trisect::denoise::Denoise;
 use trisect::{Error, output};
 
 /// Frames before those that count.
@@ -27,6 +28,9 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     let mut first = FirstSubmission::default();
     let gpu = session.renderer.backend().device().kind == DeviceKind::Gpu;
     let warm_up = WarmUp { frames: WARM_UP, time: if gpu { SETTLE } else { Duration::ZERO } };
+    let denoise = arguments.denoise.denoise();
+    denoise.as_ref().map_or(Ok(()), Denoise::check)?;
+    session.settings.guides = denoise.is_some();
     let mut frames =
         measure(&mut session.renderer, &session.settings, warm_up, arguments.frames, &mut first)?;
     for stats in &mut frames.counted {
@@ -42,9 +46,14 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         view_seconds: phases.view_seconds,
         start_to_first_kernel_seconds: first.ended.map_or(0.0, |end| (end - start).as_secs_f64()),
     };
-    let Some(benchmark) = Benchmark::new(&frames.counted, once, frames.warm_up) else {
+    let Some(mut benchmark) = Benchmark::new(&frames.counted, once, frames.warm_up) else {
         return Ok(ExitCode::SUCCESS);
     };
+    if let Some(denoise) = &denoise {
+        let rows =
+            measure_live(&mut session.renderer, &session.settings, denoise, warm_up, arguments.frames)?;
+        benchmark.rows.extend(rows);
+    }
     super::print(&benchmark.table())?;
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&benchmark)

@@ -5,7 +5,8 @@ use crate::cli::RenderArgs;
 use crate::progress::Bar;
 use std::fs;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+use trisect::denoise::Denoise;
 use trisect::image::ImageError;
 use trisect::render::SettingsError;
 use trisect::{Error, output};
@@ -21,7 +22,11 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         output::probe(stats)?;
     }
 
+    let denoise = arguments.denoise.denoise();
+    denoise.as_ref().map_or(Ok(()), Denoise::check)?;
+
     let mut session = Session::open(&arguments.job)?;
+    session.settings.guides = denoise.is_some();
     if !arguments.quiet {
         let device = session.renderer.backend().device();
         eprintln!(
@@ -35,8 +40,17 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
 
     let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
+    let image = match &denoise {
+        Some(denoise) => {
+            let (image, passes) = session.renderer.denoise(&frame.film, &session.settings, denoise)?;
+            frame.stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
+            frame.stats.denoise = Some(*denoise);
+            image
+        }
+        None => frame.film.image(),
+    };
     let start = Instant::now();
-    output::write(&frame.film.image(), &arguments.output)?;
+    output::write(&image, &arguments.output)?;
 
     let stats = &mut frame.stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();

@@ -1,9 +1,11 @@
 //! The film: exact sums over the chunks that kernels sum in single precision.
 
 mod coverage;
+mod guides;
 mod sum;
 
 pub use coverage::{Coverage, Overlap, Part};
+pub use guides::GuideTotals;
 pub use sum::ExactSum;
 
 use crate::image::Image;
@@ -11,6 +13,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use thiserror::Error;
 use trisect_shared::film::{Carry, PixelSums};
+use trisect_shared::guides::Guides;
 
 /// Sums over all samples of one pixel so far. They do not depend on the order or grouping of chunks and films; [`ExactSum`] says when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +88,20 @@ impl PixelTotals {
         self.unwritten += other.unwritten;
     }
 
+    /// As kernels write them, but of all chunks, rounded; no samples and NaN where one is missing.
+    pub fn sums(&self) -> PixelSums {
+        if self.unwritten > 0 || self.is_empty() {
+            return PixelSums { samples: 0, ..PixelSums::UNWRITTEN };
+        }
+        let round = |sums: [ExactSum; 3]| sums.map(|sum| sum.value() as f32).into();
+        PixelSums {
+            radiance: round(self.radiance),
+            samples: u32::try_from(self.samples).unwrap_or(u32::MAX),
+            squares: round(self.squares),
+            segments: u32::try_from(self.segments).unwrap_or(u32::MAX),
+        }
+    }
+
     /// Mean radiance by channel; NaN without samples.
     pub fn mean(&self) -> [f64; 3] {
         self.radiance.map(|sum| sum.value() / self.samples as f64)
@@ -109,6 +126,8 @@ pub struct Film {
     pub height: u32,
     /// `width * height` totals.
     pub pixels: Vec<PixelTotals>,
+    /// As many, or none: of a render with [guides](crate::render::Settings::guides).
+    pub guides: Vec<GuideTotals>,
     /// The samples in them.
     pub coverage: Coverage,
 }
@@ -147,6 +166,11 @@ pub enum FilmError {
         /// From the first to one past the last.
         rows: Range<u32>,
     },
+    /// One film has guides, the other none.
+    #[error(
+        "one film has normals, albedos and positions, the other none; render both with the same --aov and --denoise"
+    )]
+    Guides,
     /// Samples that would count twice.
     #[error("samples {} to {} of row {} are in both films; merge each part once", samples.start, samples.end, row)]
     Overlap {
@@ -172,12 +196,22 @@ impl Film {
     pub const BYTES_PER_PIXEL: u64 =
         (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + size_of::<Carry>() + 3 * 12) as u64;
 
+    /// More bytes of one with guides: their totals, a chunk of them on the CPU backend and one read back.
+    pub const BYTES_PER_PIXEL_OF_GUIDES: u64 = (size_of::<GuideTotals>() + 2 * size_of::<Guides>()) as u64;
+
     /// A film that no one has written.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = width as usize * height as usize;
         // In parallel: the first touch of fresh memory is what takes the time.
         let pixels = rayon::iter::repeat_n(PixelTotals::EMPTY, pixels).with_min_len(TASK).collect();
-        Self { width, height, pixels, coverage: Coverage::new(height) }
+        Self { width, height, pixels, guides: Vec::new(), coverage: Coverage::new(height) }
+    }
+
+    /// The same with guides.
+    pub fn with_guides(width: u32, height: u32) -> Self {
+        let film = Self::new(width, height);
+        let guides = rayon::iter::repeat_n(GuideTotals::EMPTY, film.pixels.len()).with_min_len(TASK);
+        Self { guides: guides.collect(), ..film }
     }
 
     /// Adds the rows of `part` of a whole image's `chunk`, each pixel of which should hold `part`'s samples. The order of chunks does
@@ -209,6 +243,28 @@ impl Film {
         Ok(())
     }
 
+    /// Adds the guides of a part, after its [chunk](Self::merge).
+    ///
+    /// # Errors
+    ///
+    /// If the film has not these pixels, or no guides.
+    pub fn merge_guides(&mut self, part: &Part, chunk: &[Guides]) -> Result<(), FilmError> {
+        let rows = self.row_range(&part.rows).filter(|_| chunk.len() == self.guides.len());
+        let Some((totals, guides)) =
+            rows.and_then(|rows| Some((self.guides.get_mut(rows.clone())?, chunk.get(rows)?)))
+        else {
+            return Err(FilmError::Chunk {
+                film: (self.width, self.height),
+                pixels: chunk.len(),
+                rows: part.rows.clone(),
+            });
+        };
+        let (first, samples) = (part.samples.start, part.samples.len() as u32);
+        let pixels = totals.par_iter_mut().zip(guides).with_min_len(TASK);
+        pixels.for_each(|(total, guides)| total.merge(guides, first, samples));
+        Ok(())
+    }
+
     /// Adds another film of the same render, whatever its rows and chunks: in any order and grouping, the sums are the same. A pixel
     /// that only one of both holds is that one's.
     ///
@@ -216,13 +272,18 @@ impl Film {
     ///
     /// # Errors
     ///
-    /// If the sizes differ, or both hold a sample; then the film stays as it was.
+    /// If the sizes differ, one has no guides, or both hold a sample; then the film stays as it was.
     pub fn add(&mut self, other: &Self) -> Result<(), FilmError> {
         let (film, of) = ((self.width, self.height), (other.width, other.height));
         if film != of || self.pixels.len() != other.pixels.len() {
             return Err(FilmError::Size { film, other: of });
         }
+        if self.guides.len() != other.guides.len() {
+            return Err(FilmError::Guides);
+        }
         self.coverage.merge(&other.coverage)?;
+        let guides = self.guides.par_iter_mut().zip(&other.guides);
+        guides.with_min_len(TASK).for_each(|(total, other)| total.add(other));
         let pixels = self.pixels.par_iter_mut().zip(&other.pixels);
         pixels.with_min_len(TASK).for_each(|(total, other)| total.add(other));
         Ok(())

@@ -4,8 +4,8 @@ use super::settings::{Settings, SettingsError};
 use serde::Serialize;
 use trisect_kernels::{VARIANTS, Variant, variant, variant_by_name};
 use trisect_shared::features::{
-    EMITTERS, ENVIRONMENT, FLATS, Features, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE,
-    SCHLICK, SOBOL, TEXTURES, TRIANGLES, WIDE,
+    EMITTERS, ENVIRONMENT, FLATS, Features, GUIDES, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE,
+    ROULETTE, SCHLICK, SOBOL, TEXTURES, TRIANGLES, WIDE,
 };
 
 /// How the closest hit is found. All find the same.
@@ -175,6 +175,7 @@ fn describe(features: Features) -> String {
         (MICROFACETS, "microfacets"),
         (LINEAR, "--traversal linear"),
         (WIDE, "--traversal wide"),
+        (GUIDES, "normals, albedos and positions"),
         (PERSISTENT, "--schedule persistent"),
     ];
     table.iter().filter(|(bit, _)| features & bit != 0).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")

@@ -13,7 +13,9 @@ pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 use crate::Error;
 use crate::backend::{Backend, Job, Launch, SceneRecords};
 use crate::bvh::{Bvh, BvhQuality, Wide};
+use crate::denoise::{self, Denoise, Kernel};
 use crate::film::Film;
+use crate::image::Image;
 use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene};
 use crate::stats::{Phases, RenderStats};
@@ -24,8 +26,10 @@ use std::time::{Duration, Instant};
 use trisect_kernels::Variant;
 use trisect_shared::bvh::Child;
 use trisect_shared::camera::Camera;
+use trisect_shared::denoise::Lit;
 use trisect_shared::features::Features;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::guides::Guides;
 use trisect_shared::material::{BLENDED, MASKED};
 use trisect_shared::params::{FLAG_FINISH, FLAG_HOLES, FLAG_ROOM, FLAG_SCHLICK, RenderParams};
 use trisect_shared::path::FirstHit;
@@ -52,6 +56,19 @@ pub struct Frame {
     pub film: Film,
     /// What it took.
     pub stats: RenderStats,
+}
+
+/// A frame that stayed on the device, and what it took there.
+#[derive(Clone, Debug)]
+pub struct Live {
+    /// That traced it.
+    pub kernel: &'static str,
+    /// Tracing it.
+    pub trace: Duration,
+    /// Each pass over it.
+    pub passes: Vec<(Kernel, Duration)>,
+    /// Which of the denoiser's two images it is.
+    pub image: usize,
 }
 
 /// The scene's part of a launch record.
@@ -103,8 +120,12 @@ pub struct Renderer {
     pace: Pace,
     /// One chunk as the device gives it, kept too.
     chunk: Vec<PixelSums>,
+    /// The same, where a render has them.
+    guides: Vec<Guides>,
     phases: Phases,
     sight: Sight,
+    /// The job of the live frame before, if nothing was rendered since.
+    live: Option<Job>,
 }
 
 impl Renderer {
@@ -143,8 +164,10 @@ impl Renderer {
             scene: SceneParams::new(scene, &bvh, &lights, room),
             pace,
             chunk: Vec::new(),
+            guides: Vec::new(),
             phases,
             sight: Sight::new(bvh),
+            live: None,
         })
     }
 
@@ -200,8 +223,10 @@ impl Renderer {
         stats.tiles_refused = self.sight.refused().map(str::to_owned);
 
         let start = Instant::now();
-        let mut film = Film::new(settings.width, settings.height);
+        let new = if settings.guides { Film::with_guides } else { Film::new };
+        let mut film = new(settings.width, settings.height);
         self.chunk.resize(film.pixels.len(), PixelSums::UNWRITTEN);
+        self.guides.resize(film.guides.len(), Guides::UNWRITTEN);
         let pixels = u64::from(settings.width) * part.rows.len() as u64;
         let total = pixels * part.samples.len() as u64;
         let mut done = 0;
@@ -234,14 +259,83 @@ impl Renderer {
             }
             let merge = Instant::now();
             self.backend.read_film(&mut self.chunk)?;
+            if settings.guides {
+                self.backend.read_guides(&mut self.guides)?;
+            }
             read_time += merge.elapsed();
             let samples = first_sample..first_sample + samples;
             first_sample = samples.end;
-            film.merge(&Part { rows: part.rows.clone(), samples }, &self.chunk)?;
+            let done = Part { rows: part.rows.clone(), samples };
+            film.merge(&done, &self.chunk)?;
+            if settings.guides {
+                film.merge_guides(&done, &self.guides)?;
+            }
             merge_time += merge.elapsed();
         }
         stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time, read_time);
         Ok(Frame { film, stats })
+    }
+
+    /// Denoises a film of this scene on the backend, which `settings` render with guides. Returns the image and what each pass took.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Denoise`] for parameters that are none or a film without guides, and as [`render`](Self::render).
+    pub fn denoise(
+        &mut self,
+        film: &Film,
+        settings: &Settings,
+        denoise: &Denoise,
+    ) -> Result<(Image, Vec<Duration>), Error> {
+        denoise.check()?;
+        let (sums, guides) = denoise::sums(film)?;
+        let settings = Settings { width: film.width, height: film.height, guides: true, ..settings.clone() };
+        self.prepare(&settings)?;
+        self.backend.write_film(&sums, &guides)?;
+        let passes = denoise.passes(&self.camera(&settings), film.width, film.height);
+        let times = self.backend.denoise(&passes)?;
+        let mut pixels = vec![Lit::UNKNOWN; sums.len()];
+        self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut pixels)?;
+        Ok((denoise::image(film.width, film.height, &pixels), times))
+    }
+
+    /// Renders a frame and denoises it where it is: nothing is read back, so that frames follow each other as fast as the device has them.
+    /// At most [`CHUNK_SAMPLES`] samples a pixel.
+    ///
+    /// # Errors
+    ///
+    /// As [`denoise`](Self::denoise); [`SettingsError::SplitsChunk`] for more samples.
+    pub fn live(&mut self, settings: &Settings, denoise: &Denoise) -> Result<Live, Error> {
+        denoise.check()?;
+        if settings.samples > CHUNK_SAMPLES {
+            return Err(
+                SettingsError::SplitsChunk { samples: 0..settings.samples, of: settings.samples }.into()
+            );
+        }
+        let settings = Settings { guides: true, ..settings.clone() };
+        let variant = self.choose(&settings)?;
+        let job = Job { width: settings.width, height: settings.height, variant, math: settings.math };
+        if self.live != Some(job) {
+            self.prepare(&settings)?;
+            self.live = Some(job);
+        }
+        let camera = self.camera(&settings);
+        self.sight.look(self.backend.as_mut(), &camera, &settings, variant)?;
+        let mut params = self.launch(&settings);
+        self.sight.describe(&mut params);
+        params.rows = settings.height;
+        params.end_sample = settings.samples;
+        params.flags |= FLAG_FINISH;
+        let trace = self.backend.render(&Launch::new(params))?;
+        let passes = denoise.passes(&camera, settings.width, settings.height);
+        let times = self.backend.denoise(&passes)?;
+        let image = passes.last().map_or(0, |pass| pass.to);
+        Ok(Live {
+            kernel: variant.name,
+            trace,
+            passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
+            image,
+        })
     }
 
     /// The first hits of one sample of each pixel, row-major.
@@ -256,11 +350,17 @@ impl Renderer {
         Ok(hits)
     }
 
+    /// Checks the settings and chooses the kernel.
+    fn choose(&self, settings: &Settings) -> Result<Variant, Error> {
+        settings.check()?;
+        let best = |kernel| self.backend.best_method(kernel);
+        Ok(method::choose(self.features, settings, best, self.wide)?)
+    }
+
     /// Checks the settings, chooses the kernel and makes the film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        settings.check()?;
-        let variant =
-            method::choose(self.features, settings, |kernel| self.backend.best_method(kernel), self.wide)?;
+        let variant = self.choose(settings)?;
+        self.live = None;
         let Settings { width, height, math, .. } = *settings;
         self.backend.prepare(&Job { width, height, variant, math })?;
         Ok(variant)

@@ -6,7 +6,7 @@ use crate::memory;
 use serde::Serialize;
 use std::ops::{Range, RangeInclusive};
 use thiserror::Error;
-use trisect_shared::features::{Features, ROULETTE, SCHLICK, SOBOL};
+use trisect_shared::features::{Features, GUIDES, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::CHUNK_SAMPLES;
 
 /// The greatest depth of a path.
@@ -69,6 +69,8 @@ pub struct Settings {
     /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two from 4 to 1024, or 0 for none;
     /// `None`: by the number of samples, and none where there are lights.
     pub tile: Option<u32>,
+    /// Whether the film gets normals, albedos and positions of what its pixels see.
+    pub guides: bool,
     /// The kernel, by name; `None`: the cheapest that the scene can do with.
     pub variant: Option<&'static str>,
 }
@@ -240,7 +242,8 @@ impl Settings {
         let roulette = if self.roulette { ROULETTE } else { 0 };
         let schlick = if self.fresnel == Fresnel::Schlick { SCHLICK } else { 0 };
         let sobol = if self.sampler == Sampler::Sobol { SOBOL } else { 0 };
-        roulette | schlick | sobol
+        let guides = if self.guides { GUIDES } else { 0 };
+        roulette | schlick | sobol | guides
     }
 
     /// Refuses what cannot be rendered, before anything is allocated.
@@ -270,7 +273,8 @@ impl Settings {
         if self.pixels() > u64::from(u32::MAX) {
             return Err(SettingsError::TooManyPixels { width, height });
         }
-        let needed = self.pixels() * Film::BYTES_PER_PIXEL;
+        let guides = if self.guides { Film::BYTES_PER_PIXEL_OF_GUIDES } else { 0 };
+        let needed = self.pixels() * (Film::BYTES_PER_PIXEL + guides);
         if needed > available {
             return Err(SettingsError::TooLarge { width, height, needed, available });
         }
@@ -298,6 +302,7 @@ mod tests {
             traversal: None,
             schedule: None,
             tile: None,
+            guides: false,
             variant: None,
         }
     }

@@ -43,6 +43,7 @@ impl ImageSettings {
             traversal: None,
             schedule: None,
             tile: None,
+            guides: false,
             variant: None,
         }
     }

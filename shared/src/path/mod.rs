@@ -8,13 +8,15 @@ pub use first_hit::{FirstHit, first_hit};
 pub use render::{render_pixel, render_queue};
 
 use crate::bsdf::{Bsdf, coverage};
-use crate::buffer::load;
+use crate::buffer::{Slots, load};
 use crate::bvh::{Hit, NO_PRIMITIVE, Reach};
 use crate::environment;
 use crate::features::{
-    EMITTERS, ENVIRONMENT, FLATS, Features, LIGHTS, MICROFACETS, ROULETTE, TEXTURES, TRIANGLES, has, has_any,
+    EMITTERS, ENVIRONMENT, FLATS, Features, GUIDES, LIGHTS, MICROFACETS, ROULETTE, TEXTURES, TRIANGLES, has,
+    has_any,
 };
 use crate::film::{Carry, PixelSums};
+use crate::guides::{self, Guides};
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
@@ -154,6 +156,7 @@ impl Path {
         params: &RenderParams,
         scene: Scene,
         hit: Hit,
+        guides: &mut Slots<Guides>,
     ) -> bool {
         let key = self.key;
         let ray = self.ray;
@@ -195,6 +198,10 @@ impl Path {
                 sky = from.radiance * if self.density > 0.0 { mis_weight(self.density, other) } else { 1.0 };
             }
             self.radiance += self.throughput * sky;
+            if const { has(FEATURES, GUIDES) } && self.segment == 1 {
+                // SAFETY: the caller's promise.
+                unsafe { guides::update(guides, key.pixel, |g: &mut Guides| g.add_miss(sky)) };
+            }
         } else {
             self.segment += 1;
             // SAFETY: traversal returns a primitive of the scene, and the caller promises its material.
@@ -216,9 +223,10 @@ impl Path {
                 self.ray = pass(ray, hit.primitive, &surface);
                 ended = self.passes > GREATEST_PASSES;
             } else {
+                let mut emitted = Vec3::ZERO;
                 if const { has(FEATURES, EMITTERS) } && material.emits(front) {
                     // SAFETY: the caller's promise.
-                    let emitted = unsafe {
+                    emitted = unsafe {
                         emission::<FEATURES>(
                             params,
                             scene,
@@ -233,7 +241,9 @@ impl Path {
                     };
                     self.radiance += self.throughput * emitted;
                 }
-                if self.segment < params.depth {
+                let goes_on = self.segment < params.depth;
+                let guides_too = const { has(FEATURES, GUIDES) } && self.segment == 1;
+                if goes_on || guides_too {
                     let normal = if front { surface.normal } else { -surface.normal };
                     let mut shading = normal;
                     // Only a triangle's shading normal is not its own: other primitives keep their bits in every variant.
@@ -247,65 +257,75 @@ impl Path {
                         let place = (surface.u, surface.v);
                         Bsdf::new::<FEATURES>(scene, material, ray.direction, shading, front, place)
                     };
-                    if const { has_any(FEATURES, LIGHTS) }
-                        && (params.lights > 0 || params.environment_probability > 0.0)
-                        && bsdf.is_smooth_lobe::<FEATURES>()
-                    {
+                    if guides_too {
+                        let albedo = bsdf.albedo::<FEATURES>();
+                        let hit = |g: &mut Guides| {
+                            g.add_hit(hit.primitive, shading, albedo, surface.point, emitted)
+                        };
                         // SAFETY: the caller's promise.
-                        let light = unsafe {
-                            connect::<FEATURES>(
-                                params,
-                                scene,
-                                key,
-                                self.segment,
-                                hit.primitive,
-                                &surface,
-                                &bsdf,
-                                front,
-                            )
+                        unsafe { guides::update(guides, key.pixel, hit) };
+                    }
+                    if goes_on {
+                        if const { has_any(FEATURES, LIGHTS) }
+                            && (params.lights > 0 || params.environment_probability > 0.0)
+                            && bsdf.is_smooth_lobe::<FEATURES>()
+                        {
+                            // SAFETY: the caller's promise.
+                            let light = unsafe {
+                                connect::<FEATURES>(
+                                    params,
+                                    scene,
+                                    key,
+                                    self.segment,
+                                    hit.primitive,
+                                    &surface,
+                                    &bsdf,
+                                    front,
+                                )
+                            };
+                            self.gathered = self.throughput * light.gathered;
+                            self.shadow = greatest(self.gathered) > 0.0;
+                            (self.limit, self.target) = (light.limit, light.target);
+                            shadow_ray = Ray {
+                                origin: origin::<FEATURES>(&surface, light.inside),
+                                direction: light.direction,
+                                departure: Departure::from(hit.primitive, light.inside),
+                            };
+                        }
+                        let random = words::<FEATURES>(key, self.segment);
+                        let book_fresnel =
+                            const { !has(FEATURES, MICROFACETS) } || params.flags & FLAG_SCHLICK != 0;
+                        let scatter = bsdf.sample::<FEATURES>(book_fresnel, random);
+                        self.throughput *= scatter.weight;
+                        self.goes_on = !scatter.absorbed;
+                        if bent {
+                            // What the shading normal sends through the surface is lost.
+                            self.goes_on &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
+                        }
+                        if const { has_any(FEATURES, LIGHTS) } {
+                            self.goes_on &= greatest(self.throughput) > 0.0;
+                        }
+                        if const { has(FEATURES, ROULETTE) } && self.segment >= params.roulette_from {
+                            let survival = min(greatest(self.throughput), 1.0);
+                            self.goes_on &= unit_f32(random.w) < survival;
+                            self.throughput *= 1.0 / survival;
+                        }
+                        let inside = front == scatter.transmitted;
+                        self.density = scatter.density;
+                        self.vertex = hit.primitive;
+                        self.travelled = 0.0;
+                        self.next = Ray {
+                            origin: origin::<FEATURES>(&surface, inside),
+                            direction: scatter.direction,
+                            departure: Departure::from(hit.primitive, inside),
                         };
-                        self.gathered = self.throughput * light.gathered;
-                        self.shadow = greatest(self.gathered) > 0.0;
-                        (self.limit, self.target) = (light.limit, light.target);
-                        shadow_ray = Ray {
-                            origin: origin::<FEATURES>(&surface, light.inside),
-                            direction: light.direction,
-                            departure: Departure::from(hit.primitive, light.inside),
+                        ended = !self.goes_on && !self.shadow;
+                        self.ray = if const { has_any(FEATURES, LIGHTS) } && self.shadow {
+                            shadow_ray
+                        } else {
+                            self.next
                         };
                     }
-                    let random = words::<FEATURES>(key, self.segment);
-                    let book_fresnel =
-                        const { !has(FEATURES, MICROFACETS) } || params.flags & FLAG_SCHLICK != 0;
-                    let scatter = bsdf.sample::<FEATURES>(book_fresnel, random);
-                    self.throughput *= scatter.weight;
-                    self.goes_on = !scatter.absorbed;
-                    if bent {
-                        // What the shading normal sends through the surface is lost.
-                        self.goes_on &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
-                    }
-                    if const { has_any(FEATURES, LIGHTS) } {
-                        self.goes_on &= greatest(self.throughput) > 0.0;
-                    }
-                    if const { has(FEATURES, ROULETTE) } && self.segment >= params.roulette_from {
-                        let survival = min(greatest(self.throughput), 1.0);
-                        self.goes_on &= unit_f32(random.w) < survival;
-                        self.throughput *= 1.0 / survival;
-                    }
-                    let inside = front == scatter.transmitted;
-                    self.density = scatter.density;
-                    self.vertex = hit.primitive;
-                    self.travelled = 0.0;
-                    self.next = Ray {
-                        origin: origin::<FEATURES>(&surface, inside),
-                        direction: scatter.direction,
-                        departure: Departure::from(hit.primitive, inside),
-                    };
-                    ended = !self.goes_on && !self.shadow;
-                    self.ray = if const { has_any(FEATURES, LIGHTS) } && self.shadow {
-                        shadow_ray
-                    } else {
-                        self.next
-                    };
                 }
             }
         }

@@ -3,8 +3,9 @@
 use super::Path;
 use crate::buffer::{Slots, load, load_slot, store, store_slot};
 use crate::bvh::Child;
-use crate::features::{Features, LIGHTS, REGENERATE, has, has_any};
+use crate::features::{Features, GUIDES, LIGHTS, REGENERATE, has, has_any};
 use crate::film::{Carry, PixelSums};
+use crate::guides::Guides;
 use crate::params::{FLAG_FINISH, RenderParams};
 use crate::rng::PathKey;
 use crate::rows::Stored;
@@ -21,10 +22,11 @@ use crate::warp::{self, Counter};
 ///
 /// # Safety
 ///
-/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths. All lanes of
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths, and with [`GUIDES`] there
+/// are guides for each pixel of the image. All lanes of
 /// a warp that reach their end call this together, for as many samples each.
 #[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
+#[allow(clippy::too_many_arguments, unsafe_code, reason = "buffers each; see buffer")]
 pub unsafe fn render_pixel<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -33,15 +35,19 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     film: &mut [Stored<PixelSums>],
     carries: &mut [Stored<Carry>],
     slot: u32,
+    guides: &mut Slots<Guides>,
 ) {
+    let pixel = y * params.width + x;
     if params.resume == 0 {
         // SAFETY: the caller's promise.
         unsafe {
             store(film, slot, PixelSums::ZERO);
             store(carries, slot, Carry::ZERO);
+            if const { has(FEATURES, GUIDES) } {
+                store_slot(guides, pixel, Guides::ZERO);
+            }
         }
     }
-    let pixel = y * params.width + x;
     // SAFETY: the caller's promise.
     let entry = unsafe { view::entry(params, scene, x, y) };
     let mut path = Path::new(PathKey { seed: params.seed, pixel, sample: params.first_sample });
@@ -54,7 +60,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
         let mut root = if begins { entry } else { Child(params.root) };
         loop {
             // SAFETY: the caller's promise.
-            ended = unsafe { turn::<FEATURES>(params, scene, &mut path, root) };
+            ended = unsafe { turn::<FEATURES>(params, scene, &mut path, root, guides) };
             root = Child(params.root);
             if ended || const { has(FEATURES, REGENERATE) } {
                 break;
@@ -95,12 +101,13 @@ unsafe fn turn<const FEATURES: Features>(
     scene: Scene,
     path: &mut Path,
     root: Child,
+    guides: &mut Slots<Guides>,
 ) -> bool {
     // SAFETY: the caller's promise.
     unsafe {
         let reach = path.reach::<FEATURES>(params);
         let hit = closest_hit_below::<FEATURES>(params, scene, path.ray, reach, root);
-        path.advance::<FEATURES>(params, scene, hit)
+        path.advance::<FEATURES>(params, scene, hit, guides)
     }
 }
 
@@ -135,6 +142,7 @@ pub unsafe fn render_queue<const FEATURES: Features>(
     scene: Scene,
     film: &mut Slots<PixelSums>,
     carries: &mut Slots<Carry>,
+    guides: &mut Slots<Guides>,
     counter: &mut Counter,
 ) {
     let tiles = params.width.div_ceil(TILE.0) * params.rows.div_ceil(TILE.1);
@@ -167,6 +175,9 @@ pub unsafe fn render_queue<const FEATURES: Features>(
                         (sums, carry) =
                             (load_slot::<PixelSums>(film, pixel), load_slot::<Carry>(carries, pixel))
                     };
+                } else if const { has(FEATURES, GUIDES) } {
+                    // SAFETY: the pixel is of the image.
+                    unsafe { store_slot(guides, pixel, Guides::ZERO) };
                 }
             }
         }
@@ -189,7 +200,7 @@ pub unsafe fn render_queue<const FEATURES: Features>(
                 path.begin::<FEATURES>(params, x, y);
             }
             // SAFETY: the caller's promise.
-            if unsafe { turn::<FEATURES>(params, scene, &mut path, root) } {
+            if unsafe { turn::<FEATURES>(params, scene, &mut path, root, guides) } {
                 path.end::<FEATURES>(params, &mut sums, &mut carry);
                 if path.key.sample == params.end_sample {
                     busy = false;

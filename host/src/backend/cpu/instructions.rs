@@ -1,12 +1,14 @@
 //! Instruction sets of the processor that runs this, and each kernel variant compiled for them.
 #![allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
 
+use trisect_shared::buffer::Slots;
 use trisect_shared::features::{
-    ALL, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+    ALL, Features, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
 };
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512, WIDE};
 use trisect_shared::film::{Carry, PixelSums};
+use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path;
 use trisect_shared::scene::Scene;
@@ -64,7 +66,8 @@ impl InstructionSet {
 }
 
 /// [`path::render_pixel`], for a variant and an instruction set, which the processor must have.
-pub(super) type Kernel = unsafe fn(&RenderParams, Scene, u32, u32, &mut [PixelSums], &mut [Carry], u32);
+pub(super) type Kernel =
+    unsafe fn(&RenderParams, Scene, u32, u32, &mut [PixelSums], &mut [Carry], u32, &mut Slots<Guides>);
 
 /// Of one variant.
 struct Compiled {
@@ -106,6 +109,7 @@ pub(super) fn kernel(name: &str, set: InstructionSet) -> Option<Kernel> {
 /// # Safety
 ///
 /// As [`path::render_pixel`].
+#[allow(clippy::too_many_arguments, reason = "those of the kernel")]
 pub(super) unsafe fn render_pixel<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -114,9 +118,10 @@ pub(super) unsafe fn render_pixel<const FEATURES: Features>(
     film: &mut [PixelSums],
     carries: &mut [Carry],
     slot: u32,
+    guides: &mut Slots<Guides>,
 ) {
     // SAFETY: the caller's promise.
-    unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot) }
+    unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
 }
 
 /// # Safety
@@ -124,6 +129,7 @@ pub(super) unsafe fn render_pixel<const FEATURES: Features>(
 /// As [`path::render_pixel`], and the processor has these features.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[allow(clippy::too_many_arguments, reason = "those of the kernel")]
 unsafe fn render_avx2<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -132,9 +138,10 @@ unsafe fn render_avx2<const FEATURES: Features>(
     film: &mut [PixelSums],
     carries: &mut [Carry],
     slot: u32,
+    guides: &mut Slots<Guides>,
 ) {
     // SAFETY: the caller's promise.
-    unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot) }
+    unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
 }
 
 /// # Safety
@@ -142,6 +149,7 @@ unsafe fn render_avx2<const FEATURES: Features>(
 /// As [`path::render_pixel`], and the processor has these features.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+#[allow(clippy::too_many_arguments, reason = "those of the kernel")]
 unsafe fn render_avx512<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -150,7 +158,8 @@ unsafe fn render_avx512<const FEATURES: Features>(
     film: &mut [PixelSums],
     carries: &mut [Carry],
     slot: u32,
+    guides: &mut Slots<Guides>,
 ) {
     // SAFETY: the caller's promise.
-    unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot) }
+    unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
 }

@@ -4,12 +4,14 @@
     reason = "launches hand raw device memory to kernels; each block names why it is sound"
 )]
 
+mod denoise;
 mod driver;
 mod extract;
 
 pub use driver::devices;
 
 use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use crate::denoise::Pass;
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::{Pod, Zeroable};
 use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
@@ -24,8 +26,10 @@ use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP, variant_by_name};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::features::{Features, LARGE, PERSISTENT, has, has_any};
+use trisect_shared::denoise::Lit;
+use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
+use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::SceneLengths;
@@ -60,15 +64,17 @@ pub struct Cuda {
     /// Where they find them.
     counter: CudaSlice<u32>,
     film: Option<Film>,
+    denoiser: Option<denoise::Images>,
     math: MathMode,
     start: CudaEvent,
     end: CudaEvent,
 }
 
-/// The film on the device: a [`PixelSums`] and a [`Carry`] for each pixel.
+/// The film on the device: a [`PixelSums`] and a [`Carry`] for each pixel, and for a kernel that writes them [`Guides`].
 struct Film {
     sums: CudaSlice<u8>,
     carries: CudaSlice<u8>,
+    guides: CudaSlice<u8>,
 }
 
 /// The arrays in the order of the kernels' arguments.
@@ -127,6 +133,7 @@ impl Cuda {
             persistent: false,
             counter,
             film: None,
+            denoiser: None,
             math: MathMode::Precise,
             start: event()?,
             end: event()?,
@@ -205,8 +212,7 @@ impl Cuda {
         &mut self,
         kernel: &CudaFunction,
         params: &RenderParams,
-        output: &mut CudaSlice<u8>,
-        carries: &mut CudaSlice<u8>,
+        [output, carries, guides]: [&mut CudaSlice<u8>; 3],
         persistent: bool,
     ) -> Result<Duration, BackendError> {
         let Some(scene) = &self.scene else {
@@ -240,9 +246,9 @@ impl Cuda {
         for array in &scene.arrays {
             arguments.arg(array);
         }
-        arguments.arg(output).arg(carries).arg(&mut self.counter);
-        // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, and for a render kernel `carries`,
-        // hold a record for each pixel of the image, and the host proved the scene's indices.
+        arguments.arg(output).arg(carries).arg(&mut self.counter).arg(guides);
+        // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, for a render kernel `carries`, and for one
+        // with GUIDES `guides` hold a record for each pixel of the image, and the host proved the scene's indices.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
         self.end.synchronize().map_err(failed("rendering"))?;
@@ -306,15 +312,18 @@ impl Backend for Cuda {
         self.persistent = has(job.variant.features, PERSISTENT);
         self.kernel = Some(self.kernel(job.variant.name, job.math)?);
         let bytes = job.pixels() * size_of::<PixelSums>();
+        let guides = if has(job.variant.features, GUIDES) { job.pixels() * size_of::<Guides>() } else { 0 };
         let mut film = match self.film.take() {
-            Some(film) if film.sums.len() == bytes => film,
+            Some(film) if film.sums.len() == bytes && film.guides.len() >= guides => film,
             other => {
                 drop(other); // before the new one is allocated
                 let carries = self.allocate(job.pixels() * size_of::<Carry>(), "the film")?;
-                Film { sums: self.allocate(bytes, "the film")?, carries }
+                let guides = self.allocate(guides, "the film's guides")?;
+                Film { sums: self.allocate(bytes, "the film")?, carries, guides }
             }
         };
         self.erase(&mut film.sums)?;
+        self.erase(&mut film.guides)?;
         self.film = Some(film);
         Ok(())
     }
@@ -323,7 +332,12 @@ impl Backend for Cuda {
         let (Some(kernel), Some(mut film)) = (self.kernel.clone(), self.film.take()) else {
             return Err(not_prepared());
         };
-        let time = self.launch(&kernel, launch.params(), &mut film.sums, &mut film.carries, self.persistent);
+        let time = self.launch(
+            &kernel,
+            launch.params(),
+            [&mut film.sums, &mut film.carries, &mut film.guides],
+            self.persistent,
+        );
         self.film = Some(film);
         time
     }
@@ -338,12 +352,71 @@ impl Backend for Cuda {
         Ok(())
     }
 
+    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(guides);
+        let fits = |film: &mut Film| film.guides.len() >= bytes.len();
+        let Some(mut memory) = self.film.take_if(fits) else { return Err(not_prepared()) };
+        self.stream
+            .memcpy_dtoh(&memory.guides.slice(0..bytes.len()), bytes)
+            .map_err(failed("reading the guides"))?;
+        self.erase(&mut memory.guides)?;
+        self.stream.synchronize().map_err(failed("reading the guides"))?;
+        self.film = Some(memory);
+        Ok(())
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        let Some(memory) = &mut self.film else { return Err(not_prepared()) };
+        let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
+        if memory.sums.len() != sums.len() || memory.guides.len() != guides.len() {
+            return Err(not_prepared());
+        }
+        self.stream.memcpy_htod(sums, &mut memory.sums).map_err(failed("writing the film"))?;
+        self.stream.memcpy_htod(guides, &mut memory.guides).map_err(failed("writing the film"))?;
+        self.stream.synchronize().map_err(failed("writing the film"))
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        let Some(film) = self.film.take() else { return Err(not_prepared()) };
+        let pixels = film.sums.len() / size_of::<PixelSums>();
+        let is_image = |pass: &Pass| pass.params.width as usize * pass.params.height as usize == pixels;
+        if film.guides.len() != pixels * size_of::<Guides>() || !passes.iter().all(is_image) {
+            self.film = Some(film);
+            return Err(not_prepared());
+        }
+        let images = match self.denoiser.take() {
+            Some(images) if images.lit[0].len() == pixels * size_of::<Lit>() => Ok(images),
+            other => {
+                drop(other); // before the new one is allocated
+                self.denoiser_images(pixels)
+            }
+        };
+        let times = images.and_then(|mut images| {
+            let times = self.run_passes(passes, &film.sums, &film.guides, &mut images);
+            self.denoiser = Some(images);
+            times
+        });
+        self.film = Some(film);
+        times
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
+        let images = self.denoiser.as_ref().and_then(|images| images.lit.get(image));
+        let Some(image) = images.filter(|image| image.len() == bytes.len()) else {
+            return Err(not_prepared());
+        };
+        self.stream.memcpy_dtoh(image, bytes).map_err(failed("reading the denoised image"))?;
+        self.stream.synchronize().map_err(failed("reading the denoised image"))
+    }
+
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
         let kernel = self.kernel(FIRST_HIT, self.math)?;
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;
         let mut no_carries = self.allocate(size_of::<Carry>(), "the first hits")?;
-        self.launch(&kernel, launch.params(), &mut memory, &mut no_carries, false)?;
+        let mut no_guides = self.allocate(size_of::<Guides>(), "the first hits")?;
+        self.launch(&kernel, launch.params(), [&mut memory, &mut no_carries, &mut no_guides], false)?;
         hits.fill(FirstHit::zeroed());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(hits);
         self.stream.memcpy_dtoh(&memory, bytes).map_err(failed("reading first hits"))?;

@@ -1,11 +1,13 @@
 //! wgpu: the SPIR-V kernels as they are on Vulkan (pass-through), through naga elsewhere.
 
 mod adapter;
+mod denoise;
 mod pipeline;
 
 pub use adapter::devices;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
+use crate::denoise::Pass;
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use bytemuck::Pod;
@@ -13,8 +15,10 @@ use pipeline::Pipelines;
 use std::time::{Duration, Instant};
 use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::features::{Features, LARGE, PERSISTENT, has, has_any};
+use trisect_shared::denoise::Lit;
+use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
+use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use wgpu::{
@@ -35,6 +39,12 @@ pub enum Route {
 const SCENE_USAGE: BufferUsages =
     BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
 
+/// Arrays of a scene.
+const SCENE_ARRAYS: usize = 10;
+
+/// Bytes of a buffer, at least: an empty array is bound as one record that no kernel reads.
+const LEAST_BUFFER: u64 = 112;
+
 /// The scene's array of nodes.
 const NODES: usize = 1;
 
@@ -43,10 +53,12 @@ pub struct Wgpu {
     device: Device,
     gpu: Gpu,
     pipelines: Pipelines,
+    route: Route,
+    denoiser: Option<denoise::Denoiser>,
     params: Buffer,
     /// Where persistent lanes find their pixels.
     counter: Buffer,
-    scene: Option<[Buffer; 10]>,
+    scene: Option<[Buffer; SCENE_ARRAYS]>,
     /// Nodes of the scene, without those of the view.
     nodes: usize,
     film: Option<Film>,
@@ -62,6 +74,13 @@ struct Film {
     carries: Buffer,
     unwritten: Buffer,
     staging: Buffer,
+    guides: FilmGuides,
+}
+
+/// [`Guides`] for each pixel, for a kernel that writes them, and what they are read through; else next to nothing.
+struct FilmGuides {
+    records: Buffer,
+    staging: Buffer,
 }
 
 struct Timer {
@@ -75,7 +94,7 @@ impl Wgpu {
     /// Opens the adapter with this index, or the best hardware one. A software adapter is taken only by its index.
     pub fn open(index: Option<usize>, route: Route) -> Result<Self, BackendError> {
         let (mut device, gpu) = adapter::open(index)?;
-        let pipelines = Pipelines::new(&gpu, route)?;
+        let pipelines = Pipelines::new(&gpu, route, SCENE_ARRAYS, 4)?;
         let buffer = |size, usage| {
             gpu.device.create_buffer(&BufferDescriptor {
                 label: None,
@@ -102,6 +121,8 @@ impl Wgpu {
             device,
             gpu,
             pipelines,
+            route,
+            denoiser: None,
             params,
             counter,
             scene: None,
@@ -120,8 +141,7 @@ impl Wgpu {
         if bytes > limit {
             return Err(BackendError::TooLarge { backend: "wgpu", what, needed: bytes, limit });
         }
-        // An empty array is bound as one record that no kernel reads.
-        let size = bytes.max(112);
+        let size = bytes.max(LEAST_BUFFER);
         let buffer = self.gpu.device.create_buffer(&BufferDescriptor {
             label: Some(what),
             size,
@@ -144,8 +164,7 @@ impl Wgpu {
         &self,
         entry: &'static str,
         params: &RenderParams,
-        output: &Buffer,
-        carries: &Buffer,
+        [output, carries, guides]: [&Buffer; 3],
     ) -> Result<Duration, BackendError> {
         let Some(scene) = &self.scene else {
             return Err(self.misuse("no scene was uploaded"));
@@ -171,8 +190,9 @@ impl Wgpu {
             self.gpu.queue.write_buffer(&self.counter, 0, &[0; 4]);
         }
         self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        let film = [output, carries, &self.counter, guides];
         let group =
-            self.pipelines.bind(&self.gpu.device, &self.params, scene, [output, carries, &self.counter]);
+            self.pipelines.bind(&self.gpu.device, [&self.params].into_iter().chain(scene).chain(film));
         let start = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         {
@@ -208,6 +228,20 @@ impl Wgpu {
         encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check(action)
+    }
+
+    /// Fills the guides with [`Guides::UNWRITTEN`], from the film's bytes, which are all ones, too.
+    fn erase_guides(&self, film: &Film) -> Result<(), BackendError> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (ones, guides) = (&film.unwritten, &film.guides.records);
+        let mut done = 0;
+        while done < guides.size() {
+            let part = ones.size().min(guides.size() - done);
+            encoder.copy_buffer_to_buffer(ones, 0, guides, done, part);
+            done += part;
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check("erasing the guides")
     }
 
     fn misuse(&self, message: &str) -> BackendError {
@@ -275,7 +309,10 @@ impl Backend for Wgpu {
         self.math = job.math;
         self.pipelines.compile(&self.gpu, self.entry, self.math)?;
         let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;
-        if self.film.as_ref().is_none_or(|film| film.sums.size() != bytes) {
+        let guides =
+            if has(job.variant.features, GUIDES) { job.pixels() * size_of::<Guides>() } else { 0 } as u64;
+        let fits = |film: &Film| film.sums.size() == bytes && film.guides.records.size() >= guides;
+        if !self.film.as_ref().is_some_and(fits) {
             self.film = None; // before the new one is allocated
             let device = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
             let sums = self.buffer(bytes, device | BufferUsages::STORAGE, "the film")?;
@@ -285,16 +322,22 @@ impl Backend for Wgpu {
             self.gpu.queue.write_buffer(&unwritten, 0, bytemuck::cast_slice(&pixels));
             let carries = (job.pixels() * size_of::<Carry>()) as u64;
             let carries = self.buffer(carries, BufferUsages::STORAGE, "the film")?;
-            self.film = Some(Film { sums, carries, unwritten, staging });
+            let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+            let guides = FilmGuides {
+                records: self.buffer(guides, device | BufferUsages::STORAGE, "the film's guides")?,
+                staging: self.buffer(guides, read, "the film's guides")?,
+            };
+            self.film = Some(Film { sums, carries, unwritten, staging, guides });
         }
         let Some(film) = &self.film else { return Err(self.misuse("no film")) };
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
+        self.erase_guides(film)?;
         self.gpu.wait("erasing the film")
     }
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        self.dispatch(self.entry, launch.params(), &film.sums, &film.carries)
+        self.dispatch(self.entry, launch.params(), [&film.sums, &film.carries, &film.guides.records])
     }
 
     fn read_film(&mut self, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
@@ -304,6 +347,57 @@ impl Backend for Wgpu {
         self.gpu.read(&film.staging, bytemuck::cast_slice_mut(pixels), "reading the film")
     }
 
+    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
+        let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(guides);
+        if film.guides.records.size() < bytes.len() as u64 {
+            return Err(self.misuse("no guides were prepared"));
+        }
+        self.copy(&film.guides.records, &film.guides.staging, "reading the guides")?;
+        self.erase_guides(film)?;
+        self.gpu.read(&film.guides.staging, bytes, "reading the guides")
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        let Some(memory) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
+        if memory.sums.size() < sums.len() as u64 || memory.guides.records.size() < guides.len() as u64 {
+            return Err(self.misuse("sums of another image"));
+        }
+        self.gpu.queue.write_buffer(&memory.sums, 0, sums);
+        self.gpu.queue.write_buffer(&memory.guides.records, 0, guides);
+        self.gpu.check("writing the film")
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        let (Some(film), Some(first)) = (&self.film, passes.first()) else {
+            return Err(self.misuse("no frame was prepared"));
+        };
+        let pixels = |pass: &Pass| u64::from(pass.params.width) * u64::from(pass.params.height);
+        let of_image = pixels(first);
+        if film.guides.records.size() < of_image * size_of::<Guides>() as u64
+            || film.sums.size() < of_image * size_of::<PixelSums>() as u64
+            || !passes.iter().all(|pass| pixels(pass) == of_image)
+        {
+            return Err(self.misuse("no guides were prepared"));
+        }
+        let mut denoiser = match self.denoiser.take() {
+            Some(denoiser) if denoiser.fits(of_image) => denoiser,
+            other => {
+                drop(other); // before the new one is allocated
+                denoise::Denoiser::new(self, of_image)?
+            }
+        };
+        let times = denoiser.run(&self.gpu, self.math, passes, [&film.sums, &film.guides.records]);
+        self.denoiser = Some(denoiser);
+        times
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        let Some(denoiser) = &self.denoiser else { return Err(self.misuse("nothing was denoised")) };
+        denoiser.read(&self.gpu, image, pixels)
+    }
+
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
         self.pipelines.compile(&self.gpu, FIRST_HIT, self.math)?;
         let bytes = size_of_val(hits) as u64;
@@ -311,7 +405,8 @@ impl Backend for Wgpu {
         let staging =
             self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the first hits")?;
         let no_carries = self.buffer(0, BufferUsages::STORAGE, "the first hits")?;
-        self.dispatch(FIRST_HIT, launch.params(), &output, &no_carries)?;
+        let no_guides = self.buffer(0, BufferUsages::STORAGE, "the first hits")?;
+        self.dispatch(FIRST_HIT, launch.params(), [&output, &no_carries, &no_guides])?;
         self.copy(&output, &staging, "reading first hits")?;
         self.gpu.read(&staging, bytemuck::cast_slice_mut(hits), "reading first hits")
     }

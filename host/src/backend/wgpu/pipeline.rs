@@ -13,10 +13,7 @@ use wgpu::{
     ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
 };
 
-/// Arrays of a scene.
-const SCENE_ARRAYS: u32 = 10;
-
-/// One layout for all entry points, and a pipeline for each that was used.
+/// Entry points of one layout, and a pipeline for each that was used.
 pub(super) struct Pipelines {
     route: Route,
     bindings: BindGroupLayout,
@@ -25,18 +22,18 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
-    pub fn new(gpu: &Gpu, route: Route) -> Result<Self, BackendError> {
+    /// With a launch record, `read` arrays that are read and `written` ones, in the order of their bindings.
+    pub fn new(gpu: &Gpu, route: Route, read: usize, written: usize) -> Result<Self, BackendError> {
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
             ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
             count: None,
         };
-        let read = BufferBindingType::Storage { read_only: true };
-        let mut entries = vec![entry(0, BufferBindingType::Uniform)];
-        entries.extend((1..=SCENE_ARRAYS).map(|binding| entry(binding, read)));
-        let write = BufferBindingType::Storage { read_only: false };
-        entries.extend((SCENE_ARRAYS + 1..=SCENE_ARRAYS + 3).map(|binding| entry(binding, write)));
+        let arrays = |read_only, count| std::iter::repeat_n(BufferBindingType::Storage { read_only }, count);
+        let kinds =
+            [BufferBindingType::Uniform].into_iter().chain(arrays(true, read)).chain(arrays(false, written));
+        let entries: Vec<_> = (0u32..).zip(kinds).map(|(binding, kind)| entry(binding, kind)).collect();
         let bindings = gpu
             .device
             .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
@@ -79,15 +76,8 @@ impl Pipelines {
             .ok_or_else(|| failed("rendering", format!("the kernel {entry} was not compiled")))
     }
 
-    /// Binds the launch record, the scene's arrays, the output, the carries and the counter, in the order of their bindings.
-    pub fn bind(
-        &self,
-        device: &Device,
-        params: &Buffer,
-        scene: &[Buffer; SCENE_ARRAYS as usize],
-        film: [&Buffer; 3],
-    ) -> BindGroup {
-        let buffers = [params].into_iter().chain(scene).chain(film);
+    /// Binds the launch record and the arrays, in the order of their bindings.
+    pub fn bind<'a>(&self, device: &Device, buffers: impl IntoIterator<Item = &'a Buffer>) -> BindGroup {
         let entries: Vec<BindGroupEntry> = (0u32..)
             .zip(buffers)
             .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })

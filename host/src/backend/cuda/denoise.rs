@@ -1,0 +1,75 @@
+//! The denoiser's passes.
+
+use super::Cuda;
+use super::driver::failed;
+use crate::backend::BackendError;
+use crate::denoise::Pass;
+use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, DeviceRepr, LaunchConfig, PushKernelArg};
+use std::time::Duration;
+use trisect_kernels::WORKGROUP;
+use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
+
+/// The images between passes.
+pub(super) struct Images {
+    pub(super) lit: [CudaSlice<u8>; 2],
+    edges: CudaSlice<u8>,
+}
+
+/// The launch record as a kernel argument.
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+struct Argument(DenoiseParams);
+
+// SAFETY: plain data, repr(C), the very type that the kernel declares.
+unsafe impl DeviceRepr for Argument {}
+
+impl Cuda {
+    /// Images for so many pixels.
+    pub(super) fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
+        let lit = || self.allocate(pixels * size_of::<Lit>(), "the denoised image");
+        let edges = self.allocate(pixels * size_of::<Edge>(), "the denoiser's edges")?;
+        Ok(Images { lit: [lit()?, lit()?], edges })
+    }
+
+    /// Runs the passes over sums and guides of as many pixels as the images have.
+    pub(super) fn run_passes(
+        &mut self,
+        passes: &[Pass],
+        sums: &CudaSlice<u8>,
+        guides: &CudaSlice<u8>,
+        images: &mut Images,
+    ) -> Result<Vec<Duration>, BackendError> {
+        let kernels: Vec<CudaFunction> =
+            passes.iter().map(|pass| self.kernel(pass.kernel.name(), self.math)).collect::<Result<_, _>>()?;
+        let context = self.stream.context();
+        let flags = cudarc::driver::sys::CUevent_flags::CU_EVENT_DEFAULT;
+        let events: Vec<CudaEvent> = (0..=passes.len())
+            .map(|_| context.new_event(Some(flags)).map_err(failed("creating an event")))
+            .collect::<Result<_, _>>()?;
+        let start = |index: usize| events[index].record(&self.stream).map_err(failed("starting the timer"));
+        start(0)?;
+        for (index, (pass, kernel)) in passes.iter().zip(&kernels).enumerate() {
+            let params = Argument(pass.params);
+            let grid = (pass.params.width.div_ceil(WORKGROUP.0), pass.params.height.div_ceil(WORKGROUP.1), 1);
+            let config = LaunchConfig {
+                grid_dim: grid,
+                block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
+                shared_mem_bytes: 0,
+            };
+            let [first, second] = &mut images.lit;
+            let (from, to) = if pass.to == 1 { (&*first, second) } else { (&*second, first) };
+            let mut arguments = self.stream.launch_builder(kernel);
+            arguments.arg(&params).arg(sums).arg(guides).arg(from).arg(to).arg(&mut images.edges);
+            // SAFETY: the arguments are those of every pass (see trisect_kernels), and each names a record for each pixel of the image.
+            unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+            start(index + 1)?;
+        }
+        let Some(last) = events.last() else { return Ok(Vec::new()) };
+        last.synchronize().map_err(failed("denoising"))?;
+        let between = |pair: &[CudaEvent]| {
+            let milliseconds = pair[0].elapsed_ms(&pair[1]).map_err(failed("reading the timer"))?;
+            Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
+        };
+        events.windows(2).map(between).collect()
+    }
+}

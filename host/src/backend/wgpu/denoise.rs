@@ -1,0 +1,144 @@
+//! The denoiser's passes.
+
+use super::Wgpu;
+use super::adapter::Gpu;
+use super::pipeline::Pipelines;
+use crate::backend::BackendError;
+use crate::denoise::{LEVELS, Pass};
+use crate::render::MathMode;
+use std::time::{Duration, Instant};
+use trisect_kernels::WORKGROUP;
+use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
+use wgpu::{Buffer, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor, QueryType};
+
+/// Passes of one submission, at most: two before the levels, one after.
+const PASSES: u32 = *LEVELS.end() + 3;
+
+/// The images between passes, and pipelines with a layout of their own.
+pub(super) struct Denoiser {
+    pipelines: Pipelines,
+    /// A launch record a pass.
+    params: Vec<Buffer>,
+    lit: [Buffer; 2],
+    edges: Buffer,
+    /// What an image is read through.
+    staging: Buffer,
+    timer: Option<Timer>,
+}
+
+struct Timer {
+    queries: QuerySet,
+    resolved: Buffer,
+    staging: Buffer,
+    nanoseconds_per_tick: f64,
+}
+
+impl Denoiser {
+    /// For so many pixels.
+    pub fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
+        let gpu = &of.gpu;
+        let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+        let bytes = pixels * size_of::<Lit>() as u64;
+        let image = || of.buffer(bytes, storage, "the denoised image");
+        let params = || {
+            let size = size_of::<DenoiseParams>() as u64;
+            of.buffer(size, BufferUsages::UNIFORM | BufferUsages::COPY_DST, "the denoiser's launch records")
+        };
+        let ticks = u64::from(2 * PASSES) * 8;
+        let timer = || -> Result<Timer, BackendError> {
+            let resolve = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
+            Ok(Timer {
+                queries: gpu.device.create_query_set(&QuerySetDescriptor {
+                    label: None,
+                    ty: QueryType::Timestamp,
+                    count: 2 * PASSES,
+                }),
+                resolved: of.buffer(ticks, resolve, "the denoiser's timer")?,
+                staging: of.buffer(ticks, read, "the denoiser's timer")?,
+                nanoseconds_per_tick: f64::from(gpu.queue.get_timestamp_period()),
+            })
+        };
+        Ok(Self {
+            pipelines: Pipelines::new(gpu, of.route, 3, 2)?,
+            params: (0..PASSES).map(|_| params()).collect::<Result<_, _>>()?,
+            lit: [image()?, image()?],
+            edges: of.buffer(pixels * size_of::<Edge>() as u64, storage, "the denoiser's edges")?,
+            staging: of.buffer(bytes, read, "the denoised image")?,
+            timer: of.timer.is_some().then(timer).transpose()?,
+        })
+    }
+
+    /// Bytes of an image of as many pixels.
+    pub fn fits(&self, pixels: u64) -> bool {
+        self.staging.size() == (pixels * size_of::<Lit>() as u64).max(super::LEAST_BUFFER)
+    }
+
+    /// Runs the passes in one submission and waits for them.
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        math: MathMode,
+        passes: &[Pass],
+        [sums, guides]: [&Buffer; 2],
+    ) -> Result<Vec<Duration>, BackendError> {
+        if passes.len() > PASSES as usize {
+            let message = format!("{} passes, of {PASSES} at most", passes.len());
+            return Err(BackendError::Device { backend: "wgpu", action: "denoising", message });
+        }
+        for pass in passes {
+            self.pipelines.compile(gpu, pass.kernel.name(), math)?;
+        }
+        let start = Instant::now();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for (index, (pass, params)) in (0u32..).zip(passes.iter().zip(&self.params)) {
+            gpu.queue.write_buffer(params, 0, bytemuck::bytes_of(&pass.params));
+            let [first, second] = &self.lit;
+            let (from, to) = if pass.to == 1 { (first, second) } else { (second, first) };
+            let group = self.pipelines.bind(&gpu.device, [params, sums, guides, from, to, &self.edges]);
+            let name = pass.kernel.name();
+            let mut recorder = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(name),
+                timestamp_writes: self.timer.as_ref().map(|timer| ComputePassTimestampWrites {
+                    query_set: &timer.queries,
+                    beginning_of_pass_write_index: Some(2 * index),
+                    end_of_pass_write_index: Some(2 * index + 1),
+                }),
+            });
+            recorder.set_pipeline(self.pipelines.get(name, math)?);
+            recorder.set_bind_group(0, &group, &[]);
+            let (across, down) = (pass.params.width, pass.params.height);
+            recorder.dispatch_workgroups(across.div_ceil(WORKGROUP.0), down.div_ceil(WORKGROUP.1), 1);
+        }
+        let count = passes.len() as u32;
+        if let Some(timer) = &self.timer {
+            encoder.resolve_query_set(&timer.queries, 0..2 * count, &timer.resolved, 0);
+            encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.staging, 0, u64::from(2 * count) * 8);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        let Some(timer) = &self.timer else {
+            gpu.wait("denoising")?;
+            return Ok(vec![start.elapsed() / count.max(1); passes.len()]);
+        };
+        let mut ticks = vec![0u64; 2 * passes.len()];
+        gpu.read(&timer.staging, bytemuck::cast_slice_mut(&mut ticks), "denoising")?;
+        let time = |pair: &[u64]| {
+            let nanoseconds = pair[1].wrapping_sub(pair[0]) as f64 * timer.nanoseconds_per_tick;
+            Duration::from_nanos(nanoseconds as u64)
+        };
+        Ok(ticks.chunks_exact(2).map(time).collect())
+    }
+
+    /// Copies one of both images to `pixels`.
+    pub fn read(&self, gpu: &Gpu, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        let image = self.lit.get(image).filter(|_| self.fits(pixels.len() as u64));
+        let Some(image) = image else {
+            let message = "an image that no pass wrote".to_owned();
+            return Err(BackendError::Device { backend: "wgpu", action: "denoising", message });
+        };
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(image, 0, &self.staging, 0, image.size());
+        gpu.queue.submit([encoder.finish()]);
+        gpu.read(&self.staging, bytemuck::cast_slice_mut(pixels), "reading the denoised image")
+    }
+}

@@ -1,0 +1,106 @@
+//! Frames that are traced, denoised and stay on the device.
+
+use super::{Row, Summary, WarmUp};
+use crate::Error;
+use crate::denoise::{Denoise, Kernel};
+use crate::render::{Live, Renderer, Settings};
+use std::time::Instant;
+
+/// One frame: its rows' names and units, and values.
+type Values = Vec<(String, &'static str, f64)>;
+
+/// What tracing, each pass of the denoiser, both together and the frame as the host sees it take.
+///
+/// # Errors
+///
+/// As [`Renderer::live`].
+pub fn measure_live(
+    renderer: &mut Renderer,
+    settings: &Settings,
+    denoise: &Denoise,
+    warm_up: WarmUp,
+    frames: u32,
+) -> Result<Vec<Row>, Error> {
+    let mut frame = || {
+        let start = Instant::now();
+        let live = renderer.live(settings, denoise)?;
+        Ok::<_, Error>(values(&live, start.elapsed().as_secs_f64()))
+    };
+    let start = Instant::now();
+    let mut done = 0;
+    while done < warm_up.frames || start.elapsed() < warm_up.time {
+        frame()?;
+        done += 1;
+    }
+    let counted: Vec<Values> = (0..frames).map(|_| frame()).collect::<Result<_, _>>()?;
+    let Some(first) = counted.first() else { return Ok(Vec::new()) };
+    let row = |(index, (name, unit, _)): (usize, &(String, &'static str, f64))| {
+        let column: Vec<f64> = counted.iter().map(|frame| frame[index].2).collect();
+        Some(Row { name: name.clone(), unit: (*unit).to_owned(), summary: Summary::of(&column)? })
+    };
+    Ok(first.iter().enumerate().filter_map(row).collect())
+}
+
+fn values(live: &Live, wall: f64) -> Values {
+    let mut level = 0;
+    let name = |kernel: Kernel| match kernel {
+        Kernel::Gather => "gather".to_owned(),
+        Kernel::Estimate => "estimate the variance".to_owned(),
+        Kernel::Atrous | Kernel::Svgf => {
+            level += 1;
+            format!("level {level}")
+        }
+        Kernel::Finish => "finish".to_owned(),
+    };
+    let trace = live.trace.as_secs_f64();
+    let names: Vec<String> = live.passes.iter().map(|pass| pass.0).map(name).collect();
+    let times = || live.passes.iter().map(|pass| pass.1.as_secs_f64());
+    let levels: f64 =
+        live.passes.iter().filter(|pass| pass.0.is_level()).map(|pass| pass.1.as_secs_f64()).sum();
+    let denoise: f64 = times().sum();
+    let mut values: Values = vec![("trace".to_owned(), "ms", trace * 1e3)];
+    values.extend(names.into_iter().zip(times()).map(|(name, seconds)| (name, "ms", seconds * 1e3)));
+    values.extend([
+        ("all levels".to_owned(), "ms", levels * 1e3),
+        ("denoise".to_owned(), "ms", denoise * 1e3),
+        ("trace and denoise".to_owned(), "ms", (trace + denoise) * 1e3),
+        ("live frame on the host".to_owned(), "ms", wall * 1e3),
+        ("rate of frames".to_owned(), "frames/s", 1.0 / wall.max(1e-9)),
+    ]);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+    use crate::backend::cpu::Cpu;
+    use crate::denoise::Filter;
+    use crate::scene::Scene;
+
+    #[test]
+    fn rows_of_a_live_frame() {
+        let scene = Scene::hello_world().unwrap();
+        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let settings = Settings { width: 16, height: 9, samples: 1, ..scene.settings() };
+        let denoise = Denoise { levels: 2, ..Denoise::new(Filter::Svgf) };
+        let rows = measure_live(&mut renderer, &settings, &denoise, WarmUp::of(1), 3).unwrap();
+        let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+        let want = [
+            "trace",
+            "gather",
+            "estimate the variance",
+            "level 1",
+            "level 2",
+            "finish",
+            "all levels",
+            "denoise",
+            "trace and denoise",
+            "live frame on the host",
+            "rate of frames",
+        ];
+        assert_eq!(names, want);
+        assert!(rows.iter().all(|row| row.summary.count == 3));
+    }
+}

@@ -1,0 +1,58 @@
+//! `--denoise` and its parameters.
+
+use clap::{Args, ValueEnum};
+use trisect::denoise::{Denoise, Filter};
+
+/// Whether and how to denoise.
+#[derive(Debug, Args)]
+pub struct DenoiseArgs {
+    /// Filter the image, stopping at edges of normals and depth; textures stay sharp.
+    #[arg(long, value_enum, default_value_t = DenoiseArg::Off)]
+    pub denoise: DenoiseArg,
+
+    /// Passes of the filter; each reaches twice as far as the one before.
+    #[arg(long, value_name = "N")]
+    pub denoise_levels: Option<u32>,
+
+    /// What of a difference in light is noise: in radiance (atrous), or in standard deviations of the pixel (svgf). Smaller is sharper.
+    #[arg(long, value_name = "X")]
+    pub denoise_color: Option<f32>,
+
+    /// Which angle between normals is an edge, in degrees.
+    #[arg(long, value_name = "DEGREES")]
+    pub denoise_normal: Option<f32>,
+
+    /// Which distance from a pixel's surface is an edge, as a share of its depth.
+    #[arg(long, value_name = "X")]
+    pub denoise_depth: Option<f32>,
+}
+
+/// `--denoise`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DenoiseArg {
+    /// No filter.
+    Off,
+    /// The edge-avoiding à-trous wavelet transform, with fixed stops.
+    Atrous,
+    /// The same with stops by the variance of each pixel.
+    Svgf,
+}
+
+impl DenoiseArgs {
+    /// For the library.
+    pub fn denoise(&self) -> Option<Denoise> {
+        let filter = match self.denoise {
+            DenoiseArg::Off => return None,
+            DenoiseArg::Atrous => Filter::Atrous,
+            DenoiseArg::Svgf => Filter::Svgf,
+        };
+        let default = Denoise::new(filter);
+        Some(Denoise {
+            filter,
+            levels: self.denoise_levels.unwrap_or(default.levels),
+            color: self.denoise_color.unwrap_or(default.color),
+            normal: self.denoise_normal.unwrap_or(default.normal),
+            depth: self.denoise_depth.unwrap_or(default.depth),
+        })
+    }
+}

@@ -1,0 +1,26 @@
+//! What cannot be denoised.
+
+use super::LEVELS;
+use thiserror::Error;
+
+/// Parameters that are none, or a film that cannot be denoised.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum DenoiseError {
+    /// Too few levels, or too many.
+    #[error("a filter has {} to {} levels, not {levels}", LEVELS.start(), LEVELS.end())]
+    Levels {
+        /// What was asked for.
+        levels: u32,
+    },
+    /// A negative number, or none.
+    #[error("the denoiser's {name} is {value}; it must be 0 or more (inf lets everything through)")]
+    Parameter {
+        /// Which.
+        name: &'static str,
+        /// What was asked for.
+        value: String,
+    },
+    /// A film of a render without them.
+    #[error("the film has no normals, albedos and positions; render it with Settings::guides")]
+    NoGuides,
+}

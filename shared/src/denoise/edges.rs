@@ -1,0 +1,103 @@
+//! Where a filter stops.
+
+use super::{DenoiseParams, STOPS};
+use crate::math::max;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A surface that a pixel sees. 16 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Edge {
+    /// Unit normal on the camera's side; 0 where mostly nothing is seen.
+    pub normal: Vec3,
+    /// 1 over the distance along the camera's axis; 0 where mostly nothing is seen.
+    pub depth: f32,
+}
+
+const _: () = assert!(size_of::<Edge>() == 16 && align_of::<Edge>() == 16);
+
+impl Edge {
+    /// Nothing.
+    pub const NONE: Self = Self { normal: Vec3::ZERO, depth: 0.0 };
+}
+
+/// The pinhole of a camera. 80 bytes, five rows; the fourth word of each row is unused.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct View {
+    /// In the world.
+    pub origin: Vec3,
+    /// Unused.
+    pub pad0: u32,
+    /// To the middle of the top left pixel, at distance 1 along the axis.
+    pub first: Vec3,
+    /// Unused.
+    pub pad1: u32,
+    /// One pixel to the right, there.
+    pub right: Vec3,
+    /// Unused.
+    pub pad2: u32,
+    /// One pixel down, there.
+    pub down: Vec3,
+    /// Unused.
+    pub pad3: u32,
+    /// Unit vector along the axis.
+    pub axis: Vec3,
+    /// Unused.
+    pub pad4: u32,
+}
+
+const _: () = assert!(size_of::<View>() == 80 && align_of::<View>() == 16);
+
+/// What a pixel lets through of its neighbours, but for their colours.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stops {
+    normal: Vec3,
+    /// Of the normal and of the depth.
+    factors: (f32, f32),
+    /// The tangent plane: cosine of normal and direction, its change a tap to the right and a tap down, and over the inverse depth.
+    cosine: f32,
+    across: f32,
+    along: f32,
+    distance: f32,
+}
+
+impl Stops {
+    /// Of pixel (`x`, `y`), for taps `step` pixels apart.
+    #[inline(always)]
+    pub(super) fn new(params: &DenoiseParams, edge: Edge, x: u32, y: u32, step: f32) -> Self {
+        let View { first, right, down, .. } = params.view;
+        let cosine = edge.normal.dot(first + right * x as f32 + down * y as f32);
+        Self {
+            normal: edge.normal,
+            factors: (params.normal, params.depth),
+            cosine,
+            across: edge.normal.dot(right) * step,
+            along: edge.normal.dot(down) * step,
+            distance: if edge.depth > 0.0 { cosine / edge.depth } else { 0.0 },
+        }
+    }
+
+    /// How far apart the surfaces of this pixel and of the tap (`i`, `j`) are, in units of the stops; not negative.
+    #[inline(always)]
+    pub(super) fn apart(&self, edge: Edge, i: f32, j: f32) -> f32 {
+        let turned = max(1.0 - self.normal.dot(edge.normal), 0.0);
+        let off = (self.cosine + self.across * i + self.along * j) - self.distance * edge.depth;
+        turned * self.factors.0 + off * off * self.factors.1
+    }
+}
+
+/// What passes a stop at `x`, which is not negative; less than infinity stays less.
+#[inline(always)]
+pub(super) fn passes(x: f32) -> f32 {
+    let t = max(1.0 - 0.25 * x, 0.0);
+    let t = t * t;
+    t * t
+}
+
+/// A stop's factor within [`STOPS`].
+#[inline(always)]
+pub(super) fn bounded(factor: f32) -> f32 {
+    if factor > STOPS.0 { if factor < STOPS.1 { factor } else { STOPS.1 } } else { STOPS.0 }
+}

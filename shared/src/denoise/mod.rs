@@ -1,0 +1,82 @@
+//! Edge-avoiding filters for images of few samples.
+//!
+//! [`gather`] takes what render kernels summed ([`PixelSums`](crate::film::PixelSums) and [`Guides`](crate::guides::Guides)), divides by the
+//! albedo, and finds the edges; [`estimate`] tells the variance from a pixel's neighbours where its own samples do not; each [`level`] is a
+//! pass of the à-trous wavelet transform (Dammertz et al., "Edge-Avoiding À-Trous Wavelet Transform for fast Global Illumination Filtering", HPG
+//! 2010), with fixed stops or with those of Schied et al., "Spatiotemporal Variance-Guided Filtering" (HPG 2017); [`finish`] multiplies
+//! by the albedo again.
+//!
+//! A stop lets exp(-x) of a neighbour through; here that is (1 - x/4)^4, 0 from x = 4 on: five instructions, and the same bits
+//! everywhere. Depth is kept as its inverse, which is linear in the image over a plane: so the distance of a point from the tangent plane of
+//! another, relative to its depth, takes a multiplication and two additions. Neither scale nor position of a scene matter.
+
+mod edges;
+mod gather;
+mod level;
+mod variance;
+
+pub use edges::{Edge, View};
+pub use gather::{finish, gather};
+pub use level::level;
+pub use variance::estimate;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A pixel of the image between passes: radiance over albedo. 16 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Lit {
+    /// Finite.
+    pub color: Vec3,
+    /// Of the colour, summed over its channels; [`UNKNOWN`] where there is no colour: no sample, or none that is a number.
+    pub variance: f32,
+}
+
+const _: () = assert!(size_of::<Lit>() == 16 && align_of::<Lit>() == 16);
+
+/// In place of a variance.
+pub const UNKNOWN: f32 = -1.0;
+
+impl Lit {
+    /// A pixel without a colour.
+    pub const UNKNOWN: Self = Self { color: Vec3::ZERO, variance: UNKNOWN };
+
+    /// Whether there is a colour.
+    #[inline(always)]
+    pub fn is_known(&self) -> bool {
+        self.variance >= 0.0
+    }
+}
+
+/// One launch of a pass. 112 bytes, seven rows.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct DenoiseParams {
+    /// Where the image was seen from. Bytes 0 to 79.
+    pub view: View,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Pixels between the taps of a level: 1, 2, 4, ...
+    pub step: u32,
+    /// Unused.
+    pub pad: u32,
+    /// Stop of the colour: of its squared distance; with stops by variance, times that.
+    pub color: f32,
+    /// Stop of the normal: of 1 minus the cosine.
+    pub normal: f32,
+    /// Stop of the depth: of the squared distance from the tangent plane, relative to the depth.
+    pub depth: f32,
+    /// Samples a pixel below which its variance is told from its neighbours.
+    pub trusted: u32,
+}
+
+const _: () = assert!(size_of::<DenoiseParams>() == 112 && align_of::<DenoiseParams>() == 16);
+
+/// The least and the greatest factor of a stop: neither 0 nor infinite, so that no product is NaN.
+pub const STOPS: (f32, f32) = (1e-37, 1e37);
+
+/// The least albedo that is divided by.
+pub const LEAST_ALBEDO: f32 = 1e-3;

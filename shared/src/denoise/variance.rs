@@ -1,0 +1,101 @@
+//! Variances: of a pixel's neighbourhood.
+
+use super::edges::{Stops, passes};
+use super::{DenoiseParams, Edge, Lit};
+use crate::buffer::load;
+use crate::rows::Stored;
+use glam::Vec3;
+
+/// Greatest variance that passes compute with.
+const GREATEST: f32 = 1e30;
+
+/// Of all channels; what is not a number, or too great, is the greatest.
+#[inline(always)]
+pub(super) fn total_variance(of_channel: Vec3) -> f32 {
+    let sum = positive(of_channel.x) + positive(of_channel.y) + positive(of_channel.z);
+    if sum < GREATEST { sum } else { GREATEST }
+}
+
+#[inline(always)]
+fn positive(x: f32) -> f32 {
+    if x <= 0.0 { 0.0 } else { x }
+}
+
+/// Pixels to each side of a neighbourhood (Schied et al. 2017, section 4.2).
+const REACH: i32 = 3;
+
+/// The pixel (`x`, `y`) with the variance that its neighbourhood shows, where it has fewer than `params.trusted` samples; neighbours count by
+/// how near their surface is.
+///
+/// # Safety
+///
+/// The pixel is of the image, and there is a record for each of it.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn estimate(
+    params: &DenoiseParams,
+    from: &[Stored<Lit>],
+    edges: &[Stored<Edge>],
+    samples: u32,
+    x: u32,
+    y: u32,
+) -> Lit {
+    let pixel = y * params.width + x;
+    // SAFETY: the caller's promise.
+    let (middle, edge) = unsafe { (load::<Lit>(from, pixel), load::<Edge>(edges, pixel)) };
+    if samples >= params.trusted || !middle.is_known() {
+        return middle;
+    }
+    let stops = Stops::new(params, edge, x, y, 1.0);
+    let (mut sum, mut squares, mut total) = (middle.color, middle.color * middle.color, 1.0);
+    let mut j = -REACH;
+    while j <= REACH {
+        let down = y.wrapping_add(j as u32);
+        let mut i = -REACH;
+        while i <= REACH {
+            let across = x.wrapping_add(i as u32);
+            if across < params.width && down < params.height && (i != 0 || j != 0) {
+                let tap = down * params.width + across;
+                // SAFETY: the tap is of the image.
+                let (lit, edge) = unsafe { (load::<Lit>(from, tap), load::<Edge>(edges, tap)) };
+                let weight = if lit.is_known() { passes(stops.apart(edge, i as f32, j as f32)) } else { 0.0 };
+                sum += lit.color * weight;
+                squares += lit.color * lit.color * weight;
+                total += weight;
+            }
+            i += 1;
+        }
+        j += 1;
+    }
+    let mean = sum / total;
+    Lit { variance: total_variance(squares / total - mean * mean), ..middle }
+}
+
+/// The variance around a pixel: the mean over 3 x 3 by a binomial filter, of what is known.
+///
+/// # Safety
+///
+/// As [`estimate`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub(super) unsafe fn smoothed(params: &DenoiseParams, from: &[Stored<Lit>], x: u32, y: u32) -> f32 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    macro_rules! taps {
+        ($(($i:literal, $j:literal, $weight:literal))*) => {$(
+            let (across, down) = (x.wrapping_add($i as i32 as u32), y.wrapping_add($j as i32 as u32));
+            if across < params.width && down < params.height {
+                // SAFETY: the tap is of the image.
+                let variance = unsafe { load::<Lit>(from, down * params.width + across) }.variance;
+                let weight: f32 = if variance >= 0.0 { $weight } else { 0.0 };
+                sum += variance * weight;
+                total += weight;
+            }
+        )*};
+    }
+    taps! {
+        (-1, -1, 1.0) (0, -1, 2.0) (1, -1, 1.0)
+        (-1, 0, 2.0) (0, 0, 4.0) (1, 0, 2.0)
+        (-1, 1, 1.0) (0, 1, 2.0) (1, 1, 1.0)
+    }
+    if total > 0.0 { sum / total } else { 0.0 }
+}

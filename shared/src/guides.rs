@@ -1,0 +1,121 @@
+//! What tells a denoiser where edges are, and what is no noise: normal, albedo, position and emission of what a pixel's samples meet first.
+//!
+//! A kernel with [`GUIDES`](crate::features::GUIDES) writes them as its paths come by, without a ray of their own.
+
+use crate::buffer::{Slots, load_slot, store_slot};
+use crate::bvh::NO_PRIMITIVE;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// Sums over the samples of one pixel. 64 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Guides {
+    /// Of the unit shading normals of what is hit, on the camera's side.
+    pub normal: Vec3,
+    /// Samples that hit something.
+    pub hits: u32,
+    /// Of the albedos; 0 where nothing is hit.
+    pub albedo: Vec3,
+    /// What the first of those samples hit, or [`NO_PRIMITIVE`].
+    pub primitive: u32,
+    /// Of the points that are hit.
+    pub position: Vec3,
+    /// Samples that hit nothing.
+    pub misses: u32,
+    /// Of the radiance that comes from there: of lights, and of the sky where nothing is hit.
+    pub emission: Vec3,
+    /// Unused.
+    pub pad: u32,
+}
+
+const _: () = assert!(size_of::<Guides>() == 64 && align_of::<Guides>() == 16);
+
+impl Guides {
+    /// No sample yet.
+    pub const ZERO: Self = Self {
+        normal: Vec3::ZERO,
+        hits: 0,
+        albedo: Vec3::ZERO,
+        primitive: NO_PRIMITIVE,
+        position: Vec3::ZERO,
+        misses: 0,
+        emission: Vec3::ZERO,
+        pad: 0,
+    };
+
+    /// What guides are filled with before a launch, so that a pixel that no kernel wrote shows: each byte is 0xff.
+    pub const UNWRITTEN: Self = Self {
+        normal: Vec3::splat(f32::from_bits(u32::MAX)),
+        hits: u32::MAX,
+        albedo: Vec3::splat(f32::from_bits(u32::MAX)),
+        primitive: u32::MAX,
+        position: Vec3::splat(f32::from_bits(u32::MAX)),
+        misses: u32::MAX,
+        emission: Vec3::splat(f32::from_bits(u32::MAX)),
+        pad: u32::MAX,
+    };
+
+    /// Adds a sample that hits `primitive`.
+    #[inline(always)]
+    pub fn add_hit(&mut self, primitive: u32, normal: Vec3, albedo: Vec3, position: Vec3, emission: Vec3) {
+        if self.hits == 0 {
+            self.primitive = primitive;
+        }
+        self.hits += 1;
+        self.normal += normal;
+        self.albedo += albedo;
+        self.position += position;
+        self.emission += emission;
+    }
+
+    /// Adds a sample that hits nothing but the sky.
+    #[inline(always)]
+    pub fn add_miss(&mut self, emission: Vec3) {
+        self.misses += 1;
+        self.emission += emission;
+    }
+
+    /// Of all samples.
+    #[inline(always)]
+    pub fn samples(&self) -> u32 {
+        self.hits + self.misses
+    }
+}
+
+/// Changes the guides of `pixel`.
+///
+/// # Safety
+///
+/// There are guides for this pixel.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub(crate) unsafe fn update(guides: &mut Slots<Guides>, pixel: u32, change: impl FnOnce(&mut Guides)) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let mut of_pixel = load_slot::<Guides>(guides, pixel);
+        change(&mut of_pixel);
+        store_slot(guides, pixel, of_pixel);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_hit_names_the_primitive() {
+        let mut guides = Guides::ZERO;
+        guides.add_miss(Vec3::ONE);
+        guides.add_hit(7, Vec3::Z, Vec3::splat(0.5), Vec3::X, Vec3::ZERO);
+        guides.add_hit(9, Vec3::X, Vec3::splat(0.25), Vec3::Y, Vec3::Z);
+        assert_eq!((guides.primitive, guides.hits, guides.misses, guides.samples()), (7, 2, 1, 3));
+        assert_eq!((guides.albedo, guides.emission), (Vec3::splat(0.75), Vec3::new(1.0, 1.0, 2.0)));
+        assert_eq!((guides.normal, guides.position), (Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 1.0, 0.0)));
+    }
+
+    #[test]
+    fn unwritten_is_all_ones() {
+        assert!(bytemuck::bytes_of(&Guides::UNWRITTEN).iter().all(|&b| b == 0xff));
+    }
+}

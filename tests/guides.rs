@@ -1,0 +1,112 @@
+//! Normals, albedos, positions and emission that render kernels write as their paths come by: the image does not change, and they are
+//! those of the first hits, the same on each backend.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use trisect::film::{Film, GuideTotals, Part};
+use trisect::render::{Renderer, Sampler, Schedule, Settings};
+use trisect::scene::Scene;
+use trisect_shared::bvh::NO_PRIMITIVE;
+use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::{Subject, for_each_backend, scene};
+
+/// One of each kernel with guides.
+const SCENES: [(&str, Sampler); 4] = [
+    ("rtiow_final.ron", Sampler::Independent),
+    ("cornell_box.ron", Sampler::Independent),
+    ("next_week.ron", Sampler::Sobol),
+    ("materials.ron", Sampler::Independent),
+];
+
+fn settings(scene: &Scene, sampler: Sampler, samples: u32) -> Settings {
+    Settings { width: 40, height: 30, samples, depth: 4, seed: 11, sampler, guides: true, ..scene.settings() }
+}
+
+/// The guides are written beside the film, not into it: its bits are those of a render without.
+fn the_image_does_not_change(subject: Subject) {
+    for (name, sampler) in SCENES {
+        let scene = scene(name);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let with = settings(&scene, sampler, 3);
+        let without = Settings { guides: false, ..with.clone() };
+        let (a, b) = (film(&mut renderer, &with), film(&mut renderer, &without));
+        assert_eq!((a.guides.len(), b.guides.len()), (40 * 30, 0));
+        // Another kernel: a driver's compiler may round its divisions otherwise, where Vulkan lets it.
+        let same = differing(&a, &b) == 0;
+        assert!(same || subject.name() == "wgpu", "{name}: {} pixels differ", differing(&a, &b));
+        let other = Settings { seed: 12, ..with };
+        assert!(differing(&a, &film(&mut renderer, &other)) > 0, "{name}: the comparison sees nothing");
+    }
+}
+
+/// At one sample they are what [`Renderer::first_hits`] finds, which has a kernel of its own.
+fn they_are_of_the_first_hit(subject: Subject) {
+    for name in ["rtiow_final.ron", "cornell_box.ron"] {
+        let scene = scene(name);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let settings = settings(&scene, Sampler::Independent, 1);
+        let film = film(&mut renderer, &settings);
+        let hits = renderer.first_hits(&settings, 0).unwrap();
+        let mut missed = 0;
+        for (guides, hit) in film.guides.iter().zip(&hits) {
+            let primitive = (hit.primitive != NO_PRIMITIVE).then_some(hit.primitive);
+            missed += u32::from(primitive.is_none());
+            assert_eq!((guides.primitive(), guides.hits + guides.misses), (primitive, 1), "{name}");
+            let along: f64 = (0..3).map(|c| guides.normal()[c] * f64::from(hit.normal[c])).sum();
+            let want = if primitive.is_some() { 1.0 } else { 0.0 };
+            assert!((along.abs() - want).abs() < 1e-5, "{name}: {along}");
+        }
+        // The twin: another sample hits other things.
+        let other = renderer.first_hits(&settings, 1).unwrap();
+        let differ = hits.iter().zip(&other).filter(|(a, b)| a.primitive != b.primitive).count();
+        assert!(differ > 0 && missed < hits.len() as u32, "{name}");
+    }
+}
+
+/// The same on each backend: bits on CUDA, and on Vulkan but for few pixels, whose ray meets something else there.
+fn they_are_the_cpus(subject: Subject) {
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|c| (a[c] - b[c]).abs() <= 1e-4 * (1.0 + b[c].abs()));
+    let same = |a: &GuideTotals, b: &GuideTotals| {
+        a.primitive() == b.primitive()
+            && near(a.normal(), b.normal())
+            && near(a.albedo(), b.albedo())
+            && near(a.position(), b.position())
+            && near(a.emission(), b.emission())
+    };
+    for (name, sampler) in SCENES {
+        let scene = scene(name);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let settings = settings(&scene, sampler, 2);
+        let (got, want) = (film(&mut renderer, &settings), film(&mut cpu(&scene), &settings));
+        if subject == Subject::Cuda {
+            assert_eq!(got.guides, want.guides, "{name}");
+        }
+        let count = |film: &Film| film.guides.iter().zip(&want.guides).filter(|(a, b)| !same(a, b)).count();
+        assert!(count(&got) <= 6, "{name}: {} of 1200 pixels differ", count(&got));
+        let shifted = film(&mut renderer, &Settings { seed: 12, ..settings });
+        assert!(count(&shifted) > 60, "{name}: the comparison sees nothing");
+    }
+}
+
+/// Rows, samples in parts and submissions of any size add up to the same.
+fn parts_add_up(subject: Subject) {
+    let scene = scene("cornell_box.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 12, height: 9, ..settings(&scene, Sampler::Independent, 300) };
+    let settings = Settings { schedule: Some(Schedule::Regenerate), ..settings };
+    let whole = film(&mut renderer, &settings);
+    renderer.limit_submissions(Some(1000));
+    let part = |renderer: &mut Renderer, rows, samples| {
+        renderer.render_part(&settings, &Part { rows, samples }, &mut ()).unwrap().film
+    };
+    let mut sum = part(&mut renderer, 5..9, 0..300);
+    sum.add(&part(&mut renderer, 0..5, 256..300)).unwrap();
+    assert_ne!(sum, whole, "a part is missing");
+    sum.add(&part(&mut renderer, 0..5, 0..256)).unwrap();
+    assert_eq!(sum.guides, whole.guides);
+    assert!(sum == whole);
+    let plain = Settings { guides: false, ..settings };
+    let other = film(&mut renderer, &plain);
+    assert!(sum.add(&other).is_err(), "films with and without guides were added");
+}
+
+for_each_backend!(the_image_does_not_change, they_are_of_the_first_hit, they_are_the_cpus, parts_add_up);
