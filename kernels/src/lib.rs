@@ -77,14 +77,24 @@ macro_rules! for_each_pass {
                 let samples = load::<PixelSums>(sums, pixel).samples;
                 store(to, pixel, denoise::estimate(params, from, edges, samples, x, y));
             },
-            denoise_atrous "denoise_atrous": |params, sums, guides, from, to, edges, x, y, pixel| {
-                store(to, pixel, denoise::level::<false>(params, from, edges, x, y));
-            },
-            denoise_svgf "denoise_svgf": |params, sums, guides, from, to, edges, x, y, pixel| {
-                store(to, pixel, denoise::level::<true>(params, from, edges, x, y));
-            },
             denoise_finish "denoise_finish": |params, sums, guides, from, to, edges, x, y, pixel| {
                 store(to, pixel, denoise::finish(load::<Lit>(from, pixel), load::<Guides>(guides, pixel)));
+            },
+        }
+    };
+}
+
+/// The same for the levels of the filter, with the same bindings. A thread serves [`PIXELS`](trisect_shared::denoise::PIXELS) pixels of
+/// column x; y is the number of their set.
+#[macro_export]
+macro_rules! for_each_level {
+    ($level:ident) => {
+        $level! {
+            denoise_atrous "denoise_atrous": |params, sums, guides, from, to, edges, x, row| {
+                denoise::levels::<false>(params, from, edges, to, x, row);
+            },
+            denoise_svgf "denoise_svgf": |params, sums, guides, from, to, edges, x, row| {
+                denoise::levels::<true>(params, from, edges, to, x, row);
             },
         }
     };

@@ -11,7 +11,7 @@ pub const PTX_PRECISE: &str = include_str!("../prebuilt/trisect.precise.ptx");
 /// PTX with fused multiply-add and approximate division and square root.
 pub const PTX_FAST: &str = include_str!("../prebuilt/trisect.fast.ptx");
 
-/// Threads of a work group, across and down.
+/// Threads of a work group, across and down, but of the [`LEVELS`] of the denoiser.
 pub const WORKGROUP: (u32, u32) = (8, 8);
 
 /// The entry point that writes first hits.
@@ -54,7 +54,7 @@ for_each_variant!(table);
 
 macro_rules! passes {
     ($($name:ident $text:tt: |$($argument:ident),*| $body:block,)*) => {
-        /// The passes of the denoiser.
+        /// The passes of the denoiser that a thread a pixel makes.
         pub const PASSES: &[&str] = &[$($text,)*];
 
         fn spirv_of_pass(entry_point: &str) -> Option<&'static [u8]> {
@@ -68,9 +68,31 @@ macro_rules! passes {
 
 for_each_pass!(passes);
 
+macro_rules! levels {
+    ($($name:ident $text:tt: |$($argument:ident),*| $body:block,)*) => {
+        /// The levels of its filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS) pixels.
+        pub const LEVELS: &[&str] = &[$($text,)*];
+
+        fn spirv_of_level(entry_point: &str) -> Option<&'static [u8]> {
+            match entry_point {
+                $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+for_each_level!(levels);
+
+/// Threads of a work group of an entry point, across and down.
+pub fn workgroup(entry_point: &str) -> (u32, u32) {
+    if LEVELS.contains(&entry_point) { (64, 1) } else { WORKGROUP }
+}
+
 /// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
-    spirv_of_variant(entry_point).or_else(|| spirv_of_pass(entry_point))
+    let pass = || spirv_of_pass(entry_point).or_else(|| spirv_of_level(entry_point));
+    spirv_of_variant(entry_point).or_else(pass)
 }
 
 /// The first, that is the cheapest, variant that can do all of `features`, by just their method.
@@ -90,7 +112,7 @@ mod tests {
 
     #[test]
     fn each_variant_is_in_each_artifact() {
-        for name in VARIANTS.iter().map(|v| v.name).chain([FIRST_HIT]).chain(PASSES.iter().copied()) {
+        for name in VARIANTS.iter().map(|v| v.name).chain([FIRST_HIT]).chain([PASSES, LEVELS].concat()) {
             let module = spirv(name).expect(name);
             // OpEntryPoint, GLCompute, its function's id, its name.
             let entry_points: Vec<_> = module

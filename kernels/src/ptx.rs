@@ -139,8 +139,9 @@ entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _carries, _
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
 });
 
-macro_rules! passes {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+/// A pass of the denoiser.
+macro_rules! pass {
+    ($name:ident: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
         /// A pass of the denoiser.
         ///
         /// # Safety
@@ -158,12 +159,11 @@ macro_rules! passes {
         ) {
             let $params = &params;
             let ($x, $y) = thread();
-            if $x >= params.width || $y >= params.height {
+            if $x >= params.width {
                 return;
             }
-            let $pixel = $y * params.width + $x;
             let pixels = params.width as usize * params.height as usize;
-            // SAFETY: the caller's promise, and the guard.
+            // SAFETY: the caller's promise, and the guards.
             unsafe {
                 let ($sums, $guides) = (from_raw_parts(sums, pixels), from_raw_parts(guides, pixels));
                 let ($from, $to) = (from_raw_parts(from, pixels), from_raw_parts_mut(to, pixels));
@@ -171,7 +171,26 @@ macro_rules! passes {
                 $body
             }
         }
+    };
+}
+
+macro_rules! passes {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        pass!($name: |$params, $sums, $guides, $from, $to, $edges, $x, $y| {
+            if $y < $params.height {
+                let $pixel = $y * $params.width + $x;
+                $body
+            }
+        });
     )*};
 }
 
 for_each_pass!(passes);
+
+macro_rules! levels {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {$(
+        pass!($name: |$params, $sums, $guides, $from, $to, $edges, $x, $row| $body);
+    )*};
+}
+
+for_each_level!(levels);

@@ -95,11 +95,17 @@ entry_point! {
     }
 }
 
-macro_rules! passes {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+/// A pass of the denoiser by work groups of `$threads`.
+macro_rules! pass {
+    ($threads:tt, $name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
         /// A pass of the denoiser.
-        #[spirv(compute(threads(8, 8), entry_point_name = $text))]
-        #[allow(clippy::too_many_arguments, unused_variables, unsafe_code, reason = "a binding each; see buffer")]
+        #[spirv(compute(threads $threads, entry_point_name = $text))]
+        #[allow(
+            clippy::too_many_arguments,
+            unused_variables,
+            unsafe_code,
+            reason = "a binding each; see buffer"
+        )]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DenoiseParams,
@@ -110,13 +116,31 @@ macro_rules! passes {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $edges: &mut [Stored<Edge>],
         ) {
             let ($x, $y) = (id.x, id.y);
-            if $x < $params.width && $y < $params.height {
-                let $pixel = $y * $params.width + $x;
-                // SAFETY: the guard, and the host's buffers of width * height records.
+            if $x < $params.width {
+                // SAFETY: the guards, and the host's buffers of width * height records.
                 unsafe { $body }
             }
         }
+    };
+}
+
+macro_rules! passes {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        pass!((8, 8), $name $text: |$params, $sums, $guides, $from, $to, $edges, $x, $y| {
+            if $y < $params.height {
+                let $pixel = $y * $params.width + $x;
+                $body
+            }
+        });
     )*};
 }
 
 for_each_pass!(passes);
+
+macro_rules! levels {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {$(
+        pass!((64, 1), $name $text: |$params, $sums, $guides, $from, $to, $edges, $x, $row| $body);
+    )*};
+}
+
+for_each_level!(levels);

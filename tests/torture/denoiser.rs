@@ -31,8 +31,9 @@ impl Wall {
         Self { width, height, albedo: Vec3::splat(0.5), radiance }
     }
 
-    fn settings(&self, renderer_of: &trisect::scene::Scene) -> Settings {
-        Settings { width: self.width, height: self.height, samples: 1, ..renderer_of.settings() }
+    fn settings(&self) -> Settings {
+        let scene = scene("three_spheres.ron");
+        Settings { width: self.width, height: self.height, samples: 1, ..scene.settings() }
     }
 
     fn film(&self, renderer: &Renderer, settings: &Settings) -> Film {
@@ -64,15 +65,18 @@ impl Wall {
         film
     }
 
-    fn denoised(&self, subject: Subject, denoise: &Denoise) -> Option<Image> {
-        let scene = scene("three_spheres.ron");
-        let mut renderer = subject.renderer(&scene)?;
-        let settings = self.settings(&scene);
-        let film = self.film(&renderer, &settings);
+    fn denoised(&self, renderer: &mut Renderer, denoise: &Denoise) -> Image {
+        let settings = self.settings();
+        let film = self.film(renderer, &settings);
         let image = renderer.denoise(&film, &settings, denoise).unwrap().0;
         assert_eq!((image.width, image.height), (self.width, self.height));
-        Some(image)
+        image
     }
+}
+
+/// One for a whole test: a driver may tire of opening its device.
+fn open(subject: Subject) -> Option<Renderer> {
+    subject.renderer(&scene("three_spheres.ron"))
 }
 
 /// Random light between 0 and 2.
@@ -84,11 +88,12 @@ fn noise(pixel: u32) -> Vec3 {
 /// A constant image comes out with the bits of its one-pixel self, whatever its size.
 fn t37_constant_image(subject: Subject) {
     let light = |_| Vec3::new(0.7, 0.1, 3.3);
+    let Some(renderer) = &mut open(subject) else { return };
     let sizes = [(1, 1), (1, 9), (9, 1), (2, 2), (3, 3), (5, 4), (33, 17)];
     for denoise in FILTERS {
-        let Some(one) = Wall::new(1, 1, light).denoised(subject, &denoise) else { return };
+        let one = Wall::new(1, 1, light).denoised(renderer, &denoise);
         for (width, height) in sizes {
-            let image = Wall::new(width, height, light).denoised(subject, &denoise).unwrap();
+            let image = Wall::new(width, height, light).denoised(renderer, &denoise);
             assert!(image.pixels.iter().all(|&pixel| pixel == one.pixels[0]), "{denoise:?} {width}x{height}");
         }
         // Back from the division by the albedo: two roundings.
@@ -97,7 +102,7 @@ fn t37_constant_image(subject: Subject) {
     }
     // The twin: one pixel a hundredth brighter shows in its neighbours.
     let spot = |pixel| light(pixel) * if pixel == 40 { 1.01 } else { 1.0 };
-    let image = Wall::new(9, 9, spot).denoised(subject, &FILTERS[0]).unwrap();
+    let image = Wall::new(9, 9, spot).denoised(renderer, &FILTERS[0]);
     assert_ne!(image.pixels[41], image.pixels[0], "a filter that does nothing");
     report(
         37,
@@ -133,17 +138,18 @@ fn blurred(wall: &Wall, levels: u32) -> Vec<[f64; 3]> {
 
 /// Stops at 0 leave the image as it is, infinite ones leave the B3 spline alone.
 fn t38_stops(subject: Subject) {
+    let Some(renderer) = &mut open(subject) else { return };
     let wall = Wall::new(41, 29, noise);
     let mut worst = 0.0f64;
     for denoise in FILTERS {
         let shut = Denoise { color: 0.0, normal: 0.0, depth: 0.0, ..denoise };
-        let Some(same) = wall.denoised(subject, &shut) else { return };
+        let same = wall.denoised(renderer, &shut);
         let off = |(a, b): (&[f32; 3], &Vec3)| (Vec3::from(*a) - *b).abs().max_element();
         let change = same.pixels.iter().zip(&wall.radiance).map(off).fold(0.0, f32::max);
         assert!(change <= 4.0 * f32::EPSILON, "{denoise:?}: sigma 0 changes by {change}");
 
         let open = Denoise { color: f32::INFINITY, normal: f32::INFINITY, depth: f32::INFINITY, ..denoise };
-        let open = wall.denoised(subject, &open).unwrap();
+        let open = wall.denoised(renderer, &open);
         let want = blurred(&wall, denoise.levels);
         for (got, want) in open.pixels.iter().zip(&want) {
             (0..3).for_each(|c| worst = worst.max((f64::from(got[c]) - want[c]).abs()));
@@ -162,6 +168,7 @@ fn t38_stops(subject: Subject) {
 /// A pixel without a number, one of 1e30, and a black albedo stay what they are or vanish.
 fn t39_what_is_no_light(subject: Subject) {
     const AT: u32 = 20 * 41 + 17;
+    let Some(renderer) = &mut open(subject) else { return };
     let distant = |pixel: u32| {
         let (x, y) = (pixel % 41, pixel / 41);
         x.abs_diff(17) > 2 || y.abs_diff(20) > 2
@@ -171,20 +178,17 @@ fn t39_what_is_no_light(subject: Subject) {
         for value in [f32::NAN, f32::INFINITY] {
             let hole = |pixel| if pixel == AT { Vec3::splat(value) } else { calm(pixel) };
             let wall = Wall::new(41, 31, hole);
-            let Some(image) = wall.denoised(subject, &denoise) else { return };
+            let image = wall.denoised(renderer, &denoise);
             // The hole is filled from its neighbours, and the rest does not know of it.
             for pixel in image.pixels.iter().flatten() {
                 assert!((0.49..0.53).contains(pixel), "{denoise:?} {value}: {pixel}");
             }
             // The twin: the film has it.
-            let scene = scene("three_spheres.ron");
-            let settings = wall.settings(&scene);
-            let film = wall.film(&subject.renderer(&scene).unwrap(), &settings);
-            let raw = film.image().pixels;
+            let raw = wall.film(renderer, &wall.settings()).image().pixels;
             assert!(!raw[AT as usize][0].is_finite() && raw[0][0].is_finite());
         }
         let firefly = |pixel| if pixel == AT { Vec3::splat(1e30) } else { calm(pixel) };
-        let image = Wall::new(41, 31, firefly).denoised(subject, &denoise).unwrap();
+        let image = Wall::new(41, 31, firefly).denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|value| value.is_finite()), "{denoise:?}: firefly");
         if denoise.filter == Filter::Atrous {
             let others = (0..).zip(&image.pixels).filter(|(pixel, _)| *pixel != AT && distant(*pixel));
@@ -192,15 +196,15 @@ fn t39_what_is_no_light(subject: Subject) {
         }
         // Black albedo: what it reflects is nothing, and stays so, without a division by 0.
         let black = Wall { albedo: Vec3::ZERO, ..Wall::new(41, 31, |_| Vec3::ZERO) };
-        let image = black.denoised(subject, &denoise).unwrap();
+        let image = black.denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|&value| value == 0.0), "{denoise:?}: black");
         // Light on it nevertheless, as of a rounding: finite.
         let lit = Wall { albedo: Vec3::ZERO, ..Wall::new(41, 31, calm) };
-        let image = lit.denoised(subject, &denoise).unwrap();
+        let image = lit.denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|value| (0.4..0.6).contains(value)), "{denoise:?}: dark");
         // No film at all.
         let nothing = Wall::new(5, 4, |_| Vec3::NAN);
-        let image = nothing.denoised(subject, &denoise).unwrap();
+        let image = nothing.denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|value| value.is_nan()), "{denoise:?}: invented");
     }
     let figure = "NaN and infinity are filled in and do not spread, 1e30 stays finite, black stays black";

@@ -10,8 +10,9 @@ use crate::image::Image;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::RangeInclusive;
+use trisect_kernels::workgroup;
 use trisect_shared::camera::Camera;
-use trisect_shared::denoise::{DenoiseParams, Lit, STOPS};
+use trisect_shared::denoise::{DenoiseParams, Lit, PIXELS, STOPS};
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 
@@ -28,8 +29,8 @@ pub enum Filter {
     Svgf,
 }
 
-/// A filter and its parameters. A stop lets exp(-1) of a neighbour through that is as different as the parameter says; 0 lets only what is
-/// equal through, infinity everything.
+/// A filter and its parameters. A stop lets a quarter of a neighbour through that is as different as the parameter says, and nothing beyond 1.4
+/// times that; 0 lets only what is equal through, infinity everything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Denoise {
     /// Which.
@@ -80,7 +81,7 @@ impl Denoise {
             pad: 0,
             color: stop(f64::from(self.color).powi(2)),
             normal: stop(if self.normal.is_finite() { 1.0 - cosine } else { f64::INFINITY }),
-            depth: stop(f64::from(self.depth).powi(2)),
+            depth: stop(f64::from(self.depth).powi(2)).sqrt(),
             trusted: TRUSTED,
         };
         let mut passes = vec![Pass { kernel: Kernel::Gather, params, from: 1, to: 0 }];
@@ -108,9 +109,9 @@ impl Denoise {
 /// Samples from which on a pixel's own variance is used, as in SVGF.
 const TRUSTED: u32 = 4;
 
-/// The factor of a stop: 1 over what lets exp(-1) through.
+/// Half the factor of a stop: 1 over what counts as 1.
 fn stop(through: f64) -> f32 {
-    ((1.0 / through) as f32).clamp(STOPS.0, STOPS.1)
+    ((0.5 / through) as f32).clamp(STOPS.0, STOPS.1)
 }
 
 /// A kernel of the denoiser.
@@ -160,6 +161,21 @@ pub struct Pass {
     pub from: usize,
     /// The other.
     pub to: usize,
+}
+
+impl Pass {
+    /// Threads across and down.
+    pub fn threads(&self) -> (u32, u32) {
+        let DenoiseParams { width, height, step, .. } = self.params;
+        let rows = if self.kernel.is_level() { height.div_ceil(PIXELS * step) * step } else { height };
+        (width, rows)
+    }
+
+    /// Work groups across and down.
+    pub fn groups(&self) -> (u32, u32) {
+        let (threads, group) = (self.threads(), workgroup(self.kernel.name()));
+        (threads.0.div_ceil(group.0), threads.1.div_ceil(group.1))
+    }
 }
 
 /// A film's sums as kernels write them, but of all its chunks.

@@ -50,12 +50,12 @@ pub struct View {
 
 const _: () = assert!(size_of::<View>() == 80 && align_of::<View>() == 16);
 
-/// What a pixel lets through of its neighbours, but for their colours.
+/// What a pixel lets through of its neighbours, but for their colours. Factors are multiplied in: all is in units of the stops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stops {
     normal: Vec3,
-    /// Of the normal and of the depth.
-    factors: (f32, f32),
+    /// Of the normal alone.
+    turned: f32,
     /// The tangent plane: cosine of normal and direction, its change a tap to the right and a tap down, and over the inverse depth.
     cosine: f32,
     across: f32,
@@ -68,31 +68,35 @@ impl Stops {
     #[inline(always)]
     pub(super) fn new(params: &DenoiseParams, edge: Edge, x: u32, y: u32, step: f32) -> Self {
         let View { first, right, down, .. } = params.view;
-        let cosine = edge.normal.dot(first + right * x as f32 + down * y as f32);
+        let cosine = edge.normal.dot(first + right * x as f32 + down * y as f32) * params.depth;
+        let by = params.depth * step;
         Self {
-            normal: edge.normal,
-            factors: (params.normal, params.depth),
+            normal: edge.normal * params.normal,
+            turned: params.normal,
             cosine,
-            across: edge.normal.dot(right) * step,
-            along: edge.normal.dot(down) * step,
+            across: edge.normal.dot(right) * by,
+            along: edge.normal.dot(down) * by,
             distance: if edge.depth > 0.0 { cosine / edge.depth } else { 0.0 },
         }
     }
 
-    /// How far apart the surfaces of this pixel and of the tap (`i`, `j`) are, in units of the stops; not negative.
+    /// What is left of `open` behind the stops between the surfaces of this pixel and of the tap (`i`, `j`).
     #[inline(always)]
-    pub(super) fn apart(&self, edge: Edge, i: f32, j: f32) -> f32 {
-        let turned = max(1.0 - self.normal.dot(edge.normal), 0.0);
+    pub(super) fn leave(&self, open: f32, edge: Edge, i: f32, j: f32) -> f32 {
+        let turned = max(self.turned - self.normal.dot(edge.normal), 0.0);
         let off = (self.cosine + self.across * i + self.along * j) - self.distance * edge.depth;
-        turned * self.factors.0 + off * off * self.factors.1
+        open - turned - off * off
     }
 }
 
-/// What passes a stop at `x`, which is not negative; less than infinity stays less.
+/// What stops begin with: for a pixel that has a colour, and for none.
+pub(super) const OPEN: f32 = 1.0;
+pub(super) const SHUT: f32 = -3e38;
+
+/// The weight of what stops have left: Tukey's biweight.
 #[inline(always)]
-pub(super) fn passes(x: f32) -> f32 {
-    let t = max(1.0 - 0.25 * x, 0.0);
-    let t = t * t;
+pub(super) fn weight(left: f32) -> f32 {
+    let t = max(left, 0.0);
     t * t
 }
 

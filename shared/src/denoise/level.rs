@@ -1,9 +1,9 @@
 //! One level of the wavelet transform.
 
-use super::edges::{Stops, bounded, passes};
+use super::edges::{OPEN, SHUT, Stops, bounded, weight};
 use super::variance::smoothed;
 use super::{DenoiseParams, Edge, Lit, STOPS};
-use crate::buffer::load;
+use crate::buffer::{load, store};
 use crate::rows::Stored;
 use glam::Vec3;
 
@@ -13,8 +13,15 @@ const LEAST_VARIANCE: f32 = 1e-10;
 /// The B3 spline's coefficients at 0, 1 and 2.
 const B3: [f32; 3] = [0.375, 0.25, 0.0625];
 
-/// Sums over the taps.
+/// Pixels that a thread of a device serves, below each other on the level's lattice: they share most of their taps.
+pub const PIXELS: u32 = 4;
+
+/// A pixel and the sums over its taps.
 struct Sums {
+    middle: Lit,
+    stops: Stops,
+    /// Stop of the colour.
+    color: f32,
     /// Of weights times differences from the middle: a constant image comes out as it was.
     difference: Vec3,
     /// Of squared weights times variances.
@@ -23,7 +30,143 @@ struct Sums {
     weight: f32,
 }
 
-/// The pixel (`x`, `y`) of the next level. With `BY_VARIANCE` the stop of the colour is relative to the variance around the pixel.
+impl Sums {
+    /// Of pixel (`x`, `y`), with its own weight alone.
+    ///
+    /// # Safety
+    ///
+    /// As [`level`].
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    unsafe fn new<const BY_VARIANCE: bool>(
+        params: &DenoiseParams,
+        from: &[Stored<Lit>],
+        edges: &[Stored<Edge>],
+        x: u32,
+        y: u32,
+    ) -> Self {
+        let pixel = y * params.width + x;
+        // SAFETY: the caller's promise.
+        let (middle, edge) = unsafe { (load::<Lit>(from, pixel), load::<Edge>(edges, pixel)) };
+        let mut color = params.color;
+        if const { BY_VARIANCE } {
+            // SAFETY: the caller's promise.
+            let variance = unsafe { smoothed(params, from, x, y) };
+            color = bounded(color / (variance + LEAST_VARIANCE));
+        }
+        let known = middle.is_known();
+        if !known {
+            color = STOPS.0;
+        }
+        let own = if known { B3[0] * B3[0] } else { 0.0 };
+        Self {
+            middle,
+            stops: Stops::new(params, edge, x, y, params.step as f32),
+            color,
+            difference: Vec3::ZERO,
+            variance: own * own * middle.variance,
+            weight: own,
+        }
+    }
+
+    /// Adds the tap `J` down in a column of taps; the middle is there already.
+    #[inline(always)]
+    fn add<const BY_VARIANCE: bool, const J: i32>(&mut self, column: &Column, tap: Tap) {
+        let difference = tap.lit.color - self.middle.color;
+        let open = if const { J == 0 } && column.of_middle { SHUT } else { tap.open };
+        let left = self.stops.leave(open, tap.edge, column.place, J as f32);
+        let kernel = column.kernel[const { J.unsigned_abs() as usize }];
+        let weight = kernel * weight(left - difference.dot(difference) * self.color);
+        self.difference += difference * weight;
+        self.weight += weight;
+        if const { BY_VARIANCE } {
+            self.variance += weight * weight * tap.lit.variance;
+        }
+    }
+
+    /// The pixel of the next level.
+    #[inline(always)]
+    fn mean<const BY_VARIANCE: bool>(&self) -> Lit {
+        if self.weight <= 0.0 {
+            return Lit::UNKNOWN;
+        }
+        let by = 1.0 / self.weight;
+        let variance = if const { BY_VARIANCE } { self.variance * (by * by) } else { 0.0 };
+        Lit { color: self.middle.color + self.difference * by, variance }
+    }
+}
+
+/// Taps below each other.
+struct Column {
+    /// Taps to the right of the middle.
+    place: f32,
+    of_middle: bool,
+    /// The spline at 0, 1 and 2 taps down.
+    kernel: [f32; 3],
+    /// The pixels' x, and whether the image has it.
+    x: (u32, bool),
+}
+
+impl Column {
+    /// The one `i` taps to the right of `x`.
+    #[inline(always)]
+    fn new(params: &DenoiseParams, x: u32, i: i32) -> Self {
+        let of_middle = i == 0;
+        let b3 = if of_middle {
+            B3[0]
+        } else if i * i == 1 {
+            B3[1]
+        } else {
+            B3[2]
+        };
+        let across = x.wrapping_add((i * params.step as i32) as u32);
+        Self {
+            place: i as f32,
+            of_middle,
+            kernel: [b3 * B3[0], b3 * B3[1], b3 * B3[2]],
+            x: within(across, params.width, x),
+        }
+    }
+}
+
+/// A neighbour.
+#[derive(Clone, Copy)]
+struct Tap {
+    lit: Lit,
+    edge: Edge,
+    /// What its stops begin with.
+    open: f32,
+}
+
+/// A coordinate of a tap, and whether the image has it; if not, `other`, which it has. One below 0 is as large as one beyond the end.
+#[inline(always)]
+fn within(coordinate: u32, end: u32, other: u32) -> (u32, bool) {
+    let inside = coordinate < end;
+    (if inside { coordinate } else { other }, inside)
+}
+
+/// The tap at pixel `x` of `y`, both with whether the image has it. Without branches: they would keep lanes apart, and values from
+/// being added up at once.
+///
+/// # Safety
+///
+/// The pixel is of the image, and there is a record for each of it.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn tap(
+    width: u32,
+    from: &[Stored<Lit>],
+    edges: &[Stored<Edge>],
+    (x, inside): (u32, bool),
+    (y, below): (u32, bool),
+) -> Tap {
+    let pixel = y * width + x;
+    // SAFETY: the caller's promise.
+    let (lit, edge) = unsafe { (load::<Lit>(from, pixel), load::<Edge>(edges, pixel)) };
+    Tap { lit, edge, open: if inside & below & lit.is_known() { OPEN } else { SHUT } }
+}
+
+/// Pixel (`x`, `y`) of the next level. With `BY_VARIANCE` the stop of the colour is relative to the variance around the pixel.
 ///
 /// A pixel without a colour gets that of its neighbours, and none gets anything of it.
 ///
@@ -39,55 +182,86 @@ pub unsafe fn level<const BY_VARIANCE: bool>(
     x: u32,
     y: u32,
 ) -> Lit {
-    let pixel = y * params.width + x;
     // SAFETY: the caller's promise.
-    let (middle, edge) = unsafe { (load::<Lit>(from, pixel), load::<Edge>(edges, pixel)) };
-    let mut color = params.color;
-    if const { BY_VARIANCE } {
-        // SAFETY: the caller's promise.
-        let variance = unsafe { smoothed(params, from, x, y) };
-        color = bounded(color / (variance + LEAST_VARIANCE));
+    let mut sums = unsafe { Sums::new::<BY_VARIANCE>(params, from, edges, x, y) };
+    // One column after the other: all taps at once would take more registers than there are.
+    let mut i = -2;
+    while i <= 2 {
+        let column = Column::new(params, x, i);
+        macro_rules! rows {
+            ($($j:literal)*) => {$(
+                let down = within(y.wrapping_add(($j * params.step as i32) as u32), params.height, y);
+                // SAFETY: the caller's promise, and `within`.
+                let one = unsafe { tap(params.width, from, edges, column.x, down) };
+                sums.add::<BY_VARIANCE, $j>(&column, one);
+            )*};
+        }
+        rows!(-2 -1 0 1 2);
+        i += 1;
     }
-    let known = middle.is_known();
-    if !known {
-        color = STOPS.0;
+    sums.mean::<BY_VARIANCE>()
+}
+
+/// What [`level`] does, with the same bits, for [`PIXELS`] pixels in column `x`, `params.step` apart: the `row`-th such set of the image.
+///
+/// # Safety
+///
+/// The column is of the image, and there is a record for each of its pixels.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn levels<const BY_VARIANCE: bool>(
+    params: &DenoiseParams,
+    from: &[Stored<Lit>],
+    edges: &[Stored<Edge>],
+    to: &mut [Stored<Lit>],
+    x: u32,
+    row: u32,
+) {
+    let step = params.step.max(1); // no division by 0, which would be a panic
+    let y = row / step * (PIXELS * step) + row % step;
+    if y >= params.height {
+        return;
     }
-    let stops = Stops::new(params, edge, x, y, params.step as f32);
-    let own = if known { B3[0] * B3[0] } else { 0.0 };
-    let mut sums = Sums { difference: Vec3::ZERO, variance: own * own * middle.variance, weight: own };
-    macro_rules! taps {
-        ($(($i:literal, $j:literal))*) => {$(
-            let (i, j): (i32, i32) = ($i, $j);
-            // Beyond an edge of the image the coordinate is as large as none is.
-            let across = x.wrapping_add((i * params.step as i32) as u32);
-            let down = y.wrapping_add((j * params.step as i32) as u32);
-            if across < params.width && down < params.height {
-                let tap = down * params.width + across;
-                // SAFETY: the tap is of the image.
-                let (lit, edge) = unsafe { (load::<Lit>(from, tap), load::<Edge>(edges, tap)) };
-                let difference = lit.color - middle.color;
-                let x = difference.dot(difference) * color + stops.apart(edge, i as f32, j as f32);
-                let kernel = const { B3[($i as i32).unsigned_abs() as usize] * B3[($j as i32).unsigned_abs() as usize] };
-                let weight = if lit.is_known() { kernel * passes(x) } else { 0.0 };
-                sums.difference += difference * weight;
-                sums.weight += weight;
-                if const { BY_VARIANCE } {
-                    sums.variance += weight * weight * lit.variance;
-                }
+    // Those beyond the image are computed as its last row and not written.
+    let last = params.height - 1;
+    macro_rules! of {
+        ($k:literal) => {{
+            let y = y + $k * step;
+            // SAFETY: the row is of the image.
+            unsafe { Sums::new::<BY_VARIANCE>(params, from, edges, x, if y < last { y } else { last }) }
+        }};
+    }
+    let (mut a, mut b, mut c, mut d) = (of!(0), of!(1), of!(2), of!(3));
+    let mut i = -2;
+    while i <= 2 {
+        let column = Column::new(params, x, i);
+        macro_rules! rows {
+            ($($r:literal: $($sums:ident $j:literal),*;)*) => {$(
+                let down = within(y.wrapping_add(($r * step as i32) as u32), params.height, y);
+                // SAFETY: the caller's promise, and `within`.
+                let one = unsafe { tap(params.width, from, edges, column.x, down) };
+                $($sums.add::<BY_VARIANCE, $j>(&column, one);)*
+            )*};
+        }
+        rows! {
+            -2: a -2;
+            -1: a -1, b -2;
+            0: a 0, b -1, c -2;
+            1: a 1, b 0, c -1, d -2;
+            2: a 2, b 1, c 0, d -1;
+            3: b 2, c 1, d 0;
+            4: c 2, d 1;
+            5: d 2;
+        }
+        i += 1;
+    }
+    macro_rules! write {
+        ($($k:literal $sums:ident),*) => {$(
+            if y + $k * step < params.height {
+                // SAFETY: the pixel is of the image.
+                unsafe { store(to, (y + $k * step) * params.width + x, $sums.mean::<BY_VARIANCE>()) };
             }
         )*};
     }
-    taps! {
-        (-2, -2) (-1, -2) (0, -2) (1, -2) (2, -2)
-        (-2, -1) (-1, -1) (0, -1) (1, -1) (2, -1)
-        (-2, 0) (-1, 0) (1, 0) (2, 0)
-        (-2, 1) (-1, 1) (0, 1) (1, 1) (2, 1)
-        (-2, 2) (-1, 2) (0, 2) (1, 2) (2, 2)
-    }
-    if sums.weight <= 0.0 {
-        return Lit::UNKNOWN;
-    }
-    let by = 1.0 / sums.weight;
-    let variance = if const { BY_VARIANCE } { sums.variance * (by * by) } else { 0.0 };
-    Lit { color: middle.color + sums.difference * by, variance }
+    write!(0 a, 1 b, 2 c, 3 d);
 }

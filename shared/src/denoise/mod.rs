@@ -6,8 +6,9 @@
 //! 2010), with fixed stops or with those of Schied et al., "Spatiotemporal Variance-Guided Filtering" (HPG 2017); [`finish`] multiplies
 //! by the albedo again.
 //!
-//! A stop lets exp(-x) of a neighbour through; here that is (1 - x/4)^4, 0 from x = 4 on: five instructions, and the same bits
-//! everywhere. Depth is kept as its inverse, which is linear in the image over a plane: so the distance of a point from the tangent plane of
+//! Stops let (1 - x/2)² of a neighbour through, and nothing from x = 2 on, where x is the sum of their squared distances: Tukey's biweight (Black
+//! et al., "Robust Anisotropic Diffusion", IEEE Transactions on Image Processing 7(3), 1998) in place of both papers' exponential, for
+//! which it takes a few operations that round the same everywhere. Depth is kept as its inverse, which is linear in the image over a plane: so the distance of a point from the tangent plane of
 //! another, relative to its depth, takes a multiplication and two additions. Neither scale nor position of a scene matter.
 
 mod edges;
@@ -17,7 +18,7 @@ mod variance;
 
 pub use edges::{Edge, View};
 pub use gather::{finish, gather};
-pub use level::level;
+pub use level::{PIXELS, level, levels};
 pub use variance::estimate;
 
 use bytemuck::{Pod, Zeroable};
@@ -63,11 +64,11 @@ pub struct DenoiseParams {
     pub step: u32,
     /// Unused.
     pub pad: u32,
-    /// Stop of the colour: of its squared distance; with stops by variance, times that.
+    /// Half the factor of its squared distance; with stops by variance, times that.
     pub color: f32,
-    /// Stop of the normal: of 1 minus the cosine.
+    /// Half the factor of 1 minus the cosine of two normals.
     pub normal: f32,
-    /// Stop of the depth: of the squared distance from the tangent plane, relative to the depth.
+    /// Root of half the factor of the squared distance from the tangent plane, relative to the depth.
     pub depth: f32,
     /// Samples a pixel below which its variance is told from its neighbours.
     pub trusted: u32,
@@ -76,7 +77,7 @@ pub struct DenoiseParams {
 const _: () = assert!(size_of::<DenoiseParams>() == 112 && align_of::<DenoiseParams>() == 16);
 
 /// The least and the greatest factor of a stop: neither 0 nor infinite, so that no product is NaN.
-pub const STOPS: (f32, f32) = (1e-37, 1e37);
+pub const STOPS: (f32, f32) = (1e-36, 1e36);
 
 /// The least albedo that is divided by.
 pub const LEAST_ALBEDO: f32 = 1e-3;

@@ -1,6 +1,6 @@
 //! Variances: of a pixel's neighbourhood.
 
-use super::edges::{Stops, passes};
+use super::edges::{OPEN, Stops, weight};
 use super::{DenoiseParams, Edge, Lit};
 use crate::buffer::load;
 use crate::rows::Stored;
@@ -58,7 +58,8 @@ pub unsafe fn estimate(
                 let tap = down * params.width + across;
                 // SAFETY: the tap is of the image.
                 let (lit, edge) = unsafe { (load::<Lit>(from, tap), load::<Edge>(edges, tap)) };
-                let weight = if lit.is_known() { passes(stops.apart(edge, i as f32, j as f32)) } else { 0.0 };
+                let left = stops.leave(OPEN, edge, i as f32, j as f32);
+                let weight = if lit.is_known() { weight(left) } else { 0.0 };
                 sum += lit.color * weight;
                 squares += lit.color * lit.color * weight;
                 total += weight;

@@ -6,7 +6,7 @@ use crate::backend::BackendError;
 use crate::denoise::Pass;
 use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, DeviceRepr, LaunchConfig, PushKernelArg};
 use std::time::Duration;
-use trisect_kernels::WORKGROUP;
+use trisect_kernels::workgroup;
 use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
 
 /// The images between passes.
@@ -50,10 +50,10 @@ impl Cuda {
         start(0)?;
         for (index, (pass, kernel)) in passes.iter().zip(&kernels).enumerate() {
             let params = Argument(pass.params);
-            let grid = (pass.params.width.div_ceil(WORKGROUP.0), pass.params.height.div_ceil(WORKGROUP.1), 1);
+            let (groups, threads) = (pass.groups(), workgroup(pass.kernel.name()));
             let config = LaunchConfig {
-                grid_dim: grid,
-                block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
+                grid_dim: (groups.0, groups.1, 1),
+                block_dim: (threads.0, threads.1, 1),
                 shared_mem_bytes: 0,
             };
             let [first, second] = &mut images.lit;

@@ -7,7 +7,6 @@ use crate::backend::BackendError;
 use crate::denoise::{LEVELS, Pass};
 use crate::render::MathMode;
 use std::time::{Duration, Instant};
-use trisect_kernels::WORKGROUP;
 use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
 use wgpu::{Buffer, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor, QueryType};
 
@@ -107,8 +106,8 @@ impl Denoiser {
             });
             recorder.set_pipeline(self.pipelines.get(name, math)?);
             recorder.set_bind_group(0, &group, &[]);
-            let (across, down) = (pass.params.width, pass.params.height);
-            recorder.dispatch_workgroups(across.div_ceil(WORKGROUP.0), down.div_ceil(WORKGROUP.1), 1);
+            let groups = pass.groups();
+            recorder.dispatch_workgroups(groups.0, groups.1, 1);
         }
         let count = passes.len() as u32;
         if let Some(timer) = &self.timer {

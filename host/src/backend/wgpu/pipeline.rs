@@ -5,7 +5,7 @@ use super::adapter::Gpu;
 use crate::backend::BackendError;
 use crate::render::MathMode;
 use std::collections::HashMap;
-use trisect_kernels::{WORKGROUP, spirv};
+use trisect_kernels::{spirv, workgroup};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline, ComputePipelineDescriptor,
@@ -125,9 +125,10 @@ fn module(
         words = contractible(&words);
     }
     if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
+        let threads = workgroup(entry);
         let entry_points = vec![wgpu::PassthroughShaderEntryPoint {
             name: entry.into(),
-            workgroup_size: (WORKGROUP.0, WORKGROUP.1, 1),
+            workgroup_size: (threads.0, threads.1, 1),
         }];
         // SAFETY: spirv-val accepted the module when it was built, a test compares the embedded bytes with the manifest,
         // the layout above matches its bindings; indices are proven by `bvh` and `scene`.
