@@ -4,7 +4,6 @@ use super::*;
 use crate::backend::cpu::Cpu;
 use crate::render::{Renderer, Settings};
 use crate::scene::Scene;
-use glam::Vec3;
 use trisect_shared::rng::Words;
 
 #[test]
@@ -57,7 +56,7 @@ fn the_view_is_the_cameras() {
         assert!((to.normalize() - ray.direction).length() < 1e-6, "{x} {y}");
         assert!((to.dot(view.axis) - 1.0).abs() < 1e-6);
     }
-    assert!(view.axis.dot(Vec3::from(camera.corner)) > 0.0);
+    assert!(view.axis.dot(camera.corner) > 0.0);
 }
 
 #[test]

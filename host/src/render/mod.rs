@@ -1,21 +1,21 @@
 //! Renders a scene on a backend: cuts the work into submissions, merges chunks into the film.
 
 mod camera;
+mod live;
 mod method;
 mod schedule;
 mod settings;
 mod sight;
 
 pub use crate::film::Part;
+pub use live::Live;
 pub use method::{Schedule, Traversal};
 pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 
 use crate::Error;
 use crate::backend::{Backend, Job, Launch, SceneRecords};
 use crate::bvh::{Bvh, BvhQuality, Wide};
-use crate::denoise::{self, Denoise, Kernel};
 use crate::film::Film;
-use crate::image::Image;
 use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene};
 use crate::stats::{Phases, RenderStats};
@@ -26,7 +26,6 @@ use std::time::{Duration, Instant};
 use trisect_kernels::Variant;
 use trisect_shared::bvh::Child;
 use trisect_shared::camera::Camera;
-use trisect_shared::denoise::Lit;
 use trisect_shared::features::Features;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::guides::Guides;
@@ -56,19 +55,6 @@ pub struct Frame {
     pub film: Film,
     /// What it took.
     pub stats: RenderStats,
-}
-
-/// A frame that stayed on the device, and what it took there.
-#[derive(Clone, Debug)]
-pub struct Live {
-    /// That traced it.
-    pub kernel: &'static str,
-    /// Tracing it.
-    pub trace: Duration,
-    /// Each pass over it.
-    pub passes: Vec<(Kernel, Duration)>,
-    /// Which of the denoiser's two images it is.
-    pub image: usize,
 }
 
 /// The scene's part of a launch record.
@@ -274,68 +260,6 @@ impl Renderer {
         }
         stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time, read_time);
         Ok(Frame { film, stats })
-    }
-
-    /// Denoises a film of this scene on the backend, which `settings` render with guides. Returns the image and what each pass took.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Denoise`] for parameters that are none or a film without guides, and as [`render`](Self::render).
-    pub fn denoise(
-        &mut self,
-        film: &Film,
-        settings: &Settings,
-        denoise: &Denoise,
-    ) -> Result<(Image, Vec<Duration>), Error> {
-        denoise.check()?;
-        let (sums, guides) = denoise::sums(film)?;
-        let settings = Settings { width: film.width, height: film.height, guides: true, ..settings.clone() };
-        self.prepare(&settings)?;
-        self.backend.write_film(&sums, &guides)?;
-        let passes = denoise.passes(&self.camera(&settings), film.width, film.height);
-        let times = self.backend.denoise(&passes)?;
-        let mut pixels = vec![Lit::UNKNOWN; sums.len()];
-        self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut pixels)?;
-        Ok((denoise::image(film.width, film.height, &pixels), times))
-    }
-
-    /// Renders a frame and denoises it where it is: nothing is read back, so that frames follow each other as fast as the device has them.
-    /// At most [`CHUNK_SAMPLES`] samples a pixel.
-    ///
-    /// # Errors
-    ///
-    /// As [`denoise`](Self::denoise); [`SettingsError::SplitsChunk`] for more samples.
-    pub fn live(&mut self, settings: &Settings, denoise: &Denoise) -> Result<Live, Error> {
-        denoise.check()?;
-        if settings.samples > CHUNK_SAMPLES {
-            return Err(
-                SettingsError::SplitsChunk { samples: 0..settings.samples, of: settings.samples }.into()
-            );
-        }
-        let settings = Settings { guides: true, ..settings.clone() };
-        let variant = self.choose(&settings)?;
-        let job = Job { width: settings.width, height: settings.height, variant, math: settings.math };
-        if self.live != Some(job) {
-            self.prepare(&settings)?;
-            self.live = Some(job);
-        }
-        let camera = self.camera(&settings);
-        self.sight.look(self.backend.as_mut(), &camera, &settings, variant)?;
-        let mut params = self.launch(&settings);
-        self.sight.describe(&mut params);
-        params.rows = settings.height;
-        params.end_sample = settings.samples;
-        params.flags |= FLAG_FINISH;
-        let trace = self.backend.render(&Launch::new(params))?;
-        let passes = denoise.passes(&camera, settings.width, settings.height);
-        let times = self.backend.denoise(&passes)?;
-        let image = passes.last().map_or(0, |pass| pass.to);
-        Ok(Live {
-            kernel: variant.name,
-            trace,
-            passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
-            image,
-        })
     }
 
     /// The first hits of one sample of each pixel, row-major.

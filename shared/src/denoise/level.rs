@@ -13,8 +13,9 @@ const LEAST_VARIANCE: f32 = 1e-10;
 /// The B3 spline's coefficients at 0, 1 and 2.
 const B3: [f32; 3] = [0.375, 0.25, 0.0625];
 
-/// Pixels that a thread of a device serves, below each other on the level's lattice: they share most of their taps.
-pub const PIXELS: u32 = 4;
+/// Pixels that a thread of a device serves, below each other on the level's lattice: they share most of their taps. Four share more, and take
+/// more registers than pay (docs/performance.md).
+pub const PIXELS: u32 = 2;
 
 /// A pixel and the sums over its taps.
 struct Sums {
@@ -119,12 +120,11 @@ impl Column {
         } else {
             B3[2]
         };
-        let across = x.wrapping_add((i * params.step as i32) as u32);
         Self {
             place: i as f32,
             of_middle,
             kernel: [b3 * B3[0], b3 * B3[1], b3 * B3[2]],
-            x: within(across, params.width, x),
+            x: within(beside(x, i, params.step), params.width, x),
         }
     }
 }
@@ -138,7 +138,13 @@ struct Tap {
     open: f32,
 }
 
-/// A coordinate of a tap, and whether the image has it; if not, `other`, which it has. One below 0 is as large as one beyond the end.
+/// The coordinate so many taps away; below 0 as large as none that an image has.
+#[inline(always)]
+fn beside(coordinate: u32, taps: i32, step: u32) -> u32 {
+    coordinate.wrapping_add((taps * step as i32) as u32)
+}
+
+/// A coordinate of a tap, and whether the image has it; if not, `other`, which it has.
 #[inline(always)]
 fn within(coordinate: u32, end: u32, other: u32) -> (u32, bool) {
     let inside = coordinate < end;
@@ -190,7 +196,7 @@ pub unsafe fn level<const BY_VARIANCE: bool>(
         let column = Column::new(params, x, i);
         macro_rules! rows {
             ($($j:literal)*) => {$(
-                let down = within(y.wrapping_add(($j * params.step as i32) as u32), params.height, y);
+                let down = within(beside(y, $j, params.step), params.height, y);
                 // SAFETY: the caller's promise, and `within`.
                 let one = unsafe { tap(params.width, from, edges, column.x, down) };
                 sums.add::<BY_VARIANCE, $j>(&column, one);
@@ -231,13 +237,13 @@ pub unsafe fn levels<const BY_VARIANCE: bool>(
             unsafe { Sums::new::<BY_VARIANCE>(params, from, edges, x, if y < last { y } else { last }) }
         }};
     }
-    let (mut a, mut b, mut c, mut d) = (of!(0), of!(1), of!(2), of!(3));
+    let (mut a, mut b) = (of!(0), of!(1));
     let mut i = -2;
     while i <= 2 {
         let column = Column::new(params, x, i);
         macro_rules! rows {
             ($($r:literal: $($sums:ident $j:literal),*;)*) => {$(
-                let down = within(y.wrapping_add(($r * step as i32) as u32), params.height, y);
+                let down = within(beside(y, $r, step), params.height, y);
                 // SAFETY: the caller's promise, and `within`.
                 let one = unsafe { tap(params.width, from, edges, column.x, down) };
                 $($sums.add::<BY_VARIANCE, $j>(&column, one);)*
@@ -246,12 +252,10 @@ pub unsafe fn levels<const BY_VARIANCE: bool>(
         rows! {
             -2: a -2;
             -1: a -1, b -2;
-            0: a 0, b -1, c -2;
-            1: a 1, b 0, c -1, d -2;
-            2: a 2, b 1, c 0, d -1;
-            3: b 2, c 1, d 0;
-            4: c 2, d 1;
-            5: d 2;
+            0: a 0, b -1;
+            1: a 1, b 0;
+            2: a 2, b 1;
+            3: b 2;
         }
         i += 1;
     }
@@ -263,5 +267,5 @@ pub unsafe fn levels<const BY_VARIANCE: bool>(
             }
         )*};
     }
-    write!(0 a, 1 b, 2 c, 3 d);
+    write!(0 a, 1 b);
 }

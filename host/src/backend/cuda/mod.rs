@@ -24,7 +24,7 @@ use driver::{describe, failed, probe, unavailable};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
-use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP, variant_by_name};
+use trisect_kernels::{FIRST_HIT, LEVELS, PTX_FAST, PTX_PRECISE, WORKGROUP, variant_by_name};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::Lit;
 use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, has, has_any};
@@ -50,6 +50,9 @@ const GREATEST_QUEUE: u64 = 1 << 31;
 fn registers(features: Features) -> u32 {
     if has_any(features, LARGE) { 96 } else { 64 }
 }
+
+/// The same for the levels of the denoiser's filters.
+const LEVEL_REGISTERS: u32 = 96;
 
 /// A CUDA device.
 pub struct Cuda {
@@ -151,8 +154,9 @@ impl Cuda {
             action: "finding the kernel",
             message: format!("the built-in PTX has no entry point {name}"),
         })?;
-        let source = match variant_by_name(name) {
-            Some(variant) => extract::limit_registers(&source, registers(variant.features)),
+        let limit = variant_by_name(name).map(|variant| registers(variant.features));
+        let source = match limit.or_else(|| LEVELS.contains(&name).then_some(LEVEL_REGISTERS)) {
+            Some(limit) => extract::limit_registers(&source, limit),
             None => source,
         };
         let module = self
