@@ -22,13 +22,11 @@ TESTS = {
     38: "denoiser: sigma 0 and infinite", 39: "denoiser: NaN, fireflies, black albedo", 40: "denoiser: error by samples",
     41: "boxes contain what they hold", 42: "denormal scene", 43: "convergence slope",
 }
-DENOISER = "not applicable: there is no denoiser yet"
 FIXED = {
     (1, "*"): ("passed", "`cargo mutation-gate`: each planted fault is caught"),
     (17, "cpu"): ("not applicable: rustc contracts nothing", ""),
     (19, "cpu"): ("is the reference", ""),
     (20, "cpu"): ("is the reference", ""),
-    (37, "*"): (DENOISER, ""), (38, "*"): (DENOISER, ""), (39, "*"): (DENOISER, ""), (40, "*"): (DENOISER, ""),
 }
 
 
