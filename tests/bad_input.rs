@@ -105,6 +105,20 @@ fn settings_out_of_range() {
     fails(&["render", "--resolution", "4294967295x2", "-o", out], 2, &["2^32", "--resolution"]);
     fails(&["render", "--resolution", "65535x65535", "-o", out], 2, &["GiB of memory", "--resolution"]);
     fails(&["render", "--backend", "abacus", "-o", out], 2, &["abacus"]);
+    fails(&["render", "--denoise", "blur", "-o", out], 2, &["blur", "atrous", "svgf"]);
+    fails(&["render", "--denoise-color", "2", "-o", out], 2, &["--denoise-color", "without a filter"]);
+    for levels in ["0", "11"] {
+        let options = ["render", "--denoise=svgf", "--denoise-levels", levels, "-o", out];
+        fails(&options, 2, &["1 to 10 levels"]);
+    }
+    for bad in ["-1", "NaN"] {
+        let depth = format!("--denoise-depth={bad}");
+        fails(&["render", "--denoise=atrous", &depth, "-o", out], 2, &["depth", bad, "0 or more"]);
+    }
+    let kernel = ["render", "--denoise=svgf", "--variant=render", "--backend=cpu", "-o", out];
+    fails(&kernel, 2, &["lacks normals, albedos and positions", "render_guides"]);
+    let long = ["bench", "--denoise=svgf", "--spp=257", "--backend=cpu", "--resolution=4x3", "--frames=1"];
+    fails(&long, 2, &["at most 256 samples", "--spp"]);
     fails(&["render", "--backend", "cpu", "--math", "fast", "-o", out], 2, &["--math fast", "cuda"]);
     assert!(!Path::new(out).exists());
 }

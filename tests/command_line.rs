@@ -120,6 +120,35 @@ fn bench_prints_rates() {
 }
 
 /// What a benchmark's JSON says, and that the table has a row for each phase; nothing about how long they take.
+/// The filter changes the image, the statistics name it, and a frame that stays on the device has a row for each pass.
+#[test]
+fn denoise_and_its_times() {
+    let folder = folder("denoise");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let common = ["--backend=cpu", "--resolution=16x9", "--spp=1"];
+    let render = |options: &[&str], out: &str| {
+        let output = trisect(&[&["render"], &common[..], options, &["-q", "-o", out]].concat());
+        assert!(output.status.success(), "{output:?}");
+        std::fs::read(out).unwrap()
+    };
+    let raw = render(&[], &file("raw.pfm"));
+    let stats = file("stats.json");
+    let options = ["--denoise=svgf", "--denoise-levels=3", "--denoise-color=4", "--stats", &stats];
+    assert_ne!(render(&options, &file("svgf.pfm")), raw);
+    assert_ne!(render(&["--denoise=atrous"], &file("atrous.pfm")), raw);
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
+    let denoise = &stats["denoise"];
+    assert_eq!((&denoise["filter"], &denoise["levels"]), (&"svgf".into(), &3.into()), "{stats}");
+    assert!(stats["denoise_seconds"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    let output = trisect(&[&["bench"], &common[..], &["--denoise=svgf", "--frames=2"]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    for row in
+        ["trace, ms", "gather, ms", "estimate the variance, ms", "level 5, ms", "finish, ms", "frames/s"]
+    {
+        assert!(text.contains(row), "{row:?} in {text}");
+    }
+}
+
 #[test]
 fn bench_writes_json() {
     let file = folder("bench").join("bench.json");

@@ -1,7 +1,7 @@
 //! `--denoise` and its parameters.
 
 use clap::{Args, ValueEnum};
-use trisect::denoise::{Denoise, Filter};
+use trisect::denoise::{Denoise, DenoiseError, Filter};
 
 /// Whether and how to denoise.
 #[derive(Debug, Args)]
@@ -39,20 +39,33 @@ pub enum DenoiseArg {
 }
 
 impl DenoiseArgs {
-    /// For the library.
-    pub fn denoise(&self) -> Option<Denoise> {
+    /// For the library: checked.
+    pub fn denoise(&self) -> Result<Option<Denoise>, DenoiseError> {
         let filter = match self.denoise {
-            DenoiseArg::Off => return None,
+            DenoiseArg::Off => {
+                let given = [
+                    ("levels", self.denoise_levels.is_some()),
+                    ("color", self.denoise_color.is_some()),
+                    ("normal", self.denoise_normal.is_some()),
+                    ("depth", self.denoise_depth.is_some()),
+                ];
+                return match given.into_iter().find(|(_, given)| *given) {
+                    Some((name, _)) => Err(DenoiseError::NoFilter { name }),
+                    None => Ok(None),
+                };
+            }
             DenoiseArg::Atrous => Filter::Atrous,
             DenoiseArg::Svgf => Filter::Svgf,
         };
         let default = Denoise::new(filter);
-        Some(Denoise {
+        let denoise = Denoise {
             filter,
             levels: self.denoise_levels.unwrap_or(default.levels),
             color: self.denoise_color.unwrap_or(default.color),
             normal: self.denoise_normal.unwrap_or(default.normal),
             depth: self.denoise_depth.unwrap_or(default.depth),
-        })
+        };
+        denoise.check()?;
+        Ok(Some(denoise))
     }
 }

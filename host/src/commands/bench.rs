@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::backend::DeviceKind;
 use trisect::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live};
-use trisect::denoise::Denoise;
 use trisect::{Error, output};
 
 /// Frames before those that count.
@@ -28,8 +27,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     let mut first = FirstSubmission::default();
     let gpu = session.renderer.backend().device().kind == DeviceKind::Gpu;
     let warm_up = WarmUp { frames: WARM_UP, time: if gpu { SETTLE } else { Duration::ZERO } };
-    let denoise = arguments.denoise.denoise();
-    denoise.as_ref().map_or(Ok(()), Denoise::check)?;
+    let denoise = arguments.denoise.denoise()?;
     session.settings.guides = denoise.is_some();
     let mut frames =
         measure(&mut session.renderer, &session.settings, warm_up, arguments.frames, &mut first)?;

@@ -6,7 +6,6 @@ use crate::progress::Bar;
 use std::fs;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trisect::denoise::Denoise;
 use trisect::image::ImageError;
 use trisect::render::SettingsError;
 use trisect::{Error, output};
@@ -22,8 +21,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         output::probe(stats)?;
     }
 
-    let denoise = arguments.denoise.denoise();
-    denoise.as_ref().map_or(Ok(()), Denoise::check)?;
+    let denoise = arguments.denoise.denoise()?;
 
     let mut session = Session::open(&arguments.job)?;
     session.settings.guides = denoise.is_some();

@@ -20,6 +20,12 @@ pub enum DenoiseError {
         /// What was asked for.
         value: String,
     },
+    /// Parameters of a filter, and no filter.
+    #[error("--denoise-{name} without a filter; add --denoise atrous or --denoise svgf")]
+    NoFilter {
+        /// The first of them.
+        name: &'static str,
+    },
     /// A film of a render without them.
     #[error("the film has no normals, albedos and positions; render it with Settings::guides")]
     NoGuides,

@@ -53,13 +53,11 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// As [`denoise`](Self::denoise); [`SettingsError::SplitsChunk`] for more samples.
+    /// As [`denoise`](Self::denoise); [`SettingsError::TooManyLive`] for more samples.
     pub fn live(&mut self, settings: &Settings, denoise: &Denoise) -> Result<Live, Error> {
         denoise.check()?;
         if settings.samples > CHUNK_SAMPLES {
-            return Err(
-                SettingsError::SplitsChunk { samples: 0..settings.samples, of: settings.samples }.into()
-            );
+            return Err(SettingsError::TooManyLive { samples: settings.samples }.into());
         }
         let settings = Settings { guides: true, ..settings.clone() };
         let variant = self.choose(&settings)?;

@@ -155,6 +155,14 @@ pub enum SettingsError {
         /// Samples a pixel of the image.
         of: u32,
     },
+    /// More samples than stay on the device.
+    #[error(
+        "a frame that is denoised on the device has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower --spp, or render it to a file"
+    )]
+    TooManyLive {
+        /// What was asked for.
+        samples: u32,
+    },
     /// `--variant` names none.
     #[error("--variant {name}: there is none of this name; there are {known}")]
     NoSuchVariant {
