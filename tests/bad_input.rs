@@ -115,6 +115,8 @@ fn settings_out_of_range() {
         let depth = format!("--denoise-depth={bad}");
         fails(&["render", "--denoise=atrous", &depth, "-o", out], 2, &["depth", bad, "0 or more"]);
     }
+    fails(&["render", "--aov=normal", "-o", out], 2, &["--aov", ".exr"]);
+    fails(&["render", "--aov=normal,beauty", "-o", out], 2, &["beauty", "albedo"]);
     let kernel = ["render", "--denoise=svgf", "--variant=render", "--backend=cpu", "-o", out];
     fails(&kernel, 2, &["lacks normals, albedos and positions", "render_guides"]);
     let long = ["bench", "--denoise=svgf", "--spp=257", "--backend=cpu", "--resolution=4x3", "--frames=1"];

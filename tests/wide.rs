@@ -38,7 +38,7 @@ fn pick<T: Copy>(from: &[T], word: u32) -> T {
 }
 
 fn triangle(scene: &mut Scene, [a, b, c]: [Vec3; 3]) {
-    scene.triangles.push(Triangle { a, material: 0, b, pad0: 0, c, pad1: 0 });
+    scene.triangles.push(Triangle { a, material: 0, b, instance: 0, c, pad1: 0 });
     scene.shading.push(TriangleShading::zeroed());
 }
 

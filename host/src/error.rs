@@ -65,7 +65,7 @@ impl Error {
                     1
                 }
             }
-            Self::Image(ImageError::UnknownExtension { .. })
+            Self::Image(ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. })
             | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
             Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Bench(_) | Self::Cancelled => 1,
         }

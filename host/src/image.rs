@@ -34,6 +34,12 @@ pub enum ImageError {
         /// The file.
         path: PathBuf,
     },
+    /// A format of one picture, and more to write.
+    #[error("{}: --aov needs a format with layers; use .exr", path.display())]
+    NoLayers {
+        /// The file.
+        path: PathBuf,
+    },
     /// The content is not what the extension says, or cannot be encoded.
     #[error("{}: {message}", path.display())]
     Codec {

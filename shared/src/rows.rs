@@ -147,7 +147,7 @@ mod spirv {
         a: xyz(r.a),
         material: r.a.w,
         b: xyz(r.b),
-        pad0: 0,
+        instance: 0,
         c: xyz(r.c),
         pad1: 0
     });

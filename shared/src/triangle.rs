@@ -15,8 +15,8 @@ pub struct Triangle {
     pub material: u32,
     /// Second vertex, counter-clockwise seen from the front.
     pub b: Vec3,
-    /// Unused.
-    pub pad0: u32,
+    /// Which instance of a mesh it is of, counted from 0: for the host alone.
+    pub instance: u32,
     /// Third vertex.
     pub c: Vec3,
     /// Unused.

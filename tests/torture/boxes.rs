@@ -33,7 +33,7 @@ fn extremes(count: u32) -> Scene {
             0 => scene.spheres.push(Sphere { center: place, radius: size, material: 0, pad: [0; 3] }),
             3 => {
                 let (b, c) = (place + edge_u, place + edge_v);
-                scene.triangles.push(Triangle { a: place, material: 0, b, pad0: 0, c, pad1: 0 });
+                scene.triangles.push(Triangle { a: place, material: 0, b, instance: 0, c, pad1: 0 });
                 scene.shading.push(shading);
             }
             kind => {

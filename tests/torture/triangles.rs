@@ -192,7 +192,7 @@ fn t28_degenerate_triangles(subject: Subject) {
     let (mut all, mut of, mut twin) = (False::default(), 0, 0.0f64);
     for (salt, corners) in (0..).zip(degenerate()) {
         let [a, b, c] = corners;
-        let t = Triangle { a, material: 0, b, pad0: 0, c, pad1: 0 };
+        let t = Triangle { a, material: 0, b, instance: 0, c, pad1: 0 };
         let rays = at_degenerate(&corners, salt);
         let questions: Vec<Input> = rays.iter().map(|&(o, d)| question(&t, o, d)).collect();
         let outputs = prober.ask("probe_shapes", TRIANGLE, &questions);
@@ -246,7 +246,7 @@ fn t28_normals(subject: Subject) {
     assert!(loaded.warnings.iter().any(|text| text.contains(&warning)), "{:?}", loaded.warnings);
     // The twin: none dropped.
     let mut all = loaded.clone();
-    let whole = |&[a, b, c]: &[Vec3; 3]| Triangle { a, material: 0, b, pad0: 0, c, pad1: 0 };
+    let whole = |&[a, b, c]: &[Vec3; 3]| Triangle { a, material: 0, b, instance: 0, c, pad1: 0 };
     all.triangles = slivers.iter().map(whole).collect();
     all.shading = vec![<TriangleShading as bytemuck::Zeroable>::zeroed(); slivers.len()];
     // A ray at each.

@@ -7,6 +7,7 @@ use std::fs;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::image::ImageError;
+use trisect::output::layers;
 use trisect::render::SettingsError;
 use trisect::{Error, output};
 
@@ -14,6 +15,9 @@ use trisect::{Error, output};
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     // Before minutes of rendering are lost.
     output::check_writable(&arguments.output)?;
+    if !arguments.aov.is_empty() {
+        layers::check(&arguments.output)?;
+    }
     if let Some(stats) = &arguments.stats {
         if *stats == arguments.output {
             return Err(SettingsError::SameFile { path: stats.display().to_string() }.into());
@@ -24,7 +28,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let denoise = arguments.denoise.denoise()?;
 
     let mut session = Session::open(&arguments.job)?;
-    session.settings.guides = denoise.is_some();
+    session.settings.guides = denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_guides());
     if !arguments.quiet {
         let device = session.renderer.backend().device();
         eprintln!(
@@ -48,7 +52,14 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         None => frame.film.image(),
     };
     let start = Instant::now();
-    output::write(&image, &arguments.output)?;
+    if arguments.aov.is_empty() {
+        output::write(&image, &arguments.output)?;
+    } else {
+        let renderer = &session.renderer;
+        let camera = renderer.camera(&session.settings);
+        let object = |primitive| renderer.object(primitive);
+        layers::write(&image, &frame.film, &camera, object, &arguments.aov, &arguments.output)?;
+    }
 
     let stats = &mut frame.stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();

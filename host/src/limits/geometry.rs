@@ -103,7 +103,7 @@ fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
             worst = (error, place, size);
         }
         let [a, b, c] = [a, b, c].map(|p| space.point(p).as_vec3());
-        let square = Triangle { a, material: 0, b, pad0: 0, c, pad1: 0 }.normal().length_squared();
+        let square = Triangle { a, material: 0, b, instance: 0, c, pad1: 0 }.normal().length_squared();
         if !(square > Triangle::LEAST_SQUARE && square.is_finite()) {
             flat_count += 1;
             least_square = least_square.min(f64::from(square));

@@ -1,5 +1,6 @@
 //! Image files by extension: PNG (8-bit sRGB), EXR and PFM (32-bit linear), HDR (linear, shared exponent).
 
+pub mod layers;
 pub mod pfm;
 
 use crate::image::{Image, ImageError};

@@ -110,6 +110,8 @@ pub struct Renderer {
     guides: Vec<Guides>,
     phases: Phases,
     sight: Sight,
+    /// Of which instance of a mesh each triangle is, in the order of the tree.
+    instances: Vec<u32>,
     /// The job of the live frame before, if nothing was rendered since.
     live: Option<Job>,
 }
@@ -152,6 +154,7 @@ impl Renderer {
             chunk: Vec::new(),
             guides: Vec::new(),
             phases,
+            instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
             sight: Sight::new(bvh),
             live: None,
         })
@@ -288,6 +291,18 @@ impl Renderer {
         let Settings { width, height, math, .. } = *settings;
         self.backend.prepare(&Job { width, height, variant, math })?;
         Ok(variant)
+    }
+
+    /// The object that a primitive is of, counted from 1: spheres, then quads and discs, in the scene's order, then instances of meshes. 0 for none.
+    pub fn object(&self, primitive: Option<u32>) -> u32 {
+        let first = self.scene.first_triangle;
+        match primitive {
+            None => 0,
+            Some(shape) if shape < first => shape + 1,
+            Some(triangle) => {
+                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
+            }
+        }
     }
 
     /// The camera's launch record.

@@ -76,7 +76,7 @@ impl Loader for FromDisk {
             ImageError::Codec { message, .. } => {
                 SceneError::Inconsistent { file: path.display().to_string(), message }
             }
-            other @ ImageError::UnknownExtension { .. } => {
+            other @ (ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. }) => {
                 SceneError::Inconsistent { file: path.display().to_string(), message: other.to_string() }
             }
         })

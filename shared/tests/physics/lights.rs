@@ -236,7 +236,7 @@ fn discs() {
 #[test]
 fn triangles() {
     let [a, b, c] = [Vec3::new(0.0, 1.0, 2.0), Vec3::new(1.5, 0.0, 2.5), Vec3::new(0.5, -1.0, 1.0)];
-    let t = Triangle { a, b, c, material: 0, pad0: 0, pad1: 0 };
+    let t = Triangle { a, b, c, material: 0, instance: 0, pad1: 0 };
     for point in POINTS {
         let want = of_triangle(point, [a, b, c].map(|v| v.as_dvec3()));
         check(&format!("triangle from {point}"), Shape::Triangle(t), point, want);

@@ -45,7 +45,7 @@ impl Mesh {
     pub fn triangles(&self) -> Vec<Triangle> {
         let triangle = |f: &[usize; 3]| {
             let [a, b, c] = f.map(|i| self.vertices[i]);
-            Triangle { a, b, c, material: 0, pad0: 0, pad1: 0 }
+            Triangle { a, b, c, material: 0, instance: 0, pad1: 0 }
         };
         self.faces.iter().map(triangle).collect()
     }

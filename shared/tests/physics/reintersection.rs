@@ -192,7 +192,7 @@ fn offsets_are_small() {
         let (scale, far) = (power(-4.0, 4.0, w.x), power(-4.0, 6.0, w.y));
         let place = Vec3::new(far, -0.5 * far, 0.25 * far);
         let [a, b, c] = [w.z, w.w, w.z ^ w.w].map(|bits| unit_sphere(bits, w.x ^ w.y) * scale + place);
-        let triangles = [Triangle { a, b, c, material: 0, pad0: 0, pad1: 0 }];
+        let triangles = [Triangle { a, b, c, material: 0, instance: 0, pad1: 0 }];
         let shading = [TriangleShading::zeroed()];
         let scene = Scene { triangles: &triangles, shading: &shading, ..NO_SCENE };
         let target = (a + b + c) / 3.0;

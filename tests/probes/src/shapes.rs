@@ -35,7 +35,7 @@ pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
         a: vector(input.a),
         material: 0,
         b: vector(input.b),
-        pad0: 0,
+        instance: 0,
         c: vector(input.c),
         pad1: 0,
     };

@@ -29,8 +29,8 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
         geometry.shape(shape);
     }
     check_room(description)?;
-    for instance in &description.instances {
-        geometry.mesh(mesh(description, instance)?, instance)?;
+    for (number, instance) in (0..).zip(&description.instances) {
+        geometry.mesh(mesh(description, instance)?, instance, number)?;
     }
     Ok(geometry)
 }
@@ -66,7 +66,7 @@ impl Geometry {
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh, instance: &Instance) -> Result<(), String> {
+    fn mesh(&mut self, mesh: &Mesh, instance: &Instance, number: u32) -> Result<(), String> {
         let matrix = instance.transform.matrix3;
         let mirrored = matrix.determinant() < 0.0;
         let turn_normals = normal_matrix(matrix);
@@ -100,7 +100,8 @@ impl Geometry {
                     positions.len()
                 ));
             };
-            let triangle = Triangle { a: pa, material: mesh.material as u32, b: pb, pad0: 0, c: pc, pad1: 0 };
+            let material = mesh.material as u32;
+            let triangle = Triangle { a: pa, material, b: pb, instance: number, c: pc, pad1: 0 };
             // By the very arithmetic of the kernels: they divide by its length. It does not depend on the triangle's size.
             let square = triangle.normal().length_squared();
             if !(square > Triangle::LEAST_SQUARE && square.is_finite()) {
@@ -201,7 +202,8 @@ mod tests {
         {
             let mut g = Geometry::default();
             let transform = glam::DAffine3::from_scale(scale);
-            g.mesh(&mesh, &Instance { mesh: 0, transform }).unwrap();
+            g.mesh(&mesh, &Instance { mesh: 0, transform }, 3).unwrap();
+            assert_eq!(g.triangles[0].instance, 3);
             assert_eq!((g.triangles.len(), g.warnings.len()), (1, 1));
             let n = g.triangles[0].normal().normalize();
             assert_eq!((n.z, g.shading[0].normal_a.z), (z, z), "{scale}");

@@ -1,0 +1,219 @@
+//! What a pixel sees, as layers of an OpenEXR file beside the image.
+//!
+//! A layer is a part of the channels' names, up to their last dot, as "Technical Introduction to OpenEXR" (section "Layers") has it: tools show `N.X`,
+//! `N.Y` and `N.Z` as a layer `N`. Depth is `Z`, as there.
+
+use crate::film::Film;
+use crate::image::{Image, ImageError};
+use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
+use glam::DVec3;
+use std::io::Cursor;
+use std::path::Path;
+use trisect_shared::camera::Camera;
+
+/// A layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aov {
+    /// `N.X`, `N.Y`, `N.Z`: mean of the unit shading normals on the camera's side.
+    Normal,
+    /// `P.X`, `P.Y`, `P.Z`: mean of the points that are hit, in the world.
+    Position,
+    /// `albedo.R`, `albedo.G`, `albedo.B`: mean, 0 where nothing is hit.
+    Albedo,
+    /// `Z`: of the position, along the camera's axis; infinite where nothing is hit.
+    Depth,
+    /// `id`: the object that the first sample hits that hits something, counted from 1; 0 for none. Integers.
+    Id,
+    /// `variance.R`, `variance.G`, `variance.B`: estimate of the variance of the pixel's mean radiance; NaN below two samples.
+    Variance,
+    /// `samples`: in the mean. Integers.
+    Samples,
+}
+
+impl Aov {
+    /// All, by their names on the command line.
+    pub const ALL: [(&'static str, Self); 7] = [
+        ("normal", Self::Normal),
+        ("position", Self::Position),
+        ("albedo", Self::Albedo),
+        ("depth", Self::Depth),
+        ("id", Self::Id),
+        ("variance", Self::Variance),
+        ("samples", Self::Samples),
+    ];
+
+    /// Whether the film must have guides for it.
+    pub fn needs_guides(self) -> bool {
+        !matches!(self, Self::Variance | Self::Samples)
+    }
+}
+
+/// Refuses a file that has no layers.
+///
+/// # Errors
+///
+/// [`ImageError::NoLayers`] where the extension is not `.exr`.
+pub fn check(path: &Path) -> Result<(), ImageError> {
+    match super::Format::of(path)? {
+        super::Format::Exr => Ok(()),
+        _ => Err(ImageError::NoLayers { path: path.to_owned() }),
+    }
+}
+
+/// Writes the image and these layers of its film. `object` tells the object of a primitive.
+///
+/// # Errors
+///
+/// If the film has no guides for a layer that needs them, or the file cannot be written.
+pub fn write(
+    image: &Image,
+    film: &Film,
+    camera: &Camera,
+    object: impl Fn(Option<u32>) -> u32,
+    aovs: &[Aov],
+    path: &Path,
+) -> Result<(), ImageError> {
+    let codec = |message: String| ImageError::Codec { path: path.to_owned(), message };
+    let guides = film.guides.len() == film.pixels.len();
+    if image.pixels.len() != film.pixels.len() || !guides && aovs.iter().any(|aov| aov.needs_guides()) {
+        return Err(codec("the film has not what these layers show".to_owned()));
+    }
+    let mut channels = three(["R", "G", "B"], image.pixels.iter().map(|pixel| pixel.map(f64::from)));
+    for aov in aovs {
+        channels.extend(layer(*aov, film, camera, &object));
+    }
+    let size = (image.width as usize, image.height as usize);
+    let channels = AnyChannels::sort(channels.into_iter().collect());
+    let layer = Layer::new(size, LayerAttributes::default(), Encoding::SMALL_FAST_LOSSLESS, channels);
+    let mut bytes = Cursor::new(Vec::new());
+    let image = exr::prelude::Image::from_layer(layer);
+    image.write().to_buffered(&mut bytes).map_err(|error| codec(error.to_string()))?;
+    std::fs::write(path, bytes.into_inner())
+        .map_err(|source| ImageError::Io { path: path.to_owned(), source })
+}
+
+fn layer(
+    aov: Aov,
+    film: &Film,
+    camera: &Camera,
+    object: impl Fn(Option<u32>) -> u32,
+) -> Vec<AnyChannel<FlatSamples>> {
+    let guides = || film.guides.iter();
+    match aov {
+        Aov::Normal => three(["N.X", "N.Y", "N.Z"], guides().map(|g| g.normal())),
+        Aov::Position => three(["P.X", "P.Y", "P.Z"], guides().map(|g| g.position())),
+        Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], guides().map(|g| g.albedo())),
+        Aov::Depth => {
+            let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
+            let depth = |g: &crate::film::GuideTotals| match g.hits {
+                0 => f32::INFINITY,
+                _ => (DVec3::from(g.position()) - camera.origin.as_dvec3()).dot(axis) as f32,
+            };
+            vec![AnyChannel::new("Z", FlatSamples::F32(guides().map(depth).collect()))]
+        }
+        Aov::Id => {
+            let ids = guides().map(|g| object(g.primitive())).collect();
+            vec![AnyChannel::new("id", FlatSamples::U32(ids))]
+        }
+        Aov::Variance => {
+            let names = ["variance.R", "variance.G", "variance.B"];
+            three(names, film.pixels.iter().map(|pixel| pixel.variance_of_mean()))
+        }
+        Aov::Samples => {
+            let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
+            let counts = film.pixels.iter().map(|pixel| count(pixel.samples)).collect();
+            vec![AnyChannel::new("samples", FlatSamples::U32(counts))]
+        }
+    }
+}
+
+/// Three channels of single precision.
+fn three(names: [&str; 3], values: impl Iterator<Item = [f64; 3]>) -> Vec<AnyChannel<FlatSamples>> {
+    let mut columns = [const { Vec::new() }; 3];
+    for value in values {
+        columns.iter_mut().zip(value).for_each(|(column, x)| column.push(x as f32));
+    }
+    names
+        .into_iter()
+        .zip(columns)
+        .map(|(name, column)| AnyChannel::new(name, FlatSamples::F32(column)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+    use super::*;
+    use crate::backend::cpu::Cpu;
+    use crate::render::{Renderer, Settings};
+    use crate::scene::Scene;
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+
+    /// Read again by the crate's own reader: names, types, and what a pixel of the sky and one of a sphere say.
+    #[test]
+    fn layers_by_their_names() {
+        let scene = Scene::hello_world().unwrap();
+        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let settings = Settings { width: 16, height: 9, samples: 4, guides: true, ..scene.settings() };
+        let film = renderer.render(&settings, &mut ()).unwrap().film;
+        let path = std::env::temp_dir().join(format!("trisect-{}-layers.exr", std::process::id()));
+        let aovs = Aov::ALL.map(|(_, aov)| aov);
+        let object = |primitive| renderer.object(primitive);
+        write(&film.image(), &film, &renderer.camera(&settings), object, &aovs, &path).unwrap();
+        let file = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+        let file = file.all_attributes().from_file(&path).unwrap();
+        // As any reader of images sees it: the picture.
+        assert_eq!(Image::read(&path).unwrap(), film.image());
+        std::fs::remove_file(&path).unwrap();
+        let channels = file.layer_data.channel_data.list;
+        let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+        let want = [
+            "B",
+            "G",
+            "N.X",
+            "N.Y",
+            "N.Z",
+            "P.X",
+            "P.Y",
+            "P.Z",
+            "R",
+            "Z",
+            "albedo.B",
+            "albedo.G",
+            "albedo.R",
+            "id",
+            "samples",
+            "variance.B",
+            "variance.G",
+            "variance.R",
+        ];
+        assert_eq!(names, want);
+        let number = |name: &str, pixel: usize| {
+            let channel = channels.iter().find(|channel| channel.name.to_string() == name).unwrap();
+            match &channel.sample_data {
+                FlatSamples::F32(values) => f64::from(values[pixel]),
+                FlatSamples::U32(values) => f64::from(values[pixel]),
+                FlatSamples::F16(_) => panic!("{name} is of half precision"),
+            }
+        };
+        let sky = film.guides.iter().position(|guides| guides.hits == 0).unwrap();
+        let ball = film.guides.iter().position(|guides| guides.misses == 0).unwrap();
+        assert_eq!((number("id", sky), number("Z", sky), number("N.X", sky)), (0.0, f64::INFINITY, 0.0));
+        assert_eq!((number("samples", sky), number("albedo.G", sky)), (4.0, 0.0));
+        assert!(number("id", ball) >= 1.0 && number("id", ball) <= scene.spheres.len() as f64);
+        assert!(number("Z", ball) > 0.0 && number("variance.R", ball) >= 0.0);
+        let normal = ["N.X", "N.Y", "N.Z"].map(|name| number(name, ball));
+        assert!(normal.iter().map(|x| x * x).sum::<f64>() <= 1.0 + 1e-6);
+        // A film without guides cannot show them.
+        let plain = renderer.render(&Settings { guides: false, ..settings.clone() }, &mut ()).unwrap().film;
+        let refused = write(&plain.image(), &plain, &renderer.camera(&settings), |_| 0, &aovs, &path);
+        assert!(refused.is_err());
+    }
+
+    #[test]
+    fn other_formats_have_no_layers() {
+        assert!(check(Path::new("a.EXR")).is_ok());
+        assert!(matches!(check(Path::new("a.png")), Err(ImageError::NoLayers { .. })));
+    }
+}
