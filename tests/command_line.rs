@@ -119,7 +119,6 @@ fn bench_prints_rates() {
     }
 }
 
-/// What a benchmark's JSON says, and that the table has a row for each phase; nothing about how long they take.
 /// The filter changes the image, the statistics name it, and a frame that stays on the device has a row for each pass.
 #[test]
 fn denoise_and_its_times() {
@@ -149,6 +148,7 @@ fn denoise_and_its_times() {
     }
 }
 
+/// What a benchmark's JSON says, and that the table has a row for each phase; nothing about how long they take.
 #[test]
 fn bench_writes_json() {
     let file = folder("bench").join("bench.json");

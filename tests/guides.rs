@@ -136,10 +136,32 @@ fn the_denoised_image_is_the_cpus(subject: Subject) {
     }
 }
 
+/// A frame that stays on the device is the one that goes to a file.
+fn a_live_frame_is_the_same(subject: Subject) {
+    let scene = scene("cornell_box.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = settings(&scene, Sampler::Independent, 3);
+    let denoise = Denoise::new(Filter::Svgf);
+    let film = film(&mut renderer, &settings);
+    let want = renderer.denoise(&film, &settings, &denoise).unwrap().0;
+    for samples_a_submission in [None, Some(700)] {
+        renderer.limit_submissions(samples_a_submission);
+        for _ in 0..2 {
+            let live = renderer.live(&settings, &denoise).unwrap();
+            assert!(renderer.read_live(&live).unwrap() == want);
+        }
+    }
+    let other = renderer.live(&Settings { seed: 12, ..settings.clone() }, &denoise).unwrap();
+    assert!(renderer.read_live(&other).unwrap() != want, "the comparison sees nothing");
+    let small = renderer.live(&Settings { width: 8, height: 8, ..settings }, &denoise).unwrap();
+    assert_eq!(renderer.read_live(&small).unwrap().pixels.len(), 64);
+}
+
 for_each_backend!(
     the_image_does_not_change,
     they_are_of_the_first_hit,
     they_are_the_cpus,
     parts_add_up,
     the_denoised_image_is_the_cpus,
+    a_live_frame_is_the_same,
 );

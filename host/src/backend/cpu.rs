@@ -274,6 +274,9 @@ impl Backend for Cpu {
     }
 
     fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
+        if guides.len() != self.guides.len() {
+            return Err(failed("no guides were prepared"));
+        }
         for (to, from) in guides.iter_mut().zip(&mut self.guides) {
             *to = std::mem::replace(from, Guides::UNWRITTEN);
         }

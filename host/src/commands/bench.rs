@@ -23,12 +23,15 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.json {
         output::probe(path)?;
     }
+    let denoise = arguments.denoise.denoise()?;
     let mut session = Session::open(&arguments.job)?;
     let mut first = FirstSubmission::default();
     let gpu = session.renderer.backend().device().kind == DeviceKind::Gpu;
     let warm_up = WarmUp { frames: WARM_UP, time: if gpu { SETTLE } else { Duration::ZERO } };
-    let denoise = arguments.denoise.denoise()?;
     session.settings.guides = denoise.is_some();
+    if denoise.is_some() {
+        session.settings.check_live()?;
+    }
     let mut frames =
         measure(&mut session.renderer, &session.settings, warm_up, arguments.frames, &mut first)?;
     for stats in &mut frames.counted {

@@ -44,7 +44,16 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
     let image = match &denoise {
         Some(denoise) => {
-            let (image, passes) = session.renderer.denoise(&frame.film, &session.settings, denoise)?;
+            let denoised = session.renderer.denoise(&frame.film, &session.settings, denoise);
+            let (image, passes) = match denoised {
+                Ok(denoised) => denoised,
+                Err(error) => {
+                    // Nothing that was rendered is lost.
+                    output::write(&frame.film.image(), &arguments.output)?;
+                    eprintln!("warning: wrote {} without denoising", arguments.output.display());
+                    return Err(error);
+                }
+            };
             frame.stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
             frame.stats.denoise = Some(*denoise);
             image

@@ -5,6 +5,7 @@ mod view;
 
 pub use error::DenoiseError;
 
+use crate::backend::BackendError;
 use crate::film::Film;
 use crate::image::Image;
 use rayon::prelude::*;
@@ -38,10 +39,13 @@ pub struct Denoise {
     /// Passes, from taps next to each other on, each twice as far apart.
     pub levels: u32,
     /// Of the colour over the albedo: a distance in radiance ([`Filter::Atrous`]), or in standard deviations ([`Filter::Svgf`]).
+    #[serde(serialize_with = "number_or_inf")]
     pub color: f32,
     /// Of the normals: an angle in degrees.
+    #[serde(serialize_with = "number_or_inf")]
     pub normal: f32,
     /// Distance from the tangent plane, relative to the depth.
+    #[serde(serialize_with = "number_or_inf")]
     pub depth: f32,
 }
 
@@ -106,6 +110,11 @@ impl Denoise {
     }
 }
 
+/// JSON has no infinity.
+fn number_or_inf<S: serde::Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {
+    if value.is_finite() { serializer.serialize_f32(*value) } else { serializer.serialize_str("inf") }
+}
+
 /// Samples from which on a pixel's own variance is used, as in SVGF.
 const TRUSTED: u32 = 4;
 
@@ -150,17 +159,18 @@ impl Kernel {
     }
 }
 
-/// A launch over all pixels: from one of two images to the other.
+/// A launch over all pixels: from one of two images to the other. Only [`Denoise::passes`] makes them, the first a gathering one: kernels trust
+/// their sizes, and that what they read was written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pass {
     /// What.
-    pub kernel: Kernel,
+    pub(crate) kernel: Kernel,
     /// With what.
-    pub params: DenoiseParams,
+    pub(crate) params: DenoiseParams,
     /// The image that it reads, 0 or 1.
-    pub from: usize,
+    pub(crate) from: usize,
     /// The other.
-    pub to: usize,
+    pub(crate) to: usize,
 }
 
 impl Pass {
@@ -169,6 +179,16 @@ impl Pass {
         let DenoiseParams { width, height, step, .. } = self.params;
         let rows = if self.kernel.is_level() { height.div_ceil(PIXELS * step) * step } else { height };
         (width, rows)
+    }
+
+    /// Refuses more work groups than a launch has.
+    pub(crate) fn check_groups(&self, backend: &'static str, limit: u32) -> Result<(), BackendError> {
+        let (across, down) = self.groups();
+        if across.max(down) <= limit {
+            return Ok(());
+        }
+        let DenoiseParams { width, height, .. } = self.params;
+        Err(BackendError::TooLong { backend, width, rows: height, limit: u64::from(limit) })
     }
 
     /// Work groups across and down.

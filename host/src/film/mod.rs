@@ -12,6 +12,7 @@ use crate::image::Image;
 use rayon::prelude::*;
 use std::ops::Range;
 use thiserror::Error;
+use trisect_shared::denoise::{Edge, Lit};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::guides::Guides;
 
@@ -196,8 +197,14 @@ impl Film {
     pub const BYTES_PER_PIXEL: u64 =
         (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + size_of::<Carry>() + 3 * 12) as u64;
 
-    /// More bytes of one with guides: their totals, a chunk of them on the CPU backend and one read back.
-    pub const BYTES_PER_PIXEL_OF_GUIDES: u64 = (size_of::<GuideTotals>() + 2 * size_of::<Guides>()) as u64;
+    /// More bytes of one with guides: their totals, a chunk of them on the CPU backend and one read back; and of denoising it there: sums and
+    /// guides, two images and edges, the pixels read back and the picture.
+    pub const BYTES_PER_PIXEL_OF_GUIDES: u64 = (size_of::<GuideTotals>()
+        + 3 * size_of::<Guides>()
+        + size_of::<PixelSums>()
+        + 3 * size_of::<Lit>()
+        + size_of::<Edge>()
+        + 12) as u64;
 
     /// A film that no one has written.
     pub fn new(width: u32, height: u32) -> Self {

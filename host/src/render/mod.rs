@@ -19,7 +19,7 @@ use crate::film::Film;
 use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene};
 use crate::stats::{Phases, RenderStats};
-use schedule::{Pace, Submissions};
+use schedule::{Pace, Submission, Submissions};
 use sight::Sight;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -112,8 +112,8 @@ pub struct Renderer {
     sight: Sight,
     /// Of which instance of a mesh each triangle is, in the order of the tree.
     instances: Vec<u32>,
-    /// The job of the live frame before, if nothing was rendered since.
-    live: Option<Job>,
+    /// What the live frame before was made with, if nothing was rendered since.
+    live: Option<(Settings, Variant)>,
 }
 
 impl Renderer {
@@ -225,23 +225,10 @@ impl Renderer {
             let samples = CHUNK_SAMPLES.min(part.samples.end - first_sample);
             let mut submissions = Submissions::new(settings.width, part.rows.clone(), samples);
             while let Some(submission) = submissions.next(&self.pace) {
-                let mut params = self.launch(settings);
-                self.sight.describe(&mut params);
-                params.first_row = submission.first_row;
-                params.rows = submission.rows;
-                params.first_sample = first_sample + submission.first_sample;
-                params.end_sample = params.first_sample + submission.samples;
-                params.resume = u32::from(submission.first_sample > 0);
-                if submission.first_sample + submission.samples == samples {
-                    params.flags |= FLAG_FINISH;
-                }
-                let wall = Instant::now();
-                let time = self.backend.render(&Launch::new(params))?;
-                let samples = submission.samples(settings.width);
-                self.pace.learn(samples, wall.elapsed().max(time));
+                let time = self.submit(settings, submission, first_sample, samples)?;
                 stats.submissions += 1;
                 stats.device_seconds += time.as_secs_f64();
-                done += samples;
+                done += submission.samples(settings.width);
                 if observer.progress(done, total).is_break() {
                     return Err(Error::Cancelled);
                 }
@@ -265,6 +252,30 @@ impl Renderer {
         Ok(Frame { film, stats })
     }
 
+    /// Renders a submission of the chunk of `samples` samples that begins at `first_sample`.
+    fn submit(
+        &mut self,
+        settings: &Settings,
+        submission: Submission,
+        first_sample: u32,
+        samples: u32,
+    ) -> Result<Duration, Error> {
+        let mut params = self.launch(settings);
+        self.sight.describe(&mut params);
+        params.first_row = submission.first_row;
+        params.rows = submission.rows;
+        params.first_sample = first_sample + submission.first_sample;
+        params.end_sample = params.first_sample + submission.samples;
+        params.resume = u32::from(submission.first_sample > 0);
+        if submission.first_sample + submission.samples == samples {
+            params.flags |= FLAG_FINISH;
+        }
+        let wall = Instant::now();
+        let time = self.backend.render(&Launch::new(params))?;
+        self.pace.learn(submission.samples(settings.width), wall.elapsed().max(time));
+        Ok(time)
+    }
+
     /// The first hits of one sample of each pixel, row-major.
     pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
         self.prepare(settings)?;
@@ -277,20 +288,20 @@ impl Renderer {
         Ok(hits)
     }
 
-    /// Checks the settings and chooses the kernel.
-    fn choose(&self, settings: &Settings) -> Result<Variant, Error> {
-        settings.check()?;
+    /// Chooses the kernel and makes the film.
+    fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
         let best = |kernel| self.backend.best_method(kernel);
-        Ok(method::choose(self.features, settings, best, self.wide)?)
-    }
-
-    /// Checks the settings, chooses the kernel and makes the film.
-    fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        let variant = self.choose(settings)?;
+        let variant = method::choose(self.features, settings, best, self.wide)?;
         self.live = None;
         let Settings { width, height, math, .. } = *settings;
         self.backend.prepare(&Job { width, height, variant, math })?;
         Ok(variant)
+    }
+
+    /// Checks the settings, memory among them, chooses the kernel and makes the film.
+    fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
+        settings.check()?;
+        self.make_film(settings)
     }
 
     /// The object that a primitive is of, counted from 1: spheres, then quads and discs, in the scene's order, then instances of meshes. 0 for none.

@@ -245,6 +245,14 @@ impl Settings {
         Ok(())
     }
 
+    /// Refuses what cannot be a frame that stays on the device.
+    pub fn check_live(&self) -> Result<(), SettingsError> {
+        match self.samples <= CHUNK_SAMPLES {
+            true => Ok(()),
+            false => Err(SettingsError::TooManyLive { samples: self.samples }),
+        }
+    }
+
     /// What a kernel must be able to do, besides what the scene needs.
     pub fn features(&self) -> Features {
         let roulette = if self.roulette { ROULETTE } else { 0 };

@@ -60,8 +60,10 @@ pub unsafe fn estimate(
                 let (lit, edge) = unsafe { (load::<Lit>(from, tap), load::<Edge>(edges, tap)) };
                 let left = stops.leave(OPEN, edge, i as f32, j as f32);
                 let weight = if lit.is_known() { weight(left) } else { 0.0 };
-                sum += lit.color * weight;
-                squares += lit.color * lit.color * weight;
+                // Behind a stop nothing counts, not even what is too great to be squared.
+                let color = if weight > 0.0 { lit.color } else { Vec3::ZERO };
+                sum += color * weight;
+                squares += color * color * weight;
                 total += weight;
             }
             i += 1;

@@ -41,6 +41,7 @@ impl Cuda {
     ) -> Result<Vec<Duration>, BackendError> {
         let kernels: Vec<CudaFunction> =
             passes.iter().map(|pass| self.kernel(pass.kernel.name(), self.math)).collect::<Result<_, _>>()?;
+        passes.iter().try_for_each(|pass| pass.check_groups("cuda", super::GRID_LIMIT))?;
         let context = self.stream.context();
         let flags = cudarc::driver::sys::CUevent_flags::CU_EVENT_DEFAULT;
         let events: Vec<CudaEvent> = (0..=passes.len())

@@ -85,7 +85,9 @@ impl Denoiser {
             let message = format!("{} passes, of {PASSES} at most", passes.len());
             return Err(BackendError::Device { backend: "wgpu", action: "denoising", message });
         }
+        let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         for pass in passes {
+            pass.check_groups("wgpu", limit)?;
             self.pipelines.compile(gpu, pass.kernel.name(), math)?;
         }
         let start = Instant::now();

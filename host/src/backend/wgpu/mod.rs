@@ -318,8 +318,8 @@ impl Backend for Wgpu {
             let sums = self.buffer(bytes, device | BufferUsages::STORAGE, "the film")?;
             let unwritten = self.buffer(bytes, device, "the film")?;
             let staging = self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the film")?;
-            let pixels = vec![PixelSums::UNWRITTEN; job.pixels()];
-            self.gpu.queue.write_buffer(&unwritten, 0, bytemuck::cast_slice(&pixels));
+            // Each byte of what is not written is 0xff, also of the guides, which are copied from here.
+            self.gpu.queue.write_buffer(&unwritten, 0, &vec![0xff; unwritten.size() as usize]);
             let carries = (job.pixels() * size_of::<Carry>()) as u64;
             let carries = self.buffer(carries, BufferUsages::STORAGE, "the film")?;
             let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
