@@ -2,15 +2,16 @@
 
 mod bench;
 mod denoise;
+mod render;
 
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
 pub use denoise::DenoiseArgs;
+pub use render::RenderArgs;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use trisect::backend::Choice;
 use trisect::bvh::BvhQuality;
-use trisect::output::layers::Aov;
 use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
@@ -124,35 +125,6 @@ pub struct JobArgs {
     /// Which build of the kernels; fast exists for cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
     pub math: MathArg,
-}
-
-/// `trisect render`.
-#[derive(Debug, Args)]
-pub struct RenderArgs {
-    /// What and where.
-    #[command(flatten)]
-    pub job: JobArgs,
-
-    /// Denoising.
-    #[command(flatten)]
-    pub denoise: DenoiseArgs,
-
-    /// Layers of what the pixels see, beside the image, in an .exr: normal, position, albedo, depth, id, variance, samples; several
-    /// with commas between.
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
-    pub aov: Vec<Aov>,
-
-    /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
-    #[arg(short, long, value_name = "FILE", default_value = "out.png")]
-    pub output: PathBuf,
-
-    /// Write what the render took as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub stats: Option<PathBuf>,
-
-    /// Print errors only.
-    #[arg(short, long)]
-    pub quiet: bool,
 }
 
 /// `trisect compare`.
@@ -363,13 +335,6 @@ fn parse_count(text: &str) -> Result<u32, String> {
         Ok(count) => Ok(count),
         Err(error) => Err(error.to_string()),
     }
-}
-
-fn parse_aov(text: &str) -> Result<Aov, String> {
-    Aov::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, aov)| aov).ok_or_else(|| {
-        let names: Vec<&str> = Aov::ALL.into_iter().map(|(name, _)| name).collect();
-        format!("there are {}", names.join(", "))
-    })
 }
 
 fn parse_variant(text: &str) -> Result<&'static str, String> {

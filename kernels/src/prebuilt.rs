@@ -11,7 +11,7 @@ pub const PTX_PRECISE: &str = include_str!("../prebuilt/trisect.precise.ptx");
 /// PTX with fused multiply-add and approximate division and square root.
 pub const PTX_FAST: &str = include_str!("../prebuilt/trisect.fast.ptx");
 
-/// Threads of a work group, across and down, but of the [`LEVELS`] of the denoiser.
+/// Threads of a work group, across and down, but for [levels](is_level) of the denoiser.
 pub const WORKGROUP: (u32, u32) = (8, 8);
 
 /// The entry point that writes first hits.
@@ -35,64 +35,43 @@ impl Variant {
     }
 }
 
-macro_rules! table {
+macro_rules! variants {
     ($($name:ident $text:tt: $features:expr,)*) => {
-        /// All render entry points.
-        pub const VARIANTS: &[Variant] = &[$(Variant { name: $text, features: $features },)*];
-
-        fn spirv_of_variant(entry_point: &str) -> Option<&'static [u8]> {
-            match entry_point {
-                $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
-                FIRST_HIT => Some(include_bytes!("../prebuilt/spirv/first_hit.spv")),
-                _ => None,
-            }
-        }
+        &[$(Variant { name: $text, features: $features },)*]
     };
 }
 
-for_each_variant!(table);
+/// All render entry points.
+pub const VARIANTS: &[Variant] = for_each_variant!(variants);
 
-macro_rules! passes {
-    ($($name:ident $text:tt: |$($argument:ident),*| $body:block,)*) => {
-        /// The passes of the denoiser that a thread a pixel makes.
-        pub const PASSES: &[&str] = &[$($text,)*];
+/// Names of entry points, and their modules.
+type Modules = &'static [(&'static str, &'static [u8])];
 
-        fn spirv_of_pass(entry_point: &str) -> Option<&'static [u8]> {
-            match entry_point {
-                $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
-                _ => None,
-            }
-        }
+macro_rules! modules {
+    ($($name:ident $text:tt: $what:expr,)*) => {
+        &[$(($text, include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*]
     };
 }
 
-for_each_pass!(passes);
+const RENDER: Modules = for_each_variant!(modules);
+const PASSES: Modules = for_each_pass!(modules);
+const LEVELS: Modules = for_each_level!(modules);
+const FIRST_HITS: Modules = &[(FIRST_HIT, include_bytes!("../prebuilt/spirv/first_hit.spv"))];
 
-macro_rules! levels {
-    ($($name:ident $text:tt: |$($argument:ident),*| $body:block,)*) => {
-        /// The levels of its filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS) pixels.
-        pub const LEVELS: &[&str] = &[$($text,)*];
-
-        fn spirv_of_level(entry_point: &str) -> Option<&'static [u8]> {
-            match entry_point {
-                $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*
-                _ => None,
-            }
-        }
-    };
+/// Whether an entry point is a level of the denoiser's filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS) pixels.
+pub fn is_level(entry_point: &str) -> bool {
+    LEVELS.iter().any(|(name, _)| *name == entry_point)
 }
-
-for_each_level!(levels);
 
 /// Threads of a work group of an entry point, across and down.
 pub fn workgroup(entry_point: &str) -> (u32, u32) {
-    if LEVELS.contains(&entry_point) { (64, 1) } else { WORKGROUP }
+    if is_level(entry_point) { (64, 1) } else { WORKGROUP }
 }
 
 /// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
-    let pass = || spirv_of_pass(entry_point).or_else(|| spirv_of_level(entry_point));
-    spirv_of_variant(entry_point).or_else(pass)
+    let all = [RENDER, FIRST_HITS, PASSES, LEVELS].into_iter().flatten();
+    all.copied().find(|(name, _)| *name == entry_point).map(|(_, module)| module)
 }
 
 /// The first, that is the cheapest, variant that can do all of `features`, by just their method.
@@ -112,7 +91,7 @@ mod tests {
 
     #[test]
     fn each_variant_is_in_each_artifact() {
-        for name in VARIANTS.iter().map(|v| v.name).chain([FIRST_HIT]).chain([PASSES, LEVELS].concat()) {
+        for (name, _) in [RENDER, FIRST_HITS, PASSES, LEVELS].into_iter().flatten() {
             let module = spirv(name).expect(name);
             // OpEntryPoint, GLCompute, its function's id, its name.
             let entry_points: Vec<_> = module

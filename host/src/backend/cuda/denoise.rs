@@ -1,17 +1,19 @@
 //! The denoiser's passes.
 
-use super::Cuda;
 use super::driver::failed;
+use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
 use crate::denoise::Pass;
 use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, DeviceRepr, LaunchConfig, PushKernelArg};
 use std::time::Duration;
 use trisect_kernels::workgroup;
 use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
+use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
 
 /// The images between passes.
 pub(super) struct Images {
-    pub(super) lit: [CudaSlice<u8>; 2],
+    lit: [CudaSlice<u8>; 2],
     edges: CudaSlice<u8>,
 }
 
@@ -25,14 +27,14 @@ unsafe impl DeviceRepr for Argument {}
 
 impl Cuda {
     /// Images for so many pixels.
-    pub(super) fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
+    fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
         let lit = || self.allocate(pixels * size_of::<Lit>(), "the denoised image");
         let edges = self.allocate(pixels * size_of::<Edge>(), "the denoiser's edges")?;
         Ok(Images { lit: [lit()?, lit()?], edges })
     }
 
     /// Runs the passes over sums and guides of as many pixels as the images have.
-    pub(super) fn run_passes(
+    fn run_passes(
         &mut self,
         passes: &[Pass],
         sums: &CudaSlice<u8>,
@@ -72,5 +74,53 @@ impl Cuda {
             Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
         };
         events.windows(2).map(between).collect()
+    }
+
+    /// Sums and guides where a kernel that writes guides has them.
+    pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        let Some(memory) = &mut self.film else { return Err(not_prepared()) };
+        let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
+        if memory.sums.len() != sums.len() || memory.guides.len() != guides.len() {
+            return Err(not_prepared());
+        }
+        self.stream.memcpy_htod(sums, &mut memory.sums).map_err(failed("writing the film"))?;
+        self.stream.memcpy_htod(guides, &mut memory.guides).map_err(failed("writing the film"))?;
+        self.stream.synchronize().map_err(failed("writing the film"))
+    }
+
+    /// [`Backend::denoise`](crate::backend::Backend::denoise).
+    pub(super) fn denoise_film(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        let Some(film) = self.film.take() else { return Err(not_prepared()) };
+        let pixels = film.sums.len() / size_of::<PixelSums>();
+        let is_image = |pass: &Pass| pass.params.width as usize * pass.params.height as usize == pixels;
+        if film.guides.len() != pixels * size_of::<Guides>() || !passes.iter().all(is_image) {
+            self.film = Some(film);
+            return Err(not_prepared());
+        }
+        let images = match self.denoiser.take() {
+            Some(images) if images.lit[0].len() == pixels * size_of::<Lit>() => Ok(images),
+            other => {
+                drop(other); // before the new one is allocated
+                self.denoiser_images(pixels)
+            }
+        };
+        let times = images.and_then(|mut images| {
+            let times = self.run_passes(passes, &film.sums, &film.guides, &mut images);
+            self.denoiser = Some(images);
+            times
+        });
+        self.film = Some(film);
+        times
+    }
+
+    /// One of both images.
+    pub(super) fn read_image(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
+        let images = self.denoiser.as_ref().and_then(|images| images.lit.get(image));
+        let Some(image) = images.filter(|image| image.len() == bytes.len()) else {
+            return Err(not_prepared());
+        };
+        self.stream.memcpy_dtoh(image, bytes).map_err(failed("reading the denoised image"))?;
+        self.stream.synchronize().map_err(failed("reading the denoised image"))
     }
 }

@@ -24,7 +24,7 @@ use driver::{describe, failed, probe, unavailable};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
-use trisect_kernels::{FIRST_HIT, LEVELS, PTX_FAST, PTX_PRECISE, WORKGROUP, variant_by_name};
+use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP, is_level, variant_by_name};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::Lit;
 use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, has, has_any};
@@ -155,7 +155,7 @@ impl Cuda {
             message: format!("the built-in PTX has no entry point {name}"),
         })?;
         let limit = variant_by_name(name).map(|variant| registers(variant.features));
-        let source = match limit.or_else(|| LEVELS.contains(&name).then_some(LEVEL_REGISTERS)) {
+        let source = match limit.or_else(|| is_level(name).then_some(LEVEL_REGISTERS)) {
             Some(limit) => extract::limit_registers(&source, limit),
             None => source,
         };
@@ -370,48 +370,15 @@ impl Backend for Cuda {
     }
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
-        let Some(memory) = &mut self.film else { return Err(not_prepared()) };
-        let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
-        if memory.sums.len() != sums.len() || memory.guides.len() != guides.len() {
-            return Err(not_prepared());
-        }
-        self.stream.memcpy_htod(sums, &mut memory.sums).map_err(failed("writing the film"))?;
-        self.stream.memcpy_htod(guides, &mut memory.guides).map_err(failed("writing the film"))?;
-        self.stream.synchronize().map_err(failed("writing the film"))
+        self.write_sums(film, guides)
     }
 
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        let Some(film) = self.film.take() else { return Err(not_prepared()) };
-        let pixels = film.sums.len() / size_of::<PixelSums>();
-        let is_image = |pass: &Pass| pass.params.width as usize * pass.params.height as usize == pixels;
-        if film.guides.len() != pixels * size_of::<Guides>() || !passes.iter().all(is_image) {
-            self.film = Some(film);
-            return Err(not_prepared());
-        }
-        let images = match self.denoiser.take() {
-            Some(images) if images.lit[0].len() == pixels * size_of::<Lit>() => Ok(images),
-            other => {
-                drop(other); // before the new one is allocated
-                self.denoiser_images(pixels)
-            }
-        };
-        let times = images.and_then(|mut images| {
-            let times = self.run_passes(passes, &film.sums, &film.guides, &mut images);
-            self.denoiser = Some(images);
-            times
-        });
-        self.film = Some(film);
-        times
+        self.denoise_film(passes)
     }
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
-        let images = self.denoiser.as_ref().and_then(|images| images.lit.get(image));
-        let Some(image) = images.filter(|image| image.len() == bytes.len()) else {
-            return Err(not_prepared());
-        };
-        self.stream.memcpy_dtoh(image, bytes).map_err(failed("reading the denoised image"))?;
-        self.stream.synchronize().map_err(failed("reading the denoised image"))
+        self.read_image(image, pixels)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

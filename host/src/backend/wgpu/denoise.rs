@@ -8,6 +8,8 @@ use crate::denoise::{LEVELS, Pass};
 use crate::render::MathMode;
 use std::time::{Duration, Instant};
 use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
+use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
 use wgpu::{Buffer, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor, QueryType};
 
 /// Passes of one submission, at most: two before the levels, one after.
@@ -141,5 +143,44 @@ impl Denoiser {
         encoder.copy_buffer_to_buffer(image, 0, &self.staging, 0, image.size());
         gpu.queue.submit([encoder.finish()]);
         gpu.read(&self.staging, bytemuck::cast_slice_mut(pixels), "reading the denoised image")
+    }
+}
+
+impl Wgpu {
+    /// Sums and guides where a kernel that writes guides has them.
+    pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        let Some(memory) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
+        if memory.sums.size() < sums.len() as u64 || memory.guides.records.size() < guides.len() as u64 {
+            return Err(self.misuse("sums of another image"));
+        }
+        self.gpu.queue.write_buffer(&memory.sums, 0, sums);
+        self.gpu.queue.write_buffer(&memory.guides.records, 0, guides);
+        self.gpu.check("writing the film")
+    }
+
+    /// [`Backend::denoise`](crate::backend::Backend::denoise).
+    pub(super) fn denoise_film(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        let (Some(film), Some(first)) = (&self.film, passes.first()) else {
+            return Err(self.misuse("no frame was prepared"));
+        };
+        let pixels = |pass: &Pass| u64::from(pass.params.width) * u64::from(pass.params.height);
+        let of_image = pixels(first);
+        if film.guides.records.size() < of_image * size_of::<Guides>() as u64
+            || film.sums.size() < of_image * size_of::<PixelSums>() as u64
+            || !passes.iter().all(|pass| pixels(pass) == of_image)
+        {
+            return Err(self.misuse("no guides were prepared"));
+        }
+        let mut denoiser = match self.denoiser.take() {
+            Some(denoiser) if denoiser.fits(of_image) => denoiser,
+            other => {
+                drop(other); // before the new one is allocated
+                Denoiser::new(self, of_image)?
+            }
+        };
+        let times = denoiser.run(&self.gpu, self.math, passes, [&film.sums, &film.guides.records]);
+        self.denoiser = Some(denoiser);
+        times
     }
 }

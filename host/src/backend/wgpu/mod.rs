@@ -359,38 +359,11 @@ impl Backend for Wgpu {
     }
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
-        let Some(memory) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
-        if memory.sums.size() < sums.len() as u64 || memory.guides.records.size() < guides.len() as u64 {
-            return Err(self.misuse("sums of another image"));
-        }
-        self.gpu.queue.write_buffer(&memory.sums, 0, sums);
-        self.gpu.queue.write_buffer(&memory.guides.records, 0, guides);
-        self.gpu.check("writing the film")
+        self.write_sums(film, guides)
     }
 
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        let (Some(film), Some(first)) = (&self.film, passes.first()) else {
-            return Err(self.misuse("no frame was prepared"));
-        };
-        let pixels = |pass: &Pass| u64::from(pass.params.width) * u64::from(pass.params.height);
-        let of_image = pixels(first);
-        if film.guides.records.size() < of_image * size_of::<Guides>() as u64
-            || film.sums.size() < of_image * size_of::<PixelSums>() as u64
-            || !passes.iter().all(|pass| pixels(pass) == of_image)
-        {
-            return Err(self.misuse("no guides were prepared"));
-        }
-        let mut denoiser = match self.denoiser.take() {
-            Some(denoiser) if denoiser.fits(of_image) => denoiser,
-            other => {
-                drop(other); // before the new one is allocated
-                denoise::Denoiser::new(self, of_image)?
-            }
-        };
-        let times = denoiser.run(&self.gpu, self.math, passes, [&film.sums, &film.guides.records]);
-        self.denoiser = Some(denoiser);
-        times
+        self.denoise_film(passes)
     }
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {

@@ -1,0 +1,42 @@
+//! `trisect render`.
+
+use super::{DenoiseArgs, JobArgs};
+use clap::Args;
+use std::path::PathBuf;
+use trisect::output::layers::Aov;
+
+/// `trisect render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// What and where.
+    #[command(flatten)]
+    pub job: JobArgs,
+
+    /// Denoising.
+    #[command(flatten)]
+    pub denoise: DenoiseArgs,
+
+    /// Layers of what the pixels see, beside the image, in an .exr: normal, position, albedo, depth, id, variance, samples; several
+    /// with commas between.
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
+    pub aov: Vec<Aov>,
+
+    /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
+    #[arg(short, long, value_name = "FILE", default_value = "out.png")]
+    pub output: PathBuf,
+
+    /// Write what the render took as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// Print errors only.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+fn parse_aov(text: &str) -> Result<Aov, String> {
+    Aov::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, aov)| aov).ok_or_else(|| {
+        let names: Vec<&str> = Aov::ALL.into_iter().map(|(name, _)| name).collect();
+        format!("there are {}", names.join(", "))
+    })
+}
