@@ -147,13 +147,13 @@ fn a_live_frame_is_the_same(subject: Subject) {
     for samples_a_submission in [None, Some(700)] {
         renderer.limit_submissions(samples_a_submission);
         for _ in 0..2 {
-            let live = renderer.live(&settings, &denoise).unwrap();
+            let live = renderer.live(&settings, Some(&denoise), None).unwrap();
             assert!(renderer.read_live(&live).unwrap() == want);
         }
     }
-    let other = renderer.live(&Settings { seed: 12, ..settings.clone() }, &denoise).unwrap();
+    let other = renderer.live(&Settings { seed: 12, ..settings.clone() }, Some(&denoise), None).unwrap();
     assert!(renderer.read_live(&other).unwrap() != want, "the comparison sees nothing");
-    let small = renderer.live(&Settings { width: 8, height: 8, ..settings }, &denoise).unwrap();
+    let small = renderer.live(&Settings { width: 8, height: 8, ..settings }, Some(&denoise), None).unwrap();
     assert_eq!(renderer.read_live(&small).unwrap().pixels.len(), 64);
 }
 

@@ -100,6 +100,40 @@ macro_rules! for_each_level {
     };
 }
 
+/// Calls a macro with each pass over the past: entry point, its name, and what it does for one pixel. A thread serves pixel (x, y).
+///
+/// | binding | SPIR-V | PTX | content |
+/// |---|---|---|---|
+/// | 0 | uniform | by value | [`DenoiseParams`](trisect_shared::denoise::DenoiseParams) |
+/// | 1 | storage | pointer | `[PixelSums]` |
+/// | 2 | storage | pointer | `[Guides]` |
+/// | 3 | storage | pointer | `[Lit]`, read |
+/// | 4 | storage | pointer | `[Edge]`, read |
+/// | 5 | storage | pointer | `[Past]`, read |
+/// | 6 | storage | pointer | `[Lit]`, written |
+/// | 7 | storage | pointer | `[Past]`, written |
+/// | 8 | storage | pointer | `[PixelSums]`, of all frames since the camera rests |
+/// | 9 | storage | pointer | `[Guides]`, of those |
+#[macro_export]
+macro_rules! for_each_temporal {
+    ($pass:ident) => {
+        $pass! {
+            denoise_add "denoise_add": |params, sums, guides, from, edges, past, to, next, kept, seen, x, y, pixel| {
+                let before = (load::<PixelSums>(kept, pixel), load::<Guides>(seen, pixel));
+                let now = denoise::add(params, load::<PixelSums>(sums, pixel), load::<Guides>(guides, pixel), before);
+                store(kept, pixel, now.0);
+                store(seen, pixel, now.1);
+            },
+            denoise_reproject "denoise_reproject": |params, sums, guides, from, edges, past, to, next, kept, seen, x, y, pixel| {
+                let samples = load::<PixelSums>(sums, pixel).samples;
+                let found = denoise::reproject(params, from, edges, past, samples, load::<Guides>(guides, pixel), x, y);
+                store(to, pixel, found.0);
+                store(next, pixel, found.1);
+            },
+        }
+    };
+}
+
 #[cfg(target_arch = "nvptx64")]
 pub mod ptx;
 #[cfg(target_arch = "spirv")]

@@ -10,7 +10,7 @@ use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::AtomicU32;
 use trisect_shared::buffer::{Slots, load, store};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit};
+use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit, Past};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
     ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
@@ -194,3 +194,47 @@ macro_rules! levels {
 }
 
 for_each_level!(levels);
+
+/// A pass over the past.
+macro_rules! temporal {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        /// A pass over the past.
+        ///
+        /// # Safety
+        ///
+        /// As the other passes; those that a pass does not use may be of any length.
+        #[unsafe(no_mangle)]
+        #[allow(unused_variables, reason = "all passes have the same arguments")]
+        pub unsafe extern "ptx-kernel" fn $name(
+            params: DenoiseParams,
+            sums: *const PixelSums,
+            guides: *const Guides,
+            from: *const Lit,
+            edges: *const Edge,
+            past: *const Past,
+            to: *mut Lit,
+            next: *mut Past,
+            kept: *mut PixelSums,
+            seen: *mut Guides,
+        ) {
+            let $params = &params;
+            let ($x, $y) = thread();
+            if $x >= params.width || $y >= params.height {
+                return;
+            }
+            let $pixel = $y * params.width + $x;
+            let pixels = params.width as usize * params.height as usize;
+            // SAFETY: the caller's promise, and the guard.
+            unsafe {
+                let ($sums, $guides) = (from_raw_parts(sums, pixels), from_raw_parts(guides, pixels));
+                let ($from, $edges) = (from_raw_parts(from, pixels), from_raw_parts(edges, pixels));
+                let ($past, $to) = (from_raw_parts(past, pixels), from_raw_parts_mut(to, pixels));
+                let ($next, $kept) = (from_raw_parts_mut(next, pixels), from_raw_parts_mut(kept, pixels));
+                let $seen = from_raw_parts_mut(seen, pixels);
+                $body
+            }
+        }
+    )*};
+}
+
+for_each_temporal!(temporal);

@@ -4,7 +4,7 @@ use spirv_std::glam::UVec3;
 use spirv_std::spirv;
 use trisect_shared::buffer::{load, store};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit};
+use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit, Past};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
     ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
@@ -144,3 +144,39 @@ macro_rules! levels {
 }
 
 for_each_level!(levels);
+
+/// A pass over the past.
+macro_rules! temporal {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        /// A pass over the past.
+        #[spirv(compute(threads(8, 8), entry_point_name = $text))]
+        #[allow(
+            clippy::too_many_arguments,
+            unused_variables,
+            unsafe_code,
+            reason = "a binding each; see buffer"
+        )]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DenoiseParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Stored<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $guides: &[Stored<Guides>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $from: &[Stored<Lit>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $edges: &[Stored<Edge>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $past: &[Stored<Past>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] $to: &mut [Stored<Lit>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] $next: &mut [Stored<Past>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] $kept: &mut [Stored<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] $seen: &mut [Stored<Guides>],
+        ) {
+            let ($x, $y) = (id.x, id.y);
+            if $x < $params.width && $y < $params.height {
+                let $pixel = $y * $params.width + $x;
+                // SAFETY: the guard, and the host's buffers of width * height records.
+                unsafe { $body }
+            }
+        }
+    )*};
+}
+
+for_each_temporal!(temporal);

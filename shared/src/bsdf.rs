@@ -149,6 +149,25 @@ impl Bsdf {
         m.albedo
     }
 
+    /// How little the light that it reflects depends on the viewer's place, 0 to 1: the share of what scatters everywhere alike, and of
+    /// the rest as much as its lobe is wide.
+    #[inline(always)]
+    pub fn diffuseness<const FEATURES: Features>(&self) -> f32 {
+        let m = &self.material;
+        if const { has(FEATURES, MICROFACETS) } && m.kind > DIELECTRIC {
+            let base = (1.0 - m.metallic) * (1.0 - m.transmission);
+            let base = if m.kind == METALLIC_ROUGHNESS { base } else { 0.0 };
+            return base + (1.0 - base) * (self.alpha * self.alpha);
+        }
+        if m.kind == METAL {
+            m.fuzz * m.fuzz
+        } else if m.kind == LAMBERTIAN {
+            1.0
+        } else {
+            0.0
+        }
+    }
+
     /// Whether light sampling can find any direction that [`Bsdf::sample`] chooses.
     #[inline(always)]
     pub fn is_smooth_lobe<const FEATURES: Features>(&self) -> bool {

@@ -25,11 +25,20 @@ pub struct Guides {
     pub misses: u32,
     /// Of the radiance that comes from there: of lights, and of the sky where nothing is hit.
     pub emission: Vec3,
-    /// Unused.
-    pub pad: u32,
+    /// Of how little the light from what is hit depends on where it is seen from: 1 for a diffuse surface, 0 for a mirror or glass.
+    pub diffuse: f32,
 }
 
 const _: () = assert!(size_of::<Guides>() == 64 && align_of::<Guides>() == 16);
+
+/// How a surface scatters, in brief.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Its colour.
+    pub albedo: Vec3,
+    /// See [`Guides::diffuse`].
+    pub diffuse: f32,
+}
 
 impl Guides {
     /// No sample yet.
@@ -41,7 +50,7 @@ impl Guides {
         position: Vec3::ZERO,
         misses: 0,
         emission: Vec3::ZERO,
-        pad: 0,
+        diffuse: 0.0,
     };
 
     /// What guides are filled with before a launch, so that a pixel that no kernel wrote shows: each byte is 0xff.
@@ -53,18 +62,19 @@ impl Guides {
         position: Vec3::splat(f32::from_bits(u32::MAX)),
         misses: u32::MAX,
         emission: Vec3::splat(f32::from_bits(u32::MAX)),
-        pad: u32::MAX,
+        diffuse: f32::from_bits(u32::MAX),
     };
 
     /// Adds a sample that hits `primitive`.
     #[inline(always)]
-    pub fn add_hit(&mut self, primitive: u32, normal: Vec3, albedo: Vec3, position: Vec3, emission: Vec3) {
+    pub fn add_hit(&mut self, primitive: u32, normal: Vec3, look: Look, position: Vec3, emission: Vec3) {
         if self.hits == 0 {
             self.primitive = primitive;
         }
         self.hits += 1;
         self.normal += normal;
-        self.albedo += albedo;
+        self.albedo += look.albedo;
+        self.diffuse += look.diffuse;
         self.position += position;
         self.emission += emission;
     }
@@ -107,10 +117,12 @@ mod tests {
     fn the_first_hit_names_the_primitive() {
         let mut guides = Guides::ZERO;
         guides.add_miss(Vec3::ONE);
-        guides.add_hit(7, Vec3::Z, Vec3::splat(0.5), Vec3::X, Vec3::ZERO);
-        guides.add_hit(9, Vec3::X, Vec3::splat(0.25), Vec3::Y, Vec3::Z);
+        let look = |albedo, diffuse| Look { albedo: Vec3::splat(albedo), diffuse };
+        guides.add_hit(7, Vec3::Z, look(0.5, 1.0), Vec3::X, Vec3::ZERO);
+        guides.add_hit(9, Vec3::X, look(0.25, 0.5), Vec3::Y, Vec3::Z);
         assert_eq!((guides.primitive, guides.hits, guides.misses, guides.samples()), (7, 2, 1, 3));
         assert_eq!((guides.albedo, guides.emission), (Vec3::splat(0.75), Vec3::new(1.0, 1.0, 2.0)));
+        assert_eq!(guides.diffuse, 1.5);
         assert_eq!((guides.normal, guides.position), (Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 1.0, 0.0)));
     }
 

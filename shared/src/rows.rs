@@ -42,7 +42,7 @@ impl<T: Copy> Written for T {
 mod spirv {
     use super::{Record, Written};
     use crate::bvh::BvhNode;
-    use crate::denoise::{Edge, Lit};
+    use crate::denoise::{Edge, Lit, Past};
     use crate::environment::EnvironmentTexel;
     use crate::film::{Carry, PixelSums};
     use crate::flat::Flat;
@@ -237,13 +237,13 @@ mod spirv {
             position: xyz(r.c),
             misses: r.c.w,
             emission: xyz(r.d),
-            pad: 0
+            diffuse: f(r.d.w)
         },
         |g| Rows4 {
             a: row(g.normal, g.hits),
             b: row(g.albedo, g.primitive),
             c: row(g.position, g.misses),
-            d: row(g.emission, 0)
+            d: row(g.emission, g.diffuse.to_bits())
         }
     );
     record!(Lit, Rows1, |r| Lit { color: xyz(r.a), variance: f(r.a.w) }, |l| Rows1 {
@@ -252,6 +252,23 @@ mod spirv {
     record!(Edge, Rows1, |r| Edge { normal: xyz(r.a), depth: f(r.a.w) }, |e| Rows1 {
         a: row(e.normal, e.depth.to_bits())
     });
+    record!(
+        Past,
+        Rows3,
+        |r| Past {
+            lit: Lit { color: xyz(r.a), variance: f(r.a.w) },
+            edge: Edge { normal: xyz(r.b), depth: f(r.b.w) },
+            samples: f(r.c.x),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0
+        },
+        |p| Rows3 {
+            a: row(p.lit.color, p.lit.variance.to_bits()),
+            b: row(p.edge.normal, p.edge.depth.to_bits()),
+            c: UVec4::new(p.samples.to_bits(), 0, 0, 0)
+        }
+    );
     record!(Carry, Rows1, |r| Carry { radiance: xyz(r.a), pad: 0 }, |c| Rows1 { a: row(c.radiance, 0) });
     record!(
         FirstHit,

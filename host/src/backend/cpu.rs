@@ -203,7 +203,7 @@ impl Backend for Cpu {
         &self.device
     }
 
-    fn best_method(&self, _kernel: Features) -> (Traversal, Schedule) {
+    fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
         let traversal = match self.instructions {
             InstructionSet::Baseline => Traversal::Stack,
             InstructionSet::Avx2 | InstructionSet::Avx512 => Traversal::Wide,

@@ -134,9 +134,9 @@ pub trait Backend: Send {
     /// The device in use.
     fn device(&self) -> &Device;
 
-    /// What is fastest here for a kernel with these features, by docs/performance.md. With [`Traversal::Wide`], each kernel that traces the binary tree can trace the wide one
-    /// instead, which is then made.
-    fn best_method(&self, _kernel: Features) -> (Traversal, Schedule) {
+    /// What is fastest here for this build of a kernel with these features, by docs/performance.md. With [`Traversal::Wide`], each kernel that
+    /// traces the binary tree can trace the wide one instead, which is then made.
+    fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
         (Traversal::Stack, Schedule::Regenerate)
     }
 

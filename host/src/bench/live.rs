@@ -23,7 +23,7 @@ pub fn measure_live(
 ) -> Result<Vec<Row>, Error> {
     let mut frame = || {
         let start = Instant::now();
-        let live = renderer.live(settings, denoise)?;
+        let live = renderer.live(settings, Some(denoise), None)?;
         Ok::<_, Error>(values(&live, start.elapsed().as_secs_f64()))
     };
     let start = Instant::now();
@@ -44,8 +44,10 @@ pub fn measure_live(
 fn values(live: &Live, wall: f64) -> Values {
     let mut level = 0;
     let name = |kernel: Kernel| match kernel {
+        Kernel::Add => "add".to_owned(),
         Kernel::Gather => "gather".to_owned(),
         Kernel::Estimate => "estimate the variance".to_owned(),
+        Kernel::Reproject => "reproject".to_owned(),
         Kernel::Atrous | Kernel::Svgf => {
             level += 1;
             format!("level {level}")

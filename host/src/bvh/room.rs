@@ -10,16 +10,17 @@ const GREATEST_GROWTH: f32 = 1.0 / 64.0;
 
 impl Bvh {
     /// Widens all boxes for rays that start in them or at `eye`, within `lens` along each axis. Not where that would make the boxes of
-    /// the primitives much larger: in a scene with fine detail that reaches far. Returns whether the boxes have room now.
-    pub fn widen(&mut self, eye: Vec3, lens: f32) -> bool {
-        let Some(root) = self.nodes.first() else { return false };
+    /// the primitives much larger: in a scene with fine detail that reaches far. Returns how
+    /// far from the world's origin along each axis a ray may start for which the boxes have room now.
+    pub fn widen(&mut self, eye: Vec3, lens: f32) -> Option<Vec3> {
+        let root = self.nodes.first()?;
         let mut reach = eye.abs() + lens;
         for (low, high) in root.boxes() {
             reach = reach.max(low.abs()).max(high.abs());
         }
         reach *= 1.0 + 1e-5; // points of surfaces, and where rays leave them, lie in the boxes within rounding
         if room(0.0, 0.0, reach.max_element()) > GREATEST_GROWTH * self.middle_extent() {
-            return false;
+            return None;
         }
         for node in &mut self.nodes {
             for (row, reach) in [(&mut node.x, reach.x), (&mut node.y, reach.y), (&mut node.z, reach.z)] {
@@ -27,7 +28,7 @@ impl Bvh {
                 *row = Vec4::new(row.x, row.y, wider(row.x, row.z), wider(row.y, row.w));
             }
         }
-        true
+        Some(reach)
     }
 
     /// The median of half the mean extent of the primitives' boxes.
@@ -57,14 +58,15 @@ mod tests {
         let scene = Scene::hello_world().unwrap();
         let mut bvh = Bvh::build(&scene, None).unwrap();
         let tight = bvh.nodes.clone();
-        assert!(bvh.widen(Vec3::ZERO, 0.0));
+        let reach = bvh.widen(Vec3::ONE, 0.0).unwrap();
+        assert!(reach.cmpgt(Vec3::ONE).all());
         for (node, tight) in bvh.nodes.iter().zip(&tight) {
             for ((low, high), (tight_low, tight_high)) in node.boxes().into_iter().zip(tight.boxes()) {
                 assert!(low.cmple(tight_low).all() && high.cmpge(tight_high).all());
             }
         }
         bvh.nodes.clone_from(&tight);
-        assert!(!bvh.widen(Vec3::splat(1e9), 0.0));
+        assert_eq!(bvh.widen(Vec3::splat(1e9), 0.0), None);
         assert_eq!(bvh.nodes, tight);
     }
 }

@@ -20,6 +20,14 @@ pub enum DenoiseError {
         /// What was asked for.
         value: String,
     },
+    /// Too many.
+    #[error("a history of {frames} frames; at most {most}")]
+    History {
+        /// What was asked for.
+        frames: u32,
+        /// What there can be.
+        most: u32,
+    },
     /// Parameters of a filter, and no filter.
     #[error("--denoise-{name} without a filter; add --denoise atrous or --denoise svgf")]
     NoFilter {

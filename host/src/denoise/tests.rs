@@ -30,7 +30,9 @@ fn passes_are_chained() {
     let settings = Settings { width: 16, height: 9, ..scene.settings() };
     let camera = renderer.camera(&settings);
     for filter in [Filter::Atrous, Filter::Svgf] {
-        let passes = Denoise { levels: 4, ..Denoise::new(filter) }.passes(&camera, 16, 9);
+        let image = Seen::by(&camera, 16, 9);
+        let denoise = Denoise { levels: 4, ..Denoise::new(filter) };
+        let passes = passes(Some(&denoise), &image, &Frames::none(&image));
         assert!(passes.windows(2).all(|pair| pair[1].from == pair[0].to));
         assert!(passes.iter().all(|pass| pass.from + pass.to == 1));
         let levels: Vec<&Pass> = passes.iter().filter(|pass| pass.kernel.is_level()).collect();

@@ -15,6 +15,8 @@ pub struct GuideTotals {
     position: [ExactSum; 3],
     /// Of the radiance that comes from there, and of the sky where nothing was hit.
     emission: [ExactSum; 3],
+    /// Of [`Guides::diffuse`].
+    diffuse: ExactSum,
     /// Samples that hit something.
     pub hits: u64,
     /// Samples that hit nothing.
@@ -32,6 +34,7 @@ impl GuideTotals {
         albedo: [ExactSum::ZERO; 3],
         position: [ExactSum::ZERO; 3],
         emission: [ExactSum::ZERO; 3],
+        diffuse: ExactSum::ZERO,
         hits: 0,
         misses: 0,
         primitive: NO_PRIMITIVE,
@@ -44,6 +47,7 @@ impl GuideTotals {
             for sum in [&mut self.normal, &mut self.albedo, &mut self.position, &mut self.emission] {
                 *sum = [ExactSum::NAN; 3];
             }
+            self.diffuse = ExactSum::NAN;
             return;
         }
         for c in 0..3 {
@@ -52,6 +56,7 @@ impl GuideTotals {
             self.position[c].add(f64::from(guides.position[c]));
             self.emission[c].add(f64::from(guides.emission[c]));
         }
+        self.diffuse.add(f64::from(guides.diffuse));
         self.hits += u64::from(guides.hits);
         self.misses += u64::from(guides.misses);
         if guides.hits > 0 {
@@ -67,6 +72,7 @@ impl GuideTotals {
             self.position[c].merge(other.position[c]);
             self.emission[c].merge(other.emission[c]);
         }
+        self.diffuse.merge(other.diffuse);
         self.hits += other.hits;
         self.misses += other.misses;
         self.name(other.primitive, other.chunk);
@@ -90,7 +96,7 @@ impl GuideTotals {
             position: round(self.position),
             misses: count(self.misses),
             emission: round(self.emission),
-            pad: 0,
+            diffuse: self.diffuse.value() as f32,
         }
     }
 
@@ -128,10 +134,12 @@ fn mean(sums: [ExactSum; 3], count: u64) -> [f64; 3] {
 mod tests {
     use super::*;
     use glam::Vec3;
+    use trisect_shared::guides::Look;
 
     fn guides(hits: u32, primitive: u32) -> Guides {
         let mut guides = Guides::ZERO;
-        (0..hits).for_each(|_| guides.add_hit(primitive, Vec3::Z, Vec3::splat(0.5), Vec3::X, Vec3::ZERO));
+        let look = Look { albedo: Vec3::splat(0.5), diffuse: 1.0 };
+        (0..hits).for_each(|_| guides.add_hit(primitive, Vec3::Z, look, Vec3::X, Vec3::ZERO));
         (hits..4).for_each(|_| guides.add_miss(Vec3::ONE));
         guides
     }

@@ -3,17 +3,20 @@
 use super::schedule::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
-use crate::denoise::{self, Denoise, Kernel};
+use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, keep, passes};
 use crate::film::Film;
 use crate::image::Image;
 use std::time::Duration;
-use trisect_shared::denoise::Lit;
+use trisect_kernels::Variant;
+use trisect_shared::denoise::{Lit, STOPS, View};
 
 /// A frame that stayed on the device, and what it took there.
 #[derive(Clone, Debug)]
 pub struct Live {
     /// That traced it.
     pub kernel: &'static str,
+    /// Samples a pixel since the camera came to rest, this frame's among them.
+    pub samples: u32,
     /// Tracing it.
     pub trace: Duration,
     /// Each pass over it.
@@ -22,6 +25,76 @@ pub struct Live {
     image: usize,
     /// Pixels across and down.
     size: (u32, u32),
+}
+
+/// Samples a pixel that frames are summed to while the camera rests: with as many, the rounding of the sums (1e-5 of them) stays well below the noise that is left.
+pub const MOST_KEPT: u32 = 1 << 16;
+
+/// Live frames that follow each other, of the same settings.
+pub(super) struct Series {
+    settings: Settings,
+    variant: Variant,
+    /// The last one's.
+    image: Option<Seen>,
+    /// Where the past is from that is read.
+    before: Option<View>,
+    /// Which of both pasts that is.
+    past: usize,
+    /// Whether the last frame wrote the other.
+    wrote: bool,
+    /// Samples a pixel since the camera came to rest; 0 without a history.
+    kept: u32,
+    /// The first sample of the next frame.
+    sample: u32,
+}
+
+impl Series {
+    fn new(variant: Variant, settings: Settings) -> Self {
+        Self { settings, variant, image: None, before: None, past: 0, wrote: false, kept: 0, sample: 0 }
+    }
+
+    /// Whether the camera moves.
+    fn moves(&self, image: &Seen) -> bool {
+        self.image.is_some_and(|last| last != *image)
+    }
+
+    /// What the next frame knows of those before it.
+    fn next(&mut self, image: &Seen, history: Option<&History>) -> Frames {
+        let last = self.image.replace(*image);
+        let Some(history) = history else {
+            (self.before, self.wrote, self.kept, self.sample) = (None, false, 0, 0);
+            return Frames::none(image);
+        };
+        let samples = self.settings.samples;
+        let kept = self.kept > 0 && last == Some(*image);
+        if !kept {
+            // What the last frame left is the past now.
+            self.before = last.filter(|_| self.wrote).map(|last| last.view);
+            self.past = 1 - self.past;
+            self.kept = 0;
+        }
+        let spent = self.kept as f32;
+        self.kept += samples;
+        self.wrote = history.frames > 0;
+        Frames {
+            before: self.before.unwrap_or(image.view),
+            history: if self.before.is_some() { (history.frames * samples) as f32 } else { 0.0 },
+            spent,
+            clamp: history.clamp.min(STOPS.1),
+            reproject: self.wrote,
+            past: self.past,
+            kept,
+            add: true,
+        }
+    }
+
+    /// The first of this frame's samples.
+    fn first_sample(&mut self) -> u32 {
+        let count = self.settings.samples;
+        let first = if self.sample.checked_add(count).is_some() { self.sample } else { 0 };
+        self.sample = first + count;
+        first
+    }
 }
 
 impl Renderer {
@@ -42,7 +115,8 @@ impl Renderer {
         // The memory was checked before the film was rendered, and much of what is held now was asked for then.
         self.make_film(&settings)?;
         self.backend.write_film(&sums, &guides)?;
-        let passes = denoise.passes(&self.camera(&settings), film.width, film.height);
+        let image = Seen::by(&self.camera(&settings), film.width, film.height);
+        let passes = passes(Some(denoise), &image, &Frames::none(&image));
         let times = self.backend.denoise(&passes)?;
         let mut pixels = vec![Lit::UNKNOWN; sums.len()];
         self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut pixels)?;
@@ -50,36 +124,61 @@ impl Renderer {
     }
 
     /// Renders a frame and denoises it where it is: nothing is read back, so that frames follow each other as fast as the device has them.
-    /// At most one chunk of samples a pixel.
+    /// At most one chunk of samples a pixel. Without a filter the frame comes out as it is, but for the rounding of a division.
+    ///
+    /// With a [`History`] each frame has samples of its own, which go on where the last frame's ended, as long as the settings stay the same;
+    /// from [`MOST_KEPT`] samples a pixel on an image that rests stays as it is. Without one, each frame is the same.
     ///
     /// # Errors
     ///
     /// As [`denoise`](Self::denoise); [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
-    pub fn live(&mut self, settings: &Settings, denoise: &Denoise) -> Result<Live, Error> {
-        denoise.check()?;
+    pub fn live(
+        &mut self,
+        settings: &Settings,
+        denoise: Option<&Denoise>,
+        history: Option<&History>,
+    ) -> Result<Live, Error> {
+        denoise.map_or(Ok(()), Denoise::check)?;
+        history.map_or(Ok(()), History::check)?;
         settings.check_live()?;
         let settings = Settings { guides: true, ..settings.clone() };
-        let variant = match self.live.take().filter(|(before, _)| *before == settings) {
-            Some((_, variant)) => variant,
-            None => self.prepare(&settings)?,
-        };
         let camera = self.camera(&settings);
-        self.sight.look(self.backend.as_mut(), &camera, &settings, variant)?;
-        let mut submissions = Submissions::new(settings.width, 0..settings.height, settings.samples);
+        let image = Seen::by(&camera, settings.width, settings.height);
+        // Taken: after an error the next frame begins anew.
+        let mut series = match self.live.take().filter(|series| series.settings == settings) {
+            Some(series) => series,
+            None => Series::new(self.prepare(&settings)?, settings.clone()),
+        };
+        let moves = series.moves(&image);
+        self.sight.look(self.backend.as_mut(), &camera, &settings, series.variant, moves)?;
+        let frames = series.next(&image, history);
         let mut trace = Duration::ZERO;
-        while let Some(submission) = submissions.next(&self.pace) {
-            trace += self.submit(&settings, submission, 0, settings.samples)?;
+        let goes_on = !frames.kept || series.kept <= MOST_KEPT;
+        if frames.kept && series.kept == 2 * settings.samples {
+            self.backend.denoise(&[keep(&image)])?;
         }
-        let passes = denoise.passes(&camera, settings.width, settings.height);
+        if goes_on {
+            let first = series.first_sample();
+            let mut submissions = Submissions::new(settings.width, 0..settings.height, settings.samples);
+            while let Some(submission) = submissions.next(&self.pace) {
+                trace += self.submit(&settings, submission, first, settings.samples)?;
+            }
+        }
+        let mut passes = passes(denoise, &image, &frames);
+        if !goes_on {
+            series.kept -= settings.samples;
+            passes.retain(|pass| pass.kernel != Kernel::Add);
+        }
         let times = self.backend.denoise(&passes)?;
         let live = Live {
-            kernel: variant.name,
+            kernel: series.variant.name,
+            samples: series.kept.max(settings.samples),
             trace,
             passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
             image: passes.last().map_or(0, |pass| pass.to),
-            size: (settings.width, settings.height),
+            size: (image.width, image.height),
         };
-        self.live = Some((settings, variant));
+        self.live = Some(series);
         Ok(live)
     }
 

@@ -8,7 +8,7 @@ mod settings;
 mod sight;
 
 pub use crate::film::Part;
-pub use live::Live;
+pub use live::{Live, MOST_KEPT};
 pub use method::{Schedule, Traversal};
 pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 
@@ -17,8 +17,10 @@ use crate::backend::{Backend, Job, Launch, SceneRecords};
 use crate::bvh::{Bvh, BvhQuality, Wide};
 use crate::film::Film;
 use crate::lights::Lights;
-use crate::scene::{CameraPose, Scene};
+use crate::scene::{CameraPose, Scene, SceneError};
 use crate::stats::{Phases, RenderStats};
+use glam::Vec3;
+use live::Series;
 use schedule::{Pace, Submission, Submissions};
 use sight::Sight;
 use std::ops::ControlFlow;
@@ -112,8 +114,10 @@ pub struct Renderer {
     sight: Sight,
     /// Of which instance of a mesh each triangle is, in the order of the tree.
     instances: Vec<u32>,
-    /// What the live frame before was made with, if nothing was rendered since.
-    live: Option<(Settings, Variant)>,
+    /// The live frames before, if nothing was rendered since.
+    live: Option<Series>,
+    /// How far from the world's origin along each axis a ray may start for which the boxes have room.
+    reach: Vec3,
 }
 
 impl Renderer {
@@ -131,12 +135,12 @@ impl Renderer {
         let start = Instant::now();
         scene.prove()?;
         let mut bvh = Bvh::build(scene, quality)?;
-        let wide = match backend.best_method(scene.features()).0 {
+        let wide = match backend.best_method(scene.features(), MathMode::Precise).0 {
             Traversal::Wide => Wide::new(scene, &bvh)?,
             _ => None,
         };
         let camera = camera::record(&scene.camera, 1, 1);
-        let room = bvh.widen(camera.origin, camera.lens_x.length());
+        let reach = bvh.widen(camera.origin, camera.lens_x.length());
         let lights = Lights::new(scene, &bvh.triangles);
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
@@ -149,7 +153,8 @@ impl Renderer {
             camera: scene.camera,
             features: scene.features(),
             wide: wide.is_some(),
-            scene: SceneParams::new(scene, &bvh, &lights, room),
+            scene: SceneParams::new(scene, &bvh, &lights, reach.is_some()),
+            reach: reach.unwrap_or(Vec3::ZERO),
             pace,
             chunk: Vec::new(),
             guides: Vec::new(),
@@ -206,7 +211,7 @@ impl Renderer {
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let camera = self.camera(settings);
-        self.sight.look(self.backend.as_mut(), &camera, settings, variant)?;
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
         stats.phases.view_seconds = start.elapsed().as_secs_f64();
         stats.tile = self.sight.tile();
         stats.tiles_refused = self.sight.refused().map(str::to_owned);
@@ -290,7 +295,7 @@ impl Renderer {
 
     /// Chooses the kernel and makes the film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        let best = |kernel| self.backend.best_method(kernel);
+        let best = |kernel| self.backend.best_method(kernel, settings.math);
         let variant = method::choose(self.features, settings, best, self.wide)?;
         self.live = None;
         let Settings { width, height, math, .. } = *settings;
@@ -314,6 +319,29 @@ impl Renderer {
                 self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
             }
         }
+    }
+
+    /// Where the camera is.
+    pub fn pose(&self) -> &CameraPose {
+        &self.camera
+    }
+
+    /// Looks from somewhere else, from the next frame on.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for a pose that is none: the camera stays where it was.
+    pub fn look(&mut self, pose: CameraPose) -> Result<(), SceneError> {
+        pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
+        if pose != self.camera {
+            let record = camera::record(&pose, 1, 1);
+            let start = record.origin.abs() + record.lens_x.length();
+            // Boxes with room are wider than others need: those of a camera beyond lose nothing.
+            self.scene.room = start.cmple(self.reach).all();
+            self.camera = pose;
+            self.sight.forget();
+        }
+        Ok(())
     }
 
     /// The camera's launch record.

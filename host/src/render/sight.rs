@@ -30,7 +30,7 @@ impl Sight {
     }
 
     /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose
-    /// paths are short, so that its camera rays are a good part of all. Without memory for it, the image is made without it, and is the
+    /// paths are short, so that its camera rays are a good part of all, and while the camera rests. Without memory for it, the image is made without it, and is the
     /// same: [`Sight::refused`] says so.
     pub fn look(
         &mut self,
@@ -38,8 +38,9 @@ impl Sight {
         camera: &Camera,
         settings: &Settings,
         variant: Variant,
+        moves: bool,
     ) -> Result<(), Error> {
-        let default = match has_any(variant.features, LARGE) {
+        let default = match has_any(variant.features, LARGE) || moves {
             true => 0,
             false if settings.samples < FINE_FROM => 16,
             false => 8,
@@ -61,6 +62,11 @@ impl Sight {
             }
         }
         Ok(())
+    }
+
+    /// Forgets what an earlier camera saw.
+    pub fn forget(&mut self) {
+        self.made = None;
     }
 
     /// Pixels along the edge of the tiles that the image is made by; `None` without.

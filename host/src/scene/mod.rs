@@ -56,6 +56,25 @@ pub struct CameraPose {
     pub focus_distance: f64,
 }
 
+impl CameraPose {
+    /// Refuses what is none, with what would be right.
+    pub fn check(&self) -> Result<(), String> {
+        let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
+        let far = values::GREATEST;
+        if ![look_from, look_at, up].iter().all(|v| v.abs().cmple(DVec3::splat(far)).all()) {
+            return Err(format!("look_from, look_at and up must be numbers within {far:e}"));
+        }
+        let angle = |a: f64| (0.0..std::f64::consts::PI).contains(&a);
+        if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
+            return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
+        }
+        if !(values::LEAST..=far).contains(&focus_distance) {
+            return Err(format!("focus_distance must lie between {:e} and {far:e}", values::LEAST));
+        }
+        format::check_camera(self)
+    }
+}
+
 /// A panorama.
 #[derive(Clone, Debug)]
 pub struct Environment {

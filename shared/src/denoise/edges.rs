@@ -80,6 +80,27 @@ impl Stops {
         }
     }
 
+    /// Of a surface through `point`, for pixels of another view, counted from its pixel (`x`, `y`).
+    #[inline(always)]
+    pub(super) fn of_plane(
+        params: &DenoiseParams,
+        view: &View,
+        normal: Vec3,
+        point: Vec3,
+        x: f32,
+        y: f32,
+    ) -> Self {
+        let by = normal * params.depth;
+        Self {
+            normal: normal * params.normal,
+            turned: params.normal,
+            cosine: by.dot(view.first + view.right * x + view.down * y),
+            across: by.dot(view.right),
+            along: by.dot(view.down),
+            distance: by.dot(point - view.origin),
+        }
+    }
+
     /// What is left of `open` behind the stops between the surfaces of this pixel and of the tap (`i`, `j`).
     #[inline(always)]
     pub(super) fn leave(&self, open: f32, edge: Edge, i: f32, j: f32) -> f32 {

@@ -14,11 +14,13 @@
 mod edges;
 mod gather;
 mod level;
+mod temporal;
 mod variance;
 
 pub use edges::{Edge, View};
 pub use gather::{finish, gather};
 pub use level::{PIXELS, level, levels};
+pub use temporal::{Past, add, reproject};
 pub use variance::estimate;
 
 use bytemuck::{Pod, Zeroable};
@@ -50,7 +52,7 @@ impl Lit {
     }
 }
 
-/// One launch of a pass. 112 bytes, seven rows.
+/// One launch of a pass. 208 bytes, 13 rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct DenoiseParams {
@@ -72,9 +74,19 @@ pub struct DenoiseParams {
     pub depth: f32,
     /// Samples a pixel below which its variance is told from its neighbours.
     pub trusted: u32,
+    /// Where the frame before was seen from. Bytes 112 to 191.
+    pub before: View,
+    /// Samples that the past counts for, at most.
+    pub history: f32,
+    /// Of them, those that it no longer counts for, since the camera rests.
+    pub spent: f32,
+    /// Standard deviations of the neighbourhood within which the past is taken.
+    pub clamp: f32,
+    /// Whether a frame is added to those before it, or takes their place.
+    pub add: u32,
 }
 
-const _: () = assert!(size_of::<DenoiseParams>() == 112 && align_of::<DenoiseParams>() == 16);
+const _: () = assert!(size_of::<DenoiseParams>() == 208 && align_of::<DenoiseParams>() == 16);
 
 /// The least and the greatest factor of a stop: neither 0 nor infinite, so that no product is NaN.
 pub const STOPS: (f32, f32) = (1e-36, 1e36);

@@ -7,7 +7,7 @@ use crate::rows::Stored;
 use glam::Vec3;
 
 /// Greatest variance that passes compute with.
-const GREATEST: f32 = 1e30;
+pub(super) const GREATEST: f32 = 1e30;
 
 /// Of all channels; what is not a number, or too great, is the greatest.
 #[inline(always)]
@@ -46,6 +46,42 @@ pub unsafe fn estimate(
     if samples >= params.trusted || !middle.is_known() {
         return middle;
     }
+    // SAFETY: the caller's promise.
+    let variance = unsafe { around(params, from, edges, middle, edge, x, y) }.total();
+    Lit { variance, ..middle }
+}
+
+/// What the neighbourhood of a pixel shows, by channel.
+#[derive(Clone, Copy)]
+pub(super) struct Around {
+    pub(super) mean: Vec3,
+    pub(super) variance: Vec3,
+}
+
+impl Around {
+    /// Of all channels.
+    #[inline(always)]
+    pub(super) fn total(&self) -> f32 {
+        total_variance(self.variance)
+    }
+}
+
+/// Mean and variance over the surface around the pixel (`x`, `y`), which has this colour and edge.
+///
+/// # Safety
+///
+/// As [`estimate`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub(super) unsafe fn around(
+    params: &DenoiseParams,
+    from: &[Stored<Lit>],
+    edges: &[Stored<Edge>],
+    middle: Lit,
+    edge: Edge,
+    x: u32,
+    y: u32,
+) -> Around {
     let stops = Stops::new(params, edge, x, y, 1.0);
     let (mut sum, mut squares, mut total) = (middle.color, middle.color * middle.color, 1.0);
     let mut j = -REACH;
@@ -71,7 +107,7 @@ pub unsafe fn estimate(
         j += 1;
     }
     let mean = sum / total;
-    Lit { variance: total_variance(squares / total - mean * mean), ..middle }
+    Around { mean, variance: squares / total - mean * mean }
 }
 
 /// The variance around a pixel: the mean over 3 x 3 by a binomial filter, of what is known.

@@ -16,7 +16,7 @@ use crate::features::{
     has_any,
 };
 use crate::film::{Carry, PixelSums};
-use crate::guides::{self, Guides};
+use crate::guides::{self, Guides, Look};
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
@@ -258,10 +258,12 @@ impl Path {
                         Bsdf::new::<FEATURES>(scene, material, ray.direction, shading, front, place)
                     };
                     if guides_too {
-                        let albedo = bsdf.albedo::<FEATURES>();
-                        let hit = |g: &mut Guides| {
-                            g.add_hit(hit.primitive, shading, albedo, surface.point, emitted)
+                        let look = Look {
+                            albedo: bsdf.albedo::<FEATURES>(),
+                            diffuse: bsdf.diffuseness::<FEATURES>(),
                         };
+                        let hit =
+                            |g: &mut Guides| g.add_hit(hit.primitive, shading, look, surface.point, emitted);
                         // SAFETY: the caller's promise.
                         unsafe { guides::update(guides, key.pixel, hit) };
                     }

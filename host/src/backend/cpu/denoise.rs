@@ -6,7 +6,7 @@ use crate::backend::BackendError;
 use crate::denoise::{Kernel, Pass};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
-use trisect_shared::denoise::{Edge, Lit, estimate, finish, gather, level};
+use trisect_shared::denoise::{Edge, Lit, Past, add, estimate, finish, gather, level, reproject};
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 
@@ -15,6 +15,9 @@ use trisect_shared::guides::Guides;
 pub(super) struct Denoiser {
     images: [Vec<Lit>; 2],
     edges: Vec<Edge>,
+    /// What frames keep for those that follow.
+    pasts: [Vec<Past>; 2],
+    kept: Vec<(PixelSums, Guides)>,
 }
 
 impl Denoiser {
@@ -27,6 +30,10 @@ impl Denoiser {
     ) -> Result<Vec<Duration>, BackendError> {
         self.images.iter_mut().for_each(|image| image.resize(film.len(), Lit::UNKNOWN));
         self.edges.resize(film.len(), Edge::NONE);
+        if passes.iter().any(|pass| pass.kernel.is_temporal()) {
+            self.pasts.iter_mut().for_each(|past| past.resize(film.len(), Past::NONE));
+            self.kept.resize(film.len(), (PixelSums::ZERO, Guides::ZERO));
+        }
         passes.iter().map(|pass| self.pass(pass, film, guides)).collect()
     }
 
@@ -39,26 +46,49 @@ impl Denoiser {
         if width * params.height as usize != film.len() || film.is_empty() {
             return Err(failed("a pass over another image"));
         }
-        let edges = &mut self.edges;
+        if (pass.kept || pass.kernel.is_temporal()) && self.kept.len() != film.len() {
+            return Err(failed("a pass over frames that were not kept"));
+        }
+        let new = film.par_iter().zip(guides);
+        if pass.kernel == Kernel::Add {
+            let pixels = self.kept.par_iter_mut().zip(new).with_min_len(super::TASK);
+            pixels.for_each(|(kept, (sums, guides))| *kept = add(params, *sums, *guides, *kept));
+            return Ok(start.elapsed());
+        }
+        let kept = pass.kept.then_some(&self.kept);
+        let of = |pixel: usize| kept.map_or_else(|| (film[pixel], guides[pixel]), |kept| kept[pixel]);
         if pass.kernel == Kernel::Gather {
-            let pixels = to.par_iter_mut().zip(edges).zip(film.par_iter().zip(guides));
-            pixels.with_min_len(super::TASK).for_each(|((lit, edge), (sums, guides))| {
-                (*lit, *edge) = gather(params, *sums, *guides);
+            let pixels = to.par_iter_mut().zip(&mut self.edges).enumerate().with_min_len(super::TASK);
+            pixels.for_each(|(pixel, (lit, edge))| {
+                let (sums, guides) = of(pixel);
+                (*lit, *edge) = gather(params, sums, guides);
             });
             return Ok(start.elapsed());
         }
-        let edges = &*edges;
+        let edges = &self.edges;
+        if pass.kernel == Kernel::Reproject {
+            let [first, second] = &mut self.pasts;
+            let (past, next) = if pass.past == 0 { (&*first, second) } else { (&*second, first) };
+            let pixels = to.par_iter_mut().zip(next).enumerate().with_min_len(super::TASK);
+            pixels.for_each(|(pixel, (lit, next))| {
+                let (x, y) = ((pixel % width) as u32, (pixel / width) as u32);
+                let (sums, guides) = of(pixel);
+                // SAFETY: the pixel is of the image, and all slices are as long as that, as was checked above.
+                (*lit, *next) = unsafe { reproject(params, from, edges, past, sums.samples, guides, x, y) };
+            });
+            return Ok(start.elapsed());
+        }
         to.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
             let y = row as u32;
             for ((x, lit), pixel) in (0u32..).zip(pixels).zip(row * width..) {
-                // SAFETY: the pixel is of the image, and all slices are as long as that, as was checked above.
+                // SAFETY: as above.
                 *lit = unsafe {
                     match pass.kernel {
-                        Kernel::Gather => *lit,
-                        Kernel::Estimate => estimate(params, from, edges, film[pixel].samples, x, y),
+                        Kernel::Add | Kernel::Gather | Kernel::Reproject => *lit,
+                        Kernel::Estimate => estimate(params, from, edges, of(pixel).0.samples, x, y),
                         Kernel::Atrous => level::<false>(params, from, edges, x, y),
                         Kernel::Svgf => level::<true>(params, from, edges, x, y),
-                        Kernel::Finish => finish(from[pixel], guides[pixel]),
+                        Kernel::Finish => finish(from[pixel], of(pixel).1),
                     }
                 };
             }

@@ -7,7 +7,7 @@ use crate::denoise::Pass;
 use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, DeviceRepr, LaunchConfig, PushKernelArg};
 use std::time::Duration;
 use trisect_kernels::workgroup;
-use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
+use trisect_shared::denoise::{DenoiseParams, Edge, Lit, Past};
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 
@@ -15,6 +15,14 @@ use trisect_shared::guides::Guides;
 pub(super) struct Images {
     lit: [CudaSlice<u8>; 2],
     edges: CudaSlice<u8>,
+    frames: Option<Frames>,
+}
+
+/// What frames keep for those that follow.
+struct Frames {
+    pasts: [CudaSlice<u8>; 2],
+    sums: CudaSlice<u8>,
+    guides: CudaSlice<u8>,
 }
 
 /// The launch record as a kernel argument.
@@ -30,15 +38,25 @@ impl Cuda {
     fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
         let lit = || self.allocate(pixels * size_of::<Lit>(), "the denoised image");
         let edges = self.allocate(pixels * size_of::<Edge>(), "the denoiser's edges")?;
-        Ok(Images { lit: [lit()?, lit()?], edges })
+        Ok(Images { lit: [lit()?, lit()?], edges, frames: None })
+    }
+
+    /// The same of what is kept from frame to frame.
+    fn denoiser_frames(&self, pixels: usize) -> Result<Frames, BackendError> {
+        let bytes = |size: usize| self.allocate(pixels * size, "the frames before");
+        let past = size_of::<Past>();
+        Ok(Frames {
+            pasts: [bytes(past)?, bytes(past)?],
+            sums: bytes(size_of::<PixelSums>())?,
+            guides: bytes(size_of::<Guides>())?,
+        })
     }
 
     /// Runs the passes over sums and guides of as many pixels as the images have.
     fn run_passes(
         &mut self,
         passes: &[Pass],
-        sums: &CudaSlice<u8>,
-        guides: &CudaSlice<u8>,
+        film: &mut super::Film,
         images: &mut Images,
     ) -> Result<Vec<Duration>, BackendError> {
         let kernels: Vec<CudaFunction> =
@@ -59,12 +77,32 @@ impl Cuda {
                 block_dim: (threads.0, threads.1, 1),
                 shared_mem_bytes: 0,
             };
-            let [first, second] = &mut images.lit;
+            let Images { lit: [first, second], edges, frames } = &mut *images;
             let (from, to) = if pass.to == 1 { (&*first, second) } else { (&*second, first) };
-            let mut arguments = self.stream.launch_builder(kernel);
-            arguments.arg(&params).arg(sums).arg(guides).arg(from).arg(to).arg(&mut images.edges);
-            // SAFETY: the arguments are those of every pass (see trisect_kernels), and each names a record for each pixel of the image.
-            unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+            let own = (&mut film.sums, &mut film.guides);
+            match frames {
+                Some(frames) if pass.kernel.is_temporal() => {
+                    let mut arguments = self.stream.launch_builder(kernel);
+                    arguments.arg(&params);
+                    let [first, second] = &mut frames.pasts;
+                    let (past, next) = if pass.past == 0 { (&*first, second) } else { (&*second, first) };
+                    let kept = (&mut frames.sums, &mut frames.guides);
+                    let (of, other) = if pass.kept { (kept, own) } else { (own, kept) };
+                    arguments.arg(&*of.0).arg(&*of.1).arg(from).arg(&*edges).arg(past);
+                    arguments.arg(to).arg(next).arg(other.0).arg(other.1);
+                    // SAFETY: the arguments are those of every such pass (see trisect_kernels), and each names a record for each pixel.
+                    unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+                }
+                frames => {
+                    let mut arguments = self.stream.launch_builder(kernel);
+                    arguments.arg(&params);
+                    let kept = frames.as_ref().filter(|_| pass.kept);
+                    let of = kept.map_or((&*own.0, &*own.1), |frames| (&frames.sums, &frames.guides));
+                    arguments.arg(of.0).arg(of.1).arg(from).arg(to).arg(edges);
+                    // SAFETY: as above.
+                    unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+                }
+            }
             start(index + 1)?;
         }
         let Some(last) = events.last() else { return Ok(Vec::new()) };
@@ -90,7 +128,7 @@ impl Cuda {
 
     /// [`Backend::denoise`](crate::backend::Backend::denoise).
     pub(super) fn denoise_film(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        let Some(film) = self.film.take() else { return Err(not_prepared()) };
+        let Some(mut film) = self.film.take() else { return Err(not_prepared()) };
         let pixels = film.sums.len() / size_of::<PixelSums>();
         let is_image = |pass: &Pass| pass.params.width as usize * pass.params.height as usize == pixels;
         if film.guides.len() != pixels * size_of::<Guides>() || !passes.iter().all(is_image) {
@@ -105,7 +143,10 @@ impl Cuda {
             }
         };
         let times = images.and_then(|mut images| {
-            let times = self.run_passes(passes, &film.sums, &film.guides, &mut images);
+            if images.frames.is_none() && passes.iter().any(|pass| pass.kept || pass.kernel.is_temporal()) {
+                images.frames = Some(self.denoiser_frames(pixels)?);
+            }
+            let times = self.run_passes(passes, &mut film, &mut images);
             self.denoiser = Some(images);
             times
         });

@@ -266,7 +266,7 @@ impl Backend for Cuda {
         &self.device
     }
 
-    fn best_method(&self, _kernel: Features) -> (Traversal, Schedule) {
+    fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
         (Traversal::Stack, Schedule::Persistent)
     }
 

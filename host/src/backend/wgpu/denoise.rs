@@ -7,13 +7,13 @@ use crate::backend::BackendError;
 use crate::denoise::{LEVELS, Pass};
 use crate::render::MathMode;
 use std::time::{Duration, Instant};
-use trisect_shared::denoise::{DenoiseParams, Edge, Lit};
+use trisect_shared::denoise::{DenoiseParams, Edge, Lit, Past};
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 use wgpu::{Buffer, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor, QueryType};
 
-/// Passes of one submission, at most: two before the levels, one after.
-const PASSES: u32 = *LEVELS.end() + 3;
+/// Passes of one submission, at most: three before the levels, one after.
+const PASSES: u32 = *LEVELS.end() + 4;
 
 /// The images between passes, and pipelines with a layout of their own.
 pub(super) struct Denoiser {
@@ -22,9 +22,34 @@ pub(super) struct Denoiser {
     params: Vec<Buffer>,
     lit: [Buffer; 2],
     edges: Buffer,
+    frames: Option<Frames>,
     /// What an image is read through.
     staging: Buffer,
     timer: Option<Timer>,
+}
+
+/// What frames keep for those that follow, and the pipelines for it.
+struct Frames {
+    pipelines: Pipelines,
+    pasts: [Buffer; 2],
+    sums: Buffer,
+    guides: Buffer,
+}
+
+impl Frames {
+    /// For so many pixels.
+    fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
+        let buffer = |size: usize| {
+            let usage = BufferUsages::STORAGE;
+            of.buffer(pixels * size as u64, usage, "the frames before")
+        };
+        Ok(Self {
+            pipelines: Pipelines::new(&of.gpu, of.route, 5, 4)?,
+            pasts: [buffer(size_of::<Past>())?, buffer(size_of::<Past>())?],
+            sums: buffer(size_of::<PixelSums>())?,
+            guides: buffer(size_of::<Guides>())?,
+        })
+    }
 }
 
 struct Timer {
@@ -65,6 +90,7 @@ impl Denoiser {
             params: (0..PASSES).map(|_| params()).collect::<Result<_, _>>()?,
             lit: [image()?, image()?],
             edges: of.buffer(pixels * size_of::<Edge>() as u64, storage, "the denoiser's edges")?,
+            frames: None,
             staging: of.buffer(bytes, read, "the denoised image")?,
             timer: of.timer.is_some().then(timer).transpose()?,
         })
@@ -81,7 +107,7 @@ impl Denoiser {
         gpu: &Gpu,
         math: MathMode,
         passes: &[Pass],
-        [sums, guides]: [&Buffer; 2],
+        own: [&Buffer; 2],
     ) -> Result<Vec<Duration>, BackendError> {
         if passes.len() > PASSES as usize {
             let message = format!("{} passes, of {PASSES} at most", passes.len());
@@ -90,7 +116,11 @@ impl Denoiser {
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         for pass in passes {
             pass.check_groups("wgpu", limit)?;
-            self.pipelines.compile(gpu, pass.kernel.name(), math)?;
+            let pipelines = match &mut self.frames {
+                Some(frames) if pass.kernel.is_temporal() => &mut frames.pipelines,
+                _ => &mut self.pipelines,
+            };
+            pipelines.compile(gpu, pass.kernel.name(), math)?;
         }
         let start = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -98,7 +128,24 @@ impl Denoiser {
             gpu.queue.write_buffer(params, 0, bytemuck::bytes_of(&pass.params));
             let [first, second] = &self.lit;
             let (from, to) = if pass.to == 1 { (first, second) } else { (second, first) };
-            let group = self.pipelines.bind(&gpu.device, [params, sums, guides, from, to, &self.edges]);
+            let kept = self.frames.as_ref().map(|frames| [&frames.sums, &frames.guides]);
+            let (film, other) = match kept {
+                Some(kept) if pass.kept => (kept, own),
+                kept => (own, kept.unwrap_or(own)),
+            };
+            let (pipelines, group) = match &self.frames {
+                Some(frames) if pass.kernel.is_temporal() => {
+                    let [first, second] = &frames.pasts;
+                    let (past, next) = if pass.past == 0 { (first, second) } else { (second, first) };
+                    let buffers =
+                        [params, film[0], film[1], from, &self.edges, past, to, next, other[0], other[1]];
+                    (&frames.pipelines, frames.pipelines.bind(&gpu.device, buffers))
+                }
+                _ => {
+                    let buffers = [params, film[0], film[1], from, to, &self.edges];
+                    (&self.pipelines, self.pipelines.bind(&gpu.device, buffers))
+                }
+            };
             let name = pass.kernel.name();
             let mut recorder = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(name),
@@ -108,7 +155,7 @@ impl Denoiser {
                     end_of_pass_write_index: Some(2 * index + 1),
                 }),
             });
-            recorder.set_pipeline(self.pipelines.get(name, math)?);
+            recorder.set_pipeline(pipelines.get(name, math)?);
             recorder.set_bind_group(0, &group, &[]);
             let groups = pass.groups();
             recorder.dispatch_workgroups(groups.0, groups.1, 1);
@@ -179,6 +226,9 @@ impl Wgpu {
                 Denoiser::new(self, of_image)?
             }
         };
+        if denoiser.frames.is_none() && passes.iter().any(|pass| pass.kept || pass.kernel.is_temporal()) {
+            denoiser.frames = Some(Frames::new(self, of_image)?);
+        }
         let times = denoiser.run(&self.gpu, self.math, passes, [&film.sums, &film.guides.records]);
         self.denoiser = Some(denoiser);
         times

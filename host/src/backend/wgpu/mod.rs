@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::Lit;
-use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, has, has_any};
+use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, TEXTURES, has, has_any};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
@@ -254,10 +254,11 @@ impl Backend for Wgpu {
         &self.device
     }
 
-    fn best_method(&self, kernel: Features) -> (Traversal, Schedule) {
-        let queue = has_any(kernel, LARGE)
-            && self.device.kind != DeviceKind::SoftwareGpu
-            && self.pipelines.pass_through(&self.gpu);
+    fn best_method(&self, kernel: Features, math: MathMode) -> (Traversal, Schedule) {
+        // Kernels without textures gain by a queue where their shading is short (docs/performance.md).
+        let large = has(kernel, TEXTURES) || math == MathMode::Fast && has_any(kernel, LARGE);
+        let queue =
+            large && self.device.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
         (Traversal::Stack, if queue { Schedule::Persistent } else { Schedule::Regenerate })
     }
 

@@ -1,0 +1,179 @@
+//! The passes over an image, one after the other.
+
+use super::history::Frames;
+use super::{Denoise, Filter, stop, view};
+use crate::backend::BackendError;
+use trisect_kernels::workgroup;
+use trisect_shared::camera::Camera;
+use trisect_shared::denoise::{DenoiseParams, PIXELS, STOPS, View};
+
+/// An image of a frame, and where it is seen from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Seen {
+    pub view: View,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Seen {
+    /// By a camera.
+    pub fn by(camera: &Camera, width: u32, height: u32) -> Self {
+        Self { view: view::of(camera), width, height }
+    }
+
+    /// Without a filter: nothing stops at colours.
+    pub(super) fn params(&self) -> DenoiseParams {
+        DenoiseParams {
+            view: self.view,
+            width: self.width,
+            height: self.height,
+            step: 1,
+            pad: 0,
+            color: STOPS.0,
+            normal: stop(1.0 - f64::from(30.0f32).to_radians().cos()),
+            depth: stop(f64::from(0.02f32).powi(2)).sqrt(),
+            trusted: TRUSTED,
+            before: self.view,
+            history: 0.0,
+            spent: 0.0,
+            clamp: STOPS.1,
+            add: 0,
+        }
+    }
+}
+
+/// Samples from which on a pixel's own variance is used, as in SVGF.
+const TRUSTED: u32 = 4;
+
+/// What a device does, one after the other, with an image and what is known of frames before it; without a filter, the image comes out as it is.
+pub(crate) fn passes(denoise: Option<&Denoise>, image: &Seen, frames: &Frames) -> Vec<Pass> {
+    let base = denoise.map_or_else(|| image.params(), |denoise| denoise.params(image));
+    let params = DenoiseParams {
+        before: frames.before,
+        history: frames.history,
+        spent: frames.spent,
+        clamp: frames.clamp,
+        add: u32::from(frames.add),
+        ..base
+    };
+    let first = Pass { kernel: Kernel::Gather, params, from: 1, to: 0, past: frames.past, kept: frames.kept };
+    let next = |passes: &[Pass]| {
+        let from = passes.last().map_or(0, |pass| pass.to);
+        Pass { from, to: 1 - from, ..first }
+    };
+    let mut passes = Vec::new();
+    if frames.kept {
+        passes.push(Pass { kernel: Kernel::Add, kept: false, ..first });
+    }
+    passes.push(first);
+    if frames.reproject {
+        passes.push(Pass { kernel: Kernel::Reproject, ..next(&passes) });
+    } else if denoise.is_some_and(|denoise| denoise.filter == Filter::Svgf) {
+        passes.push(Pass { kernel: Kernel::Estimate, ..next(&passes) });
+    }
+    for level in 0..denoise.map_or(0, |denoise| denoise.levels) {
+        let step = 1 << level;
+        let (kernel, color) = match denoise {
+            Some(Denoise { filter: Filter::Atrous, color, .. }) => {
+                let color = f64::from(*color) / f64::from(step);
+                (Kernel::Atrous, stop(color * color))
+            }
+            _ => (Kernel::Svgf, params.color),
+        };
+        passes.push(Pass { kernel, params: DenoiseParams { step, color, ..params }, ..next(&passes) });
+    }
+    passes.push(Pass { kernel: Kernel::Finish, ..next(&passes) });
+    passes
+}
+
+/// The pass that makes this frame the first of those that are summed.
+pub(crate) fn keep(image: &Seen) -> Pass {
+    Pass { kernel: Kernel::Add, params: image.params(), from: 1, to: 0, past: 0, kept: false }
+}
+
+/// A kernel of the denoiser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kernel {
+    /// The frame to those before it.
+    Add,
+    /// From sums to an image over its albedo, and edges.
+    Gather,
+    /// Variance from the neighbourhood.
+    Estimate,
+    /// What the frame before knew, and variance.
+    Reproject,
+    /// A level with fixed stops.
+    Atrous,
+    /// A level with stops by variance.
+    Svgf,
+    /// The albedo again.
+    Finish,
+}
+
+impl Kernel {
+    /// Whether it is a level of the filter.
+    pub fn is_level(self) -> bool {
+        matches!(self, Self::Atrous | Self::Svgf)
+    }
+
+    /// Whether it needs what frames keep for those that follow.
+    pub fn is_temporal(self) -> bool {
+        matches!(self, Self::Add | Self::Reproject)
+    }
+
+    /// The entry point.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Add => "denoise_add",
+            Self::Gather => "denoise_gather",
+            Self::Estimate => "denoise_estimate",
+            Self::Reproject => "denoise_reproject",
+            Self::Atrous => "denoise_atrous",
+            Self::Svgf => "denoise_svgf",
+            Self::Finish => "denoise_finish",
+        }
+    }
+}
+
+/// A launch over all pixels: from one of two images to the other. Only a [`Renderer`](crate::render::Renderer) makes them: kernels trust
+/// their sizes, and that what they read was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pass {
+    /// What.
+    pub(crate) kernel: Kernel,
+    /// With what.
+    pub(crate) params: DenoiseParams,
+    /// The image that it reads, 0 or 1.
+    pub(crate) from: usize,
+    /// The other.
+    pub(crate) to: usize,
+    /// The past that it reads, 0 or 1; it writes the other.
+    pub(crate) past: usize,
+    /// Whether the film is the sum over frames, or this frame's; a pass of [`Kernel::Add`] writes the other.
+    pub(crate) kept: bool,
+}
+
+impl Pass {
+    /// Threads across and down.
+    pub fn threads(&self) -> (u32, u32) {
+        let DenoiseParams { width, height, step, .. } = self.params;
+        let rows = if self.kernel.is_level() { height.div_ceil(PIXELS * step) * step } else { height };
+        (width, rows)
+    }
+
+    /// Refuses more work groups than a launch has.
+    pub(crate) fn check_groups(&self, backend: &'static str, limit: u32) -> Result<(), BackendError> {
+        let (across, down) = self.groups();
+        if across.max(down) <= limit {
+            return Ok(());
+        }
+        let DenoiseParams { width, height, .. } = self.params;
+        Err(BackendError::TooLong { backend, width, rows: height, limit: u64::from(limit) })
+    }
+
+    /// Work groups across and down.
+    pub fn groups(&self) -> (u32, u32) {
+        let (threads, group) = (self.threads(), workgroup(self.kernel.name()));
+        (threads.0.div_ceil(group.0), threads.1.div_ceil(group.1))
+    }
+}
