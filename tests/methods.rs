@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 use trisect::backend::cpu::Cpu;
 use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
-use trisect::denoise::Pass;
+use trisect::denoise::{Pass, Shown};
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_shared::bvh::BvhNode;
@@ -106,6 +106,10 @@ impl Backend for Full {
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
         self.0.read_denoised(image, pixels)
+    }
+
+    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+        self.0.display(frame, pixels)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

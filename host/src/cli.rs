@@ -3,10 +3,12 @@
 mod bench;
 mod denoise;
 mod render;
+mod view;
 
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
-pub use denoise::DenoiseArgs;
+pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use render::RenderArgs;
+pub use view::ViewArgs;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -34,6 +36,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Render a scene several times and print phases, device time, samples and segments a second; or draw a report of charts.
     Bench(BenchArgs),
+    /// Look around in a scene: a window, or with --headless the same frames without one.
+    View(ViewArgs),
     /// Compare two images: RMSE, relMSE, PSNR, FLIP, greatest difference and its pixel.
     Compare(CompareArgs),
     /// Say what in a scene is outside the range that single precision supports, by how much, and what helps.
@@ -43,7 +47,7 @@ pub enum Command {
 }
 
 /// What and where to render.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct JobArgs {
     /// Scene file; without one, the built-in hello world.
     pub scene: Option<PathBuf>,

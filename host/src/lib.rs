@@ -32,5 +32,6 @@ pub mod output;
 pub mod render;
 pub mod scene;
 pub mod stats;
+pub mod view;
 
 pub use error::Error;

@@ -134,6 +134,26 @@ macro_rules! for_each_temporal {
     };
 }
 
+/// Calls a macro with the entry point that makes an image for a screen, and what it does for one pixel. A thread serves pixel (x, y).
+///
+/// | binding | SPIR-V | PTX | content |
+/// |---|---|---|---|
+/// | 0 | uniform | by value | [`DisplayParams`](trisect_shared::display::DisplayParams) |
+/// | 1 | storage | pointer | `[PixelSums]` |
+/// | 2 | storage | pointer | `[Lit]` |
+/// | 3 | storage | pointer | `[u32]`, written |
+#[macro_export]
+macro_rules! for_each_display {
+    ($pass:ident) => {
+        $pass! {
+            display "display": |params, sums, lit, to, x, pixel| {
+                let shown = display::display(params, load::<PixelSums>(sums, pixel), load::<Lit>(lit, pixel), x);
+                store(to, pixel, shown);
+            },
+        }
+    };
+}
+
 #[cfg(target_arch = "nvptx64")]
 pub mod ptx;
 #[cfg(target_arch = "spirv")]

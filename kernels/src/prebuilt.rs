@@ -14,6 +14,9 @@ pub const PTX_FAST: &str = include_str!("../prebuilt/trisect.fast.ptx");
 /// Threads of a work group, across and down, but for [levels](is_level) of the denoiser.
 pub const WORKGROUP: (u32, u32) = (8, 8);
 
+/// The entry point that makes an image for a screen.
+pub const DISPLAY: &str = "display";
+
 /// The entry point that writes first hits.
 pub const FIRST_HIT: &str = "first_hit";
 
@@ -57,6 +60,7 @@ const RENDER: Modules = for_each_variant!(modules);
 const PASSES: Modules = for_each_pass!(modules);
 const LEVELS: Modules = for_each_level!(modules);
 const TEMPORAL: Modules = for_each_temporal!(modules);
+const DISPLAYS: Modules = for_each_display!(modules);
 const FIRST_HITS: Modules = &[(FIRST_HIT, include_bytes!("../prebuilt/spirv/first_hit.spv"))];
 
 /// Whether an entry point is a level of the denoiser's filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS) pixels.
@@ -71,7 +75,7 @@ pub fn workgroup(entry_point: &str) -> (u32, u32) {
 
 /// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
-    let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL].into_iter().flatten();
+    let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten();
     all.copied().find(|(name, _)| *name == entry_point).map(|(_, module)| module)
 }
 
@@ -92,7 +96,7 @@ mod tests {
 
     #[test]
     fn each_variant_is_in_each_artifact() {
-        for (name, _) in [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL].into_iter().flatten() {
+        for (name, _) in [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten() {
             let module = spirv(name).expect(name);
             // OpEntryPoint, GLCompute, its function's id, its name.
             let entry_points: Vec<_> = module

@@ -11,6 +11,7 @@ use core::sync::atomic::AtomicU32;
 use trisect_shared::buffer::{Slots, load, store};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit, Past};
+use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
     ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
@@ -238,3 +239,37 @@ macro_rules! temporal {
 }
 
 for_each_temporal!(temporal);
+
+/// An image for a screen.
+macro_rules! displays {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $lit:ident, $to:ident, $x:ident, $pixel:ident| $body:block,)*) => {$(
+        /// An image for a screen.
+        ///
+        /// # Safety
+        ///
+        /// The pointers name device arrays of width * height records, of which the written one is no other.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "ptx-kernel" fn $name(
+            params: DisplayParams,
+            sums: *const PixelSums,
+            lit: *const Lit,
+            to: *mut u32,
+        ) {
+            let $params = &params;
+            let ($x, y) = thread();
+            if $x >= params.width || y >= params.height {
+                return;
+            }
+            let $pixel = y * params.width + $x;
+            let pixels = params.width as usize * params.height as usize;
+            // SAFETY: the caller's promise, and the guard.
+            unsafe {
+                let ($sums, $lit) = (from_raw_parts(sums, pixels), from_raw_parts(lit, pixels));
+                let $to = from_raw_parts_mut(to, pixels);
+                $body
+            }
+        }
+    )*};
+}
+
+for_each_display!(displays);

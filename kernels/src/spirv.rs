@@ -5,6 +5,7 @@ use spirv_std::spirv;
 use trisect_shared::buffer::{load, store};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit, Past};
+use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
     ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
@@ -180,3 +181,28 @@ macro_rules! temporal {
 }
 
 for_each_temporal!(temporal);
+
+/// An image for a screen.
+macro_rules! displays {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $lit:ident, $to:ident, $x:ident, $pixel:ident| $body:block,)*) => {$(
+        /// An image for a screen.
+        #[spirv(compute(threads(8, 8), entry_point_name = $text))]
+        #[allow(unsafe_code, reason = "see buffer")]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DisplayParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Stored<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $lit: &[Stored<Lit>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $to: &mut [u32],
+        ) {
+            let $x = id.x;
+            if $x < $params.width && id.y < $params.height {
+                let $pixel = id.y * $params.width + $x;
+                // SAFETY: the guard, and the host's buffers of width * height records.
+                unsafe { $body }
+            }
+        }
+    )*};
+}
+
+for_each_display!(displays);

@@ -37,6 +37,8 @@
 //! | `wide::SpherePacket` | 160 | up to 8 spheres, on a CPU only |
 //! | [`film::PixelSums`] | 32 | pixel |
 //! | [`guides::Guides`] | 64 | pixel |
+//! | [`denoise::Past`] | 48 | pixel, of live frames |
+//! | [`display::DisplayParams`] | 16 | launch |
 //! | [`denoise::DenoiseParams`] | 112 | pass of a filter |
 //! | [`denoise::Lit`], [`denoise::Edge`] | 16 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
@@ -51,6 +53,7 @@ pub mod buffer;
 pub mod bvh;
 pub mod camera;
 pub mod denoise;
+pub mod display;
 pub mod environment;
 pub mod features;
 pub mod film;

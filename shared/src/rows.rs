@@ -95,6 +95,21 @@ mod spirv {
         UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w)
     }
 
+    impl Record for u32 {
+        type Rows = u32;
+        #[inline(always)]
+        fn read(word: u32) -> u32 {
+            word
+        }
+    }
+
+    impl Written for u32 {
+        #[inline(always)]
+        fn write(self) -> u32 {
+            self
+        }
+    }
+
     /// A record, its rows, and how to read and, where kernels do, to write it.
     macro_rules! record {
         ($record:ident, $rows:ident, |$from:ident| $read:expr) => {

@@ -9,6 +9,8 @@
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
+#[cfg(target_os = "linux")]
+pub mod desktop;
 pub mod probe;
 pub mod program;
 pub mod renders;

@@ -6,7 +6,7 @@ mod instructions;
 pub use instructions::InstructionSet;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
-use crate::denoise::Pass;
+use crate::denoise::{Pass, Shown};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use instructions::Kernel;
 use rayon::prelude::*;
@@ -302,6 +302,11 @@ impl Backend for Cpu {
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
         self.denoiser.read(image, pixels)
+    }
+
+    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+        let Self { pool, film, denoiser, .. } = self;
+        pool.install(|| denoiser.display(frame, film, pixels))
     }
 
     #[allow(unsafe_code, reason = "as above")]

@@ -10,7 +10,7 @@ pub use error::BackendError;
 pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::{Bvh, Wide};
-use crate::denoise::Pass;
+use crate::denoise::{Pass, Shown};
 use crate::lights::Lights;
 use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
@@ -166,6 +166,10 @@ pub trait Backend: Send {
 
     /// Copies one of the denoiser's two images, after its passes, to `pixels` (as long as the job has pixels).
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError>;
+
+    /// Makes the last frame's image for a screen and copies it to `pixels` (as long as the job has pixels). Returns the device's own measure of
+    /// making it.
+    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError>;
 
     /// Writes the first hit of each pixel's first sample of the launch to `hits` (as long as the job has pixels).
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError>;

@@ -4,7 +4,8 @@ use super::{Row, Summary, WarmUp};
 use crate::Error;
 use crate::denoise::{Denoise, Kernel};
 use crate::render::{Live, Renderer, Settings};
-use std::time::Instant;
+use crate::view::Shot;
+use std::time::{Duration, Instant};
 
 /// One frame: its rows' names and units, and values.
 type Values = Vec<(String, &'static str, f64)>;
@@ -33,12 +34,30 @@ pub fn measure_live(
         done += 1;
     }
     let counted: Vec<Values> = (0..frames).map(|_| frame()).collect::<Result<_, _>>()?;
-    let Some(first) = counted.first() else { return Ok(Vec::new()) };
-    let row = |(index, (name, unit, _)): (usize, &(String, &'static str, f64))| {
-        let column: Vec<f64> = counted.iter().map(|frame| frame[index].2).collect();
+    Ok(rows(&counted))
+}
+
+/// What frames that a viewer shows took: as [`measure_live`], and making them fit for a screen and copying them to the host.
+pub fn rows_of_shots(shots: &[Shot]) -> Vec<Row> {
+    let frame = |shot: &Shot| {
+        let mut values = values(&shot.live, shot.whole.as_secs_f64());
+        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
+        values.insert(values.len() - 2, ("display".to_owned(), "ms", milliseconds(shot.display)));
+        values.insert(values.len() - 2, ("display and copy".to_owned(), "ms", milliseconds(shot.present)));
+        values
+    };
+    rows(&shots.iter().map(frame).collect::<Vec<_>>())
+}
+
+/// Of values that all frames have.
+fn rows(frames: &[Values]) -> Vec<Row> {
+    let Some(first) = frames.first() else { return Vec::new() };
+    let row = |(name, unit, _): &(String, &'static str, f64)| {
+        let of = |frame: &Values| frame.iter().find(|value| value.0 == *name).map(|value| value.2);
+        let column: Vec<f64> = frames.iter().map(of).collect::<Option<_>>()?;
         Some(Row { name: name.clone(), unit: (*unit).to_owned(), summary: Summary::of(&column)? })
     };
-    Ok(first.iter().enumerate().filter_map(row).collect())
+    first.iter().filter_map(row).collect()
 }
 
 fn values(live: &Live, wall: f64) -> Values {

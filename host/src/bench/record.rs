@@ -171,29 +171,28 @@ impl Benchmark {
             let _ = writeln!(text, "{name:<34} {:>10.3}", seconds * 1e3);
         }
         let frames = self.rows.first().map_or(0, |row| row.summary.count);
-        let _ = writeln!(
-            text,
-            "\n{:<34} {:>10} {:>10} {:>10} {:>10}",
-            format!("{frames} frames after {}", self.warm_up),
-            "median",
-            "least",
-            "greatest",
-            "IQR"
-        );
-        for Row { name, unit, summary } in &self.rows {
-            // A rate is known by its unit, which scripts look for; a time by what took it.
-            let name = if unit == "ms" { format!("{name}, ms") } else { unit.clone() };
-            let _ = writeln!(
-                text,
-                "{name:<34} {:>10.3} {:>10.3} {:>10.3} {:>10.3}",
-                summary.median,
-                summary.least,
-                summary.greatest,
-                summary.spread()
-            );
-        }
+        let _ = write!(text, "\n{}", table(&format!("{frames} frames after {}", self.warm_up), &self.rows));
         text
     }
+}
+
+/// Rows for people, below a title.
+pub fn table(title: &str, rows: &[Row]) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{title:<34} {:>10} {:>10} {:>10} {:>10}", "median", "least", "greatest", "IQR");
+    for Row { name, unit, summary } in rows {
+        // A rate is known by its unit, which scripts look for; a time by what took it.
+        let name = if unit == "ms" { format!("{name}, ms") } else { unit.clone() };
+        let _ = writeln!(
+            text,
+            "{name:<34} {:>10.3} {:>10.3} {:>10.3} {:>10.3}",
+            summary.median,
+            summary.least,
+            summary.greatest,
+            summary.spread()
+        );
+    }
+    text
 }
 
 #[cfg(test)]

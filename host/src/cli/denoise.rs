@@ -6,9 +6,9 @@ use trisect::denoise::{Denoise, DenoiseError, Filter};
 /// Whether and how to denoise.
 #[derive(Debug, Args)]
 pub struct DenoiseArgs {
-    /// Filter the image, stopping at edges of normals and depth; textures stay sharp.
-    #[arg(long, value_enum, default_value_t = DenoiseArg::Off)]
-    pub denoise: DenoiseArg,
+    /// Filter the image, stopping at edges of normals and depth; textures stay sharp. Without it, off; for view, svgf.
+    #[arg(long, value_enum)]
+    pub denoise: Option<DenoiseArg>,
 
     /// Passes of the filter; each reaches twice as far as the one before.
     #[arg(long, value_name = "N")]
@@ -41,7 +41,12 @@ pub enum DenoiseArg {
 impl DenoiseArgs {
     /// For the library: checked.
     pub fn denoise(&self) -> Result<Option<Denoise>, DenoiseError> {
-        let filter = match self.denoise {
+        self.denoise_or(DenoiseArg::Off)
+    }
+
+    /// The same, with another filter where none was named.
+    pub fn denoise_or(&self, default: DenoiseArg) -> Result<Option<Denoise>, DenoiseError> {
+        let filter = match self.denoise.unwrap_or(default) {
             DenoiseArg::Off => {
                 let given = [
                     ("levels", self.denoise_levels.is_some()),

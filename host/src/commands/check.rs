@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
-use trisect::limits::{self, Report};
+use trisect::limits::{self, Change, Report};
 use trisect::scene::Described;
 
 /// Something in the scene is outside the supported range.
@@ -16,7 +16,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     let scene = Described::load(&arguments.scene)?;
     let report = limits::check(&scene, &scene.settings());
     if let Some(path) = &arguments.write {
-        limits::write(&arguments.scene, &scene, report.best_space, path)?;
+        limits::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
     // What the reader changed and what rounding drops are errors or warnings of their own.
     for warning in &scene.description.warnings {

@@ -6,6 +6,7 @@ pub mod compare;
 pub mod info;
 pub mod render;
 pub mod report;
+pub mod view;
 
 use crate::cli::{BackendArg, JobArgs};
 use std::io::Write;
@@ -24,6 +25,8 @@ pub struct Session {
     pub settings: Settings,
     /// Of the scene.
     pub name: String,
+    /// Where it is computed.
+    pub space: Space,
     /// Why this backend; empty where the user named it.
     pub choice: String,
     /// Reading and validating the scene.
@@ -43,6 +46,7 @@ impl Session {
         let settings = job.settings(described.settings());
         settings.check()?;
         let beyond = limits::warnings(&described, &settings);
+        let space = described.space;
         let scene = described.lower(Space::IDENTITY)?;
         let load_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
@@ -59,7 +63,7 @@ impl Session {
         for warning in &warnings {
             eprintln!("warning: {warning}");
         }
-        Ok(Self { renderer, settings, name: scene.name, choice: why, load_seconds, open_seconds })
+        Ok(Self { renderer, settings, name: scene.name, space, choice: why, load_seconds, open_seconds })
     }
 }
 

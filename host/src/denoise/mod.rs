@@ -8,7 +8,7 @@ mod view;
 pub use error::DenoiseError;
 pub(crate) use history::Frames;
 pub use history::History;
-pub use passes::{Kernel, Pass};
+pub use passes::{Kernel, Pass, Shown};
 pub(crate) use passes::{Seen, keep, passes};
 
 use crate::film::Film;

@@ -6,6 +6,7 @@ use crate::backend::BackendError;
 use trisect_kernels::workgroup;
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::{DenoiseParams, PIXELS, STOPS, View};
+use trisect_shared::display::DisplayParams;
 
 /// An image of a frame, and where it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,4 +177,15 @@ impl Pass {
         let (threads, group) = (self.threads(), workgroup(self.kernel.name()));
         (threads.0.div_ceil(group.0), threads.1.div_ceil(group.1))
     }
+}
+
+/// A frame as a screen shows it. Only a [`Renderer`](crate::render::Renderer) makes one: kernels trust its size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// With what.
+    pub(crate) params: DisplayParams,
+    /// The denoised image, 0 or 1.
+    pub(crate) image: usize,
+    /// Whether the samples are the sums over frames, or this frame's.
+    pub(crate) kept: bool,
 }

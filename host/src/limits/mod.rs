@@ -19,7 +19,7 @@ mod write;
 pub use extent::Extent;
 pub use finding::{Finding, Limit, Predicted, Supported, Unit};
 pub use samples::{ACCUMULATION, plain_accumulation};
-pub use write::{WriteError, write};
+pub use write::{Change, WriteError, write};
 
 use crate::render::Settings;
 use crate::scene::{Described, Space};

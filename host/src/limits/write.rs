@@ -1,7 +1,8 @@
-//! A copy of a scene that is computed in another space.
+//! A copy of a scene that differs in one field.
 
-use crate::scene::{Described, SceneError, Space, insert_space, is_model};
-use glam::DVec3;
+use crate::scene::{
+    CameraPose, Described, SceneError, Space, camera_value, insert_camera, insert_space, is_model, point,
+};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -50,9 +51,22 @@ pub enum WriteError {
     Scene(#[from] SceneError),
 }
 
-/// Writes a copy of the scene file `from`, which `scene` was read from, to `to`, with `space` as its field of that name: all other
+/// What is different in a copy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// Where it is computed.
+    Space(Space),
+    /// Where it is seen from, in the scene's own units.
+    Camera(CameraPose),
+}
+
+/// Writes a copy of the scene file `from`, which `scene` was read from, to `to`, with another field: all other
 /// text, comments included, stays. Of a model it writes a scene file that shows the model as `trisect render` does by itself.
-pub fn write(from: &Path, scene: &Described, space: Space, to: &Path) -> Result<(), WriteError> {
+///
+/// # Errors
+///
+/// [`WriteError`] says what stands against it; nothing was written then, or the file system says so.
+pub fn write(from: &Path, scene: &Described, change: Change, to: &Path) -> Result<(), WriteError> {
     let io = |path: &Path| {
         let path = path.to_owned();
         move |source| WriteError::Io { path, source }
@@ -71,10 +85,13 @@ pub fn write(from: &Path, scene: &Described, space: Space, to: &Path) -> Result<
         return Err(WriteError::SameFile { path: to.to_owned() });
     }
     let (text, names_files) = if is_model(from) {
-        (around_model(from, scene, space)?, true)
+        (around_model(from, scene, change)?, true)
     } else {
         let text = std::fs::read_to_string(from).map_err(io(from))?;
-        insert_space(&text, &scene.name, &field(space))?
+        match change {
+            Change::Space(space) => insert_space(&text, &scene.name, &field(space))?,
+            Change::Camera(camera) => insert_camera(&text, &scene.name, &camera)?,
+        }
     };
     if names_files && !same_folder {
         let instead = folders[0].join(to.file_name().unwrap_or_default());
@@ -83,23 +100,24 @@ pub fn write(from: &Path, scene: &Described, space: Space, to: &Path) -> Result<
     std::fs::write(to, text).map_err(io(to))
 }
 
-fn triple(v: DVec3) -> String {
-    format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
-}
-
 /// The field's value. Rust's debug form of an f64 reads back to the same bits.
 fn field(space: Space) -> String {
-    format!("(origin: {}, scale: {:?})", triple(space.origin), space.scale)
+    format!("(origin: {}, scale: {:?})", point(space.origin), space.scale)
 }
 
 /// A scene file with nothing but a model, and what the model lacks.
-fn around_model(from: &Path, scene: &Described, space: Space) -> Result<String, WriteError> {
+fn around_model(from: &Path, scene: &Described, change: Change) -> Result<String, WriteError> {
     let Some(name) = from.file_name().and_then(|name| name.to_str()) else {
         return Err(WriteError::Name { path: from.to_owned() });
     };
     let image = &scene.image;
+    let own = scene.description.cameras.first().map(|(_, camera)| *camera);
+    let (space, camera, by) = match change {
+        Change::Space(space) => (space, own, "check --write"),
+        Change::Camera(camera) => (scene.space, Some(camera), "view"),
+    };
     let mut text = format!(
-        "// Shows {}. Written by `trisect check --write`.\nScene(\n    version: 1,\n    space: {},\n    \
+        "// Shows {}. Written by `trisect {by}`.\nScene(\n    version: 1,\n    space: {},\n    \
          image: (width: {}, height: {}, samples: {}, depth: {}),\n",
         name.escape_debug(),
         field(space),
@@ -108,19 +126,11 @@ fn around_model(from: &Path, scene: &Described, space: Space) -> Result<String, 
         image.samples,
         image.depth
     );
-    if let Some((_, camera)) = scene.description.cameras.first() {
-        text += &format!(
-            "    camera: (\n        look_from: {}, look_at: {}, up: {},\n        vertical_fov: {:?}, defocus_angle: {:?}, focus_distance: {:?},\n    ),\n",
-            triple(camera.look_from),
-            triple(camera.look_at),
-            triple(camera.up),
-            camera.vertical_fov.to_degrees(),
-            camera.defocus_angle.to_degrees(),
-            camera.focus_distance
-        );
+    if let Some(camera) = camera {
+        text += &format!("    camera: {},\n", camera_value(&camera));
     }
     if let Some(crate::scene::description::Sky::Gradient { bottom, top }) = &scene.description.sky {
-        text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", triple(*bottom), triple(*top));
+        text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", point(*bottom), point(*top));
     }
     text += &format!("    materials: {{}},\n    objects: [Mesh(file: \"{}\")],\n)\n", name.escape_default());
     Ok(text)

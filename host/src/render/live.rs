@@ -3,12 +3,13 @@
 use super::schedule::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
-use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, keep, passes};
+use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, Shown, keep, passes};
 use crate::film::Film;
 use crate::image::Image;
 use std::time::Duration;
 use trisect_kernels::Variant;
 use trisect_shared::denoise::{Lit, STOPS, View};
+use trisect_shared::display::DisplayParams;
 
 /// A frame that stayed on the device, and what it took there.
 #[derive(Clone, Debug)]
@@ -23,6 +24,8 @@ pub struct Live {
     pub passes: Vec<(Kernel, Duration)>,
     /// Which of the denoiser's two images it is.
     image: usize,
+    /// Whether its samples are summed with those before.
+    kept: bool,
     /// Pixels across and down.
     size: (u32, u32),
 }
@@ -176,6 +179,7 @@ impl Renderer {
             trace,
             passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
             image: passes.last().map_or(0, |pass| pass.to),
+            kept: frames.kept,
             size: (image.width, image.height),
         };
         self.live = Some(series);
@@ -192,5 +196,37 @@ impl Renderer {
         let mut pixels = vec![Lit::UNKNOWN; width as usize * height as usize];
         self.backend.read_denoised(live.image, &mut pixels)?;
         Ok(denoise::image(width, height, &pixels))
+    }
+    /// The live frame that was rendered last for a screen, in `pixels`: red, green, blue and opacity from the lowest byte on, row by row
+    /// from the top. Returns the device's time.
+    ///
+    /// # Errors
+    ///
+    /// As [`read_live`](Self::read_live).
+    pub fn show(&mut self, live: &Live, screen: &Screen, pixels: &mut Vec<u32>) -> Result<Duration, Error> {
+        let (width, height) = live.size;
+        let params = DisplayParams {
+            width,
+            height,
+            split: (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32,
+            exposure: screen.stops.clamp(-20.0, 20.0).exp2(),
+        };
+        pixels.resize(width as usize * height as usize, 0);
+        Ok(self.backend.display(&Shown { params, image: live.image, kept: live.kept }, pixels)?)
+    }
+}
+
+/// How a screen shows a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Screen {
+    /// Share of the width, from the left, that shows the samples' plain mean; the rest shows the denoised image.
+    pub split: f64,
+    /// Exposure: each of these stops doubles the light.
+    pub stops: f32,
+}
+
+impl Default for Screen {
+    fn default() -> Self {
+        Self { split: 0.0, stops: 0.0 }
     }
 }

@@ -8,7 +8,7 @@ mod settings;
 mod sight;
 
 pub use crate::film::Part;
-pub use live::{Live, MOST_KEPT};
+pub use live::{Live, MOST_KEPT, Screen};
 pub use method::{Schedule, Traversal};
 pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 

@@ -96,7 +96,7 @@ pub enum SceneError {
 
 impl SceneError {
     /// An error at a place of `text`.
-    pub(super) fn at(file: &str, text: &str, line: usize, column: usize, message: String) -> Self {
+    pub(crate) fn at(file: &str, text: &str, line: usize, column: usize, message: String) -> Self {
         // A file without line breaks may be one long line: at most 100 characters before the place, and 100 after.
         let skipped = column.saturating_sub(101);
         let all = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();

@@ -19,8 +19,9 @@ mod values;
 
 pub use described::{Described, ImageSettings};
 pub use error::SceneError;
+pub(crate) use format::Camera;
 pub(crate) use import::is_model;
-pub(crate) use insert::insert_space;
+pub(crate) use insert::{camera_value, insert_camera, insert_space, point};
 pub use space::Space;
 pub(crate) use space::triple;
 

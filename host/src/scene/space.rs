@@ -2,8 +2,8 @@
 //! seen. Applied in f64, before anything is rounded.
 
 use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind};
-use super::format;
 use super::values::{GREATEST, LEAST};
+use super::{CameraPose, format};
 use glam::{DAffine3, DVec3};
 use serde::{Serialize, Serializer};
 
@@ -47,6 +47,27 @@ impl Space {
     /// Where the scene's `point` is.
     pub fn point(&self, point: DVec3) -> DVec3 {
         (point - self.origin) * self.scale
+    }
+
+    /// The scene's camera there.
+    pub fn camera(&self, pose: &CameraPose) -> CameraPose {
+        CameraPose {
+            look_from: self.point(pose.look_from),
+            look_at: self.point(pose.look_at),
+            focus_distance: pose.focus_distance * self.scale,
+            ..*pose
+        }
+    }
+
+    /// The same back.
+    pub fn camera_of(&self, pose: &CameraPose) -> CameraPose {
+        let back = |point: DVec3| point / self.scale + self.origin;
+        CameraPose {
+            look_from: back(pose.look_from),
+            look_at: back(pose.look_at),
+            focus_distance: pose.focus_distance / self.scale,
+            ..*pose
+        }
     }
 
     /// The space `next` of what is already in this one, as one.
@@ -180,7 +201,6 @@ impl PunctualLight {
 
 #[cfg(test)]
 mod tests {
-    use super::super::CameraPose;
     use super::*;
 
     fn description() -> Description {

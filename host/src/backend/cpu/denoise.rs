@@ -3,10 +3,11 @@
 
 use super::failed;
 use crate::backend::BackendError;
-use crate::denoise::{Kernel, Pass};
+use crate::denoise::{Kernel, Pass, Shown};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use trisect_shared::denoise::{Edge, Lit, Past, add, estimate, finish, gather, level, reproject};
+use trisect_shared::display::display;
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 
@@ -100,5 +101,28 @@ impl Denoiser {
         let from = self.images.get(image).filter(|image| image.len() == pixels.len());
         pixels.copy_from_slice(from.ok_or_else(|| failed("an image that no pass wrote"))?);
         Ok(())
+    }
+
+    /// An image for a screen.
+    pub(super) fn display(
+        &self,
+        frame: &Shown,
+        film: &[PixelSums],
+        pixels: &mut [u32],
+    ) -> Result<Duration, BackendError> {
+        let start = Instant::now();
+        let from = self.images.get(frame.image).filter(|image| image.len() == pixels.len());
+        let from = from.ok_or_else(|| failed("an image that no pass wrote"))?;
+        let width = frame.params.width as usize;
+        if film.len() != pixels.len() || frame.kept && self.kept.len() != pixels.len() || width == 0 {
+            return Err(failed("a film of another image"));
+        }
+        pixels.par_iter_mut().zip(from).enumerate().with_min_len(super::TASK).for_each(
+            |(index, (pixel, lit))| {
+                let sums = if frame.kept { self.kept[index].0 } else { film[index] };
+                *pixel = display(&frame.params, sums, *lit, (index % width) as u32);
+            },
+        );
+        Ok(start.elapsed())
     }
 }

@@ -3,11 +3,12 @@
 use super::driver::failed;
 use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
-use crate::denoise::Pass;
+use crate::denoise::{Pass, Shown};
 use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, DeviceRepr, LaunchConfig, PushKernelArg};
 use std::time::Duration;
-use trisect_kernels::workgroup;
+use trisect_kernels::{DISPLAY, WORKGROUP, workgroup};
 use trisect_shared::denoise::{DenoiseParams, Edge, Lit, Past};
+use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 
@@ -16,6 +17,8 @@ pub(super) struct Images {
     lit: [CudaSlice<u8>; 2],
     edges: CudaSlice<u8>,
     frames: Option<Frames>,
+    /// For a screen.
+    shown: Option<CudaSlice<u8>>,
 }
 
 /// What frames keep for those that follow.
@@ -33,12 +36,20 @@ struct Argument(DenoiseParams);
 // SAFETY: plain data, repr(C), the very type that the kernel declares.
 unsafe impl DeviceRepr for Argument {}
 
+/// The same of an image for a screen.
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+struct DisplayArgument(DisplayParams);
+
+// SAFETY: plain data, repr(C), the very type that the kernel declares.
+unsafe impl DeviceRepr for DisplayArgument {}
+
 impl Cuda {
     /// Images for so many pixels.
     fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
         let lit = || self.allocate(pixels * size_of::<Lit>(), "the denoised image");
         let edges = self.allocate(pixels * size_of::<Edge>(), "the denoiser's edges")?;
-        Ok(Images { lit: [lit()?, lit()?], edges, frames: None })
+        Ok(Images { lit: [lit()?, lit()?], edges, frames: None, shown: None })
     }
 
     /// The same of what is kept from frame to frame.
@@ -77,7 +88,7 @@ impl Cuda {
                 block_dim: (threads.0, threads.1, 1),
                 shared_mem_bytes: 0,
             };
-            let Images { lit: [first, second], edges, frames } = &mut *images;
+            let Images { lit: [first, second], edges, frames, .. } = &mut *images;
             let (from, to) = if pass.to == 1 { (&*first, second) } else { (&*second, first) };
             let own = (&mut film.sums, &mut film.guides);
             match frames {
@@ -163,5 +174,59 @@ impl Cuda {
         };
         self.stream.memcpy_dtoh(image, bytes).map_err(failed("reading the denoised image"))?;
         self.stream.synchronize().map_err(failed("reading the denoised image"))
+    }
+
+    /// [`Backend::display`](crate::backend::Backend::display).
+    pub(super) fn display_frame(
+        &mut self,
+        frame: &Shown,
+        pixels: &mut [u32],
+    ) -> Result<Duration, BackendError> {
+        let DisplayParams { width, height, .. } = frame.params;
+        let count = width as usize * height as usize;
+        let kernel = self.kernel(DISPLAY, self.math)?;
+        let (Some(film), Some(mut images)) = (&self.film, self.denoiser.take()) else {
+            return Err(not_prepared());
+        };
+        let shown = match images.shown.take() {
+            Some(shown) => Ok(shown),
+            None => self.allocate(images.lit[0].len() / size_of::<Lit>() * 4, "the image for the screen"),
+        };
+        let kept = images.frames.as_ref().filter(|_| frame.kept);
+        let sums = kept.map_or(&film.sums, |frames| &frames.sums);
+        let fits = pixels.len() == count
+            && images.lit[0].len() == count * size_of::<Lit>()
+            && sums.len() == count * size_of::<PixelSums>();
+        let time = match (shown, images.lit.get(frame.image)) {
+            (Ok(mut shown), Some(lit)) if fits => {
+                let groups = (width.div_ceil(WORKGROUP.0), height.div_ceil(WORKGROUP.1), 1);
+                let config = LaunchConfig {
+                    grid_dim: groups,
+                    block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
+                    shared_mem_bytes: 0,
+                };
+                let argument = DisplayArgument(frame.params);
+                let time = (|| {
+                    self.start.record(&self.stream).map_err(failed("starting the timer"))?;
+                    let mut arguments = self.stream.launch_builder(&kernel);
+                    arguments.arg(&argument).arg(sums).arg(lit).arg(&mut shown);
+                    // SAFETY: the arguments are the kernel's (see trisect_kernels), and each names a record for each pixel.
+                    unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+                    self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
+                    let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
+                    self.stream.memcpy_dtoh(&shown, bytes).map_err(failed("reading the image"))?;
+                    self.stream.synchronize().map_err(failed("reading the image"))?;
+                    let milliseconds =
+                        self.start.elapsed_ms(&self.end).map_err(failed("reading the timer"))?;
+                    Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
+                })();
+                images.shown = Some(shown);
+                time
+            }
+            (Err(error), _) => Err(error),
+            _ => Err(not_prepared()),
+        };
+        self.denoiser = Some(images);
+        time
     }
 }

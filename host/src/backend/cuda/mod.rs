@@ -11,7 +11,7 @@ mod extract;
 pub use driver::devices;
 
 use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
-use crate::denoise::Pass;
+use crate::denoise::{Pass, Shown};
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::{Pod, Zeroable};
 use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
@@ -379,6 +379,10 @@ impl Backend for Cuda {
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
         self.read_image(image, pixels)
+    }
+
+    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+        self.display_frame(frame, pixels)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

@@ -4,7 +4,7 @@ use super::Wgpu;
 use super::adapter::Gpu;
 use super::pipeline::Pipelines;
 use crate::backend::BackendError;
-use crate::denoise::{LEVELS, Pass};
+use crate::denoise::{LEVELS, Pass, Shown};
 use crate::render::MathMode;
 use std::time::{Duration, Instant};
 use trisect_shared::denoise::{DenoiseParams, Edge, Lit, Past};
@@ -177,6 +177,13 @@ impl Denoiser {
             Duration::from_nanos(nanoseconds as u64)
         };
         Ok(ticks.chunks_exact(2).map(time).collect())
+    }
+
+    /// One of both images, and the sums over frames where the frame's samples are those.
+    pub fn shown(&self, frame: &Shown, pixels: u64) -> Option<(&Buffer, Option<&Buffer>)> {
+        let lit = self.lit.get(frame.image).filter(|_| self.fits(pixels))?;
+        let kept = self.frames.as_ref().filter(|_| frame.kept);
+        Some((lit, kept.map(|frames| &frames.sums)))
     }
 
     /// Copies one of both images to `pixels`.

@@ -2,12 +2,13 @@
 
 mod adapter;
 mod denoise;
+mod display;
 mod pipeline;
 
 pub use adapter::devices;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
-use crate::denoise::Pass;
+use crate::denoise::{Pass, Shown};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use bytemuck::Pod;
@@ -55,6 +56,7 @@ pub struct Wgpu {
     pipelines: Pipelines,
     route: Route,
     denoiser: Option<denoise::Denoiser>,
+    display: Option<display::Display>,
     params: Buffer,
     /// Where persistent lanes find their pixels.
     counter: Buffer,
@@ -123,6 +125,7 @@ impl Wgpu {
             pipelines,
             route,
             denoiser: None,
+            display: None,
             params,
             counter,
             scene: None,
@@ -370,6 +373,10 @@ impl Backend for Wgpu {
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
         let Some(denoiser) = &self.denoiser else { return Err(self.misuse("nothing was denoised")) };
         denoiser.read(&self.gpu, image, pixels)
+    }
+
+    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+        self.display_frame(frame, pixels)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

@@ -22,7 +22,8 @@ pub use transform::{in_range, is_singular};
 
 use super::error::SceneError;
 use super::values::{Angle, Colour, Count, Gain};
-use name::{some, unique_names};
+pub(crate) use name::some;
+use name::unique_names;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use space::Space;

@@ -1,0 +1,89 @@
+//! Images for a screen.
+
+use super::Wgpu;
+use super::pipeline::Pipelines;
+use crate::backend::BackendError;
+use crate::denoise::Shown;
+use std::time::{Duration, Instant};
+use trisect_kernels::{DISPLAY, WORKGROUP};
+use trisect_shared::display::DisplayParams;
+use wgpu::{Buffer, BufferUsages, ComputePassDescriptor, ComputePassTimestampWrites};
+
+/// The image, and a pipeline with a layout of its own.
+pub(super) struct Display {
+    pipelines: Pipelines,
+    params: Buffer,
+    image: Buffer,
+    /// What it is read through.
+    staging: Buffer,
+}
+
+impl Display {
+    /// For so many pixels.
+    fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
+        let what = "the image for the screen";
+        let size = size_of::<DisplayParams>() as u64;
+        Ok(Self {
+            pipelines: Pipelines::new(&of.gpu, of.route, 2, 1)?,
+            params: of.buffer(size, BufferUsages::UNIFORM | BufferUsages::COPY_DST, what)?,
+            image: of.buffer(pixels * 4, BufferUsages::STORAGE | BufferUsages::COPY_SRC, what)?,
+            staging: of.buffer(pixels * 4, BufferUsages::MAP_READ | BufferUsages::COPY_DST, what)?,
+        })
+    }
+}
+
+impl Wgpu {
+    /// [`Backend::display`](crate::backend::Backend::display).
+    pub(super) fn display_frame(
+        &mut self,
+        frame: &Shown,
+        pixels: &mut [u32],
+    ) -> Result<Duration, BackendError> {
+        let DisplayParams { width, height, .. } = frame.params;
+        let count = u64::from(width) * u64::from(height);
+        let mut display = match self.display.take() {
+            Some(display) if display.image.size() == (count * 4).max(super::LEAST_BUFFER) => display,
+            other => {
+                drop(other); // before the new one is allocated
+                Display::new(self, count)?
+            }
+        };
+        let (Some(film), Some(denoiser)) = (&self.film, &self.denoiser) else {
+            return Err(self.misuse("no frame was rendered"));
+        };
+        let source = denoiser.shown(frame, count).filter(|_| pixels.len() as u64 == count);
+        let Some((lit, kept)) = source else { return Err(self.misuse("an image that no pass wrote")) };
+        display.pipelines.compile(&self.gpu, DISPLAY, self.math)?;
+        self.gpu.queue.write_buffer(&display.params, 0, bytemuck::bytes_of(&frame.params));
+        let buffers = [&display.params, kept.unwrap_or(&film.sums), lit, &display.image];
+        let group = display.pipelines.bind(&self.gpu.device, buffers);
+        let start = Instant::now();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+                label: Some(DISPLAY),
+                timestamp_writes: self.timer.as_ref().map(|timer| ComputePassTimestampWrites {
+                    query_set: &timer.queries,
+                    beginning_of_pass_write_index: Some(0),
+                    end_of_pass_write_index: Some(1),
+                }),
+            });
+            pass.set_pipeline(display.pipelines.get(DISPLAY, self.math)?);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(width.div_ceil(WORKGROUP.0), height.div_ceil(WORKGROUP.1), 1);
+        }
+        encoder.copy_buffer_to_buffer(&display.image, 0, &display.staging, 0, count * 4);
+        if let Some(timer) = &self.timer {
+            encoder.resolve_query_set(&timer.queries, 0..2, &timer.resolved, 0);
+            encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.staging, 0, 16);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.read(&display.staging, bytemuck::cast_slice_mut(pixels), "reading the image")?;
+        self.display = Some(display);
+        let Some(timer) = &self.timer else { return Ok(start.elapsed()) };
+        let mut ticks = [0u64; 2];
+        self.gpu.read(&timer.staging, bytemuck::cast_slice_mut(&mut ticks), "reading the image")?;
+        let nanoseconds = ticks[1].wrapping_sub(ticks[0]) as f64 * timer.nanoseconds_per_tick;
+        Ok(Duration::from_nanos(nanoseconds as u64))
+    }
+}

@@ -1,0 +1,110 @@
+//! Frames without a window: files, and what they take.
+
+use super::Session;
+use crate::cli::ViewArgs;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use trisect::bench::{BenchError, Row, rows_of_shots, table};
+use trisect::image::ImageError;
+use trisect::scene::SceneError;
+use trisect::view::{CameraPath, Look, Shot, Viewer};
+use trisect::{Error, output};
+
+/// Frames without a camera's path and a number.
+const FRAMES: u32 = 10;
+
+/// Version of the JSON.
+const FORMAT: u32 = 1;
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct Report<'a> {
+    format: u32,
+    version: &'a str,
+    scene: &'a str,
+    backend: &'a str,
+    device: &'a str,
+    kernel: &'a str,
+    width: u32,
+    height: u32,
+    frames: usize,
+    rows: &'a [Row],
+}
+
+/// Finds out before frames are lost whether they can be written.
+pub fn check(arguments: &ViewArgs) -> Result<(), Error> {
+    if let Some(folder) = &arguments.output {
+        let io = |source| ImageError::Io { path: folder.clone(), source };
+        std::fs::create_dir_all(folder).map_err(io)?;
+        output::check_writable(&file(folder, 0))?;
+    }
+    arguments.json.as_deref().map_or(Ok(()), output::probe)?;
+    Ok(())
+}
+
+fn file(folder: &Path, frame: u32) -> PathBuf {
+    folder.join(format!("{frame:04}.png"))
+}
+
+/// Renders the frames of a camera's path.
+pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCode, Error> {
+    let rest = || CameraPath::rest(session.space.camera_of(session.renderer.pose()));
+    let path = arguments.camera_path.as_deref().map_or_else(|| Ok(rest()), CameraPath::load)?;
+    let of_path = if arguments.camera_path.is_some() { path.last() + 1 } else { FRAMES };
+    let frames = arguments.frames.unwrap_or(of_path);
+    let poses = (0..frames).map(|frame| Ok(session.space.camera(&path.pose(frame)?)));
+    let poses: Vec<_> = poses.collect::<Result<_, SceneError>>()?;
+
+    let mut viewer = Viewer::new(session.renderer);
+    let mut pixels = Vec::new();
+    let mut shots: Vec<Shot> = Vec::new();
+    for (frame, pose) in (0..).zip(&poses) {
+        let shot = viewer.frame(look, pose, &mut pixels)?;
+        if let Some(folder) = &arguments.output {
+            write(&file(folder, frame), shot.size, &pixels)?;
+        }
+        shots.push(shot);
+    }
+    let Some(last) = shots.last() else { return Ok(ExitCode::SUCCESS) };
+    // The first compiles and allocates.
+    let counted = if shots.len() > 1 { &shots[1..] } else { &shots[..] };
+    let rows = rows_of_shots(counted);
+    let device = viewer.renderer().backend().device();
+    let (width, height) = last.size;
+    let mut text = format!("scene     {}\n", session.name);
+    text += &format!("device    {}: {} ({})\n", device.backend, device.name, device.details);
+    text += &format!("frame     {width}x{height}, {} spp\n", look.settings.samples);
+    text += &format!("kernel    {}\n\n", last.live.kernel);
+    text += &table(&format!("{} frames after {}", counted.len(), shots.len() - counted.len()), &rows);
+    super::super::print(&text)?;
+    if let Some(path) = &arguments.json {
+        let report = Report {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION"),
+            scene: &session.name,
+            backend: device.backend,
+            device: &device.name,
+            kernel: last.live.kernel,
+            width,
+            height,
+            frames: counted.len(),
+            rows: &rows,
+        };
+        let text = serde_json::to_string_pretty(&report)
+            .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
+        std::fs::write(path, text + "\n").map_err(|source| BenchError::Io { path: path.clone(), source })?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A frame as a PNG.
+pub fn write(path: &Path, size: (u32, u32), pixels: &[u32]) -> Result<(), ImageError> {
+    let bytes: Vec<u8> = pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect();
+    image::save_buffer(path, &bytes, size.0, size.1, image::ExtendedColorType::Rgba8).map_err(|error| {
+        match error {
+            image::ImageError::IoError(source) => ImageError::Io { path: path.to_owned(), source },
+            other => ImageError::Codec { path: path.to_owned(), message: other.to_string() },
+        }
+    })
+}

@@ -1,0 +1,88 @@
+//! Mouse and keyboard, as the camera takes them.
+
+use egui::{InputState, Key, PointerButton, Response};
+use trisect::view::{Mode, Navigator};
+
+/// Radians for a drag across the image's height.
+const TURN: f64 = std::f64::consts::PI;
+
+/// Radians, or shares of the first distance, that a key moves in a second.
+const SPEED: f64 = 0.8;
+
+/// Points of the wheel for a distance e times as small.
+const WHEEL: f64 = 400.0;
+
+/// Keys that were pressed once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Keys {
+    pub quit: bool,
+    pub compare: bool,
+    pub panel: bool,
+    pub save_image: bool,
+    pub save_camera: bool,
+}
+
+/// What the mouse does over the image.
+pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navigator) {
+    let height = f64::from(response.rect.height().max(1.0));
+    let drag = response.drag_delta();
+    let (right, down) = (f64::from(drag.x) / height, f64::from(drag.y) / height);
+    let pans =
+        shift || response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle);
+    if response.dragged() && (right, down) != (0.0, 0.0) {
+        match (pans, navigator.mode) {
+            (true, _) => navigator.pan(-right, down),
+            // What is held turns with the hand.
+            (false, Mode::Orbit) => navigator.turn(-right * TURN, down * TURN),
+            (false, Mode::Fly) => navigator.turn(right * TURN / 2.0, -down * TURN / 2.0),
+        }
+    }
+    if response.hovered() && scroll != 0.0 {
+        let scroll = f64::from(scroll);
+        match navigator.mode {
+            Mode::Orbit => navigator.dolly(scroll / WHEEL),
+            Mode::Fly => navigator.fly(scroll / WHEEL, 0.0, 0.0),
+        }
+    }
+}
+
+/// What keys that are held do in `seconds`; whether any is.
+pub fn held(input: &InputState, seconds: f64, navigator: &mut Navigator) -> bool {
+    let axis = |more: Key, less: Key| f64::from(input.key_down(more)) - f64::from(input.key_down(less));
+    let step = SPEED * seconds * if input.modifiers.shift { 4.0 } else { 1.0 };
+    let (ahead, right, up) = (axis(Key::W, Key::S), axis(Key::D, Key::A), axis(Key::E, Key::Q));
+    let turn = (axis(Key::ArrowRight, Key::ArrowLeft), axis(Key::ArrowUp, Key::ArrowDown));
+    let moves = (ahead, right, up) != (0.0, 0.0, 0.0);
+    let turns = turn != (0.0, 0.0);
+    if moves {
+        match navigator.mode {
+            Mode::Orbit => {
+                navigator.dolly(ahead * step);
+                navigator.pan(right * step, up * step);
+            }
+            Mode::Fly => navigator.fly(ahead * step, right * step, up * step),
+        }
+    }
+    if turns {
+        navigator.turn(turn.0 * step, turn.1 * step);
+    }
+    moves || turns
+}
+
+/// What keys do once.
+pub fn pressed(input: &InputState, navigator: &mut Navigator) -> Keys {
+    let key = |key| input.key_pressed(key) && !input.modifiers.command;
+    if key(Key::M) {
+        navigator.mode = if navigator.mode == Mode::Orbit { Mode::Fly } else { Mode::Orbit };
+    }
+    if key(Key::R) {
+        navigator.reset();
+    }
+    Keys {
+        quit: key(Key::Escape),
+        compare: key(Key::B),
+        panel: key(Key::H),
+        save_image: key(Key::I),
+        save_camera: key(Key::C),
+    }
+}

@@ -1,0 +1,316 @@
+//! `trisect view` in a window.
+
+mod graph;
+mod input;
+mod output;
+mod panel;
+mod save;
+mod worker;
+
+use super::Session;
+use crate::cli::{BackendArg, ViewArgs};
+use egui::{Color32, ColorImage, Sense, TextureHandle, TextureOptions};
+use graph::Graph;
+use output::Output;
+use panel::{Choice, Pressed, State};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trisect::Error;
+use trisect::backend::{self, BackendError};
+use trisect::scene::Space;
+use trisect::view::{Look, Navigator, Shot};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Window, WindowId};
+use worker::{Frame, Wish, Worker};
+
+/// Width of the controls, in points.
+const PANEL: f32 = 340.0;
+
+/// There is a frame, or an error.
+struct Woken;
+
+/// Opens a window and shows the scene until it is closed.
+pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCode, Error> {
+    let refused = |error: &dyn std::fmt::Display| BackendError::Unavailable {
+        backend: "window",
+        reason: error.to_string(),
+        remedy: "start from a desktop (X11 or Wayland), or use trisect view --headless".to_owned(),
+    };
+    let event_loop = EventLoop::<Woken>::with_user_event().build().map_err(|error| refused(&error))?;
+    let proxy = event_loop.create_proxy();
+    let navigator = Navigator::new(*session.renderer.pose());
+    let (job, space, scene) = (arguments.job.clone(), session.space, session.name.clone());
+    let backend = (job.backend, job.device, 0);
+    let wish = Wish { look: look.clone(), pose: navigator.pose(), backend, stop: false };
+    let worker = Worker::start(session, job, wish, move || {
+        let _ = proxy.send_event(Woken);
+    });
+    let mut app = App {
+        arguments,
+        space,
+        scene,
+        look,
+        navigator,
+        backend,
+        choices: choices(),
+        worker,
+        window: None,
+        frame: None,
+        texture: None,
+        graph: Graph::default(),
+        device: String::new(),
+        message: String::new(),
+        error: String::new(),
+        panel: true,
+        last: Instant::now(),
+        failed: None,
+    };
+    event_loop.run_app(&mut app).map_err(|error| refused(&error))?;
+    match app.failed {
+        Some(failed) => Err(refused(&failed).into()),
+        None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// Every device that is there.
+fn choices() -> Vec<Choice> {
+    let argument = |name| match name {
+        "cuda" => BackendArg::Cuda,
+        "wgpu" => BackendArg::Wgpu,
+        _ => BackendArg::Cpu,
+    };
+    let all = backend::list().into_iter().flat_map(|(name, devices)| {
+        let devices = devices.unwrap_or_default().into_iter();
+        devices.map(move |device| {
+            (format!("{name}: {}", device.name), argument(name), (name != "cpu").then_some(device.index))
+        })
+    });
+    all.collect()
+}
+
+/// What goes with the window.
+struct Open {
+    window: Arc<Window>,
+    output: Output,
+    input: egui_winit::State,
+    context: egui::Context,
+}
+
+struct App<'a> {
+    arguments: &'a ViewArgs,
+    space: Space,
+    scene: String,
+    look: Look,
+    navigator: Navigator,
+    backend: (BackendArg, Option<usize>, u32),
+    choices: Vec<Choice>,
+    worker: Worker,
+    window: Option<Open>,
+    frame: Option<Frame>,
+    texture: Option<TextureHandle>,
+    graph: Graph,
+    device: String,
+    message: String,
+    error: String,
+    panel: bool,
+    last: Instant,
+    failed: Option<String>,
+}
+
+impl ApplicationHandler<Woken> for App<'_> {
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) {
+            open.window.request_redraw();
+        }
+    }
+
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.window.is_none() {
+            let size = PhysicalSize::new(
+                self.look.settings.width.saturating_add(PANEL as u32).clamp(480, 1920),
+                self.look.settings.height.clamp(620, 1080),
+            );
+            let title = format!("Trisect: {}", self.scene);
+            let attributes = Window::default_attributes().with_title(title).with_inner_size(size);
+            match event_loop.create_window(attributes) {
+                Ok(window) => self.open(event_loop, Arc::new(window)),
+                Err(error) => self.fail(event_loop, error.to_string()),
+            }
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: Woken) {
+        let news = self.worker.news();
+        if let Some(frame) = news.frame {
+            let milliseconds = |seconds: f64| (seconds * 1e3) as f32;
+            let shot = &frame.shot;
+            let present = milliseconds(shot.present.as_secs_f64());
+            self.graph.push([milliseconds(shot.trace()), milliseconds(shot.denoise()), present]);
+            self.frame = Some(frame);
+            self.texture = None;
+            self.error.clear();
+        }
+        if let Some(device) = news.device {
+            self.device = device;
+        }
+        if let Some(error) = news.error {
+            eprintln!("error: {error}");
+            self.error = error;
+        }
+        if let Some(open) = &self.window {
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.window else { return };
+        let response = open.input.on_window_event(&open.window, &event);
+        if response.repaint {
+            open.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => self.redraw(event_loop),
+            _ => {}
+        }
+    }
+}
+
+impl App<'_> {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, message: String) {
+        self.failed = Some(message);
+        event_loop.exit();
+    }
+
+    /// Makes all that a window needs.
+    fn open(&mut self, event_loop: &ActiveEventLoop, window: Arc<Window>) {
+        match Output::new(window.clone()) {
+            Ok(output) => {
+                let context = egui::Context::default();
+                let input = egui_winit::State::new(
+                    context.clone(),
+                    egui::ViewportId::ROOT,
+                    event_loop,
+                    Some(window.scale_factor() as f32),
+                    None,
+                    Some(output.greatest_side()),
+                );
+                self.texture = None;
+                window.request_redraw();
+                self.window = Some(Open { window, output, input, context });
+            }
+            Err(message) => self.fail(event_loop, message),
+        }
+    }
+
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(mut open) = self.window.take() else { return };
+        if open.output.is_lost() {
+            let window = open.window.clone();
+            drop(open);
+            self.open(event_loop, window);
+            return;
+        }
+        let input = open.input.take_egui_input(&open.window);
+        let context = open.context.clone();
+        let mut quit = false;
+        let output = context.run_ui(input, |ui| quit |= self.lay_out(ui));
+        let wish =
+            Wish { look: self.look.clone(), pose: self.navigator.pose(), backend: self.backend, stop: false };
+        self.worker.wish(&wish);
+        open.input.handle_platform_output(&open.window, output.platform_output.clone());
+        let delay =
+            output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        open.output.draw(&context, output);
+        match delay {
+            Some(Duration::ZERO) => open.window.request_redraw(),
+            Some(delay) if delay < Duration::from_secs(3600) => {
+                event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + delay));
+            }
+            _ => event_loop.set_control_flow(ControlFlow::Wait),
+        }
+        self.window = Some(open);
+        if quit {
+            event_loop.exit();
+        }
+    }
+
+    /// The controls and the image; whether to quit.
+    fn lay_out(&mut self, ui: &mut egui::Ui) -> bool {
+        let seconds = self.last.elapsed().as_secs_f64().min(0.1);
+        self.last = Instant::now();
+        let mut pressed = Pressed::default();
+        let mut quit = false;
+        if !ui.ctx().egui_wants_keyboard_input() {
+            let (held, keys) = ui.input(|input| {
+                let held = input::held(input, seconds, &mut self.navigator);
+                (held, input::pressed(input, &mut self.navigator))
+            });
+            if held {
+                ui.ctx().request_repaint();
+            }
+            quit = keys.quit;
+            self.panel ^= keys.panel;
+            (pressed.save_image, pressed.save_camera) = (keys.save_image, keys.save_camera);
+            if keys.compare {
+                let screen = &mut self.look.screen;
+                screen.split = if screen.split > 0.0 { 0.0 } else { 0.5 };
+            }
+        }
+        if self.panel {
+            let shot: Option<&Shot> = self.frame.as_ref().map(|frame| &frame.shot);
+            let mut state = State {
+                look: &mut self.look,
+                navigator: &mut self.navigator,
+                backend: &mut self.backend,
+                choices: &self.choices,
+                scene: &self.scene,
+                device: &self.device,
+                shot,
+                graph: &self.graph,
+                message: &self.message,
+                error: &self.error,
+            };
+            let side = egui::Panel::right("controls").resizable(false).exact_size(PANEL);
+            let buttons = side
+                .show(ui, |ui| egui::ScrollArea::vertical().show(ui, |ui| panel::show(ui, &mut state)).inner)
+                .inner;
+            pressed.save_image |= buttons.save_image;
+            pressed.save_camera |= buttons.save_camera;
+        }
+        egui::CentralPanel::default()
+            .frame(egui::Frame::NONE.fill(Color32::BLACK))
+            .show(ui, |ui| self.image(ui));
+        let path = self.arguments.job.scene.as_deref();
+        if let (true, Some(frame)) = (pressed.save_image, &self.frame) {
+            self.message = save::image(path, frame.shot.size, &frame.pixels);
+        }
+        if pressed.save_camera {
+            self.message = save::camera(path, &self.space.camera_of(&self.navigator.pose()));
+        }
+        quit
+    }
+
+    /// The frame, as large as there is room.
+    fn image(&mut self, ui: &mut egui::Ui) {
+        let area = ui.available_rect_before_wrap();
+        let side = |points: f32| ((points * ui.ctx().pixels_per_point()).round() as u32).clamp(1, 16_384);
+        (self.look.settings.width, self.look.settings.height) = (side(area.width()), side(area.height()));
+        if let (None, Some(frame)) = (&self.texture, &self.frame) {
+            let size = [frame.shot.size.0 as usize, frame.shot.size.1 as usize];
+            let image = ColorImage::from_rgba_premultiplied(size, bytemuck::cast_slice(&frame.pixels));
+            self.texture = Some(ui.ctx().load_texture("frame", image, TextureOptions::LINEAR));
+        }
+        if let Some(texture) = &self.texture {
+            let whole = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::Pos2::new(1.0, 1.0));
+            ui.painter().image(texture.id(), area, whole, Color32::WHITE);
+        }
+        let response = ui.interact(area, ui.scope_id().with("image"), Sense::click_and_drag());
+        let (scroll, shift) = ui.input(|input| (input.smooth_scroll_delta.y, input.modifiers.shift));
+        input::mouse(&response, scroll, shift, &mut self.navigator);
+    }
+}

@@ -1,0 +1,156 @@
+//! The window's controls.
+
+use super::graph::Graph;
+use crate::cli::BackendArg;
+use egui::{ComboBox, Slider, Ui};
+use trisect::denoise::{Denoise, Filter, History, LEVELS};
+use trisect::render::Screen;
+use trisect::view::{LEAST_SCALE, Look, Mode, Navigator, Shot};
+
+/// Most samples of a frame; a chunk has 256.
+const MOST_SAMPLES: u32 = 64;
+
+/// A device to choose: its label, and its backend and index.
+pub type Choice = (String, BackendArg, Option<usize>);
+
+/// What was pressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pressed {
+    /// Write the image to a file.
+    pub save_image: bool,
+    /// Write the camera into a scene file.
+    pub save_camera: bool,
+}
+
+/// What the panel shows and changes.
+pub struct State<'a> {
+    pub look: &'a mut Look,
+    pub navigator: &'a mut Navigator,
+    /// And how often it was asked for.
+    pub backend: &'a mut (BackendArg, Option<usize>, u32),
+    pub choices: &'a [Choice],
+    pub scene: &'a str,
+    pub device: &'a str,
+    pub shot: Option<&'a Shot>,
+    pub graph: &'a Graph,
+    pub message: &'a str,
+    pub error: &'a str,
+}
+
+/// Lays the controls out.
+pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
+    let mut pressed = Pressed::default();
+    ui.spacing_mut().slider_width = 110.0;
+    ui.strong(state.scene);
+    device(ui, state);
+    ui.separator();
+    frames(ui, state);
+    ui.separator();
+    let Look { settings, scale, denoise, history, enough, screen } = &mut *state.look;
+    ui.add(Slider::new(&mut settings.samples, 1..=MOST_SAMPLES).logarithmic(true).text("samples a frame"));
+    ui.add(Slider::new(&mut settings.depth, 1..=50).text("depth"));
+    ui.add(Slider::new(scale, LEAST_SCALE..=1.0).text("resolution"));
+    ui.add(Slider::new(enough, 1..=65_536).logarithmic(true).text("samples at rest"));
+    ui.separator();
+    filter(ui, denoise);
+    ui.add(
+        Slider::new(&mut history.frames, 0..=256)
+            .logarithmic(true)
+            .smallest_positive(1.0)
+            .text("history, frames"),
+    );
+    unbounded(ui, &mut history.clamp, 0.1..=10.0, History::DEFAULT.clamp, "history, clamp");
+    ui.separator();
+    shown(ui, screen);
+    camera(ui, state.navigator);
+    ui.horizontal(|ui| {
+        pressed.save_image = ui.button("Save image").clicked();
+        pressed.save_camera = ui.button("Save camera").clicked();
+    });
+    if !state.message.is_empty() {
+        ui.label(state.message);
+    }
+    if !state.error.is_empty() {
+        ui.colored_label(ui.visuals().error_fg_color, state.error);
+        if ui.button("Try again").clicked() {
+            state.backend.2 += 1;
+        }
+    }
+    pressed
+}
+
+fn device(ui: &mut Ui, state: &mut State) {
+    let mut wanted = None;
+    ComboBox::from_id_salt("device").width(ui.available_width()).selected_text(state.device).show_ui(
+        ui,
+        |ui| {
+            for (label, backend, index) in state.choices {
+                let is = (state.backend.0, state.backend.1) == (*backend, *index);
+                if ui.selectable_label(is, label).clicked() {
+                    wanted = Some((*backend, *index));
+                }
+            }
+        },
+    );
+    if let Some((backend, index)) = wanted {
+        *state.backend = (backend, index, state.backend.2 + 1);
+    }
+}
+
+fn frames(ui: &mut Ui, state: &State) {
+    if let Some(shot) = state.shot {
+        let rate = 1.0 / shot.whole.as_secs_f64().max(1e-9);
+        ui.label(format!("{}x{}, {} spp, {rate:.1} frames/s", shot.size.0, shot.size.1, shot.live.samples));
+        ui.small(shot.live.kernel);
+    }
+    state.graph.show(ui);
+}
+
+fn filter(ui: &mut Ui, denoise: &mut Option<Denoise>) {
+    let choices = [("off", None), ("atrous", Some(Filter::Atrous)), ("svgf", Some(Filter::Svgf))];
+    ui.horizontal(|ui| {
+        ui.label("denoise");
+        for (name, filter) in choices {
+            let is = denoise.map(|denoise| denoise.filter) == filter;
+            if ui.selectable_label(is, name).clicked() && !is {
+                *denoise = filter.map(Denoise::new);
+            }
+        }
+    });
+    let Some(denoise) = denoise else { return };
+    let default = Denoise::new(denoise.filter);
+    ui.add(Slider::new(&mut denoise.levels, LEVELS).text("levels"));
+    unbounded(ui, &mut denoise.color, 0.05..=50.0, default.color, "colour");
+    unbounded(ui, &mut denoise.normal, 1.0..=90.0, default.normal, "normal, degrees");
+    unbounded(ui, &mut denoise.depth, 1e-4..=1.0, default.depth, "depth");
+}
+
+/// A slider for a number that may be infinite, too.
+fn unbounded(ui: &mut Ui, value: &mut f32, range: std::ops::RangeInclusive<f32>, default: f32, name: &str) {
+    ui.horizontal(|ui| {
+        let mut on = value.is_finite();
+        if ui.checkbox(&mut on, "").changed() {
+            *value = if on { default } else { f32::INFINITY };
+        }
+        if on {
+            ui.add(Slider::new(value, range).logarithmic(true).text(name));
+        } else {
+            ui.label(format!("{name}: no stop"));
+        }
+    });
+}
+
+fn shown(ui: &mut Ui, screen: &mut Screen) {
+    ui.add(Slider::new(&mut screen.split, 0.0..=1.0).text("raw | denoised"));
+    ui.add(Slider::new(&mut screen.stops, -10.0..=10.0).text("exposure, stops"));
+}
+
+fn camera(ui: &mut Ui, navigator: &mut Navigator) {
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut navigator.mode, Mode::Orbit, "orbit");
+        ui.selectable_value(&mut navigator.mode, Mode::Fly, "fly");
+        if ui.button("reset").clicked() {
+            navigator.reset();
+        }
+    });
+}

@@ -1,0 +1,44 @@
+//! What the window writes to files.
+
+use std::path::{Path, PathBuf};
+use trisect::limits::{self, Change};
+use trisect::scene::{CameraPose, Described};
+
+/// The first name of this kind that is free: `STEM-view-1.EXTENSION`, and so on.
+fn free(folder: &Path, stem: &str, extension: &str) -> Option<PathBuf> {
+    (1..10_000).map(|n| folder.join(format!("{stem}-view-{n}.{extension}"))).find(|path| !path.exists())
+}
+
+fn stem(scene: Option<&Path>) -> String {
+    let stem = scene.and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+    stem.unwrap_or_else(|| "trisect".to_owned())
+}
+
+/// Writes the image into the current folder; says where, or why not.
+pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
+    let Some(path) = free(Path::new("."), &stem(scene), "png") else {
+        return "there are 9,999 images of this scene here; move them".to_owned();
+    };
+    match super::super::headless::write(&path, size, pixels) {
+        Ok(()) => format!("wrote {}", path.display()),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Writes a copy of the scene beside it, seen by this camera, which is in the scene's own units; says where, or why not.
+pub fn camera(scene: Option<&Path>, pose: &CameraPose) -> String {
+    let Some(from) = scene else {
+        return "the built-in scene has no file; start with one to save the camera".to_owned();
+    };
+    let folder = from.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let Some(to) = free(folder, &stem(scene), "ron") else {
+        return "there are 9,999 copies of this scene; move them".to_owned();
+    };
+    let written = Described::load(from).map_err(|error| error.to_string()).and_then(|described| {
+        limits::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
+    });
+    match written {
+        Ok(()) => format!("wrote {}", to.display()),
+        Err(error) => error,
+    }
+}

@@ -1,0 +1,178 @@
+//! A thread that renders what the window wishes, so that the window answers however long a frame takes.
+
+use super::super::super::Session;
+use crate::cli::{BackendArg, JobArgs};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use trisect::scene::{CameraPose, Space};
+use trisect::view::{Look, Shot, Viewer};
+
+/// What the window wants to see.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// How.
+    pub look: Look,
+    /// From where.
+    pub pose: CameraPose,
+    /// On what; another number asks for it again.
+    pub backend: (BackendArg, Option<usize>, u32),
+    /// Nothing any more.
+    pub stop: bool,
+}
+
+/// A frame for the window.
+pub struct Frame {
+    /// Red, green, blue and opacity from the lowest byte on.
+    pub pixels: Vec<u32>,
+    /// What it took.
+    pub shot: Shot,
+}
+
+/// What the worker tells.
+#[derive(Default)]
+pub struct News {
+    /// A frame that the window has not seen.
+    pub frame: Option<Frame>,
+    /// The device in use.
+    pub device: Option<String>,
+    /// Why there are no frames.
+    pub error: Option<String>,
+}
+
+struct Shared {
+    wish: Mutex<Wish>,
+    changed: Condvar,
+    news: Mutex<News>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The thread, as the window has it.
+pub struct Worker {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// Starts it with a scene that is open; `wake` is called for each news.
+    pub fn start(session: Session, job: JobArgs, wish: Wish, wake: impl Fn() + Send + 'static) -> Self {
+        let shared = Arc::new(Shared {
+            wish: Mutex::new(wish.clone()),
+            changed: Condvar::new(),
+            news: Mutex::new(News { device: Some(device(&session)), ..News::default() }),
+        });
+        let its = shared.clone();
+        let thread = std::thread::spawn(move || {
+            let backend = wish.backend;
+            Rendering { shared: its, job, wake, backend, space: session.space }.run(Some(viewer(session)));
+        });
+        Self { shared, thread: Some(thread) }
+    }
+
+    /// Says what to see.
+    pub fn wish(&self, wish: &Wish) {
+        let mut is = lock(&self.shared.wish);
+        if *is != *wish {
+            is.clone_from(wish);
+            self.shared.changed.notify_one();
+        }
+    }
+
+    /// What is new.
+    pub fn news(&self) -> News {
+        std::mem::take(&mut *lock(&self.shared.news))
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        lock(&self.shared.wish).stop = true;
+        self.shared.changed.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn device(session: &Session) -> String {
+    let device = session.renderer.backend().device();
+    format!("{}: {}", device.backend, device.name)
+}
+
+fn viewer(session: Session) -> Viewer {
+    Viewer::new(session.renderer)
+}
+
+struct Rendering<W> {
+    shared: Arc<Shared>,
+    job: JobArgs,
+    wake: W,
+    /// That the viewer has.
+    backend: (BackendArg, Option<usize>, u32),
+    space: Space,
+}
+
+impl<W: Fn()> Rendering<W> {
+    fn run(mut self, mut viewer: Option<Viewer>) {
+        // What failed: it is not tried again.
+        let mut failed: Option<Wish> = None;
+        loop {
+            let wish = {
+                let mut wish = lock(&self.shared.wish);
+                loop {
+                    let rests = viewer.as_ref().is_some_and(|viewer| viewer.rests(&wish.look, &wish.pose));
+                    let idle = rests && wish.backend == self.backend || failed.as_ref() == Some(&*wish);
+                    if wish.stop || !idle {
+                        break;
+                    }
+                    wish = self.shared.changed.wait(wish).unwrap_or_else(PoisonError::into_inner);
+                }
+                wish.clone()
+            };
+            if wish.stop {
+                return;
+            }
+            if wish.backend != self.backend {
+                self.backend = wish.backend;
+                viewer = None; // its memory is free before other is asked for
+            }
+            let outcome = self.frame(&mut viewer, &wish);
+            let mut news = lock(&self.shared.news);
+            match outcome {
+                Ok(frame) => {
+                    failed = None;
+                    (news.frame, news.error) = (Some(frame), None);
+                }
+                Err(error) => {
+                    // A device that failed is opened anew when something else is wished.
+                    viewer = None;
+                    failed = Some(wish);
+                    news.error = Some(error);
+                }
+            }
+            drop(news);
+            (self.wake)();
+        }
+    }
+
+    fn frame(&self, viewer: &mut Option<Viewer>, wish: &Wish) -> Result<Frame, String> {
+        let open = match viewer {
+            Some(viewer) => viewer,
+            None => {
+                let (backend, device_index, _) = wish.backend;
+                let job = JobArgs { backend, device: device_index, ..self.job.clone() };
+                let session = Session::open(&job).map_err(|error| error.to_string())?;
+                if session.space != self.space {
+                    return Err("the scene's file has another space now; start the viewer again".to_owned());
+                }
+                lock(&self.shared.news).device = Some(device(&session));
+                viewer.insert(self::viewer(session))
+            }
+        };
+        let mut pixels = Vec::new();
+        let shot = open.frame(&wish.look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
+        Ok(Frame { pixels, shot })
+    }
+}

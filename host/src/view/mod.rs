@@ -1,0 +1,9 @@
+//! Looking around in a scene: moving the camera, frames that follow each other, and files of camera paths.
+
+mod navigate;
+mod path;
+mod viewer;
+
+pub use navigate::{Mode, Navigator};
+pub use path::CameraPath;
+pub use viewer::{LEAST_SCALE, Look, Shot, Viewer};

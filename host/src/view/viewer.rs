@@ -1,0 +1,183 @@
+//! Frames one after the other, as a window shows them and as files.
+
+use crate::Error;
+use crate::denoise::{Denoise, History, Kernel};
+use crate::render::{Live, MOST_KEPT, Renderer, Screen, Settings};
+use crate::scene::CameraPose;
+use std::time::{Duration, Instant};
+
+/// What can change from frame to frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// How to render; samples are those of one frame.
+    pub settings: Settings,
+    /// Of both sides of the image, 0.05 to 1.
+    pub scale: f64,
+    /// The filter.
+    pub denoise: Option<Denoise>,
+    /// What becomes of the frames before.
+    pub history: History,
+    /// Samples a pixel from which on an image that rests is finished.
+    pub enough: u32,
+    /// How it is shown.
+    pub screen: Screen,
+}
+
+/// The least scale.
+pub const LEAST_SCALE: f64 = 0.05;
+
+impl Look {
+    /// With the settings' size, [`History::DEFAULT`], and frames that are never enough.
+    pub fn new(settings: Settings, denoise: Option<Denoise>) -> Self {
+        let (history, screen) = (History::DEFAULT, Screen::default());
+        Self { settings, scale: 1.0, denoise, history, enough: MOST_KEPT, screen }
+    }
+
+    /// The settings of a frame, smaller by the scale.
+    fn scaled(&self) -> Settings {
+        let scale = if self.scale.is_nan() { 1.0 } else { self.scale.clamp(LEAST_SCALE, 1.0) };
+        let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
+        let Settings { width, height, .. } = self.settings;
+        Settings { width: side(width), height: side(height), ..self.settings.clone() }
+    }
+}
+
+/// What a frame took, and is.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// The frame; the renderer has its image until the next.
+    pub live: Live,
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// Making it fit for the screen, on the device.
+    pub display: Duration,
+    /// That, and copying it here.
+    pub present: Duration,
+    /// All, as the host sees it.
+    pub whole: Duration,
+}
+
+impl Shot {
+    /// Tracing, in seconds of the device.
+    pub fn trace(&self) -> f64 {
+        self.live.trace.as_secs_f64()
+    }
+
+    /// All passes of the denoiser, in seconds of the device.
+    pub fn denoise(&self) -> f64 {
+        self.live.passes.iter().map(|pass| pass.1.as_secs_f64()).sum()
+    }
+
+    /// Each pass.
+    pub fn passes(&self) -> impl Iterator<Item = (Kernel, f64)> + '_ {
+        self.live.passes.iter().map(|pass| (pass.0, pass.1.as_secs_f64()))
+    }
+}
+
+/// A scene, and its frames.
+pub struct Viewer {
+    renderer: Renderer,
+    last: Option<(Look, CameraPose, Shot)>,
+}
+
+impl Viewer {
+    /// Of a scene on a backend.
+    pub fn new(renderer: Renderer) -> Self {
+        Self { renderer, last: None }
+    }
+
+    /// The scene on its backend.
+    pub fn renderer(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
+    /// Whether a frame would bring nothing new.
+    pub fn rests(&self, look: &Look, pose: &CameraPose) -> bool {
+        let enough = look.enough.min(MOST_KEPT);
+        let same = |last: &&(Look, CameraPose, Shot)| last.0 == *look && last.1 == *pose;
+        self.last.as_ref().filter(same).is_some_and(|last| last.2.live.samples >= enough)
+    }
+
+    /// Renders the next frame and copies it to `pixels`: red, green, blue and opacity from the lowest byte on, row by row from the top.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::live`] and [`Renderer::look`]. The frame after begins anew.
+    pub fn frame(&mut self, look: &Look, pose: &CameraPose, pixels: &mut Vec<u32>) -> Result<Shot, Error> {
+        let start = Instant::now();
+        self.last = None;
+        self.renderer.look(*pose)?;
+        let settings = look.scaled();
+        settings.check()?;
+        let live = self.renderer.live(&settings, look.denoise.as_ref(), Some(&look.history))?;
+        let presented = Instant::now();
+        let display = self.renderer.show(&live, &look.screen, pixels)?;
+        let (present, whole) = (presented.elapsed(), start.elapsed());
+        let shot = Shot { live, size: (settings.width, settings.height), display, present, whole };
+        self.last = Some((look.clone(), *pose, shot.clone()));
+        Ok(shot)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+    use crate::backend::cpu::Cpu;
+    use crate::denoise::Filter;
+    use crate::metrics::srgb;
+    use crate::scene::Scene;
+
+    #[test]
+    fn a_series_ends_where_it_is_enough() {
+        let scene = Scene::hello_world().unwrap();
+        let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut viewer = Viewer::new(renderer);
+        let settings = Settings { width: 32, height: 18, samples: 2, ..scene.settings() };
+        let mut look =
+            Look { scale: 0.5, enough: 6, ..Look::new(settings, Some(Denoise::new(Filter::Svgf))) };
+        let mut pose = scene.camera;
+        let mut pixels = Vec::new();
+        let mut counts = Vec::new();
+        while !viewer.rests(&look, &pose) {
+            let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
+            assert_eq!((shot.size, pixels.len()), ((16, 9), 16 * 9));
+            counts.push(shot.live.samples);
+        }
+        assert_eq!(counts, [2, 4, 6]);
+        // Another place, another look: it goes on, from the start and where it was.
+        pose.look_from.x += 0.5;
+        assert!(!viewer.rests(&look, &pose));
+        assert_eq!(viewer.frame(&look, &pose, &mut pixels).unwrap().live.samples, 2);
+        look.screen.split = 1.0;
+        let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
+        assert_eq!(shot.live.samples, 4);
+        assert!(shot.denoise() > 0.0 && shot.whole >= shot.present);
+    }
+
+    /// Without a filter both sides show what a file would.
+    #[test]
+    fn the_screen_shows_the_image() {
+        let scene = Scene::hello_world().unwrap();
+        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let settings = Settings { width: 32, height: 18, samples: 2, ..scene.settings() };
+        let image = renderer.render(&settings, &mut ()).unwrap().film.image();
+        let mut viewer = Viewer::new(renderer);
+        for split in [0.0, 0.5, 1.0] {
+            let mut look = Look::new(settings.clone(), None);
+            look.screen.split = split;
+            let mut pixels = Vec::new();
+            viewer.frame(&look, &scene.camera, &mut pixels).unwrap();
+            if split > 0.0 {
+                viewer.frame(&look, &scene.camera, &mut pixels).unwrap();
+                continue; // it goes on with other samples
+            }
+            for (shown, pixel) in pixels.iter().zip(&image.pixels) {
+                for (byte, value) in shown.to_le_bytes().into_iter().zip(pixel) {
+                    assert!(byte.abs_diff(srgb::encode_u8(*value)) <= 1);
+                }
+            }
+        }
+    }
+}

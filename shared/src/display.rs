@@ -1,0 +1,85 @@
+//! An image for a screen: 8 bits a channel, sRGB.
+
+use crate::denoise::Lit;
+use crate::film::PixelSums;
+use crate::math::{cbrt_unit, sqrt};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// One launch. 16 bytes.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct DisplayParams {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Columns on the left that show the samples' plain mean.
+    pub split: u32,
+    /// Factor on the radiance.
+    pub exposure: f32,
+}
+
+const _: () = assert!(size_of::<DisplayParams>() == 16);
+
+/// Red, green, blue and opacity from the lowest byte on, of a pixel in column `x`: the plain mean of its samples, or what the denoiser made of it.
+/// What is no number is black, as in a PNG.
+#[inline(always)]
+pub fn display(params: &DisplayParams, sums: PixelSums, lit: Lit, x: u32) -> u32 {
+    let color = if x < params.split {
+        sums.radiance / sums.samples as f32 // 0 / 0 without samples
+    } else if lit.is_known() {
+        lit.color
+    } else {
+        Vec3::ZERO
+    };
+    let color = color * params.exposure;
+    srgb(color.x) | srgb(color.y) << 8 | srgb(color.z) << 16 | 0xff00_0000
+}
+
+/// The sRGB code (IEC 61966-2-1) of a linear value: clipped, and rounded to nearest but for its own error of 1e-6.
+#[inline(always)]
+fn srgb(linear: f32) -> u32 {
+    // What is no number is not above 0.
+    let c = if linear > 0.0 { if linear < 1.0 { linear } else { 1.0 } } else { 0.0 };
+    // c^(1/2.4) is the cube root of c^(5/4).
+    let curve = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * cbrt_unit(c * sqrt(sqrt(c))) - 0.055 };
+    (curve * 255.0 + 0.5) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(params: &DisplayParams, value: f32, x: u32) -> u32 {
+        let sums = PixelSums { radiance: Vec3::splat(value * 4.0), samples: 4, ..PixelSums::ZERO };
+        let lit = Lit { color: Vec3::splat(value * 0.5), variance: 0.0 };
+        display(params, sums, lit, x) & 0xff
+    }
+
+    #[test]
+    fn codes_are_those_of_the_standard() {
+        let params = DisplayParams { width: 1, height: 1, split: 1, exposure: 1.0 };
+        let curve = |c: f64| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+        let mut worst = 0.0f64;
+        for step in 0..=100_000 {
+            let value = step as f32 * 1e-5;
+            let want = curve(f64::from(value)) * 255.0;
+            worst = worst.max((f64::from(shown(&params, value, 0)) - want).abs());
+        }
+        assert!(worst < 0.5 + 1e-3, "{worst}");
+        for (value, code) in
+            [(f32::NAN, 0), (-1.0, 0), (f32::NEG_INFINITY, 0), (2.0, 255), (f32::INFINITY, 255)]
+        {
+            assert_eq!(shown(&params, value, 0), code, "{value}");
+        }
+    }
+
+    #[test]
+    fn the_left_is_raw() {
+        let params = DisplayParams { width: 4, height: 1, split: 2, exposure: 2.0 };
+        assert_eq!((shown(&params, 0.5, 1), shown(&params, 0.5, 2)), (255, 188));
+        let nothing = display(&params, PixelSums::ZERO, Lit::UNKNOWN, 0);
+        assert_eq!((nothing, display(&params, PixelSums::ZERO, Lit::UNKNOWN, 3)), (0xff00_0000, 0xff00_0000));
+    }
+}

@@ -1,0 +1,246 @@
+//! A screen of a test's own: an X server without a monitor, what windows show on it, and hands on its keyboard and mouse.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{
+    AtomEnum, ConfigureWindowAux, ConnectionExt, ImageFormat, InputFocus, MapState, Window,
+};
+use x11rb::protocol::xtest::ConnectionExt as _;
+use x11rb::rust_connection::RustConnection;
+
+/// What goes wrong with a server.
+type Failure = Box<dyn std::error::Error>;
+
+/// Types of the X protocol's events.
+const KEY: (u8, u8) = (2, 3);
+const BUTTON: (u8, u8) = (4, 5);
+const MOTION: u8 = 6;
+
+/// An X server, which ends with it.
+pub struct Desktop {
+    server: Child,
+    /// Its name, for `DISPLAY`.
+    pub name: String,
+    connection: RustConnection,
+    root: Window,
+}
+
+impl Drop for Desktop {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// Pixels of a window: red, green and blue, row by row.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Capture {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Of each.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+impl Capture {
+    /// Mean difference of the channels' codes in columns `from..to` of `self`'s width; 255 for images of other sizes.
+    pub fn difference(&self, other: &Self, from: usize, to: usize) -> f64 {
+        if (self.width, self.height) != (other.width, other.height) {
+            return 255.0;
+        }
+        let (mut sum, mut count) = (0u64, 0u64);
+        for (index, (a, b)) in self.pixels.iter().zip(&other.pixels).enumerate() {
+            if (from..to).contains(&(index % self.width)) {
+                sum += (0..3).map(|c| u64::from(a[c].abs_diff(b[c]))).sum::<u64>();
+                count += 3;
+            }
+        }
+        sum as f64 / count.max(1) as f64
+    }
+}
+
+impl Desktop {
+    /// Starts a server on a display that is free.
+    ///
+    /// # Errors
+    ///
+    /// There is no `Xvfb`, or it does not start.
+    pub fn start(width: u32, height: u32) -> Result<Self, Failure> {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", &format!("{width}x{height}x24")])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()?;
+        let mut number = String::new();
+        let out = server.stdout.take().ok_or("Xvfb has no output")?;
+        BufReader::new(out).read_line(&mut number)?;
+        let name = format!(":{}", number.trim());
+        let connected = x11rb::connect(Some(&name));
+        let (connection, screen) = match connected {
+            Ok(connected) => connected,
+            Err(error) => {
+                let _ = server.kill();
+                let _ = server.wait();
+                return Err(format!("Xvfb on {name:?}: {error}").into());
+            }
+        };
+        let root = connection.setup().roots[screen].root;
+        Ok(Self { server, name, connection, root })
+    }
+
+    /// The window whose title begins so, once there is one that is shown.
+    ///
+    /// # Errors
+    ///
+    /// There is none within `limit`.
+    pub fn window(&self, title: &str, limit: Duration) -> Result<Window, Failure> {
+        let start = Instant::now();
+        while start.elapsed() < limit {
+            let mut open = vec![self.root];
+            while let Some(window) = open.pop() {
+                if let Ok(tree) = self.connection.query_tree(window)?.reply() {
+                    open.extend(tree.children);
+                }
+                let name =
+                    self.connection.get_property(false, window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 1024)?;
+                let is = name.reply().is_ok_and(|name| name.value.starts_with(title.as_bytes()));
+                let attributes = self.connection.get_window_attributes(window)?.reply();
+                if is && attributes.is_ok_and(|attributes| attributes.map_state == MapState::VIEWABLE) {
+                    return Ok(window);
+                }
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        Err(format!("no window {title:?}").into())
+    }
+
+    /// Lets keys go to a window: there is no window manager to do it.
+    ///
+    /// # Errors
+    ///
+    /// The server refuses.
+    pub fn focus(&self, window: Window) -> Result<(), Failure> {
+        self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME)?.check()?;
+        Ok(())
+    }
+
+    /// What a window shows.
+    ///
+    /// # Errors
+    ///
+    /// It shows nothing.
+    pub fn capture(&self, window: Window) -> Result<Capture, Failure> {
+        let geometry = self.connection.get_geometry(window)?.reply()?;
+        let (width, height) = (geometry.width, geometry.height);
+        let image =
+            self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, !0)?.reply()?;
+        let pixels = image.data.chunks_exact(4).map(|bgrx| [bgrx[2], bgrx[1], bgrx[0]]).collect();
+        Ok(Capture { width: usize::from(width), height: usize::from(height), pixels })
+    }
+
+    /// What a window shows once it has stayed the same for a while and `good` likes it.
+    ///
+    /// # Errors
+    ///
+    /// It does not within `limit`.
+    pub fn settled(
+        &self,
+        window: Window,
+        limit: Duration,
+        good: impl Fn(&Capture) -> bool,
+    ) -> Result<Capture, Failure> {
+        let start = Instant::now();
+        let (mut last, mut since) = (self.capture(window)?, Instant::now());
+        while start.elapsed() < limit {
+            std::thread::sleep(Duration::from_millis(60));
+            let now = self.capture(window)?;
+            if now != last {
+                (last, since) = (now, Instant::now());
+            } else if since.elapsed() > Duration::from_millis(700) && good(&last) {
+                return Ok(last);
+            }
+        }
+        Err("the window does not come to rest, or not to what it should show".into())
+    }
+
+    fn fake(&self, kind: u8, detail: u8, x: i16, y: i16) -> Result<(), Failure> {
+        self.connection.xtest_fake_input(kind, detail, 0, self.root, x, y, 0)?.check()?;
+        Ok(())
+    }
+
+    /// Holds a key for a while.
+    ///
+    /// # Errors
+    ///
+    /// The keyboard has none for this symbol.
+    pub fn key(&self, symbol: u32, hold: Duration) -> Result<(), Failure> {
+        let setup = self.connection.setup();
+        let (first, count) = (setup.min_keycode, setup.max_keycode - setup.min_keycode + 1);
+        let map = self.connection.get_keyboard_mapping(first, count)?.reply()?;
+        let of_key = usize::from(map.keysyms_per_keycode).max(1);
+        let at = map.keysyms.chunks(of_key).position(|symbols| symbols.contains(&symbol));
+        let code = first + u8::try_from(at.ok_or("no such key")?)?;
+        self.fake(KEY.0, code, 0, 0)?;
+        std::thread::sleep(hold);
+        self.fake(KEY.1, code, 0, 0)
+    }
+
+    /// Drags with a button from one point of the screen to another.
+    ///
+    /// # Errors
+    ///
+    /// The server refuses.
+    pub fn drag(&self, button: u8, from: (i16, i16), to: (i16, i16)) -> Result<(), Failure> {
+        let pause = || std::thread::sleep(Duration::from_millis(40));
+        self.fake(MOTION, 0, from.0, from.1)?;
+        pause();
+        self.fake(BUTTON.0, button, 0, 0)?;
+        for step in 1..=8 {
+            pause();
+            let between = |a: i16, b: i16| a + (b - a) / 8 * step;
+            self.fake(MOTION, 0, between(from.0, to.0), between(from.1, to.1))?;
+        }
+        pause();
+        self.fake(BUTTON.1, button, 0, 0)
+    }
+
+    /// Presses a button at a point of the screen; 4 and 5 are the wheel's.
+    ///
+    /// # Errors
+    ///
+    /// The server refuses.
+    pub fn click(&self, button: u8, at: (i16, i16)) -> Result<(), Failure> {
+        self.fake(MOTION, 0, at.0, at.1)?;
+        std::thread::sleep(Duration::from_millis(40));
+        self.fake(BUTTON.0, button, 0, 0)?;
+        std::thread::sleep(Duration::from_millis(40));
+        self.fake(BUTTON.1, button, 0, 0)
+    }
+
+    /// Gives a window another size.
+    ///
+    /// # Errors
+    ///
+    /// The server refuses.
+    pub fn resize(&self, window: Window, width: u32, height: u32) -> Result<(), Failure> {
+        let size = ConfigureWindowAux::new().width(width).height(height);
+        self.connection.configure_window(window, &size)?.check()?;
+        Ok(())
+    }
+
+    /// Hides a window, or shows it again.
+    ///
+    /// # Errors
+    ///
+    /// The server refuses.
+    pub fn show(&self, window: Window, shown: bool) -> Result<(), Failure> {
+        match shown {
+            true => self.connection.map_window(window)?.check()?,
+            false => self.connection.unmap_window(window)?.check()?,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,265 @@
+//! The viewer in a real X server: hands on keyboard and mouse, and what the window shows then.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use trisect::image::Image;
+use trisect::scene::Scene;
+use trisect_tests::desktop::{Capture, Desktop};
+use trisect_tests::program::folder;
+use trisect_tests::{Subject, binary, root};
+use x11rb::protocol::xproto::Window;
+
+/// Keys' symbols (X11/keysymdef.h).
+const ESCAPE: u32 = 0xff1b;
+const RIGHT: u32 = 0xff53;
+
+/// A letter's.
+fn letter(c: char) -> u32 {
+    u32::from(c)
+}
+
+/// Columns of the window that show the image: the rest are controls.
+const IMAGE: usize = 400;
+
+/// How long a software adapter may take for what a person would not wait for.
+const LIMIT: Duration = Duration::from_secs(60);
+
+struct Viewer {
+    desktop: Desktop,
+    program: Child,
+    window: Window,
+    folder: PathBuf,
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+impl Viewer {
+    /// Shows a copy of the book's scene; `None`, aloud, where there is no X server and none is required.
+    fn open(name: &str, arguments: &[&str]) -> Option<Self> {
+        let desktop = Desktop::start(1000, 700).map_err(|error| error.to_string());
+        if let Err(error) = &desktop {
+            // A window needs a Vulkan adapter: where that is required, so is a screen.
+            let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+            assert!(!required.contains("wgpu"), "Xvfb: {error}; install it (Debian: xvfb)");
+            eprintln!("SKIPPED: Xvfb: {error}");
+            return None;
+        }
+        let desktop = desktop.unwrap();
+        let folder = folder("viewer", name);
+        let scene = folder.join("book.ron");
+        std::fs::copy(root().join("scenes/rtiow_final.ron"), &scene).unwrap();
+        let log = std::fs::File::create(folder.join("log.txt")).unwrap();
+        let program = Command::new(binary())
+            .args(["view", "book.ron", "--height", "620"])
+            .args(arguments)
+            .current_dir(&folder)
+            .env("DISPLAY", &desktop.name)
+            .env("XDG_RUNTIME_DIR", &folder)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(Stdio::from(log))
+            .spawn()
+            .unwrap();
+        let mut viewer = Self { desktop, program, window: 0, folder };
+        match viewer.desktop.window("Trisect", LIMIT) {
+            Ok(window) => viewer.window = window,
+            Err(error) => panic!("{error}: {}", viewer.log()),
+        }
+        viewer.desktop.focus(viewer.window).unwrap();
+        Some(viewer)
+    }
+
+    fn log(&self) -> String {
+        std::fs::read_to_string(self.folder.join("log.txt")).unwrap_or_default()
+    }
+
+    /// The window once it rests, shows more than a few colours, and `good` likes it.
+    fn until(&mut self, what: &str, good: impl Fn(&Capture) -> bool) -> Capture {
+        let settled =
+            self.desktop.settled(self.window, LIMIT, |capture| colours(capture) > 300 && good(capture));
+        let ended = self.program.try_wait().unwrap();
+        match settled {
+            Ok(capture) => capture,
+            Err(error) => panic!("{what}: {error}; ended: {ended:?}; {}", self.log()),
+        }
+    }
+
+    fn key(&mut self, symbol: u32, milliseconds: u64) {
+        self.desktop.key(symbol, Duration::from_millis(milliseconds)).unwrap();
+    }
+
+    /// A file that the program writes, once it is there.
+    fn written(&self, extension: &str) -> PathBuf {
+        let path = self.folder.join(format!("book-view-1.{extension}"));
+        let start = Instant::now();
+        while !path.exists() {
+            assert!(start.elapsed() < LIMIT, "no .{extension} was written: {}", self.log());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        std::thread::sleep(Duration::from_millis(300)); // and whole
+        path
+    }
+
+    /// Waits for the end of the program, which Escape asks for.
+    fn quit(&mut self) {
+        self.desktop.key(ESCAPE, Duration::from_millis(30)).unwrap();
+        let start = Instant::now();
+        while start.elapsed() < LIMIT {
+            if let Some(status) = self.program.try_wait().unwrap() {
+                assert!(status.success(), "{status}: {}", self.log());
+                assert!(!self.log().contains("panicked"), "{}", self.log());
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        panic!("Escape does not end the program");
+    }
+}
+
+/// Of the image, in the left third of the window.
+fn colours(capture: &Capture) -> usize {
+    let rows = capture.pixels.chunks(capture.width.max(1));
+    let all: HashSet<[u8; 3]> = rows.flat_map(|row| row.iter().take(capture.width / 3)).copied().collect();
+    all.len()
+}
+
+/// Mean difference of codes that is more than the noise of other samples, and one that is not.
+const MOVED: f64 = 9.0;
+const SAME: f64 = 5.0;
+
+/// Keys and mouse move the camera, R brings it back; B compares, H hides the controls, I and C write files.
+#[test]
+fn hands_on_keyboard_and_mouse() {
+    let arguments = ["--backend", "cpu", "--width", "400", "--depth", "4", "--scale", "0.4", "--enough", "6"];
+    let Some(mut viewer) = Viewer::open("hands", &arguments) else { return };
+    let start = viewer.until("the first image", |_| true);
+    let width = start.width;
+    assert!(width > IMAGE + 200, "{width}");
+    let off = |a: &Capture, b: &Capture| a.difference(b, 0, IMAGE);
+
+    viewer.key(RIGHT, 500);
+    viewer.until("an arrow turns", |now| off(now, &start) > MOVED);
+    viewer.key(letter('r'), 30);
+    viewer.until("R resets", |now| off(now, &start) < SAME);
+    viewer.desktop.drag(1, (250, 300), (120, 260)).unwrap();
+    let dragged = viewer.until("the mouse turns", |now| off(now, &start) > MOVED);
+    viewer.desktop.click(4, (200, 300)).unwrap();
+    viewer.until("the wheel moves", |now| off(now, &dragged) > SAME);
+
+    // The camera that is saved is the one that was moved.
+    viewer.key(letter('c'), 30);
+    let scene = Scene::load(&viewer.written("ron")).unwrap();
+    let book = Scene::load(&viewer.folder.join("book.ron")).unwrap();
+    let moved = (scene.camera.look_from - book.camera.look_from).length();
+    assert!(moved > 1.0 && scene.camera.look_at == book.camera.look_at, "{moved}");
+    assert_eq!(scene.spheres, book.spheres);
+
+    // The left half without denoising: as noisy as six samples are; the right half as it was.
+    viewer.key(letter('r'), 30);
+    let plain = viewer.until("R resets again", |now| off(now, &start) < SAME);
+    viewer.key(letter('b'), 30);
+    let half = IMAGE / 2;
+    viewer.until("B compares", |now| {
+        let right = now.difference(&plain, half + 8, IMAGE);
+        now.difference(&plain, 0, half - 8) > 5.0 * right + 2.0
+    });
+    viewer.key(letter('b'), 30);
+    viewer.until("B does no more", |now| off(now, &plain) < SAME);
+
+    viewer.key(letter('i'), 30);
+    let image = Image::read(&viewer.written("png")).unwrap();
+    assert!((150..=170).contains(&image.width) && image.height == 248, "{}x{}", image.width, image.height);
+    viewer.key(letter('h'), 30);
+    viewer.until("H hides", |now| now.difference(&plain, IMAGE + 20, width) > 20.0);
+    viewer.key(letter('h'), 30);
+    viewer.until("H shows", |now| now.difference(&plain, IMAGE + 20, width) < 20.0);
+    viewer.quit();
+}
+
+/// Sizes from nothing to the screen's, and a window that is not shown: the program stays, and draws again.
+#[test]
+fn sizes_and_hiding() {
+    let arguments =
+        ["--backend", "cpu", "--width", "400", "--scale", "0.2", "--enough", "4", "--denoise", "atrous"];
+    let Some(mut viewer) = Viewer::open("sizes", &arguments) else { return };
+    viewer.until("the first image", |_| true);
+    for (width, height) in [(980, 660), (1, 1), (320, 40), (700, 500)] {
+        viewer.desktop.resize(viewer.window, width, height).unwrap();
+        std::thread::sleep(Duration::from_millis(400));
+        assert!(viewer.program.try_wait().unwrap().is_none(), "{width}x{height}: {}", viewer.log());
+    }
+    let capture = viewer.until("700x500", |now| (now.width, now.height) == (700, 500));
+    viewer.desktop.show(viewer.window, false).unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    viewer.desktop.show(viewer.window, true).unwrap();
+    viewer.desktop.focus(viewer.window).unwrap();
+    viewer.until("shown again", |now| now.difference(&capture, 0, 340) < 10.0);
+    viewer.quit();
+}
+
+/// Frames of a GPU backend reach the window, too: here of the adapter that the tests use.
+#[test]
+fn frames_of_wgpu() {
+    let index = Subject::Wgpu.index().to_string();
+    let arguments = [
+        "--backend",
+        "wgpu",
+        "--device",
+        &index,
+        "--width",
+        "400",
+        "--depth",
+        "4",
+        "--scale",
+        "0.2",
+        "--enough",
+        "2",
+    ];
+    let Some(mut viewer) = Viewer::open("wgpu", &arguments) else { return };
+    let start = viewer.until("the first image", |_| true);
+    viewer.key(RIGHT, 500);
+    viewer.until("an arrow turns", |now| now.difference(&start, 0, IMAGE) > MOVED);
+    viewer.quit();
+}
+
+/// The README's picture: `cargo test --release -p trisect-tests --test viewer -- --ignored`.
+#[test]
+#[ignore = "writes docs/viewer.png"]
+fn screenshot() {
+    let arguments =
+        ["--backend", "cpu", "--enough", "4", "--split", "0.35", "--depth", "12", "--width", "640"];
+    let Some(mut viewer) = Viewer::open("screenshot", &arguments) else { return };
+    let capture = viewer.until("the image", |_| true);
+    save(&capture, &root().join("docs/viewer.png"));
+    viewer.quit();
+}
+
+/// Without a screen the program says so, and what to do.
+#[test]
+fn without_a_screen() {
+    let output = Command::new(binary())
+        .args(["view", "--backend", "cpu"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    let arguments = ["view"];
+    trisect_tests::program::check_failure(&output, &arguments, 3, &["window", "--headless"]);
+}
+
+/// A capture as a PNG.
+fn save(capture: &Capture, path: &Path) {
+    let decode = |code: u8| trisect::metrics::srgb::decode(f32::from(code) / 255.0);
+    let pixels = capture.pixels.iter().map(|pixel| pixel.map(decode)).collect();
+    let (width, height) = (capture.width as u32, capture.height as u32);
+    trisect::output::write(&Image { width, height, pixels }, path).unwrap();
+}
