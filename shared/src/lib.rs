@@ -39,7 +39,7 @@
 //! | [`guides::Guides`] | 64 | pixel |
 //! | [`denoise::Past`] | 48 | pixel, of live frames |
 //! | [`display::DisplayParams`] | 16 | launch |
-//! | [`denoise::DenoiseParams`] | 112 | pass of a filter |
+//! | [`denoise::DenoiseParams`] | 208 | pass of a filter |
 //! | [`denoise::Lit`], [`denoise::Edge`] | 16 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
 #![no_std]
