@@ -6,6 +6,7 @@ use std::time::Duration;
 use trisect::backend::cpu::Cpu;
 use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use trisect::denoise::{Pass, Shown};
+use trisect::film::Rows;
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_shared::bvh::BvhNode;
@@ -88,12 +89,12 @@ impl Backend for Full {
         self.0.render(launch)
     }
 
-    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
-        self.0.read_film(film)
+    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        self.0.read_film(rows, film)
     }
 
-    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
-        self.0.read_guides(guides)
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+        self.0.read_guides(rows, guides)
     }
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {

@@ -1,11 +1,15 @@
 //! The command line.
 
 mod bench;
+mod cluster;
 mod denoise;
 mod render;
 mod view;
 
-pub use bench::{BenchArgs, BenchCommand, ReportArgs};
+pub use bench::{BenchArgs, BenchCommand, ClusterBenchArgs, ReportArgs};
+#[cfg(feature = "mpi")]
+pub use cluster::DistributeArg;
+pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use render::RenderArgs;
 pub use view::ViewArgs;

@@ -3,6 +3,7 @@
 use crate::backend::BackendError;
 use crate::bench::BenchError;
 use crate::denoise::DenoiseError;
+use crate::distribute::DistributeError;
 use crate::film::FilmError;
 use crate::image::ImageError;
 use crate::limits::WriteError;
@@ -38,6 +39,9 @@ pub enum Error {
     /// Parameters of a denoiser, or a film that cannot be denoised.
     #[error(transparent)]
     Denoise(#[from] DenoiseError),
+    /// Ranks that do not render together.
+    #[error(transparent)]
+    Distribute(#[from] DistributeError),
     /// A benchmark could not be set up or written down.
     #[error(transparent)]
     Bench(#[from] BenchError),
@@ -65,6 +69,7 @@ impl Error {
                     1
                 }
             }
+            Self::Distribute(error) => error.exit_code(),
             Self::Image(ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. })
             | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
             Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Bench(_) | Self::Cancelled => 1,

@@ -21,6 +21,7 @@ pub mod backend;
 pub mod bench;
 pub mod bvh;
 pub mod denoise;
+pub mod distribute;
 pub mod error;
 pub mod film;
 pub mod image;

@@ -2,6 +2,7 @@
 
 use crate::backend::Device;
 use crate::denoise::Denoise;
+use crate::distribute::ClusterReport;
 use crate::film::FilmCounts;
 use crate::render::{Schedule, Settings, Traversal};
 use serde::Serialize;
@@ -67,6 +68,8 @@ pub struct RenderStats {
     pub denoise: Option<Denoise>,
     /// Sum of its passes' times by the device's timer.
     pub denoise_seconds: f64,
+    /// What each rank's part took, where there are several; `device_seconds` is their sum then.
+    pub cluster: Option<ClusterReport>,
     /// Launches.
     pub submissions: u64,
     /// Samples in the image.
@@ -101,6 +104,7 @@ impl RenderStats {
             device_seconds: 0.0,
             denoise: None,
             denoise_seconds: 0.0,
+            cluster: None,
             submissions: 0,
             samples: 0,
             rejected_samples: 0,

@@ -14,7 +14,7 @@
 //! | 13 | storage | pointer | a counter, 0 when a launch begins: where persistent threads find their pixels |
 //! | 14 | storage | pointer | `[Guides]`, a whole image; of kernels with `GUIDES` only |
 //!
-//! A thread serves pixel (x, `first_row` + y); work groups are 8 × 8. Persistent threads serve what they take, in any number of work groups.
+//! A thread serves pixel (x, y) of the launch's share of the rows; work groups are 8 × 8. Persistent threads serve what they take, in any number of work groups.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 

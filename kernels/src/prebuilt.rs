@@ -11,6 +11,9 @@ pub const PTX_PRECISE: &str = include_str!("../prebuilt/trisect.precise.ptx");
 /// PTX with fused multiply-add and approximate division and square root.
 pub const PTX_FAST: &str = include_str!("../prebuilt/trisect.fast.ptx");
 
+/// Hashes of the kernels' sources and of what became of them.
+pub const MANIFEST: &str = include_str!("../prebuilt/manifest.json");
+
 /// Threads of a work group, across and down, but for [levels](is_level) of the denoiser.
 pub const WORKGROUP: (u32, u32) = (8, 8);
 

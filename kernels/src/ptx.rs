@@ -49,7 +49,7 @@ fn thread() -> (u32, u32) {
 #[inline(always)]
 fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
     let (x, y) = thread();
-    (x, if y < params.rows { params.first_row + y } else { params.height })
+    (x, if y < params.rows { params.row(y) } else { params.height })
 }
 
 /// An entry point: `$body` gets the launch record, the scene, the pixel, the output, and the counter of the queue.
@@ -159,7 +159,8 @@ macro_rules! pass {
             edges: *mut Edge,
         ) {
             let $params = &params;
-            let ($x, $y) = thread();
+            let ($x, y) = thread();
+            let $y = params.first_row + y;
             if $x >= params.width {
                 return;
             }
@@ -219,7 +220,8 @@ macro_rules! temporal {
             seen: *mut Guides,
         ) {
             let $params = &params;
-            let ($x, $y) = thread();
+            let ($x, y) = thread();
+            let $y = params.first_row + y;
             if $x >= params.width || $y >= params.height {
                 return;
             }
@@ -257,6 +259,7 @@ macro_rules! displays {
         ) {
             let $params = &params;
             let ($x, y) = thread();
+            let y = params.first_row + y;
             if $x >= params.width || y >= params.height {
                 return;
             }

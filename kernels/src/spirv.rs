@@ -51,7 +51,7 @@ macro_rules! entry_point {
             if !$persistent && (id.x >= $params.width || id.y >= $params.rows) {
                 return;
             }
-            let ($x, $y) = (id.x, $params.first_row + id.y);
+            let ($x, $y) = (id.x, $params.row(id.y));
             let $scene = Scene {
                 spheres, nodes, materials, flats, triangles, shading, lights, textures, texels, environment,
             };
@@ -116,7 +116,7 @@ macro_rules! pass {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $to: &mut [Stored<Lit>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $edges: &mut [Stored<Edge>],
         ) {
-            let ($x, $y) = (id.x, id.y);
+            let ($x, $y) = (id.x, $params.first_row + id.y);
             if $x < $params.width {
                 // SAFETY: the guards, and the host's buffers of width * height records.
                 unsafe { $body }
@@ -170,7 +170,7 @@ macro_rules! temporal {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] $kept: &mut [Stored<PixelSums>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] $seen: &mut [Stored<Guides>],
         ) {
-            let ($x, $y) = (id.x, id.y);
+            let ($x, $y) = (id.x, $params.first_row + id.y);
             if $x < $params.width && $y < $params.height {
                 let $pixel = $y * $params.width + $x;
                 // SAFETY: the guard, and the host's buffers of width * height records.
@@ -195,9 +195,9 @@ macro_rules! displays {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $lit: &[Stored<Lit>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $to: &mut [u32],
         ) {
-            let $x = id.x;
-            if $x < $params.width && id.y < $params.height {
-                let $pixel = id.y * $params.width + $x;
+            let ($x, y) = (id.x, $params.first_row + id.y);
+            if $x < $params.width && y < $params.height {
+                let $pixel = y * $params.width + $x;
                 // SAFETY: the guard, and the host's buffers of width * height records.
                 unsafe { $body }
             }

@@ -6,7 +6,7 @@ use crate::math::{cbrt_unit, sqrt};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// One launch. 16 bytes.
+/// One launch. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct DisplayParams {
@@ -18,9 +18,17 @@ pub struct DisplayParams {
     pub split: u32,
     /// Factor on the radiance.
     pub exposure: f32,
+    /// The launch's first row.
+    pub first_row: u32,
+    /// Unused.
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+    /// Unused.
+    pub pad2: u32,
 }
 
-const _: () = assert!(size_of::<DisplayParams>() == 16);
+const _: () = assert!(size_of::<DisplayParams>() == 32);
 
 /// Red, green, blue and opacity from the lowest byte on, of a pixel in column `x`: the plain mean of its samples, or what the denoiser made of it.
 /// What is no number is black, as in a PNG.
@@ -51,6 +59,10 @@ fn srgb(linear: f32) -> u32 {
 mod tests {
     use super::*;
 
+    fn of(width: u32, split: u32, exposure: f32) -> DisplayParams {
+        DisplayParams { width, height: 1, split, exposure, first_row: 0, pad0: 0, pad1: 0, pad2: 0 }
+    }
+
     fn shown(params: &DisplayParams, value: f32, x: u32) -> u32 {
         let sums = PixelSums { radiance: Vec3::splat(value * 4.0), samples: 4, ..PixelSums::ZERO };
         let lit = Lit { color: Vec3::splat(value * 0.5), variance: 0.0 };
@@ -59,7 +71,7 @@ mod tests {
 
     #[test]
     fn codes_are_those_of_the_standard() {
-        let params = DisplayParams { width: 1, height: 1, split: 1, exposure: 1.0 };
+        let params = of(1, 1, 1.0);
         let curve = |c: f64| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
         let mut worst = 0.0f64;
         for step in 0..=100_000 {
@@ -77,7 +89,7 @@ mod tests {
 
     #[test]
     fn the_left_is_raw() {
-        let params = DisplayParams { width: 4, height: 1, split: 2, exposure: 2.0 };
+        let params = of(4, 2, 2.0);
         assert_eq!((shown(&params, 0.5, 1), shown(&params, 0.5, 2)), (255, 188));
         let nothing = display(&params, PixelSums::ZERO, Lit::UNKNOWN, 0);
         assert_eq!((nothing, display(&params, PixelSums::ZERO, Lit::UNKNOWN, 3)), (0xff00_0000, 0xff00_0000));

@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::sky::Sky;
 use bytemuck::{Pod, Zeroable};
 
-/// One launch: samples `first_sample..end_sample` of rows `first_row..first_row + rows`. 224 bytes, fourteen rows.
+/// One launch: samples `first_sample..end_sample` of `rows` rows of its [share](Self::row) of the image. 240 bytes, fifteen rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct RenderParams {
@@ -16,7 +16,7 @@ pub struct RenderParams {
     pub width: u32,
     /// Pixels down the whole image.
     pub height: u32,
-    /// The launch's first row; 0 is the top.
+    /// The launch's first row, of those of its share.
     pub first_row: u32,
     /// Rows of the launch.
     pub rows: u32,
@@ -60,6 +60,23 @@ pub struct RenderParams {
     pub first_view: u32,
     /// Pixels along a tile's edge there, as a power of two.
     pub tile_shift: u32,
+    /// The share's first row of the image; 0 is the top.
+    pub share_row: u32,
+    /// Rows of a block of the share, as a power of two; 31 for all rows in one.
+    pub block_shift: u32,
+    /// Rows of others between two blocks.
+    pub block_gap: u32,
+    /// Unused.
+    pub pad: u32,
+}
+
+impl RenderParams {
+    /// The row of the image that row `index` of the launch is. A share of the image is blocks of rows at equal distances.
+    #[inline(always)]
+    pub fn row(&self, index: u32) -> u32 {
+        let of_share = self.first_row + index;
+        self.share_row + of_share + (of_share >> (self.block_shift & 31)) * self.block_gap
+    }
 }
 
 /// In a kernel that can do both: dielectrics reflect by Schlick's approximation.
@@ -73,4 +90,4 @@ pub const FLAG_ROOM: u32 = 8;
 /// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_NEVER: u32 = 1 << 31;
 
-const _: () = assert!(size_of::<RenderParams>() == 224 && align_of::<RenderParams>() == 16);
+const _: () = assert!(size_of::<RenderParams>() == 240 && align_of::<RenderParams>() == 16);

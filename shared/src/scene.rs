@@ -43,7 +43,7 @@ pub struct Scene<'a> {
 
 /// Lengths of a scene's arrays, which PTX entry points take by value. 72 bytes.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SceneLengths {
     /// Of [`Scene::spheres`], and so on.
     pub spheres: usize,

@@ -68,3 +68,40 @@ pub fn check_failure(output: &Output, arguments: &[&str], code: i32, words: &[&s
 pub fn fails(arguments: &[&str], code: i32, words: &[&str]) {
     check_failure(&trisect(arguments), arguments, code, words);
 }
+
+/// A folder of a test's own, which goes with it.
+pub struct Temporary(PathBuf);
+
+impl Temporary {
+    /// Makes it.
+    ///
+    /// # Panics
+    ///
+    /// If it cannot be made.
+    pub fn new(file: &str, name: &str) -> Self {
+        Self(folder(file, name))
+    }
+
+    /// A file in it, as text.
+    ///
+    /// # Panics
+    ///
+    /// If the system's folder for temporary files has a name that is no text.
+    pub fn file(&self, name: &str) -> String {
+        match self.path(name).to_str() {
+            Some(path) => path.to_owned(),
+            None => panic!("{}: no text", self.0.display()),
+        }
+    }
+
+    /// The same as a path.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

@@ -7,6 +7,7 @@ pub use instructions::InstructionSet;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
+use crate::film::Rows;
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use instructions::Kernel;
 use rayon::prelude::*;
@@ -194,6 +195,22 @@ impl OfAllTasks {
     }
 }
 
+/// Takes rows of what an image's pixels hold, and leaves `nothing` there.
+fn take<T: Copy>(rows: &Rows, of: &mut [T], to: &mut [T], nothing: T) -> Result<(), BackendError> {
+    let width = to.len() / (rows.len() as usize).max(1);
+    let mut done = 0;
+    for block in rows.blocks() {
+        let from = of.get_mut(block.start as usize * width..block.end as usize * width);
+        let (Some(from), Some(to)) = (from, to.get_mut(done..done + block.len() * width)) else {
+            return Err(failed("rows that were not prepared"));
+        };
+        to.copy_from_slice(from);
+        from.fill(nothing);
+        done += to.len();
+    }
+    Ok(())
+}
+
 fn failed(message: &str) -> BackendError {
     BackendError::Device { backend: "cpu", action: "rendering", message: message.to_owned() }
 }
@@ -245,19 +262,26 @@ impl Backend for Cpu {
         let start = Instant::now();
         let params = launch.params();
         let (scene, render) = (self.scene.borrow(), self.kernel);
-        let first = params.first_row as usize * params.width as usize;
-        let count = params.rows as usize * params.width as usize;
-        let beyond = || failed("rows beyond the film");
-        let film = self.film.get_mut(first..first + count).ok_or_else(beyond)?;
-        let carries = self.carries.get_mut(first..first + count).ok_or_else(beyond)?;
+        let width = params.width as usize;
+        let height = self.film.len() / width.max(1);
+        let mut wanted = (0..params.rows).map(|index| params.row(index)).peekable();
+        let rows = self.film.chunks_mut(width.max(1)).zip(self.carries.chunks_mut(width.max(1)));
+        let rows = (0u32..).zip(rows).filter(|(y, _)| wanted.next_if_eq(y).is_some());
+        let tasks: Vec<_> = rows
+            .flat_map(|(y, (film, carries))| {
+                let parts = film.chunks_mut(TASK).zip(carries.chunks_mut(TASK));
+                (0u32..).step_by(TASK).zip(parts).map(move |(x, part)| (x, y, part))
+            })
+            .collect();
+        if wanted.next().is_some() {
+            return Err(failed(&format!("rows beyond the film's {height}")));
+        }
         let guides = OfAllTasks { first: self.guides.as_mut_ptr(), length: self.guides.len() };
         self.pool.install(|| {
-            let tasks = film.par_chunks_mut(TASK).zip(carries.par_chunks_mut(TASK));
-            tasks.enumerate().for_each(|(task, (pixels, carries))| {
+            tasks.into_par_iter().for_each(|(first, y, (pixels, carries))| {
                 // SAFETY: a task touches the guides of its own pixels.
                 let mut guides = unsafe { guides.slots() };
-                for (slot, pixel) in (0u32..).zip(first + task * TASK..).take(pixels.len()) {
-                    let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
+                for (slot, x) in (0u32..).zip(first..).take(pixels.len()) {
                     // SAFETY: a scene and a launch come from a renderer, which proved the indices.
                     unsafe { render(params, scene, x, y, pixels, carries, slot, &mut guides) };
                 }
@@ -266,21 +290,12 @@ impl Backend for Cpu {
         Ok(start.elapsed())
     }
 
-    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
-        for (to, from) in film.iter_mut().zip(&mut self.film) {
-            *to = std::mem::replace(from, PixelSums::UNWRITTEN);
-        }
-        Ok(())
+    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        take(rows, &mut self.film, film, PixelSums::UNWRITTEN)
     }
 
-    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
-        if guides.len() != self.guides.len() {
-            return Err(failed("no guides were prepared"));
-        }
-        for (to, from) in guides.iter_mut().zip(&mut self.guides) {
-            *to = std::mem::replace(from, Guides::UNWRITTEN);
-        }
-        Ok(())
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+        take(rows, &mut self.guides, guides, Guides::UNWRITTEN)
     }
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {

@@ -11,6 +11,7 @@ pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::{Bvh, Wide};
 use crate::denoise::{Pass, Shown};
+use crate::film::Rows;
 use crate::lights::Lights;
 use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
@@ -152,11 +153,12 @@ pub trait Backend: Send {
     /// Renders one submission into the film and waits for it. Returns the device's own measure of its time.
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError>;
 
-    /// Copies the film to `film` (as long as the job has pixels) and resets it to [`PixelSums::UNWRITTEN`].
-    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError>;
+    /// Copies these rows of the film, one below the other, to `film` (as long as they have pixels) and resets the film to
+    /// [`PixelSums::UNWRITTEN`], in these rows at least.
+    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError>;
 
-    /// Copies the guides to `guides` (as long as the job has pixels), for a kernel that writes them, and resets them to [`Guides::UNWRITTEN`].
-    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError>;
+    /// The same of the guides, for a kernel that writes them: resets them to [`Guides::UNWRITTEN`].
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError>;
 
     /// Writes sums and guides (as long as the job has pixels) where a kernel that writes guides has them.
     fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError>;
@@ -167,7 +169,7 @@ pub trait Backend: Send {
     /// Copies one of the denoiser's two images, after its passes, to `pixels` (as long as the job has pixels).
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError>;
 
-    /// Makes the last frame's image for a screen and copies it to `pixels` (as long as the job has pixels). Returns the device's own measure of
+    /// Makes the last frame's image for a screen and copies its rows to `pixels` (as long as they have pixels). Returns the device's own measure of
     /// making it.
     fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError>;
 

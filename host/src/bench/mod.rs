@@ -2,6 +2,7 @@
 //!
 //! What is measured and how it is summarised are apart, so that everything but the time itself can be tested.
 
+pub mod cluster;
 mod error;
 mod fit;
 mod frames;

@@ -1,6 +1,6 @@
 //! `trisect bench` and `trisect bench report`.
 
-use super::{BackendArg, DenoiseArgs, JobArgs, MathArg, parse_count, parse_resolution};
+use super::{BackendArg, DenoiseArgs, JobArgs, MathArg, RankArgs, parse_count, parse_resolution};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -34,6 +34,45 @@ pub struct BenchArgs {
 pub enum BenchCommand {
     /// Measure this machine and draw charts: time against spp, methods against the number of spheres, device against one CPU thread.
     Report(ReportArgs),
+    /// Measure, under mpirun, what ranks bring, and draw charts: frames by rows and averaged images against the number of ranks, beside an
+    /// all-reduce of the whole image.
+    Cluster(Box<ClusterBenchArgs>),
+}
+
+/// `trisect bench cluster`.
+#[derive(Clone, Debug, Args)]
+pub struct ClusterBenchArgs {
+    /// What and where.
+    #[command(flatten)]
+    pub job: JobArgs,
+
+    /// How ranks work.
+    #[command(flatten)]
+    pub ranks: RankArgs,
+
+    /// How many ranks, in turn, with commas between; without it, 1, 2, 4 and so on, and all.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = parse_count)]
+    pub counts: Vec<u32>,
+
+    /// Samples a pixel of frames by rows, with commas between; at most 256.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "1,100", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub frame_spp: Vec<u32>,
+
+    /// Samples a pixel of an averaged image, over all ranks.
+    #[arg(long, value_name = "N", default_value = "256", value_parser = parse_count)]
+    pub average_spp: u32,
+
+    /// Samples a pixel that each rank adds where the noise is measured.
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub noise_spp: u32,
+
+    /// Frames to measure, after five that are not.
+    #[arg(long, value_name = "N", default_value = "30", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub frames: u32,
+
+    /// Folder for charts and data; made if need be.
+    #[arg(short, long, value_name = "DIR", default_value = "cluster")]
+    pub out: PathBuf,
 }
 
 /// `trisect bench report`.

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use trisect::denoise::{Denoise, DenoiseError, Filter};
 
 /// Whether and how to denoise.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct DenoiseArgs {
     /// Filter the image, stopping at edges of normals and depth; textures stay sharp. Without it, off; for view, svgf.
     #[arg(long, value_enum)]

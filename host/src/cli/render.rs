@@ -1,12 +1,12 @@
 //! `trisect render`.
 
-use super::{DenoiseArgs, JobArgs};
+use super::{ClusterArgs, DenoiseArgs, JobArgs};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::output::layers::Aov;
 
 /// `trisect render`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
     /// What and where.
     #[command(flatten)]
@@ -32,6 +32,10 @@ pub struct RenderArgs {
     /// Print errors only.
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Several processes.
+    #[command(flatten)]
+    pub cluster: ClusterArgs,
 }
 
 fn parse_aov(text: &str) -> Result<Aov, String> {

@@ -1,13 +1,13 @@
 //! `trisect view`.
 
-use super::{DenoiseArgs, JobArgs, parse_count};
+use super::{ClusterArgs, DenoiseArgs, JobArgs, parse_count};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::denoise::History;
 use trisect::render::Screen;
 
 /// `trisect view`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
     /// What and where; --spp are those of one frame, without it 1.
     #[command(flatten)]
@@ -60,6 +60,10 @@ pub struct ViewArgs {
     /// With --headless: write what was measured as JSON, too.
     #[arg(long, value_name = "FILE", requires = "headless")]
     pub json: Option<PathBuf>,
+
+    /// With --headless: several processes, each a band of rows.
+    #[command(flatten)]
+    pub cluster: ClusterArgs,
 }
 
 impl ViewArgs {

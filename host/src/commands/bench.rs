@@ -17,8 +17,13 @@ const SETTLE: Duration = Duration::from_millis(500);
 
 /// Renders a scene several times and prints what a frame takes. `start` is when the program began.
 pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
-    if let Some(BenchCommand::Report(arguments)) = &arguments.command {
-        return super::report::run(arguments);
+    match &arguments.command {
+        Some(BenchCommand::Report(arguments)) => return super::report::run(arguments),
+        #[cfg(feature = "mpi")]
+        Some(BenchCommand::Cluster(arguments)) => return super::cluster::bench::run(arguments),
+        #[cfg(not(feature = "mpi"))]
+        Some(BenchCommand::Cluster(_)) => return Err(trisect::distribute::DistributeError::NotBuilt.into()),
+        None => {}
     }
     if let Some(path) = &arguments.json {
         output::probe(path)?;

@@ -27,6 +27,10 @@ pub fn run() -> Result<ExitCode, Error> {
             Err(error) => text += &format!("{name:<5} {error}\n"),
         }
     }
+    text += match cfg!(feature = "mpi") {
+        true => "mpi   built in: mpirun -n N trisect render --distribute auto\n",
+        false => "mpi   not built in; --features mpi brings it (docs/cluster.md)\n",
+    };
     super::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -2,20 +2,23 @@
 
 pub mod bench;
 pub mod check;
+#[cfg(feature = "mpi")]
+pub mod cluster;
 pub mod compare;
 pub mod info;
 pub mod render;
 pub mod report;
 pub mod view;
 
-use crate::cli::{BackendArg, JobArgs};
+use crate::cli::{BackendArg, ClusterArgs, JobArgs};
 use std::io::Write;
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Selection};
+use trisect::distribute::DistributeError;
 use trisect::limits;
 use trisect::render::{Renderer, Settings};
-use trisect::scene::{Described, Space};
+use trisect::scene::{Described, Scene, Space};
 
 /// A scene on a backend with the command line's settings.
 pub struct Session {
@@ -35,9 +38,20 @@ pub struct Session {
     pub open_seconds: f64,
 }
 
-impl Session {
-    /// Reads the scene, checks the settings, opens the backend.
-    pub fn open(job: &JobArgs) -> Result<Self, Error> {
+/// A scene that was read, with the command line's settings.
+pub struct Loaded {
+    /// For the device.
+    pub scene: Scene,
+    /// What to render.
+    pub settings: Settings,
+    space: Space,
+    warnings: Vec<String>,
+    seconds: f64,
+}
+
+impl Loaded {
+    /// Reads the scene and checks the settings.
+    pub fn read(job: &JobArgs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
             Some(path) => Described::load(path)?,
@@ -48,22 +62,66 @@ impl Session {
         let beyond = limits::warnings(&described, &settings);
         let space = described.space;
         let scene = described.lower(Space::IDENTITY)?;
-        let load_seconds = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let Selection { backend, why } = open(job.backend, job.device, job.threads)?;
-        let open_seconds = start.elapsed().as_secs_f64();
-        let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
-        let renderer = Renderer::with_quality(backend, &scene, quality)?;
-        let mut warnings = scene.warnings;
+        let mut warnings = scene.warnings.clone();
         if !settings.light_sampling && !scene.lights.is_empty() {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
         }
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
         warnings.extend(beyond.iter().map(|line| format!("{line}; what helps: trisect check {name}")));
-        for warning in &warnings {
+        Ok(Self { scene, settings, space, warnings, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Of a scene that was read elsewhere.
+    #[cfg(feature = "mpi")]
+    pub fn of(scene: Scene, job: &JobArgs) -> Result<Self, Error> {
+        let settings = job.settings(scene.settings());
+        settings.check()?;
+        Ok(Self { scene, settings, space: Space::IDENTITY, warnings: Vec::new(), seconds: 0.0 })
+    }
+
+    /// Says what is not as asked for.
+    pub fn warn(&self) {
+        for warning in &self.warnings {
             eprintln!("warning: {warning}");
         }
-        Ok(Self { renderer, settings, name: scene.name, space, choice: why, load_seconds, open_seconds })
+    }
+
+    /// Puts it on a backend.
+    pub fn on(self, selection: Selection, open_seconds: f64, job: &JobArgs) -> Result<Session, Error> {
+        let Self { scene, settings, space, seconds: load_seconds, .. } = self;
+        let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
+        let renderer = Renderer::with_quality(selection.backend, &scene, quality)?;
+        let (name, choice) = (scene.name, selection.why);
+        Ok(Session { renderer, settings, name, space, choice, load_seconds, open_seconds })
+    }
+}
+
+impl Session {
+    /// Reads the scene, checks the settings, opens the backend.
+    pub fn open(job: &JobArgs) -> Result<Self, Error> {
+        let loaded = Loaded::read(job)?;
+        let start = Instant::now();
+        let selection = open(job.backend, job.device, job.threads)?;
+        loaded.warn();
+        loaded.on(selection, start.elapsed().as_secs_f64(), job)
+    }
+}
+
+/// Several processes that render the same image each would write over each other's; and one alone has no use for what ranks do.
+pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
+    let remedy = "add --distribute rows, average or auto".to_owned();
+    if let Some(name) = cluster.without_ranks() {
+        return Err(
+            DistributeError::Unsupported { what: format!("{name} is for several ranks"), remedy }.into()
+        );
+    }
+    let ranks = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
+    match ranks.and_then(|ranks| ranks.parse::<u32>().ok()) {
+        Some(ranks) if ranks > 1 => {
+            let what = format!("mpirun started {ranks} ranks, and each would render the whole image");
+            Err(DistributeError::Unsupported { what, remedy }.into())
+        }
+        _ => Ok(()),
     }
 }
 

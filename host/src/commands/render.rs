@@ -6,14 +6,46 @@ use crate::progress::Bar;
 use std::fs;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trisect::image::ImageError;
+use trisect::denoise::Denoise;
+#[cfg(not(feature = "mpi"))]
+use trisect::distribute::DistributeError;
+use trisect::film::Film;
+use trisect::image::{Image, ImageError};
 use trisect::output::layers;
 use trisect::render::SettingsError;
+use trisect::stats::RenderStats;
 use trisect::{Error, output};
 
 /// Renders a scene to a file.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
-    // Before minutes of rendering are lost.
+    if arguments.cluster.distribute.is_some() {
+        #[cfg(feature = "mpi")]
+        return super::cluster::render::run(arguments);
+        #[cfg(not(feature = "mpi"))]
+        return Err(DistributeError::NotBuilt.into());
+    }
+    super::refuse_ranks(&arguments.cluster)?;
+    check(arguments)?;
+    let denoise = arguments.denoise.denoise()?;
+
+    let mut session = Session::open(&arguments.job)?;
+    session.settings.guides = needs_guides(arguments, denoise.as_ref());
+    if !arguments.quiet {
+        announce(&session);
+    }
+
+    let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
+    frame.stats.phases.load_seconds = session.load_seconds;
+    finish(arguments, session, Drawn::Film(&frame.film), frame.stats, denoise)
+}
+
+/// Whether the render must write what tells edges.
+pub fn needs_guides(arguments: &RenderArgs, denoise: Option<&Denoise>) -> bool {
+    denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_guides())
+}
+
+/// Finds out what cannot be written before minutes of rendering are lost.
+pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     output::check_writable(&arguments.output)?;
     if !arguments.aov.is_empty() {
         layers::check(&arguments.output)?;
@@ -24,55 +56,63 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         }
         output::probe(stats)?;
     }
+    Ok(())
+}
 
-    let denoise = arguments.denoise.denoise()?;
-
-    let mut session = Session::open(&arguments.job)?;
-    session.settings.guides = denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_guides());
-    if !arguments.quiet {
-        let device = session.renderer.backend().device();
-        eprintln!(
-            "{}: {}x{}, {} spp",
-            session.name, session.settings.width, session.settings.height, session.settings.samples
-        );
-        eprintln!("{}: {} ({})", device.backend, device.name, device.details);
-        if !session.choice.is_empty() {
-            eprintln!("  {}", session.choice);
-        }
+/// Says what is rendered, and where.
+pub fn announce(session: &Session) {
+    let device = session.renderer.backend().device();
+    eprintln!(
+        "{}: {}x{}, {} spp",
+        session.name, session.settings.width, session.settings.height, session.settings.samples
+    );
+    eprintln!("{}: {} ({})", device.backend, device.name, device.details);
+    if !session.choice.is_empty() {
+        eprintln!("  {}", session.choice);
     }
+}
 
-    let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
-    let image = match &denoise {
-        Some(denoise) => {
-            let denoised = session.renderer.denoise(&frame.film, &session.settings, denoise);
-            let (image, passes) = match denoised {
-                Ok(denoised) => denoised,
-                Err(error) => {
-                    // Nothing that was rendered is lost.
-                    output::write(&frame.film.image(), &arguments.output)?;
-                    eprintln!("warning: wrote {} without denoising", arguments.output.display());
-                    return Err(error);
-                }
-            };
-            frame.stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
-            frame.stats.denoise = Some(*denoise);
-            image
-        }
-        None => frame.film.image(),
-    };
+/// What was rendered.
+pub enum Drawn<'a> {
+    /// All sums.
+    Film(&'a Film),
+    /// Mean radiance.
+    #[cfg(feature = "mpi")]
+    Image(&'a Image),
+    /// Three bytes a pixel, for a .png.
+    #[cfg(feature = "mpi")]
+    Bytes(u32, u32, &'a [u8]),
+}
+
+/// Denoises, and writes the image and what it took.
+pub fn finish(
+    arguments: &RenderArgs,
+    mut session: Session,
+    drawn: Drawn,
+    mut stats: RenderStats,
+    denoise: Option<Denoise>,
+) -> Result<ExitCode, Error> {
+    let mut image = None;
+    if let (Drawn::Film(film), Some(denoise)) = (&drawn, &denoise) {
+        let denoised = session.renderer.denoise(film, &session.settings, denoise);
+        let (denoised, passes) = match denoised {
+            Ok(denoised) => denoised,
+            Err(error) => {
+                // Nothing that was rendered is lost.
+                output::write(&film.image(), &arguments.output)?;
+                eprintln!("warning: wrote {} without denoising", arguments.output.display());
+                return Err(error);
+            }
+        };
+        stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
+        stats.denoise = Some(*denoise);
+        image = Some(denoised);
+    }
     let start = Instant::now();
-    if arguments.aov.is_empty() {
-        output::write(&image, &arguments.output)?;
-    } else {
-        let renderer = &session.renderer;
-        let camera = renderer.camera(&session.settings);
-        let object = |primitive| renderer.object(primitive);
-        layers::write(&image, &frame.film, &camera, object, &arguments.aov, &arguments.output)?;
-    }
+    write(arguments, &session, &drawn, image)?;
 
-    let stats = &mut frame.stats;
+    let stats = &mut stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
-    stats.phases.load_seconds = session.load_seconds;
     stats.scene = session.name;
     stats.choice = session.choice;
     if let Some(path) = &arguments.stats {
@@ -82,10 +122,37 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
     if !arguments.quiet {
         eprintln!("{}", stats.summary());
+        if let Some(cluster) = &stats.cluster {
+            eprintln!("{}", cluster.summary());
+        }
         eprintln!("wrote {}", arguments.output.display());
     }
     for warning in stats.warnings() {
         eprintln!("warning: {warning}");
     }
     Ok(if stats.unwritten_pixels == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Writes the image that was denoised, or what was drawn, with its layers.
+pub fn write(
+    arguments: &RenderArgs,
+    session: &Session,
+    drawn: &Drawn,
+    denoised: Option<Image>,
+) -> Result<(), Error> {
+    let path = &arguments.output;
+    let film = match drawn {
+        #[cfg(feature = "mpi")]
+        Drawn::Bytes(width, height, bytes) => return Ok(output::write_bytes(*width, *height, bytes, path)?),
+        #[cfg(feature = "mpi")]
+        Drawn::Image(image) => return Ok(output::write(image, path)?),
+        Drawn::Film(film) => film,
+    };
+    let image = denoised.unwrap_or_else(|| film.image());
+    if arguments.aov.is_empty() {
+        return Ok(output::write(&image, path)?);
+    }
+    let camera = session.renderer.camera(&session.settings);
+    let object = |primitive| session.renderer.object(primitive);
+    Ok(layers::write(&image, film, &camera, object, &arguments.aov, path)?)
 }

@@ -55,7 +55,6 @@ pub(crate) struct Frames {
     pub past: usize,
     /// Whether the camera rests: the frame is one of those that are summed.
     pub kept: bool,
-    pub add: bool,
 }
 
 impl Frames {
@@ -69,7 +68,6 @@ impl Frames {
             reproject: false,
             past: 0,
             kept: false,
-            add: false,
         }
     }
 }

@@ -9,7 +9,7 @@ pub use error::DenoiseError;
 pub(crate) use history::Frames;
 pub use history::History;
 pub use passes::{Kernel, Pass, Shown};
-pub(crate) use passes::{Seen, keep, passes};
+pub(crate) use passes::{Seen, keep, passes, reach};
 
 use crate::film::Film;
 use crate::image::Image;

@@ -3,9 +3,11 @@
 use super::history::Frames;
 use super::{Denoise, Filter, stop, view};
 use crate::backend::BackendError;
+use crate::film::Rows;
+use std::ops::Range;
 use trisect_kernels::workgroup;
 use trisect_shared::camera::Camera;
-use trisect_shared::denoise::{DenoiseParams, PIXELS, STOPS, View};
+use trisect_shared::denoise::{AROUND, DenoiseParams, PIXELS, STOPS, View};
 use trisect_shared::display::DisplayParams;
 
 /// An image of a frame, and where it is seen from.
@@ -29,7 +31,7 @@ impl Seen {
             width: self.width,
             height: self.height,
             step: 1,
-            pad: 0,
+            first_row: 0,
             color: STOPS.0,
             normal: stop(1.0 - f64::from(30.0f32).to_radians().cos()),
             depth: stop(f64::from(0.02f32).powi(2)).sqrt(),
@@ -47,26 +49,32 @@ impl Seen {
 const TRUSTED: u32 = 4;
 
 /// What a device does, one after the other, with an image and what is known of frames before it; without a filter, the image comes out as it is.
-pub(crate) fn passes(denoise: Option<&Denoise>, image: &Seen, frames: &Frames) -> Vec<Pass> {
+pub(crate) fn passes(
+    denoise: Option<&Denoise>,
+    image: &Seen,
+    frames: &Frames,
+    rows: &Range<u32>,
+) -> Vec<Pass> {
     let base = denoise.map_or_else(|| image.params(), |denoise| denoise.params(image));
     let params = DenoiseParams {
         before: frames.before,
         history: frames.history,
         spent: frames.spent,
         clamp: frames.clamp,
-        add: u32::from(frames.add),
         ..base
     };
-    let first = Pass { kernel: Kernel::Gather, params, from: 1, to: 0, past: frames.past, kept: frames.kept };
+    let (past, kept, rows) = (frames.past, frames.kept, rows.clone());
+    let first = Pass { kernel: Kernel::Gather, params, from: 1, to: 0, past, kept, rows };
     let next = |passes: &[Pass]| {
         let from = passes.last().map_or(0, |pass| pass.to);
-        Pass { from, to: 1 - from, ..first }
+        Pass { from, to: 1 - from, ..first.clone() }
     };
     let mut passes = Vec::new();
     if frames.kept {
-        passes.push(Pass { kernel: Kernel::Add, kept: false, ..first });
+        let params = DenoiseParams { add: 1, ..params };
+        passes.push(Pass { kernel: Kernel::Add, params, kept: false, ..first.clone() });
     }
-    passes.push(first);
+    passes.push(first.clone());
     if frames.reproject {
         passes.push(Pass { kernel: Kernel::Reproject, ..next(&passes) });
     } else if denoise.is_some_and(|denoise| denoise.filter == Filter::Svgf) {
@@ -84,12 +92,20 @@ pub(crate) fn passes(denoise: Option<&Denoise>, image: &Seen, frames: &Frames) -
         passes.push(Pass { kernel, params: DenoiseParams { step, color, ..params }, ..next(&passes) });
     }
     passes.push(Pass { kernel: Kernel::Finish, ..next(&passes) });
+    passes.iter_mut().for_each(|pass| pass.params.first_row = pass.thread_rows().start);
     passes
 }
 
+/// Rows around a pixel that it depends on, through all passes: those of the variance, and those of each level.
+pub(crate) fn reach(denoise: Option<&Denoise>, frames: bool) -> u32 {
+    let around = u32::from(frames || denoise.is_some()) * AROUND.unsigned_abs();
+    denoise.map_or(0, |denoise| (0..denoise.levels).map(|level| 2 << level).sum()) + around
+}
+
 /// The pass that makes this frame the first of those that are summed.
-pub(crate) fn keep(image: &Seen) -> Pass {
-    Pass { kernel: Kernel::Add, params: image.params(), from: 1, to: 0, past: 0, kept: false }
+pub(crate) fn keep(image: &Seen, rows: Range<u32>) -> Pass {
+    let params = DenoiseParams { first_row: rows.start, ..image.params() };
+    Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, kept: false, rows }
 }
 
 /// A kernel of the denoiser.
@@ -136,9 +152,9 @@ impl Kernel {
     }
 }
 
-/// A launch over all pixels: from one of two images to the other. Only a [`Renderer`](crate::render::Renderer) makes them: kernels trust
+/// A launch over rows of the image: from one of two images to the other. Only a [`Renderer`](crate::render::Renderer) makes them: kernels trust
 /// their sizes, and that what they read was written.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Pass {
     /// What.
     pub(crate) kernel: Kernel,
@@ -152,14 +168,23 @@ pub struct Pass {
     pub(crate) past: usize,
     /// Whether the film is the sum over frames, or this frame's; a pass of [`Kernel::Add`] writes the other.
     pub(crate) kept: bool,
+    /// Those that are written, and for a level some beside them.
+    pub(crate) rows: Range<u32>,
 }
 
 impl Pass {
     /// Threads across and down.
     pub fn threads(&self) -> (u32, u32) {
-        let DenoiseParams { width, height, step, .. } = self.params;
-        let rows = if self.kernel.is_level() { height.div_ceil(PIXELS * step) * step } else { height };
-        (width, rows)
+        (self.params.width, self.thread_rows().len() as u32)
+    }
+
+    /// Rows of threads, of those that the whole image takes.
+    fn thread_rows(&self) -> Range<u32> {
+        if !self.kernel.is_level() {
+            return self.rows.clone();
+        }
+        let step = self.params.step;
+        self.rows.start / (PIXELS * step) * step..self.rows.end.div_ceil(PIXELS * step) * step
     }
 
     /// Refuses more work groups than a launch has.
@@ -168,8 +193,8 @@ impl Pass {
         if across.max(down) <= limit {
             return Ok(());
         }
-        let DenoiseParams { width, height, .. } = self.params;
-        Err(BackendError::TooLong { backend, width, rows: height, limit: u64::from(limit) })
+        let (width, rows) = (self.params.width, self.rows.len() as u32);
+        Err(BackendError::TooLong { backend, width, rows, limit: u64::from(limit) })
     }
 
     /// Work groups across and down.
@@ -179,13 +204,22 @@ impl Pass {
     }
 }
 
+impl Shown {
+    /// Rows of the image from the first to the last that is shown: those that a device makes.
+    pub(crate) fn span(&self) -> Range<u32> {
+        self.params.first_row..self.rows.end().max(self.params.first_row)
+    }
+}
+
 /// A frame as a screen shows it. Only a [`Renderer`](crate::render::Renderer) makes one: kernels trust its size.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
     /// With what.
     pub(crate) params: DisplayParams,
-    /// The denoised image, 0 or 1.
-    pub(crate) image: usize,
+    /// The denoised image, 0 or 1; none for the samples' plain mean, which the parameters ask for then in all columns.
+    pub(crate) image: Option<usize>,
     /// Whether the samples are the sums over frames, or this frame's.
     pub(crate) kept: bool,
+    /// Those that are shown, one below the other.
+    pub(crate) rows: Rows,
 }

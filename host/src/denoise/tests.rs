@@ -32,7 +32,7 @@ fn passes_are_chained() {
     for filter in [Filter::Atrous, Filter::Svgf] {
         let image = Seen::by(&camera, 16, 9);
         let denoise = Denoise { levels: 4, ..Denoise::new(filter) };
-        let passes = passes(Some(&denoise), &image, &Frames::none(&image));
+        let passes = passes(Some(&denoise), &image, &Frames::none(&image), &(0..9));
         assert!(passes.windows(2).all(|pair| pair[1].from == pair[0].to));
         assert!(passes.iter().all(|pass| pass.from + pass.to == 1));
         let levels: Vec<&Pass> = passes.iter().filter(|pass| pass.kernel.is_level()).collect();

@@ -2,10 +2,12 @@
 
 mod coverage;
 mod guides;
+mod rows;
 mod sum;
 
 pub use coverage::{Coverage, Overlap, Part};
 pub use guides::GuideTotals;
+pub use rows::Rows;
 pub use sum::ExactSum;
 
 use crate::image::Image;
@@ -42,6 +44,13 @@ impl PixelTotals {
         segments: 0,
         unwritten: 0,
     };
+
+    /// Of one chunk, which should hold `samples` samples.
+    pub fn of(sums: &PixelSums, samples: u32) -> Self {
+        let mut totals = Self::EMPTY;
+        totals.merge(sums, samples);
+        totals
+    }
 
     fn is_empty(&self) -> bool {
         self.samples + self.rejected + self.unwritten == 0
@@ -87,6 +96,16 @@ impl PixelTotals {
         self.rejected += other.rejected;
         self.segments += other.segments;
         self.unwritten += other.unwritten;
+    }
+
+    /// Of this pixel alone.
+    pub fn counts(&self) -> FilmCounts {
+        FilmCounts {
+            samples: self.samples,
+            rejected: self.rejected,
+            segments: self.segments,
+            unwritten: u64::from(self.unwritten > 0 || self.is_empty()),
+        }
     }
 
     /// As kernels write them, but of all chunks, rounded; no samples and NaN where one is missing.
@@ -221,8 +240,7 @@ impl Film {
         Self { guides: guides.collect(), ..film }
     }
 
-    /// Adds the rows of `part` of a whole image's `chunk`, each pixel of which should hold `part`'s samples. The order of chunks does
-    /// not matter.
+    /// Adds a `chunk` of the rows of `part`, each pixel of which should hold `part`'s samples. The order of chunks does not matter.
     ///
     /// A pixel that no kernel wrote in this chunk becomes NaN and stays so.
     ///
@@ -230,21 +248,15 @@ impl Film {
     ///
     /// If the film has not these pixels, or has these samples already; then it stays as it was.
     pub fn merge(&mut self, part: &Part, chunk: &[PixelSums]) -> Result<(), FilmError> {
-        let rows = self.row_range(&part.rows).filter(|_| chunk.len() == self.pixels.len());
-        let Some((totals, sums)) =
-            rows.and_then(|rows| Some((self.pixels.get_mut(rows.clone())?, chunk.get(rows)?)))
-        else {
-            return Err(FilmError::Chunk {
-                film: (self.width, self.height),
-                pixels: chunk.len(),
-                rows: part.rows.clone(),
-            });
+        let Some(rows) = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len()) else {
+            return Err(self.other_chunk(part, chunk.len()));
         };
         self.coverage.insert(part)?;
+        let Some(totals) = self.pixels.get_mut(rows) else { return Err(self.other_chunk(part, chunk.len())) };
         let samples = part.samples.len() as u32;
         totals
             .par_iter_mut()
-            .zip(sums)
+            .zip(chunk)
             .with_min_len(TASK)
             .for_each(|(total, sums)| total.merge(sums, samples));
         Ok(())
@@ -256,18 +268,12 @@ impl Film {
     ///
     /// If the film has not these pixels, or no guides.
     pub fn merge_guides(&mut self, part: &Part, chunk: &[Guides]) -> Result<(), FilmError> {
-        let rows = self.row_range(&part.rows).filter(|_| chunk.len() == self.guides.len());
-        let Some((totals, guides)) =
-            rows.and_then(|rows| Some((self.guides.get_mut(rows.clone())?, chunk.get(rows)?)))
-        else {
-            return Err(FilmError::Chunk {
-                film: (self.width, self.height),
-                pixels: chunk.len(),
-                rows: part.rows.clone(),
-            });
+        let rows = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len());
+        let Some(totals) = rows.and_then(|rows| self.guides.get_mut(rows)) else {
+            return Err(self.other_chunk(part, chunk.len()));
         };
         let (first, samples) = (part.samples.start, part.samples.len() as u32);
-        let pixels = totals.par_iter_mut().zip(guides).with_min_len(TASK);
+        let pixels = totals.par_iter_mut().zip(chunk).with_min_len(TASK);
         pixels.for_each(|(total, guides)| total.merge(guides, first, samples));
         Ok(())
     }
@@ -296,6 +302,10 @@ impl Film {
         Ok(())
     }
 
+    fn other_chunk(&self, part: &Part, pixels: usize) -> FilmError {
+        FilmError::Chunk { film: (self.width, self.height), pixels, rows: part.rows.clone() }
+    }
+
     /// The indices of the pixels of `rows`, if the film has them.
     fn row_range(&self, rows: &Range<u32>) -> Option<Range<usize>> {
         let index = |row: u32| row as usize * self.width as usize;
@@ -322,20 +332,22 @@ impl Film {
     }
 }
 
+impl std::ops::Add for FilmCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            rejected: self.rejected + other.rejected,
+            segments: self.segments + other.segments,
+            unwritten: self.unwritten + other.unwritten,
+        }
+    }
+}
+
 fn count(pixels: &[PixelTotals]) -> FilmCounts {
-    let add = |a: FilmCounts, b: FilmCounts| FilmCounts {
-        samples: a.samples + b.samples,
-        rejected: a.rejected + b.rejected,
-        segments: a.segments + b.segments,
-        unwritten: a.unwritten + b.unwritten,
-    };
-    let count = |total: &PixelTotals| FilmCounts {
-        samples: total.samples,
-        rejected: total.rejected,
-        segments: total.segments,
-        unwritten: u64::from(total.unwritten > 0 || total.is_empty()),
-    };
-    pixels.par_iter().with_min_len(TASK).map(count).reduce(FilmCounts::default, add)
+    let counts = pixels.par_iter().with_min_len(TASK).map(PixelTotals::counts);
+    counts.reduce(FilmCounts::default, |a, b| a + b)
 }
 
 #[cfg(test)]

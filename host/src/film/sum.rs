@@ -66,6 +66,11 @@ impl ExactSum {
         self.high
     }
 
+    /// Of its [parts](Self::parts).
+    pub fn of_parts(high: f64, low: f64) -> Self {
+        Self { high, low }
+    }
+
     /// The rounded sum and what the rounding left.
     pub fn parts(self) -> (f64, f64) {
         (self.high, self.low)

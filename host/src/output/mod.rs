@@ -65,6 +65,22 @@ pub fn write(image: &Image, path: &Path) -> Result<(), ImageError> {
     fs::write(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
+/// Writes a .png of 8 bits a channel, sRGB, three bytes a pixel.
+pub fn write_bytes(width: u32, height: u32, bytes: &[u8], path: &Path) -> Result<(), ImageError> {
+    let bytes = encode_bytes(width, height, bytes)
+        .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
+    fs::write(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+}
+
+/// The same as the file's bytes.
+pub fn encode_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let mut file = Cursor::new(Vec::new());
+    let buffer: ImageBuffer<Rgb<u8>, _> = ImageBuffer::from_raw(width, height, bytes.to_vec())
+        .ok_or_else(|| "the pixels do not fill the image".to_owned())?;
+    buffer.write_to(&mut file, ImageFormat::Png).map_err(|e| e.to_string())?;
+    Ok(file.into_inner())
+}
+
 /// The bytes of an image file. A NaN becomes black in PNG and HDR, which cannot say it.
 pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
@@ -73,9 +89,7 @@ pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
     match format {
         Format::Png => {
             let samples: Vec<u8> = image.pixels.iter().flat_map(|pixel| pixel.map(srgb::encode_u8)).collect();
-            let buffer: ImageBuffer<Rgb<u8>, _> =
-                ImageBuffer::from_raw(width, height, samples).ok_or_else(wrong_size)?;
-            buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
+            return encode_bytes(width, height, &samples);
         }
         Format::Exr | Format::Hdr => {
             let mut samples: Vec<f32> = image.pixels.iter().flatten().copied().collect();

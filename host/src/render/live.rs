@@ -3,9 +3,10 @@
 use super::schedule::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
-use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, Shown, keep, passes};
+use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, Shown, keep, passes, reach};
 use crate::film::Film;
 use crate::image::Image;
+use std::ops::Range;
 use std::time::Duration;
 use trisect_kernels::Variant;
 use trisect_shared::denoise::{Lit, STOPS, View};
@@ -26,8 +27,10 @@ pub struct Live {
     image: usize,
     /// Whether its samples are summed with those before.
     kept: bool,
-    /// Pixels across and down.
+    /// Pixels across and down the whole image.
     size: (u32, u32),
+    /// Those of it that were made.
+    rows: Range<u32>,
 }
 
 /// Samples a pixel that frames are summed to while the camera rests: with as many, the rounding of the sums (1e-5 of them) stays well below the noise that is left.
@@ -37,6 +40,8 @@ pub const MOST_KEPT: u32 = 1 << 16;
 pub(super) struct Series {
     settings: Settings,
     variant: Variant,
+    /// Of the image.
+    rows: Range<u32>,
     /// The last one's.
     image: Option<Seen>,
     /// Where the past is from that is read.
@@ -52,8 +57,8 @@ pub(super) struct Series {
 }
 
 impl Series {
-    fn new(variant: Variant, settings: Settings) -> Self {
-        Self { settings, variant, image: None, before: None, past: 0, wrote: false, kept: 0, sample: 0 }
+    fn new(variant: Variant, settings: Settings, rows: Range<u32>) -> Self {
+        Self { settings, variant, rows, image: None, before: None, past: 0, wrote: false, kept: 0, sample: 0 }
     }
 
     /// Whether the camera moves.
@@ -87,7 +92,6 @@ impl Series {
             reproject: self.wrote,
             past: self.past,
             kept,
-            add: true,
         }
     }
 
@@ -119,7 +123,7 @@ impl Renderer {
         self.make_film(&settings)?;
         self.backend.write_film(&sums, &guides)?;
         let image = Seen::by(&self.camera(&settings), film.width, film.height);
-        let passes = passes(Some(denoise), &image, &Frames::none(&image));
+        let passes = passes(Some(denoise), &image, &Frames::none(&image), &(0..film.height));
         let times = self.backend.denoise(&passes)?;
         let mut pixels = vec![Lit::UNKNOWN; sums.len()];
         self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut pixels)?;
@@ -141,33 +145,56 @@ impl Renderer {
         denoise: Option<&Denoise>,
         history: Option<&History>,
     ) -> Result<Live, Error> {
+        self.live_rows(settings, denoise, history, &(0..settings.height))
+    }
+
+    /// Some rows of the frame that [`live`](Self::live) renders: the same bits, for which as many rows around them are traced and filtered as the
+    /// filter reaches. What the camera saw before is known in those only.
+    ///
+    /// # Errors
+    ///
+    /// As there; [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for rows that the image does not have.
+    pub fn live_rows(
+        &mut self,
+        settings: &Settings,
+        denoise: Option<&Denoise>,
+        history: Option<&History>,
+        rows: &Range<u32>,
+    ) -> Result<Live, Error> {
         denoise.map_or(Ok(()), Denoise::check)?;
         history.map_or(Ok(()), History::check)?;
         settings.check_live()?;
+        settings.check_rows(&rows.clone().into(), &(0..settings.samples))?;
         let settings = Settings { guides: true, ..settings.clone() };
         let camera = self.camera(&settings);
         let image = Seen::by(&camera, settings.width, settings.height);
         // Taken: after an error the next frame begins anew.
-        let mut series = match self.live.take().filter(|series| series.settings == settings) {
+        let same = |series: &Series| series.settings == settings && series.rows == *rows;
+        let mut series = match self.live.take().filter(same) {
             Some(series) => series,
-            None => Series::new(self.prepare(&settings)?, settings.clone()),
+            None => {
+                settings.check()?;
+                Series::new(self.make_film(&settings)?, settings.clone(), rows.clone())
+            }
         };
+        let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
+        let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
         let moves = series.moves(&image);
         self.sight.look(self.backend.as_mut(), &camera, &settings, series.variant, moves)?;
         let frames = series.next(&image, history);
         let mut trace = Duration::ZERO;
         let goes_on = !frames.kept || series.kept <= MOST_KEPT;
         if frames.kept && series.kept == 2 * settings.samples {
-            self.backend.denoise(&[keep(&image)])?;
+            self.backend.denoise(&[keep(&image, around.clone())])?;
         }
         if goes_on {
             let first = series.first_sample();
-            let mut submissions = Submissions::new(settings.width, 0..settings.height, settings.samples);
+            let mut submissions = Submissions::new(settings.width, around.clone(), settings.samples);
             while let Some(submission) = submissions.next(&self.pace) {
                 trace += self.submit(&settings, submission, first, settings.samples)?;
             }
         }
-        let mut passes = passes(denoise, &image, &frames);
+        let mut passes = passes(denoise, &image, &frames, &around);
         if !goes_on {
             series.kept -= settings.samples;
             passes.retain(|pass| pass.kernel != Kernel::Add);
@@ -181,12 +208,13 @@ impl Renderer {
             image: passes.last().map_or(0, |pass| pass.to),
             kept: frames.kept,
             size: (image.width, image.height),
+            rows: rows.clone(),
         };
         self.live = Some(series);
         Ok(live)
     }
 
-    /// The pixels of the live frame that was rendered last.
+    /// The pixels of the live frame that was rendered last; of rows that it has not, what the device happens to have.
     ///
     /// # Errors
     ///
@@ -197,23 +225,28 @@ impl Renderer {
         self.backend.read_denoised(live.image, &mut pixels)?;
         Ok(denoise::image(width, height, &pixels))
     }
-    /// The live frame that was rendered last for a screen, in `pixels`: red, green, blue and opacity from the lowest byte on, row by row
-    /// from the top. Returns the device's time.
+
+    /// The rows of the live frame that was rendered last for a screen, in `pixels`: red, green, blue and opacity from the lowest byte on, row by
+    /// row from the top. Returns the device's time.
     ///
     /// # Errors
     ///
     /// As [`read_live`](Self::read_live).
     pub fn show(&mut self, live: &Live, screen: &Screen, pixels: &mut Vec<u32>) -> Result<Duration, Error> {
         let (width, height) = live.size;
-        let params = DisplayParams {
-            width,
-            height,
-            split: (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32,
-            exposure: screen.stops.clamp(-20.0, 20.0).exp2(),
-        };
-        pixels.resize(width as usize * height as usize, 0);
-        Ok(self.backend.display(&Shown { params, image: live.image, kept: live.kept }, pixels)?)
+        let split = (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32;
+        let params = display_params((width, height), split, screen.stops, live.rows.start);
+        pixels.resize(width as usize * live.rows.len(), 0);
+        let shown =
+            Shown { params, image: Some(live.image), kept: live.kept, rows: live.rows.clone().into() };
+        Ok(self.backend.display(&shown, pixels)?)
     }
+}
+
+/// For a display's launch.
+pub(super) fn display_params(size: (u32, u32), split: u32, stops: f32, first_row: u32) -> DisplayParams {
+    let exposure = stops.clamp(-20.0, 20.0).exp2();
+    DisplayParams { width: size.0, height: size.1, split, exposure, first_row, pad0: 0, pad1: 0, pad2: 0 }
 }
 
 /// How a screen shows a frame.

@@ -1,6 +1,7 @@
 //! Renders a scene on a backend: cuts the work into submissions, merges chunks into the film.
 
 mod camera;
+mod frame;
 mod live;
 mod method;
 mod schedule;
@@ -8,6 +9,7 @@ mod settings;
 mod sight;
 
 pub use crate::film::Part;
+pub use frame::Framed;
 pub use live::{Live, MOST_KEPT, Screen};
 pub use method::{Schedule, Traversal};
 pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
@@ -15,7 +17,7 @@ pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
 use crate::Error;
 use crate::backend::{Backend, Job, Launch, SceneRecords};
 use crate::bvh::{Bvh, BvhQuality, Wide};
-use crate::film::Film;
+use crate::film::{Film, Rows};
 use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene, SceneError};
 use crate::stats::{Phases, RenderStats};
@@ -23,7 +25,7 @@ use glam::Vec3;
 use live::Series;
 use schedule::{Pace, Submission, Submissions};
 use sight::Sight;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 use trisect_kernels::Variant;
 use trisect_shared::bvh::Child;
@@ -48,6 +50,39 @@ impl Observer for () {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
+}
+
+/// Sums over samples of some rows, one below the other, as the device gave them; [`Film::merge`] takes them.
+#[derive(Clone, Copy, Debug)]
+pub struct Sums<'a> {
+    /// A record a pixel.
+    pub pixels: &'a [PixelSums],
+    /// The same, for settings with guides; else none.
+    pub guides: &'a [Guides],
+    /// That rendered them.
+    pub kernel: &'static str,
+    /// By the device's timer.
+    pub device: Duration,
+    /// Launches.
+    pub submissions: u64,
+}
+
+/// What a chunk took.
+#[derive(Default)]
+struct Took {
+    device: Duration,
+    /// Copying it from the device.
+    read: Duration,
+    submissions: u64,
+}
+
+/// Samples as a render sums them: from multiples of [`CHUNK_SAMPLES`] on, so many at most.
+pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let mut first = samples.start;
+    std::iter::from_fn(move || {
+        let next = (first / CHUNK_SAMPLES + 1).saturating_mul(CHUNK_SAMPLES).min(samples.end);
+        (first < samples.end).then(|| std::mem::replace(&mut first, next)..next)
+    })
 }
 
 /// A finished render.
@@ -116,6 +151,10 @@ pub struct Renderer {
     instances: Vec<u32>,
     /// The live frames before, if nothing was rendered since.
     live: Option<Series>,
+    /// What the backend's film is ready for: nothing of it is written.
+    ready: Option<(Settings, Variant)>,
+    /// The frame before, if nothing was rendered since.
+    framed: Option<(Settings, Variant)>,
     /// How far from the world's origin along each axis a ray may start for which the boxes have room.
     reach: Vec3,
 }
@@ -162,6 +201,8 @@ impl Renderer {
             instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
             sight: Sight::new(bvh),
             live: None,
+            ready: None,
+            framed: None,
         })
     }
 
@@ -219,42 +260,86 @@ impl Renderer {
         let start = Instant::now();
         let new = if settings.guides { Film::with_guides } else { Film::new };
         let mut film = new(settings.width, settings.height);
-        self.chunk.resize(film.pixels.len(), PixelSums::UNWRITTEN);
-        self.guides.resize(film.guides.len(), Guides::UNWRITTEN);
-        let pixels = u64::from(settings.width) * part.rows.len() as u64;
-        let total = pixels * part.samples.len() as u64;
-        let mut done = 0;
+        let rows = Rows::from(part.rows.clone());
+        let per_sample = u64::from(settings.width) * u64::from(rows.len());
+        let total = per_sample * part.samples.len() as u64;
+        let mut before = 0;
         let (mut merge_time, mut read_time) = (Duration::ZERO, Duration::ZERO);
-        let mut first_sample = part.samples.start;
-        while first_sample < part.samples.end {
-            let samples = CHUNK_SAMPLES.min(part.samples.end - first_sample);
-            let mut submissions = Submissions::new(settings.width, part.rows.clone(), samples);
-            while let Some(submission) = submissions.next(&self.pace) {
-                let time = self.submit(settings, submission, first_sample, samples)?;
-                stats.submissions += 1;
-                stats.device_seconds += time.as_secs_f64();
-                done += submission.samples(settings.width);
-                if observer.progress(done, total).is_break() {
-                    return Err(Error::Cancelled);
-                }
-            }
+        for samples in chunks(part.samples.clone()) {
+            let mut watch = |done: u64| observer.progress(before + done, total);
+            let took = self.chunk(settings, variant, &rows, samples.clone(), &mut watch)?;
+            before += per_sample * samples.len() as u64;
+            stats.submissions += took.submissions;
+            stats.device_seconds += took.device.as_secs_f64();
+            read_time += took.read;
             let merge = Instant::now();
-            self.backend.read_film(&mut self.chunk)?;
-            if settings.guides {
-                self.backend.read_guides(&mut self.guides)?;
-            }
-            read_time += merge.elapsed();
-            let samples = first_sample..first_sample + samples;
-            first_sample = samples.end;
             let done = Part { rows: part.rows.clone(), samples };
             film.merge(&done, &self.chunk)?;
             if settings.guides {
                 film.merge_guides(&done, &self.guides)?;
             }
-            merge_time += merge.elapsed();
+            merge_time += took.read + merge.elapsed();
         }
         stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time, read_time);
         Ok(Frame { film, stats })
+    }
+
+    /// Renders samples of some rows, at most a chunk, for a film that someone else merges: rows of a share, and samples from any one on.
+    /// Sums over other samples than those of [`chunks`] round otherwise than a render's.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_part`](Self::render_part), but for samples that split a chunk; [`SettingsError::NoSuchPart`] for more samples than one has.
+    pub fn render_sums(
+        &mut self,
+        settings: &Settings,
+        rows: &Rows,
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+    ) -> Result<Sums<'_>, Error> {
+        let variant = self.prepare(settings)?;
+        settings.check_rows(rows, &samples)?;
+        let camera = self.camera(settings);
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        let total = u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
+        let mut watch = |done: u64| observer.progress(done, total);
+        let took = self.chunk(settings, variant, rows, samples, &mut watch)?;
+        let Took { device, submissions, .. } = took;
+        Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
+    }
+
+    /// Renders a chunk and reads it: what it holds is in `self.chunk` and `self.guides`.
+    fn chunk(
+        &mut self,
+        settings: &Settings,
+        variant: Variant,
+        rows: &Rows,
+        samples: Range<u32>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Took, Error> {
+        (self.ready, self.framed) = (None, None);
+        let pixels = settings.width as usize * rows.len() as usize;
+        self.chunk.resize(pixels, PixelSums::UNWRITTEN);
+        self.guides.resize(if settings.guides { pixels } else { 0 }, Guides::UNWRITTEN);
+        let mut took = Took::default();
+        let (mut done, count) = (0, samples.len() as u32);
+        let mut submissions = Submissions::new(settings.width, rows.clone(), count);
+        while let Some(submission) = submissions.next(&self.pace) {
+            done += submission.samples(settings.width);
+            took.device += self.submit(settings, submission, samples.start, count)?;
+            took.submissions += 1;
+            if watch(done).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        let read = Instant::now();
+        self.backend.read_film(rows, &mut self.chunk)?;
+        if settings.guides {
+            self.backend.read_guides(rows, &mut self.guides)?;
+        }
+        took.read = read.elapsed();
+        self.ready = Some((settings.clone(), variant));
+        Ok(took)
     }
 
     /// Renders a submission of the chunk of `samples` samples that begins at `first_sample`.
@@ -267,6 +352,7 @@ impl Renderer {
     ) -> Result<Duration, Error> {
         let mut params = self.launch(settings);
         self.sight.describe(&mut params);
+        (params.share_row, params.block_shift, params.block_gap) = submission.share;
         params.first_row = submission.first_row;
         params.rows = submission.rows;
         params.first_sample = first_sample + submission.first_sample;
@@ -277,7 +363,8 @@ impl Renderer {
         }
         let wall = Instant::now();
         let time = self.backend.render(&Launch::new(params))?;
-        self.pace.learn(submission.samples(settings.width), wall.elapsed().max(time));
+        let taken = submission.samples(settings.width);
+        self.pace.learn(taken, wall.elapsed().max(time));
         Ok(time)
     }
 
@@ -295,6 +382,7 @@ impl Renderer {
 
     /// Chooses the kernel and makes the film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
+        (self.ready, self.framed) = (None, None);
         let best = |kernel| self.backend.best_method(kernel, settings.math);
         let variant = method::choose(self.features, settings, best, self.wide)?;
         self.live = None;
@@ -305,6 +393,9 @@ impl Renderer {
 
     /// Checks the settings, memory among them, chooses the kernel and makes the film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
+        if let Some((_, variant)) = self.ready.as_ref().filter(|ready| ready.0 == *settings) {
+            return Ok(*variant);
+        }
         settings.check()?;
         self.make_film(settings)
     }
@@ -383,6 +474,10 @@ impl Renderer {
             lane_pixels: u32::MAX,
             first_view: NO_VIEW,
             tile_shift: 0,
+            share_row: 0,
+            block_shift: 31,
+            block_gap: 0,
+            pad: 0,
         }
     }
 }

@@ -3,7 +3,7 @@
 //! How a chunk is cut does not touch its bits: a kernel resumes a pixel's sums where the last submission left them.
 
 use crate::backend::DeviceKind;
-use std::ops::Range;
+use crate::film::Rows;
 use std::time::Duration;
 
 /// What a submission should take.
@@ -48,9 +48,12 @@ impl Pace {
     }
 }
 
-/// One submission: rows of the image, samples of the chunk.
+/// One submission: rows of a share of the image, samples of the chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Submission {
+    /// See [`Rows::share`].
+    pub share: (u32, u32, u32),
+    /// Of the share.
     pub first_row: u32,
     pub rows: u32,
     /// From the chunk's start.
@@ -68,7 +71,8 @@ impl Submission {
 /// The submissions of one chunk: bands of rows, each finished before the next begins.
 pub(super) struct Submissions {
     width: u32,
-    /// One past the last row.
+    share: (u32, u32, u32),
+    /// One past the last row of the share.
     end_row: u32,
     samples: u32,
     first_row: u32,
@@ -78,8 +82,10 @@ pub(super) struct Submissions {
 
 impl Submissions {
     /// Of `samples` samples of some rows of an image.
-    pub(super) fn new(width: u32, rows: Range<u32>, samples: u32) -> Self {
-        Self { width, end_row: rows.end, samples, first_row: rows.start, rows: 0, first_sample: 0 }
+    pub(super) fn new(width: u32, rows: impl Into<Rows>, samples: u32) -> Self {
+        let rows = rows.into();
+        let (share, own) = (rows.share(), rows.own());
+        Self { width, share, end_row: own.end, samples, first_row: own.start, rows: 0, first_sample: 0 }
     }
 
     pub(super) fn next(&mut self, pace: &Pace) -> Option<Submission> {
@@ -102,6 +108,7 @@ impl Submissions {
         let pixels = u64::from(self.rows) * width;
         let samples = (pace.budget / pixels).clamp(1, u64::from(left)) as u32;
         let part = Submission {
+            share: self.share,
             first_row: self.first_row,
             rows: self.rows,
             first_sample: self.first_sample,
@@ -147,7 +154,8 @@ mod tests {
             pace.learn(pace.budget, Duration::from_micros(pace.budget / 4000));
         }
         let part = Submissions::new(1280, 0..720, 30).next(&pace);
-        assert_eq!(part, Some(Submission { first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
+        let share = Rows::from(0..720).share();
+        assert_eq!(part, Some(Submission { share, first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
     }
 
     #[test]

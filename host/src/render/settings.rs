@@ -1,9 +1,9 @@
 //! What to render.
 
 use super::method::{Schedule, Traversal};
-use crate::film::{Film, Part};
+use crate::film::{Film, Part, Rows};
 use crate::memory;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::{Range, RangeInclusive};
 use thiserror::Error;
 use trisect_shared::features::{Features, GUIDES, ROULETTE, SCHLICK, SOBOL};
@@ -16,7 +16,7 @@ pub const GREATEST_DEPTH: u32 = 65_535;
 const TILES: RangeInclusive<u32> = 4..=1024;
 
 /// How dielectrics reflect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fresnel {
     /// Fresnel's equations.
@@ -241,6 +241,16 @@ impl Settings {
         let ends_whole = samples.end % CHUNK_SAMPLES == 0 || samples.end == self.samples;
         if samples.start % CHUNK_SAMPLES != 0 || !ends_whole {
             return Err(SettingsError::SplitsChunk { samples, of: self.samples });
+        }
+        Ok(())
+    }
+
+    /// Refuses rows of something else, and more samples than a chunk has.
+    pub fn check_rows(&self, rows: &Rows, samples: &Range<u32>) -> Result<(), SettingsError> {
+        let fits = samples.end <= self.samples && samples.len() <= CHUNK_SAMPLES as usize;
+        if rows.is_empty() || rows.end() > self.height || samples.is_empty() || !fits {
+            let (rows, samples) = (0..rows.end(), samples.clone());
+            return Err(SettingsError::NoSuchPart { rows, samples, height: self.height, of: self.samples });
         }
         Ok(())
     }

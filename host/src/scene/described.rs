@@ -5,13 +5,14 @@ use super::description::{Description, TextureImage};
 use super::{Scene, SceneError, Space, format, import, lower, model};
 use crate::image::{Image, ImageError};
 use crate::render::{Fresnel, MathMode, Sampler, Settings};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The scene that `trisect render` draws when none is named.
 const HELLO_WORLD: &str = include_str!("../../../scenes/three_spheres.ron");
 
 /// What to render unless the command line says otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImageSettings {
     /// Pixels across.
     pub width: u32,

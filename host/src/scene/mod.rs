@@ -13,6 +13,7 @@ mod insert;
 mod lower;
 mod model;
 mod prove;
+mod records;
 mod room;
 mod space;
 mod values;

@@ -4,6 +4,7 @@ use crate::Error;
 use crate::denoise::{Denoise, History, Kernel};
 use crate::render::{Live, MOST_KEPT, Renderer, Screen, Settings};
 use crate::scene::CameraPose;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// What can change from frame to frame.
@@ -34,7 +35,7 @@ impl Look {
     }
 
     /// The settings of a frame, smaller by the scale.
-    fn scaled(&self) -> Settings {
+    pub fn scaled(&self) -> Settings {
         let scale = if self.scale.is_nan() { 1.0 } else { self.scale.clamp(LEAST_SCALE, 1.0) };
         let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
         let Settings { width, height, .. } = self.settings;
@@ -93,9 +94,12 @@ impl Viewer {
 
     /// Whether a frame would bring nothing new.
     pub fn rests(&self, look: &Look, pose: &CameraPose) -> bool {
-        let enough = look.enough.min(MOST_KEPT);
         let same = |last: &&(Look, CameraPose, Shot)| last.0 == *look && last.1 == *pose;
-        self.last.as_ref().filter(same).is_some_and(|last| last.2.live.samples >= enough)
+        self.last.as_ref().filter(same).is_some_and(|last| {
+            let samples = last.2.live.samples;
+            // With another frame's there would be more than are kept.
+            samples >= look.enough || samples.saturating_add(look.settings.samples) > MOST_KEPT
+        })
     }
 
     /// Renders the next frame and copies it to `pixels`: red, green, blue and opacity from the lowest byte on, row by row from the top.
@@ -104,12 +108,28 @@ impl Viewer {
     ///
     /// As [`Renderer::live`] and [`Renderer::look`]. The frame after begins anew.
     pub fn frame(&mut self, look: &Look, pose: &CameraPose, pixels: &mut Vec<u32>) -> Result<Shot, Error> {
+        let rows = 0..look.scaled().height;
+        self.rows(look, pose, &rows, pixels)
+    }
+
+    /// The same of these rows of it alone.
+    ///
+    /// # Errors
+    ///
+    /// As [`frame`](Self::frame), and for rows that the image does not have.
+    pub fn rows(
+        &mut self,
+        look: &Look,
+        pose: &CameraPose,
+        rows: &Range<u32>,
+        pixels: &mut Vec<u32>,
+    ) -> Result<Shot, Error> {
         let start = Instant::now();
         self.last = None;
         self.renderer.look(*pose)?;
         let settings = look.scaled();
         settings.check()?;
-        let live = self.renderer.live(&settings, look.denoise.as_ref(), Some(&look.history))?;
+        let live = self.renderer.live_rows(&settings, look.denoise.as_ref(), Some(&look.history), rows)?;
         let presented = Instant::now();
         let display = self.renderer.show(&live, &look.screen, pixels)?;
         let (present, whole) = (presented.elapsed(), start.elapsed());

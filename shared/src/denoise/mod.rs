@@ -21,7 +21,7 @@ pub use edges::{Edge, View};
 pub use gather::{finish, gather};
 pub use level::{PIXELS, level, levels};
 pub use temporal::{Past, add, reproject};
-pub use variance::estimate;
+pub use variance::{AROUND, estimate};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -64,8 +64,8 @@ pub struct DenoiseParams {
     pub height: u32,
     /// Pixels between the taps of a level: 1, 2, 4, ...
     pub step: u32,
-    /// Unused.
-    pub pad: u32,
+    /// Row that the launch's first threads serve; for a level, of its sets of rows.
+    pub first_row: u32,
     /// Half the factor of its squared distance; with stops by variance, times that.
     pub color: f32,
     /// Half the factor of 1 minus the cosine of two normals.

@@ -22,7 +22,7 @@ fn positive(x: f32) -> f32 {
 }
 
 /// Pixels to each side of a neighbourhood (Schied et al. 2017, section 4.2).
-const REACH: i32 = 3;
+pub const AROUND: i32 = 3;
 
 /// The pixel (`x`, `y`) with the variance that its neighbourhood shows, where it has fewer than `params.trusted` samples; neighbours count by
 /// how near their surface is.
@@ -84,11 +84,11 @@ pub(super) unsafe fn around(
 ) -> Around {
     let stops = Stops::new(params, edge, x, y, 1.0);
     let (mut sum, mut squares, mut total) = (middle.color, middle.color * middle.color, 1.0);
-    let mut j = -REACH;
-    while j <= REACH {
+    let mut j = -AROUND;
+    while j <= AROUND {
         let down = y.wrapping_add(j as u32);
-        let mut i = -REACH;
-        while i <= REACH {
+        let mut i = -AROUND;
+        while i <= AROUND {
             let across = x.wrapping_add(i as u32);
             if across < params.width && down < params.height && (i != 0 || j != 0) {
                 let tap = down * params.width + across;

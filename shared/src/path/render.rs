@@ -117,14 +117,15 @@ const CAMERA_LANES: u32 = 14;
 /// Pixels across and down a tile: a warp starts on one.
 const TILE: (u32, u32) = (8, 4);
 
-/// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border have less.
+/// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border have less. Those of blocks of rows that are no
+/// multiple of a tile lie on two.
 #[inline(always)]
 fn pixel_of(params: &RenderParams, index: u32) -> (u32, u32, bool) {
     let across = params.width.div_ceil(TILE.0).max(1); // no division by 0, which would be a panic
     let (tile, inside) = (index / (TILE.0 * TILE.1), index % (TILE.0 * TILE.1));
     let x = tile % across * TILE.0 + inside % TILE.0;
     let row = tile / across * TILE.1 + inside / TILE.0;
-    (x, params.first_row + row, x < params.width && row < params.rows)
+    (x, params.row(row), x < params.width && row < params.rows)
 }
 
 /// Renders pixels of the launch's rows until a queue that all lanes share has no more: what [`render_pixel`] does, by persistent threads

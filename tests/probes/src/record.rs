@@ -5,7 +5,7 @@ use glam::{UVec4, Vec3, Vec4};
 use trisect_shared::params::RenderParams;
 use trisect_shared::rng::Words;
 
-/// One launch. 240 bytes.
+/// One launch. 256 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct ProbeParams {
@@ -21,7 +21,7 @@ pub struct ProbeParams {
     pub render: RenderParams,
 }
 
-const _: () = assert!(size_of::<ProbeParams>() == 240 && align_of::<ProbeParams>() == 16);
+const _: () = assert!(size_of::<ProbeParams>() == 256 && align_of::<ProbeParams>() == 16);
 
 /// A question: eight rows, whose meaning each operation states. 128 bytes. Integers, so that no bit pattern is changed on the way.
 #[repr(C, align(16))]

@@ -5,6 +5,7 @@ use super::failed;
 use crate::backend::BackendError;
 use crate::denoise::{Kernel, Pass, Shown};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 use trisect_shared::denoise::{Edge, Lit, Past, add, estimate, finish, gather, level, reproject};
 use trisect_shared::display::display;
@@ -19,6 +20,12 @@ pub(super) struct Denoiser {
     /// What frames keep for those that follow.
     pasts: [Vec<Past>; 2],
     kept: Vec<(PixelSums, Guides)>,
+}
+
+/// Pixels of rows of an image, if it has them.
+fn range(rows: &Range<u32>, width: usize, pixels: usize) -> Option<Range<usize>> {
+    let range = rows.start as usize * width..rows.end as usize * width;
+    (width > 0 && range.start <= range.end && range.end <= pixels).then_some(range)
 }
 
 impl Denoiser {
@@ -50,17 +57,23 @@ impl Denoiser {
         if (pass.kept || pass.kernel.is_temporal()) && self.kept.len() != film.len() {
             return Err(failed("a pass over frames that were not kept"));
         }
-        let new = film.par_iter().zip(guides);
+        let Some(pixels) = range(&pass.rows, width, film.len()) else {
+            return Err(failed("a pass over rows of another image"));
+        };
         if pass.kernel == Kernel::Add {
-            let pixels = self.kept.par_iter_mut().zip(new).with_min_len(super::TASK);
+            let new = film[pixels.clone()].par_iter().zip(&guides[pixels.clone()]);
+            let pixels = self.kept[pixels].par_iter_mut().zip(new).with_min_len(super::TASK);
             pixels.for_each(|(kept, (sums, guides))| *kept = add(params, *sums, *guides, *kept));
             return Ok(start.elapsed());
         }
         let kept = pass.kept.then_some(&self.kept);
         let of = |pixel: usize| kept.map_or_else(|| (film[pixel], guides[pixel]), |kept| kept[pixel]);
         if pass.kernel == Kernel::Gather {
-            let pixels = to.par_iter_mut().zip(&mut self.edges).enumerate().with_min_len(super::TASK);
-            pixels.for_each(|(pixel, (lit, edge))| {
+            let first = pixels.start;
+            let edges = &mut self.edges[pixels.clone()];
+            let pixels = to[pixels].par_iter_mut().zip(edges).enumerate().with_min_len(super::TASK);
+            pixels.for_each(|(index, (lit, edge))| {
+                let pixel = first + index;
                 let (sums, guides) = of(pixel);
                 (*lit, *edge) = gather(params, sums, guides);
             });
@@ -70,8 +83,11 @@ impl Denoiser {
         if pass.kernel == Kernel::Reproject {
             let [first, second] = &mut self.pasts;
             let (past, next) = if pass.past == 0 { (&*first, second) } else { (&*second, first) };
-            let pixels = to.par_iter_mut().zip(next).enumerate().with_min_len(super::TASK);
-            pixels.for_each(|(pixel, (lit, next))| {
+            let first = pixels.start;
+            let next = &mut next[pixels.clone()];
+            let pixels = to[pixels].par_iter_mut().zip(next).enumerate().with_min_len(super::TASK);
+            pixels.for_each(|(index, (lit, next))| {
+                let pixel = first + index;
                 let (x, y) = ((pixel % width) as u32, (pixel / width) as u32);
                 let (sums, guides) = of(pixel);
                 // SAFETY: the pixel is of the image, and all slices are as long as that, as was checked above.
@@ -79,9 +95,8 @@ impl Denoiser {
             });
             return Ok(start.elapsed());
         }
-        to.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
-            let y = row as u32;
-            for ((x, lit), pixel) in (0u32..).zip(pixels).zip(row * width..) {
+        to[pixels].par_chunks_mut(width).zip(pass.rows.clone()).for_each(|(pixels, y)| {
+            for ((x, lit), pixel) in (0u32..).zip(pixels).zip(y as usize * width..) {
                 // SAFETY: as above.
                 *lit = unsafe {
                     match pass.kernel {
@@ -111,18 +126,28 @@ impl Denoiser {
         pixels: &mut [u32],
     ) -> Result<Duration, BackendError> {
         let start = Instant::now();
-        let from = self.images.get(frame.image).filter(|image| image.len() == pixels.len());
-        let from = from.ok_or_else(|| failed("an image that no pass wrote"))?;
+        let from = match frame.image {
+            None => None,
+            Some(image) => {
+                let image = self.images.get(image).filter(|image| image.len() == film.len());
+                Some(image.ok_or_else(|| failed("an image that no pass wrote"))?)
+            }
+        };
         let width = frame.params.width as usize;
-        if film.len() != pixels.len() || frame.kept && self.kept.len() != pixels.len() || width == 0 {
+        let fits = range(&frame.span(), width, film.len()).is_some()
+            && pixels.len() == width * frame.rows.len() as usize
+            && (!frame.kept || self.kept.len() == film.len());
+        if !fits {
             return Err(failed("a film of another image"));
         }
-        pixels.par_iter_mut().zip(from).enumerate().with_min_len(super::TASK).for_each(
-            |(index, (pixel, lit))| {
+        let rows: Vec<u32> = frame.rows.iter().collect();
+        pixels.par_chunks_mut(width).zip(rows).for_each(|(pixels, y)| {
+            for ((x, pixel), index) in (0u32..).zip(pixels).zip(y as usize * width..) {
                 let sums = if frame.kept { self.kept[index].0 } else { film[index] };
-                *pixel = display(&frame.params, sums, *lit, (index % width) as u32);
-            },
-        );
+                let lit = from.map_or(Lit::UNKNOWN, |from| from[index]);
+                *pixel = display(&frame.params, sums, lit, x);
+            }
+        });
         Ok(start.elapsed())
     }
 }

@@ -1,13 +1,13 @@
 //! The denoiser's passes.
 
-use super::driver::failed;
+use super::driver::{Argument, failed};
 use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
 use crate::denoise::{Pass, Shown};
-use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, DeviceRepr, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, LaunchConfig, PushKernelArg};
 use std::time::Duration;
 use trisect_kernels::{DISPLAY, WORKGROUP, workgroup};
-use trisect_shared::denoise::{DenoiseParams, Edge, Lit, Past};
+use trisect_shared::denoise::{Edge, Lit, Past};
 use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
@@ -17,8 +17,6 @@ pub(super) struct Images {
     lit: [CudaSlice<u8>; 2],
     edges: CudaSlice<u8>,
     frames: Option<Frames>,
-    /// For a screen.
-    shown: Option<CudaSlice<u8>>,
 }
 
 /// What frames keep for those that follow.
@@ -28,33 +26,18 @@ struct Frames {
     guides: CudaSlice<u8>,
 }
 
-/// The launch record as a kernel argument.
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-struct Argument(DenoiseParams);
-
-// SAFETY: plain data, repr(C), the very type that the kernel declares.
-unsafe impl DeviceRepr for Argument {}
-
-/// The same of an image for a screen.
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-struct DisplayArgument(DisplayParams);
-
-// SAFETY: plain data, repr(C), the very type that the kernel declares.
-unsafe impl DeviceRepr for DisplayArgument {}
-
 impl Cuda {
     /// Images for so many pixels.
     fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
-        let lit = || self.allocate(pixels * size_of::<Lit>(), "the denoised image");
-        let edges = self.allocate(pixels * size_of::<Edge>(), "the denoiser's edges")?;
-        Ok(Images { lit: [lit()?, lit()?], edges, frames: None, shown: None })
+        // Frames of some rows leave the others as they are.
+        let lit = || self.zeros(pixels * size_of::<Lit>(), "the denoised image");
+        let edges = self.zeros(pixels * size_of::<Edge>(), "the denoiser's edges")?;
+        Ok(Images { lit: [lit()?, lit()?], edges, frames: None })
     }
 
     /// The same of what is kept from frame to frame.
     fn denoiser_frames(&self, pixels: usize) -> Result<Frames, BackendError> {
-        let bytes = |size: usize| self.allocate(pixels * size, "the frames before");
+        let bytes = |size: usize| self.zeros(pixels * size, "the frames before");
         let past = size_of::<Past>();
         Ok(Frames {
             pasts: [bytes(past)?, bytes(past)?],
@@ -185,48 +168,59 @@ impl Cuda {
         let DisplayParams { width, height, .. } = frame.params;
         let count = width as usize * height as usize;
         let kernel = self.kernel(DISPLAY, self.math)?;
-        let (Some(film), Some(mut images)) = (&self.film, self.denoiser.take()) else {
+        let mut shown = match self.shown.take() {
+            Some(shown) if shown.len() == count * 4 => shown,
+            other => {
+                drop(other); // before the new one is allocated
+                self.zeros(count * 4, "the image for the screen")?
+            }
+        };
+        let time = self.display_to(frame, &kernel, count, &mut shown, pixels);
+        self.shown = Some(shown);
+        time
+    }
+
+    fn display_to(
+        &self,
+        frame: &Shown,
+        kernel: &CudaFunction,
+        count: usize,
+        shown: &mut CudaSlice<u8>,
+        pixels: &mut [u32],
+    ) -> Result<Duration, BackendError> {
+        let Some(film) = &self.film else { return Err(not_prepared()) };
+        let images = self.denoiser.as_ref();
+        let kept = images.and_then(|images| images.frames.as_ref()).filter(|_| frame.kept);
+        let sums = kept.map_or(&film.sums, |frames| &frames.sums);
+        let lit = match frame.image {
+            // The kernel loads what it does not use then.
+            None => Some(sums),
+            Some(image) => images.and_then(|images| images.lit.get(image)),
+        };
+        let span = frame.span();
+        let Some(lit) = lit.filter(|lit| {
+            lit.len() >= count * size_of::<Lit>()
+                && sums.len() == count * size_of::<PixelSums>()
+                && span.end <= frame.params.height
+                && pixels.len() == frame.params.width as usize * frame.rows.len() as usize
+        }) else {
             return Err(not_prepared());
         };
-        let shown = match images.shown.take() {
-            Some(shown) => Ok(shown),
-            None => self.allocate(images.lit[0].len() / size_of::<Lit>() * 4, "the image for the screen"),
+        let groups = (frame.params.width.div_ceil(WORKGROUP.0), (span.len() as u32).div_ceil(WORKGROUP.1));
+        let config = LaunchConfig {
+            grid_dim: (groups.0, groups.1.max(1), 1),
+            block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
+            shared_mem_bytes: 0,
         };
-        let kept = images.frames.as_ref().filter(|_| frame.kept);
-        let sums = kept.map_or(&film.sums, |frames| &frames.sums);
-        let fits = pixels.len() == count
-            && images.lit[0].len() == count * size_of::<Lit>()
-            && sums.len() == count * size_of::<PixelSums>();
-        let time = match (shown, images.lit.get(frame.image)) {
-            (Ok(mut shown), Some(lit)) if fits => {
-                let groups = (width.div_ceil(WORKGROUP.0), height.div_ceil(WORKGROUP.1), 1);
-                let config = LaunchConfig {
-                    grid_dim: groups,
-                    block_dim: (WORKGROUP.0, WORKGROUP.1, 1),
-                    shared_mem_bytes: 0,
-                };
-                let argument = DisplayArgument(frame.params);
-                let time = (|| {
-                    self.start.record(&self.stream).map_err(failed("starting the timer"))?;
-                    let mut arguments = self.stream.launch_builder(&kernel);
-                    arguments.arg(&argument).arg(sums).arg(lit).arg(&mut shown);
-                    // SAFETY: the arguments are the kernel's (see trisect_kernels), and each names a record for each pixel.
-                    unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
-                    self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
-                    let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
-                    self.stream.memcpy_dtoh(&shown, bytes).map_err(failed("reading the image"))?;
-                    self.stream.synchronize().map_err(failed("reading the image"))?;
-                    let milliseconds =
-                        self.start.elapsed_ms(&self.end).map_err(failed("reading the timer"))?;
-                    Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
-                })();
-                images.shown = Some(shown);
-                time
-            }
-            (Err(error), _) => Err(error),
-            _ => Err(not_prepared()),
-        };
-        self.denoiser = Some(images);
-        time
+        let argument = Argument(frame.params);
+        self.start.record(&self.stream).map_err(failed("starting the timer"))?;
+        let mut arguments = self.stream.launch_builder(kernel);
+        arguments.arg(&argument).arg(sums).arg(lit).arg(&mut *shown);
+        // SAFETY: the arguments are the kernel's (see trisect_kernels), and each names a record for each pixel, or more.
+        unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
+        self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
+        self.read_rows(&frame.rows, shown, bytemuck::cast_slice_mut(pixels))?;
+        let milliseconds = self.start.elapsed_ms(&self.end).map_err(failed("reading the timer"))?;
+        Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
     }
 }

@@ -2,10 +2,19 @@
 
 use crate::backend::{BackendError, Device, DeviceKind};
 use crate::memory;
-use cudarc::driver::{CudaContext, DriverError, result, sys};
+use bytemuck::Pod;
+use cudarc::driver::{CudaContext, DeviceRepr, DriverError, result, sys};
 
 /// The oldest driver that has every function that this program calls.
 const LEAST_DRIVER: i32 = 12_000;
+
+/// A record as a kernel argument.
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+pub(super) struct Argument<T>(pub T);
+
+// SAFETY: plain data, repr(C): the very type that the kernel declares.
+unsafe impl<T: Pod> DeviceRepr for Argument<T> {}
 
 pub(super) fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {
     move |error| {

@@ -12,15 +12,16 @@ pub use driver::devices;
 
 use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
+use crate::film::Rows;
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::{Pod, Zeroable};
 use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
 use cudarc::driver::{
-    CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, DevicePtrMut, DeviceRepr, LaunchConfig,
-    PushKernelArg, result,
+    CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, DevicePtrMut, LaunchConfig, PushKernelArg,
+    result,
 };
 use cudarc::nvrtc::Ptx;
-use driver::{describe, failed, probe, unavailable};
+use driver::{Argument, describe, failed, probe, unavailable};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -68,6 +69,8 @@ pub struct Cuda {
     counter: CudaSlice<u32>,
     film: Option<Film>,
     denoiser: Option<denoise::Images>,
+    /// An image for a screen.
+    shown: Option<CudaSlice<u8>>,
     math: MathMode,
     start: CudaEvent,
     end: CudaEvent,
@@ -82,27 +85,11 @@ struct Film {
 
 /// The arrays in the order of the kernels' arguments.
 struct SceneOnDevice {
-    lengths: Lengths,
+    lengths: Argument<SceneLengths>,
     /// Nodes of the scene, without those of the view.
     nodes: usize,
     arrays: [CudaSlice<u8>; 10],
 }
-
-/// Lengths of the arrays as a kernel argument.
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-struct Lengths(SceneLengths);
-
-// SAFETY: plain data, repr(C), the very type that the kernel declares.
-unsafe impl DeviceRepr for Lengths {}
-
-/// The launch record as a kernel argument.
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-struct Argument(RenderParams);
-
-// SAFETY: plain data, repr(C), the very type that the kernel declares.
-unsafe impl DeviceRepr for Argument {}
 
 impl Cuda {
     /// Opens the device with this index, or the first.
@@ -137,10 +124,16 @@ impl Cuda {
             counter,
             film: None,
             denoiser: None,
+            shown: None,
             math: MathMode::Precise,
             start: event()?,
             end: event()?,
         })
+    }
+
+    /// Makes the context that of the calling thread: a renderer may have been made by another.
+    fn bind(&self) -> Result<(), BackendError> {
+        self.stream.context().bind_to_thread().map_err(failed("entering the context"))
     }
 
     /// Compiles an entry point, once: by itself, as the driver would compile all that a module holds before it starts one.
@@ -193,6 +186,12 @@ impl Cuda {
         unsafe { self.stream.alloc(bytes.max(1)) }.map_err(failed("allocating memory"))
     }
 
+    fn zeros(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
+        let mut memory = self.allocate(bytes, what)?;
+        self.stream.memset_zeros(&mut memory).map_err(failed("allocating memory"))?;
+        Ok(memory)
+    }
+
     fn copy<T: Pod>(&self, records: &[T], what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
         let bytes: &[u8] = bytemuck::cast_slice(records);
         let mut memory = self.allocate(bytes.len(), what)?;
@@ -209,6 +208,33 @@ impl Cuda {
         // SAFETY: the pointer is valid for `bytes` bytes.
         unsafe { result::memset_d8_async(pointer, 0xff, bytes, self.stream.cu_stream()) }
             .map_err(failed("erasing the film"))
+    }
+
+    /// Copies rows of what an image's pixels have on the device. Blocks of rows are put together there: a copy to the host each would wait for each.
+    fn read_rows(&self, rows: &Rows, from: &CudaSlice<u8>, to: &mut [u8]) -> Result<(), BackendError> {
+        let row = to.len() / (rows.len() as usize).max(1);
+        let bytes = |block: &std::ops::Range<u32>| block.start as usize * row..block.end as usize * row;
+        let mut blocks = rows.blocks();
+        let (first, more) = (blocks.next(), blocks.next().is_some());
+        if from.len() < rows.end() as usize * row {
+            return Err(not_prepared());
+        }
+        let Some(first) = first else { return Ok(()) };
+        let copied = if more {
+            let mut together = self.allocate(to.len(), "the rows of a share")?;
+            let mut done = 0;
+            for block in rows.blocks() {
+                let part = from.slice(bytes(&block));
+                let mut place = together.slice_mut(done..done + part.len());
+                self.stream.memcpy_dtod(&part, &mut place).map_err(failed("reading the film"))?;
+                done += part.len();
+            }
+            self.stream.memcpy_dtoh(&together, to)
+        } else {
+            self.stream.memcpy_dtoh(&from.slice(bytes(&first)), to)
+        };
+        copied.map_err(failed("reading the film"))?;
+        self.stream.synchronize().map_err(failed("reading the film"))
     }
 
     /// Launches `kernel` over the rows of `params` and waits for it.
@@ -271,9 +297,10 @@ impl Backend for Cuda {
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.bind()?;
         let scene = scene.scene();
         self.scene = None; // before the new one is allocated
-        let lengths = Lengths(SceneLengths::of(&scene));
+        let lengths = Argument(SceneLengths::of(&scene));
         let arrays = [
             self.copy(scene.spheres, "the scene's spheres")?,
             self.copy(scene.nodes, "the scene's BVH")?,
@@ -291,6 +318,7 @@ impl Backend for Cuda {
     }
 
     fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.bind()?;
         let Some(scene) = &self.scene else { return Err(not_prepared()) };
         let bytes: &[u8] = bytemuck::cast_slice(nodes);
         let own = scene.nodes * size_of::<BvhNode>();
@@ -312,6 +340,7 @@ impl Backend for Cuda {
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        self.bind()?;
         self.math = job.math;
         self.persistent = has(job.variant.features, PERSISTENT);
         self.kernel = Some(self.kernel(job.variant.name, job.math)?);
@@ -333,6 +362,7 @@ impl Backend for Cuda {
     }
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
+        self.bind()?;
         let (Some(kernel), Some(mut film)) = (self.kernel.clone(), self.film.take()) else {
             return Err(not_prepared());
         };
@@ -346,46 +376,46 @@ impl Backend for Cuda {
         time
     }
 
-    fn read_film(&mut self, film: &mut [PixelSums]) -> Result<(), BackendError> {
+    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        self.bind()?;
         let Some(mut memory) = self.film.take() else { return Err(not_prepared()) };
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(film);
-        self.stream.memcpy_dtoh(&memory.sums, bytes).map_err(failed("reading the film"))?;
-        self.erase(&mut memory.sums)?;
-        self.stream.synchronize().map_err(failed("reading the film"))?;
+        let read = self.read_rows(rows, &memory.sums, bytemuck::cast_slice_mut(film));
+        let erased = self.erase(&mut memory.sums);
         self.film = Some(memory);
-        Ok(())
+        read.and(erased)
     }
 
-    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(guides);
-        let fits = |film: &mut Film| film.guides.len() >= bytes.len();
-        let Some(mut memory) = self.film.take_if(fits) else { return Err(not_prepared()) };
-        self.stream
-            .memcpy_dtoh(&memory.guides.slice(0..bytes.len()), bytes)
-            .map_err(failed("reading the guides"))?;
-        self.erase(&mut memory.guides)?;
-        self.stream.synchronize().map_err(failed("reading the guides"))?;
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+        self.bind()?;
+        let Some(mut memory) = self.film.take() else { return Err(not_prepared()) };
+        let read = self.read_rows(rows, &memory.guides, bytemuck::cast_slice_mut(guides));
+        let erased = self.erase(&mut memory.guides);
         self.film = Some(memory);
-        Ok(())
+        read.and(erased)
     }
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        self.bind()?;
         self.write_sums(film, guides)
     }
 
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        self.bind()?;
         self.denoise_film(passes)
     }
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        self.bind()?;
         self.read_image(image, pixels)
     }
 
     fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+        self.bind()?;
         self.display_frame(frame, pixels)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        self.bind()?;
         let kernel = self.kernel(FIRST_HIT, self.math)?;
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;

@@ -181,7 +181,7 @@ impl Denoiser {
 
     /// One of both images, and the sums over frames where the frame's samples are those.
     pub fn shown(&self, frame: &Shown, pixels: u64) -> Option<(&Buffer, Option<&Buffer>)> {
-        let lit = self.lit.get(frame.image).filter(|_| self.fits(pixels))?;
+        let lit = self.lit.get(frame.image?).filter(|_| self.fits(pixels))?;
         let kept = self.frames.as_ref().filter(|_| frame.kept);
         Some((lit, kept.map(|frames| &frames.sums)))
     }

@@ -7,6 +7,7 @@ use crate::denoise::Shown;
 use std::time::{Duration, Instant};
 use trisect_kernels::{DISPLAY, WORKGROUP};
 use trisect_shared::display::DisplayParams;
+use trisect_shared::film::PixelSums;
 use wgpu::{Buffer, BufferUsages, ComputePassDescriptor, ComputePassTimestampWrites};
 
 /// The image, and a pipeline with a layout of its own.
@@ -48,11 +49,20 @@ impl Wgpu {
                 Display::new(self, count)?
             }
         };
-        let (Some(film), Some(denoiser)) = (&self.film, &self.denoiser) else {
-            return Err(self.misuse("no frame was rendered"));
+        let Some(film) = &self.film else { return Err(self.misuse("no frame was rendered")) };
+        let span = frame.span();
+        let fits = pixels.len() as u64 == u64::from(width) * u64::from(frame.rows.len())
+            && span.end <= height
+            && film.sums.size() >= count * size_of::<PixelSums>() as u64;
+        let source = match (frame.image, &self.denoiser) {
+            // The kernel loads what it does not use then.
+            (None, _) => Some((&film.sums, None)),
+            (Some(_), Some(denoiser)) => denoiser.shown(frame, count),
+            (Some(_), None) => None,
         };
-        let source = denoiser.shown(frame, count).filter(|_| pixels.len() as u64 == count);
-        let Some((lit, kept)) = source else { return Err(self.misuse("an image that no pass wrote")) };
+        let Some((lit, kept)) = source.filter(|_| fits) else {
+            return Err(self.misuse("an image that no pass wrote"));
+        };
         display.pipelines.compile(&self.gpu, DISPLAY, self.math)?;
         self.gpu.queue.write_buffer(&display.params, 0, bytemuck::bytes_of(&frame.params));
         let buffers = [&display.params, kept.unwrap_or(&film.sums), lit, &display.image];
@@ -70,9 +80,16 @@ impl Wgpu {
             });
             pass.set_pipeline(display.pipelines.get(DISPLAY, self.math)?);
             pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(width.div_ceil(WORKGROUP.0), height.div_ceil(WORKGROUP.1), 1);
+            let rows = span.len() as u32;
+            pass.dispatch_workgroups(width.div_ceil(WORKGROUP.0), rows.div_ceil(WORKGROUP.1), 1);
         }
-        encoder.copy_buffer_to_buffer(&display.image, 0, &display.staging, 0, count * 4);
+        let row = u64::from(width) * 4;
+        let mut done = 0;
+        for block in frame.rows.blocks() {
+            let (first, length) = (u64::from(block.start) * row, block.len() as u64 * row);
+            encoder.copy_buffer_to_buffer(&display.image, first, &display.staging, done, length);
+            done += length;
+        }
         if let Some(timer) = &self.timer {
             encoder.resolve_query_set(&timer.queries, 0..2, &timer.resolved, 0);
             encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.staging, 0, 16);

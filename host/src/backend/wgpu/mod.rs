@@ -9,6 +9,7 @@ pub use adapter::devices;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
+use crate::film::Rows;
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use bytemuck::Pod;
@@ -233,6 +234,23 @@ impl Wgpu {
         self.gpu.check(action)
     }
 
+    /// Puts rows of what an image's pixels have, `bytes` in all, one below the other into a staging buffer.
+    fn copy_rows(&self, rows: &Rows, from: &Buffer, to: &Buffer, bytes: usize) -> Result<(), BackendError> {
+        let row = (bytes / (rows.len() as usize).max(1)) as u64;
+        if from.size() < u64::from(rows.end()) * row || to.size() < bytes as u64 {
+            return Err(self.misuse("rows that were not prepared"));
+        }
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let mut done = 0;
+        for block in rows.blocks() {
+            let length = block.len() as u64 * row;
+            encoder.copy_buffer_to_buffer(from, u64::from(block.start) * row, to, done, length);
+            done += length;
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check("reading the film")
+    }
+
     /// Fills the guides with [`Guides::UNWRITTEN`], from the film's bytes, which are all ones, too.
     fn erase_guides(&self, film: &Film) -> Result<(), BackendError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -344,20 +362,18 @@ impl Backend for Wgpu {
         self.dispatch(self.entry, launch.params(), [&film.sums, &film.carries, &film.guides.records])
     }
 
-    fn read_film(&mut self, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
+    fn read_film(&mut self, rows: &Rows, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        self.copy(&film.sums, &film.staging, "reading the film")?;
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
+        self.copy_rows(rows, &film.sums, &film.staging, bytes.len())?;
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
-        self.gpu.read(&film.staging, bytemuck::cast_slice_mut(pixels), "reading the film")
+        self.gpu.read(&film.staging, bytes, "reading the film")
     }
 
-    fn read_guides(&mut self, guides: &mut [Guides]) -> Result<(), BackendError> {
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(guides);
-        if film.guides.records.size() < bytes.len() as u64 {
-            return Err(self.misuse("no guides were prepared"));
-        }
-        self.copy(&film.guides.records, &film.guides.staging, "reading the guides")?;
+        self.copy_rows(rows, &film.guides.records, &film.guides.staging, bytes.len())?;
         self.erase_guides(film)?;
         self.gpu.read(&film.guides.staging, bytes, "reading the guides")
     }

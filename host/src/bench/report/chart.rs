@@ -82,18 +82,18 @@ pub enum Chart {
 }
 
 impl Axis {
-    pub(super) fn linear(label: &str) -> Self {
+    pub(crate) fn linear(label: &str) -> Self {
         Self { label: label.to_owned(), scale: Scale::Linear }
     }
 
-    pub(super) fn log(label: &str) -> Self {
+    pub(crate) fn log(label: &str) -> Self {
         Self { label: label.to_owned(), scale: Scale::Log }
     }
 }
 
 impl Series {
     /// Measured points, joined.
-    pub(super) fn measured(name: &str, style: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    pub(crate) fn measured(name: &str, style: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let points = points.into_iter().map(|(x, y)| Point { x, y, hollow: false }).collect();
         Self { name: name.to_owned(), style, points, marks: true, line: true }
     }

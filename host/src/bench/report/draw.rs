@@ -50,7 +50,7 @@ const COLORS: [RGBColor; 7] = [
 type Failure = String;
 
 /// Writes `STEM.svg` and `STEM.png` into a folder.
-pub(super) fn write(chart: &Chart, folder: &Path, stem: &str) -> Result<(), BenchError> {
+pub(in crate::bench) fn write(chart: &Chart, folder: &Path, stem: &str) -> Result<(), BenchError> {
     let path = folder.join(format!("{stem}.svg"));
     let draw = |path: &Path, message| BenchError::Draw { path: path.to_owned(), message };
     let text = svg(chart).map_err(|message| draw(&path, message))?;

@@ -4,9 +4,9 @@
 //! all that was measured and as CSV.
 
 mod against;
-mod chart;
+pub(super) mod chart;
 mod complexity;
-mod draw;
+pub(super) mod draw;
 mod method;
 mod plan;
 mod spp;

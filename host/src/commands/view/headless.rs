@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trisect::bench::{BenchError, Row, rows_of_shots, table};
 use trisect::image::ImageError;
-use trisect::scene::SceneError;
+use trisect::render::Renderer;
+use trisect::scene::{CameraPose, SceneError};
 use trisect::view::{CameraPath, Look, Shot, Viewer};
 use trisect::{Error, output};
 
@@ -43,19 +44,24 @@ pub fn check(arguments: &ViewArgs) -> Result<(), Error> {
     Ok(())
 }
 
-fn file(folder: &Path, frame: u32) -> PathBuf {
+/// Of a frame.
+pub fn file(folder: &Path, frame: u32) -> PathBuf {
     folder.join(format!("{frame:04}.png"))
 }
 
-/// Renders the frames of a camera's path.
-pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCode, Error> {
+/// Where the camera is in each frame.
+pub fn poses(arguments: &ViewArgs, session: &Session) -> Result<Vec<CameraPose>, Error> {
     let rest = || CameraPath::rest(session.space.camera_of(session.renderer.pose()));
     let path = arguments.camera_path.as_deref().map_or_else(|| Ok(rest()), CameraPath::load)?;
     let of_path = if arguments.camera_path.is_some() { path.last() + 1 } else { FRAMES };
     let frames = arguments.frames.unwrap_or(of_path);
     let poses = (0..frames).map(|frame| Ok(session.space.camera(&path.pose(frame)?)));
-    let poses: Vec<_> = poses.collect::<Result<_, SceneError>>()?;
+    Ok(poses.collect::<Result<_, SceneError>>()?)
+}
 
+/// Renders the frames of a camera's path.
+pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCode, Error> {
+    let poses = poses(arguments, &session)?;
     let mut viewer = Viewer::new(session.renderer);
     let mut pixels = Vec::new();
     let mut shots: Vec<Shot> = Vec::new();
@@ -78,24 +84,31 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCo
     text += &format!("kernel    {}\n\n", last.live.kernel);
     text += &table(&format!("{} frames after {}", counted.len(), shots.len() - counted.len()), &rows);
     super::super::print(&text)?;
-    if let Some(path) = &arguments.json {
-        let report = Report {
-            format: FORMAT,
-            version: env!("CARGO_PKG_VERSION"),
-            scene: &session.name,
-            backend: device.backend,
-            device: &device.name,
-            kernel: last.live.kernel,
-            width,
-            height,
-            frames: counted.len(),
-            rows: &rows,
-        };
-        let text = serde_json::to_string_pretty(&report)
-            .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
-        std::fs::write(path, text + "\n").map_err(|source| BenchError::Io { path: path.clone(), source })?;
-    }
+    let kernel = last.live.kernel;
+    report(arguments, &session.name, viewer.renderer(), kernel, last.size, counted.len(), &rows)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes what was measured, where it is asked for.
+pub fn report(
+    arguments: &ViewArgs,
+    scene: &str,
+    renderer: &Renderer,
+    kernel: &str,
+    (width, height): (u32, u32),
+    frames: usize,
+    rows: &[Row],
+) -> Result<(), Error> {
+    let Some(path) = &arguments.json else { return Ok(()) };
+    let device = renderer.backend().device();
+    let version = env!("CARGO_PKG_VERSION");
+    let (backend, device) = (device.backend, device.name.as_str());
+    let report =
+        Report { format: FORMAT, version, scene, backend, device, kernel, width, height, frames, rows };
+    let text = serde_json::to_string_pretty(&report)
+        .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
+    std::fs::write(path, text + "\n").map_err(|source| BenchError::Io { path: path.clone(), source })?;
+    Ok(())
 }
 
 /// A frame as a PNG.

@@ -1,0 +1,133 @@
+//! The report's charts: what frames and their synchronisation take, by ranks; and what averages take and how noisy they are.
+
+use super::{ClusterBench, Frames, Way};
+use crate::bench::BenchError;
+use crate::bench::report::chart::{Axis, Chart, Plot, Series};
+use crate::bench::report::draw;
+use crate::distribute::cost::{Gather, Machine, Shape};
+use crate::distribute::plan::{Mode, Plan};
+use std::path::{Path, PathBuf};
+
+/// The most ranks that the model is asked for.
+const MOST: u32 = 4096;
+
+pub(super) fn write(bench: &ClusterBench, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
+    let mut files = Vec::new();
+    let mut draw = |stem: &str, plot: Plot| {
+        files.extend(["svg", "png"].map(|kind| folder.join(format!("{stem}.{kind}"))));
+        draw::write(&Chart::Plot(plot), folder, stem)
+    };
+    for frames in &bench.frames {
+        draw(&format!("rows_{}spp", frames.spp), rows(bench, frames))?;
+    }
+    if !bench.averages.is_empty() {
+        draw("average_time", average(bench))?;
+    }
+    if !bench.noise.is_empty() {
+        draw("average_noise", noise(bench))?;
+    }
+    if let Some(frames) = bench.frames.last() {
+        draw("model", model(bench, frames))?;
+    }
+    Ok(files)
+}
+
+fn notes(bench: &ClusterBench) -> Vec<String> {
+    vec![format!("{}, {}x{}, {}", bench.scene, bench.width, bench.height, bench.device)]
+}
+
+fn rows(bench: &ClusterBench, frames: &Frames) -> Plot {
+    let of = |wanted: Way, value: fn(&super::Point) -> f64| {
+        let points = frames.points.iter().filter(move |point| point.1 == wanted);
+        points.map(move |(ranks, _, point)| (f64::from(*ranks), value(point) * 1e3)).collect::<Vec<_>>()
+    };
+    Plot {
+        title: format!("Rows, {} spp: a frame, and what of it is synchronisation", frames.spp),
+        notes: notes(bench),
+        x: Axis::linear("ranks"),
+        y: Axis::linear("ms"),
+        series: vec![
+            Series::measured("frame", 0, of(Way::Gather, |point| point.frame)),
+            Series::measured("of it sync", 1, of(Way::Gather, |point| point.sync)),
+            Series::measured("frame, all-reduce", 2, of(Way::AllReduce, |point| point.frame)),
+            Series::measured("of it sync, all-reduce", 3, of(Way::AllReduce, |point| point.sync)),
+        ],
+    }
+}
+
+fn average(bench: &ClusterBench) -> Plot {
+    let of = |wanted: Way, value: fn(&super::Point) -> f64| {
+        let points = bench.averages.iter().filter(move |average| average.way == wanted);
+        points.map(move |average| (f64::from(average.ranks), value(&average.point) * 1e3)).collect::<Vec<_>>()
+    };
+    let spp = bench.averages.first().map_or(0, |average| average.spp);
+    Plot {
+        title: format!("Averages, {spp} spp over all ranks: an image, and what of it is synchronisation"),
+        notes: notes(bench),
+        x: Axis::linear("ranks"),
+        y: Axis::linear("ms"),
+        series: vec![
+            Series::measured("image", 0, of(Way::Gather, |point| point.frame)),
+            Series::measured("of it sync", 1, of(Way::Gather, |point| point.sync)),
+            Series::measured("image, all-reduce", 2, of(Way::AllReduce, |point| point.frame)),
+            Series::measured("of it sync, all-reduce", 3, of(Way::AllReduce, |point| point.sync)),
+        ],
+    }
+}
+
+fn noise(bench: &ClusterBench) -> Plot {
+    let points = bench.noise.iter().map(|noise| (f64::from(noise.ranks), noise.rms));
+    let first = bench.noise.first().map_or(0.0, |noise| noise.rms * f64::from(noise.ranks).sqrt());
+    let line =
+        bench.noise.iter().map(|noise| (f64::from(noise.ranks), first / f64::from(noise.ranks).sqrt()));
+    let spp = bench.noise.first().map_or(0, |noise| noise.spp / noise.ranks.max(1));
+    let mut law = Series::measured("1/sqrt(ranks)", 2, line);
+    law.marks = false;
+    Plot {
+        title: format!("Averages, {spp} spp a rank: noise"),
+        notes: notes(bench),
+        x: Axis::linear("ranks"),
+        y: Axis::linear("RMS of the clipped image"),
+        series: vec![Series::measured("measured", 0, points), law],
+    }
+}
+
+fn model(bench: &ClusterBench, frames: &Frames) -> Plot {
+    let shape = Shape { width: bench.width, height: bench.height, samples: frames.spp };
+    let one = frames.points.iter().find(|point| point.0 == 1 && point.1 == Way::Gather);
+    let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(shape.samples);
+    let rate = one.map_or(bench.machine.rate, |one| samples / one.2.render.max(1e-12));
+    let machine = Machine { rate, fixed: 0.0, ..bench.machine };
+    let ranks: Vec<u32> = (0..=MOST.ilog2()).map(|power| 1 << power).collect();
+    let of = |mode: Mode, bytes: usize, gather: Gather| {
+        let plan = Plan { mode, ..Plan::default() };
+        let at = |ranks: u32| machine.predict(&shape, &plan, ranks, bytes, gather).frame() * 1e3;
+        ranks.iter().map(move |&ranks| (f64::from(ranks), at(ranks))).collect::<Vec<_>>()
+    };
+    let line = |name: &str, style: usize, points: Vec<(f64, f64)>| {
+        let mut series = Series::measured(name, style, points);
+        series.marks = false;
+        series
+    };
+    let measured = frames.points.iter().filter(|point| point.1 == Way::Gather);
+    let mut marks = Series::measured(
+        "measured",
+        0,
+        measured.map(|(ranks, _, point)| (f64::from(*ranks), point.frame * 1e3)),
+    );
+    marks.line = false;
+    Plot {
+        title: format!("A frame of {} spp by the model", frames.spp),
+        notes: notes(bench),
+        x: Axis::log("ranks"),
+        y: Axis::log("ms"),
+        series: vec![
+            marks,
+            line("rows, pipelined", 0, of(Mode::Rows, 4, Gather::Pipelined)),
+            line("rows, flat gather", 1, of(Mode::Rows, 4, Gather::Flat)),
+            line("rows, all-reduce", 2, of(Mode::Rows, 12, Gather::AllReduce)),
+            line("averages, tree", 3, of(Mode::Average, 16, Gather::Tree)),
+            line("averages, flat", 4, of(Mode::Average, 16, Gather::Flat)),
+        ],
+    }
+}

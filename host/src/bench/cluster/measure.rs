@@ -1,0 +1,427 @@
+//! One point each.
+
+use super::Plan;
+use crate::Error;
+use crate::denoise::{Denoise, Filter};
+use crate::distribute::cost::{Gather, Machine, Prediction, Shape};
+use crate::distribute::plan::{self as shares, Mode, Plan as Sharing};
+use crate::distribute::{FrameCost, Link, Network, Picture, Series, Tag, Travels, Work, series, still};
+use crate::film::{PixelTotals, Rows};
+use crate::render::{Renderer, Screen, Settings, chunks};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+/// How pixels come together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// What this program does.
+    Gather,
+    /// The report's: an all-reduce of the whole image in f32, when all have rendered.
+    AllReduce,
+}
+
+impl Way {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gather => "gather",
+            Self::AllReduce => "allreduce",
+        }
+    }
+}
+
+/// Mean seconds of a frame.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Point {
+    /// From one frame to the next on the root.
+    pub frame: f64,
+    /// Of the slowest rank's rendering, until its pixels are on the host.
+    pub render: f64,
+    /// Of that, by the device's timer; 0 where that was not asked for.
+    pub device: f64,
+    /// What of the frame that does not explain.
+    pub sync: f64,
+    /// That came to the root.
+    pub bytes: u64,
+    /// What the model says.
+    pub model: Prediction,
+}
+
+impl Point {
+    fn new(frame: f64, render: f64, device: f64, bytes: u64) -> Self {
+        Self { frame, render, device, sync: (frame - render).max(0.0), bytes, model: Prediction::default() }
+    }
+
+    /// For people.
+    pub fn line(&self, ranks: u32, way: Way) -> String {
+        format!(
+            "{ranks} ranks, {}: frame {:.3} ms, render {:.3}, sync {:.3}",
+            way.name(),
+            self.frame * 1e3,
+            self.render * 1e3,
+            self.sync * 1e3
+        )
+    }
+}
+
+/// Frames by rows.
+#[derive(Clone, Debug, Serialize)]
+pub struct Frames {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// By ranks and way.
+    pub points: Vec<(u32, Way, Point)>,
+}
+
+impl Frames {
+    pub(super) fn new(
+        spp: u32,
+        points: Vec<(u32, Way, Point)>,
+        machine: &Machine,
+        shape: &Shape,
+        plan: &Plan,
+    ) -> Self {
+        let sharing = Sharing { block_shift: plan.block_shift, ..Sharing::default() };
+        // A rank's rate is that of these frames: the trial's is of another size.
+        let one = points.iter().find(|point| point.0 == 1 && point.1 == Way::Gather);
+        let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(spp);
+        let rate = one.map_or(machine.rate, |one| samples / one.2.render.max(1e-12));
+        let model = Machine { rate, fixed: 0.0, ..*machine };
+        let points = points.into_iter().map(|(ranks, way, point)| {
+            let (bytes, gather) = match way {
+                Way::Gather => (4, Gather::Pipelined),
+                Way::AllReduce => (12, Gather::AllReduce),
+            };
+            (ranks, way, Point { model: model.predict(shape, &sharing, ranks, bytes, gather), ..point })
+        });
+        Self { spp, points: points.collect() }
+    }
+
+    /// A frame's time with one rank, or what stands for it.
+    pub(super) fn one_rank(&self, way: Way) -> f64 {
+        let one = self.points.iter().find(|point| point.1 == way);
+        one.map_or(0.0, |one| one.2.frame * f64::from(one.0))
+    }
+}
+
+/// An averaged image.
+#[derive(Clone, Debug, Serialize)]
+pub struct Average {
+    /// How many.
+    pub ranks: u32,
+    /// Samples a pixel, of all together.
+    pub spp: u32,
+    /// How.
+    pub way: Way,
+    /// What it took.
+    pub point: Point,
+}
+
+impl Average {
+    pub(super) fn new(
+        ranks: u32,
+        way: Way,
+        point: Point,
+        machine: &Machine,
+        shape: &Shape,
+        one: Option<f64>,
+    ) -> Self {
+        let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(shape.samples);
+        // As of frames.
+        let machine =
+            one.map_or(*machine, |one| Machine { rate: samples / one.max(1e-12), fixed: 0.0, ..*machine });
+        let sharing = Sharing { mode: Mode::Average, ..Sharing::default() };
+        let (bytes, gather) = match way {
+            Way::Gather => (16, Gather::Tree),
+            Way::AllReduce => (12, Gather::AllReduce),
+        };
+        let model = machine.predict(shape, &sharing, ranks, bytes, gather);
+        Self { ranks, spp: shape.samples, way, point: Point { model, ..point } }
+    }
+}
+
+/// The noise of an averaged image.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Noise {
+    /// How many.
+    pub ranks: u32,
+    /// Samples a pixel, of all together.
+    pub spp: u32,
+    /// Root of the mean squared difference of two images of other seeds, over the root of 2.
+    pub rms: f64,
+}
+
+/// Lets so many ranks measure while the others wait.
+pub(super) fn turn<N: Network, T>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    ranks: u32,
+    work: impl FnOnce(&mut Link<N>, Renderer) -> Result<(Renderer, Option<T>), Error>,
+) -> Result<(Renderer, Option<T>), Error> {
+    link.narrow(ranks)?;
+    let done = if link.rank() < ranks { work(link, renderer)? } else { (renderer, None) };
+    // The root tells all that it is over.
+    link.widen();
+    if link.is_root() {
+        link.send_all(Tag::Go, &[])?;
+    } else {
+        link.expect(Tag::Go)?;
+    }
+    Ok(done)
+}
+
+/// Frames that do not count: they compile, and fill what travels.
+const WARM_UP: u32 = 5;
+
+pub(super) fn rows<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    plan: &Plan,
+    ranks: u32,
+    way: Way,
+) -> Result<(Renderer, Option<Point>), Error> {
+    let sharing = Sharing { block_shift: plan.block_shift, ..Sharing::default() };
+    let own = sharing.rows(settings.height, link.rank(), ranks);
+    if way == Way::AllReduce {
+        let mut renderer = renderer;
+        let mut times = Vec::new();
+        for _ in 0..plan.frames + WARM_UP {
+            let time;
+            (renderer, time) = reduced(link, renderer, settings, &own, 0..settings.samples)?;
+            times.push(time);
+        }
+        return Ok((renderer, Some(mean(&times[WARM_UP as usize..], settings))));
+    }
+    let all = (0..ranks).map(|rank| sharing.rows(settings.height, rank, ranks)).collect();
+    let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
+    let of = Series { width, height, rows: all, frames, spins: plan.spins };
+    let settings = settings.clone();
+    let render = move |renderer: &mut Renderer, _: u32, pixels: &mut Vec<u32>| {
+        let start = Instant::now();
+        let framed = renderer.frame(&settings, &own, &Screen::default(), pixels)?;
+        Ok(FrameCost { render: start.elapsed().as_secs_f64(), device: framed.trace.as_secs_f64() })
+    };
+    let (renderer, report) = series(link, renderer, &of, render, &mut |_, _| Ok(()), &|| false)?;
+    let from = WARM_UP as usize;
+    Ok((
+        renderer,
+        report.map(|report| {
+            Point::new(report.period(from), report.render(from), report.device(from), report.bytes)
+        }),
+    ))
+}
+
+/// Seconds of a frame and of its rendering.
+type Times = (f64, f64);
+
+/// Renders some samples of some rows, and sums the whole image over all ranks, as the report does.
+fn reduced<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    rows: &Rows,
+    samples: Range<u32>,
+) -> Result<(Renderer, Times), Error> {
+    let start = Instant::now();
+    let (own, rows) = (settings.clone(), rows.clone());
+    let mut renderer = renderer;
+    let (renderer, image) = link.during(move || {
+        let image = part_of_image(&mut renderer, &own, &rows, samples);
+        (renderer, image)
+    })?;
+    let mut image = image?;
+    let render = start.elapsed().as_secs_f64();
+    link.network().all_reduce(&mut image)?;
+    Ok((renderer, (start.elapsed().as_secs_f64(), render)))
+}
+
+/// The image in f32, with nothing but these samples of these rows.
+fn part_of_image(
+    renderer: &mut Renderer,
+    settings: &Settings,
+    rows: &Rows,
+    samples: Range<u32>,
+) -> Result<Vec<f32>, Error> {
+    let width = settings.width as usize;
+    let mut image = vec![0f32; width * settings.height as usize * 3];
+    for part in chunks(samples) {
+        let count = part.len() as u32;
+        let share = count as f32 / settings.samples as f32;
+        let sums = renderer.render_sums(settings, rows, part, &mut ())?;
+        // By threads, as the pieces of the other way are encoded.
+        let wanted: Vec<u32> = rows.iter().collect();
+        let mut places: Vec<Option<&mut [f32]>> = image.chunks_mut(width.max(1) * 3).map(Some).collect();
+        let places = wanted.iter().filter_map(|&row| places.get_mut(row as usize).and_then(Option::take));
+        let places: Vec<&mut [f32]> = places.collect();
+        places.into_par_iter().zip(sums.pixels.par_chunks_exact(width.max(1))).for_each(|(to, pixels)| {
+            for (to, sums) in to.chunks_exact_mut(3).zip(pixels) {
+                let mean = PixelTotals::of(sums, count).mean();
+                to.iter_mut().zip(mean).for_each(|(to, mean)| *to += mean as f32 * share);
+            }
+        });
+    }
+    Ok(image)
+}
+
+fn mean(times: &[(f64, f64)], settings: &Settings) -> Point {
+    let count = times.len().max(1) as f64;
+    let sum = times.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    Point::new(sum.0 / count, sum.1 / count, 0.0, settings.pixels() * 12)
+}
+
+fn averaging(settings: &Settings, ranks: u32) -> Work {
+    let most = shares::samples_of(settings.samples, 0, shares::averaging(settings.samples, ranks));
+    let travels = if most.len() <= 256 { Travels::Chunk } else { Travels::Mean };
+    let plan = Sharing { mode: Mode::Average, ..Sharing::default() };
+    Work { settings: settings.clone(), plan, travels, choice: String::new() }
+}
+
+/// Images that count, after one that does not.
+const IMAGES: usize = 5;
+
+pub(super) fn average<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    ranks: u32,
+    way: Way,
+) -> Result<(Renderer, Option<Point>), Error> {
+    let mut renderer = renderer;
+    let mut times = Vec::new();
+    let mut bytes = 0;
+    let work = averaging(settings, ranks);
+    for _ in 0..=IMAGES {
+        if way == Way::AllReduce {
+            let averaging = shares::averaging(settings.samples, ranks);
+            let own = match link.rank() < averaging {
+                true => shares::samples_of(settings.samples, link.rank(), averaging),
+                false => 0..0,
+            };
+            let all = Rows::from(0..settings.height);
+            let time;
+            (renderer, time) = reduced(link, renderer, settings, &all, own)?;
+            times.push(time);
+            bytes = settings.pixels() * 12;
+        } else {
+            let finished;
+            (finished, renderer) =
+                still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+            if let Some(finished) = finished {
+                let report = finished.report;
+                bytes = report.bytes;
+                times.push((report.seconds, report.seconds - report.sync_seconds));
+            }
+        }
+    }
+    // The median: a rank that was late once says nothing of the others.
+    let mut counted = times.split_off(times.len().min(1));
+    counted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let middle = counted.get(counted.len() / 2).copied();
+    Ok((renderer, middle.map(|(frame, render)| Point::new(frame, render, 0.0, bytes))))
+}
+
+pub(super) fn noise<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    ranks: u32,
+) -> Result<(Renderer, Option<f64>), Error> {
+    let mut renderer = renderer;
+    let mut images = Vec::new();
+    for seed in [settings.seed, settings.seed.wrapping_add(1)] {
+        let work = averaging(&Settings { seed, ..settings.clone() }, ranks);
+        let finished;
+        (finished, renderer) =
+            still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+        if let Some(Picture::Color(image)) = finished.map(|finished| finished.picture) {
+            images.push(image);
+        }
+    }
+    let [a, b] = &images[..] else { return Ok((renderer, None)) };
+    let differences = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+    // Of what a screen shows: a single bright path would decide over all others.
+    let squares = differences.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2));
+    let mean = squares.sum::<f64>() / (a.pixels.len() * 3).max(1) as f64;
+    Ok((renderer, Some((mean / 2.0).sqrt())))
+}
+
+/// How a denoiser gets what lies around a rank's rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Around {
+    /// Each rank renders as many rows around its own as the filter reaches, and filters its own.
+    Halo,
+    /// All that the filter needs travels to the root, which filters the image.
+    Gathered,
+}
+
+/// Frames of one sample, denoised.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Denoised {
+    /// How many.
+    pub ranks: u32,
+    /// How.
+    pub around: Around,
+    /// What a frame took.
+    pub point: Point,
+}
+
+pub(super) fn denoised<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    plan: &Plan,
+    ranks: u32,
+    around: Around,
+) -> Result<(Renderer, Option<Point>), Error> {
+    let settings = Settings { samples: 1, guides: true, ..settings.clone() };
+    let filter = Denoise::new(Filter::Svgf);
+    if around == Around::Gathered {
+        let work = Work {
+            settings: settings.clone(),
+            plan: Sharing { block_shift: plan.block_shift, ..Sharing::default() },
+            travels: Travels::Guided,
+            choice: String::new(),
+        };
+        let mut renderer = renderer;
+        let mut times = Vec::new();
+        for _ in 0..=IMAGES {
+            let start = Instant::now();
+            let finished;
+            (finished, renderer) =
+                still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+            let Some(finished) = finished else { continue };
+            if let Picture::Film(film) = &finished.picture {
+                renderer.denoise(film, &settings, &filter)?;
+            }
+            let render = finished.report.seconds - finished.report.sync_seconds;
+            times.push((start.elapsed().as_secs_f64(), render, finished.report.bytes));
+        }
+        let counted = times.get(1..).unwrap_or_default();
+        let best = counted.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0));
+        return Ok((renderer, best.map(|(frame, render, bytes)| Point::new(frame, render, 0.0, bytes))));
+    }
+    let band = |rank: u32| shares::band(settings.height, rank, ranks);
+    let own = band(link.rank());
+    let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
+    let rows = (0..ranks).map(|rank| band(rank).into()).collect();
+    let of = Series { width, height, rows, frames, spins: plan.spins };
+    let render = move |renderer: &mut Renderer, _: u32, pixels: &mut Vec<u32>| {
+        let start = Instant::now();
+        let live = renderer.live_rows(&settings, Some(&filter), None, &own)?;
+        let shown = renderer.show(&live, &Screen::default(), pixels)?;
+        let passes: Duration = live.passes.iter().map(|pass| pass.1).sum();
+        let device = (live.trace + passes + shown).as_secs_f64();
+        Ok(FrameCost { render: start.elapsed().as_secs_f64(), device })
+    };
+    let (renderer, report) = series(link, renderer, &of, render, &mut |_, _| Ok(()), &|| false)?;
+    let from = WARM_UP as usize;
+    let point = report.map(|report| {
+        Point::new(report.period(from), report.render(from), report.device(from), report.bytes)
+    });
+    Ok((renderer, point))
+}

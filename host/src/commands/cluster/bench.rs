@@ -1,0 +1,74 @@
+//! `trisect bench cluster`.
+
+use super::Crew;
+use crate::cli::ClusterBenchArgs;
+use std::process::ExitCode;
+use trisect::Error;
+use trisect::backend::DeviceKind;
+use trisect::bench::BenchError;
+use trisect::bench::cluster::{ClusterBench, Plan};
+
+/// Measures what ranks bring, prints it and writes charts and data.
+pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
+    let mut crew = Crew::start(&arguments.ranks)?;
+    let all = crew.link.ranks();
+    let out = arguments.out.clone();
+    let check = move || {
+        let io = |source| BenchError::Io { path: out.clone(), source };
+        Ok(std::fs::create_dir_all(&out).map_err(io)?)
+    };
+    let asked = format!(
+        "{:?}",
+        (
+            &arguments.counts,
+            &arguments.frame_spp,
+            arguments.average_spp,
+            arguments.noise_spp,
+            arguments.frames
+        )
+    );
+    let adjust = move |_: &mut _| Ok(vec![("what is measured".to_owned(), asked)]);
+    let session = match crew.assemble(&arguments.job, &arguments.ranks, check, adjust) {
+        Ok(session) => session,
+        Err(code) => return Ok(code),
+    };
+    let mut counts = arguments.counts.clone();
+    if counts.is_empty() {
+        counts = (0..=all.ilog2()).map(|power| 1 << power).chain([all]).collect();
+        counts.dedup();
+    }
+    let plan = Plan {
+        ranks: counts,
+        spp: arguments.frame_spp.clone(),
+        frames: arguments.frames,
+        average: arguments.average_spp,
+        noise: arguments.noise_spp,
+        block_shift: arguments.ranks.block_shift(),
+        spins: session.renderer.backend().device().kind == DeviceKind::Gpu,
+    };
+    let root = crew.link.is_root();
+    let mut say = |line: &str| {
+        if root {
+            eprintln!("{line}");
+        }
+    };
+    let measured = ClusterBench::measure(
+        &mut crew.link,
+        session.renderer,
+        &session.name,
+        &session.settings,
+        &plan,
+        &mut say,
+    );
+    match measured {
+        Ok((_, Some(bench))) => {
+            super::super::print(&bench.summary())?;
+            for file in bench.write(&arguments.out)? {
+                eprintln!("wrote {}", file.display());
+            }
+            Ok(ExitCode::SUCCESS)
+        }
+        Ok((_, None)) => Ok(ExitCode::SUCCESS),
+        Err(error) => Ok(crew.give_up(&error)),
+    }
+}

@@ -1,0 +1,178 @@
+//! What commands do over the ranks that mpirun started. Rank 0 alone prints and writes.
+
+pub mod bench;
+pub mod render;
+pub mod view;
+
+use super::{Loaded, Session};
+use crate::cli::{BackendArg, JobArgs, RankArgs};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use trisect::Error;
+use trisect::backend;
+use trisect::distribute::hello::{Facts, facts, join};
+use trisect::distribute::mpi::Mpi;
+use trisect::distribute::{DistributeError, Link, Network, Tag, devices};
+use trisect::render::Settings;
+use trisect::scene::Scene;
+
+/// All ranks, and whether this process was asked to end.
+pub struct Crew {
+    /// The others.
+    pub link: Link<Mpi>,
+    ended: Arc<AtomicBool>,
+}
+
+/// Why ranks end.
+struct GivenUp {
+    error: Error,
+    /// Whether all know it, and end by themselves.
+    all_know: bool,
+}
+
+impl<E: Into<Error>> From<E> for GivenUp {
+    fn from(error: E) -> Self {
+        Self { error: error.into(), all_know: false }
+    }
+}
+
+impl Crew {
+    /// Starts MPI.
+    pub fn start(ranks: &RankArgs) -> Result<Self, Error> {
+        let ended = Arc::new(AtomicBool::new(false));
+        let flag = ended.clone();
+        // SIGINT by people, SIGTERM by mpirun and by Slurm.
+        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+        Ok(Self { link: Link::new(Mpi::start()?, ranks.patience()), ended })
+    }
+
+    /// For those who watch it.
+    pub fn ended(&self) -> impl Fn() -> bool + 'static {
+        let ended = self.ended.clone();
+        move || ended.load(Ordering::Relaxed)
+    }
+
+    /// Says what is wrong, once for all ranks, and ends them.
+    pub fn give_up(&mut self, error: &Error) -> ExitCode {
+        self.end(error, false)
+    }
+
+    fn end(&mut self, error: &Error, all_know: bool) -> ExitCode {
+        // Who waits for a lost root says so itself.
+        let lost = matches!(error, Error::Distribute(DistributeError::Silent { rank: 0, .. }));
+        if self.link.is_root() || lost {
+            eprintln!("error: {error}");
+        }
+        let code = error.exit_code();
+        if !all_know {
+            self.link.network().abort(code);
+        }
+        ExitCode::from(code)
+    }
+
+    /// Reads the scene on each rank, or on the root for all, opens each rank's device, and finds out whether all would render the same: `check` is
+    /// what the root must know before, and `adjust` fits the settings and says what else must be the same. On all ranks a session, or the end.
+    pub fn assemble(
+        &mut self,
+        job: &JobArgs,
+        ranks: &RankArgs,
+        check: impl FnOnce() -> Result<(), Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings) -> Result<Facts, Error> + Send + 'static,
+    ) -> Result<Session, ExitCode> {
+        match self.gather(job, ranks, check, adjust) {
+            Ok(session) => Ok(session),
+            Err(GivenUp { error, all_know }) => Err(self.end(&error, all_know)),
+        }
+    }
+
+    fn gather(
+        &mut self,
+        job: &JobArgs,
+        ranks: &RankArgs,
+        check: impl FnOnce() -> Result<(), Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings) -> Result<Facts, Error> + Send + 'static,
+    ) -> Result<Session, GivenUp> {
+        // What this rank lacks is no error yet: the root must hear of it.
+        let ready = match self.load(job, ranks, check)? {
+            Ok(loaded) => self.open(loaded, job, ranks, adjust)?,
+            Err(error) => Err(error),
+        };
+        let device = ready.as_ref().map_or_else(
+            |_| String::new(),
+            |(session, _)| {
+                let device = session.renderer.backend().device();
+                format!("{}: {}", device.backend, device.name)
+            },
+        );
+        let facts = match &ready {
+            Ok((_, facts)) => Ok(facts.clone()),
+            Err(error) => Err((error.exit_code(), error.to_string())),
+        };
+        match join(&mut self.link, &device, facts) {
+            Ok(_) => Ok(ready?.0),
+            // Each rank has heard it from the root, but for one that heard nothing.
+            Err(error @ (DistributeError::Rank { .. } | DistributeError::Mismatch { .. })) => {
+                Err(GivenUp { error: error.into(), all_know: true })
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn load(
+        &mut self,
+        job: &JobArgs,
+        ranks: &RankArgs,
+        check: impl FnOnce() -> Result<(), Error> + Send + 'static,
+    ) -> Result<Result<Loaded, Error>, GivenUp> {
+        let job = job.clone();
+        if !self.link.is_root() && ranks.broadcast_scene {
+            let bytes = self.link.expect(Tag::Scene)?.bytes;
+            return Ok(self.link.during(move || Loaded::of(Scene::from_bytes(&bytes)?, &job))?);
+        }
+        if !self.link.is_root() {
+            return Ok(self.link.during(move || Loaded::read(&job))?);
+        }
+        let loaded = self.link.during(move || {
+            check()?;
+            Loaded::read(&job)
+        })?;
+        if let Ok(loaded) = &loaded {
+            loaded.warn();
+        }
+        if ranks.broadcast_scene {
+            // Without one, the others have nothing to render, and say so.
+            let bytes = loaded.as_ref().map_or_else(|_| Vec::new(), |loaded| loaded.scene.to_bytes());
+            self.link.send_all(Tag::Scene, &bytes)?;
+        }
+        Ok(loaded)
+    }
+
+    fn open(
+        &mut self,
+        loaded: Loaded,
+        job: &JobArgs,
+        ranks: &RankArgs,
+        adjust: impl FnOnce(&mut Settings) -> Result<Facts, Error> + Send + 'static,
+    ) -> Result<Result<(Session, Facts), Error>, GivenUp> {
+        let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local());
+        let open = move || {
+            if job.backend == BackendArg::Auto && job.device.is_some() {
+                return Err(trisect::render::SettingsError::DeviceOfWhat.into());
+            }
+            let start = Instant::now();
+            let (choice, device) = devices::for_rank(job.backend.choice(), job.device, local, spare)?;
+            let selection = backend::open(choice, device, job.threads.map(|threads| threads as usize))?;
+            let mut settings = loaded.settings.clone();
+            let more = adjust(&mut settings)?;
+            settings.check()?;
+            let mut facts = facts(&loaded.scene, &settings);
+            facts.extend(more);
+            let mut session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;
+            session.settings = settings;
+            Ok((session, facts))
+        };
+        Ok(self.link.during(open)?)
+    }
+}

@@ -1,0 +1,126 @@
+//! `trisect view --headless --distribute rows`: frames of which each rank makes a band.
+
+use super::super::view::headless;
+use super::super::view::look;
+use super::Crew;
+use crate::cli::{DistributeArg, ViewArgs};
+use std::process::ExitCode;
+use trisect::Error;
+use trisect::backend::DeviceKind;
+use trisect::bench::{Row, Summary, table};
+use trisect::distribute::{DistributeError, FrameCost, Series, SeriesReport, plan, series};
+use trisect::film::Rows;
+use trisect::render::Settings;
+use trisect::view::Viewer;
+
+/// Renders the frames of a camera's path over all ranks.
+pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
+    if !arguments.headless || arguments.cluster.distribute != Some(DistributeArg::Rows) {
+        return Err(DistributeError::Unsupported {
+            what: "a viewer shares bands of rows, and frames that follow each other without a window"
+                .to_owned(),
+            remedy: "use --headless --distribute rows".to_owned(),
+        }
+        .into());
+    }
+    let cluster = &arguments.cluster;
+    let mut crew = Crew::start(&cluster.ranks)?;
+    let (own, checked) = (arguments.clone(), arguments.clone());
+    let adjust = move |settings: &mut Settings| {
+        let look = look(&own, settings)?;
+        *settings = look.settings.clone();
+        Ok(vec![("what is shown".to_owned(), format!("{look:?}"))])
+    };
+    let check = move || headless::check(&checked);
+    let session = match crew.assemble(&arguments.job, &cluster.ranks, check, adjust) {
+        Ok(session) => session,
+        Err(code) => return Ok(code),
+    };
+    let look = look(arguments, &session.settings)?;
+    let poses = match headless::poses(arguments, &session) {
+        Ok(poses) => poses,
+        Err(error) => return Ok(crew.give_up(&error)),
+    };
+    let (rank, ranks) = (crew.link.rank(), crew.link.ranks());
+    let size = look.scaled();
+    let rows: Vec<Rows> = (0..ranks).map(|rank| plan::band(size.height, rank, ranks).into()).collect();
+    let own = plan::band(size.height, rank, ranks);
+    let device = session.renderer.backend().device().clone();
+    let of = Series {
+        width: size.width,
+        height: size.height,
+        rows,
+        frames: poses.len() as u32,
+        spins: device.kind == DeviceKind::Gpu,
+    };
+    let render = move |viewer: &mut Viewer, frame: u32, pixels: &mut Vec<u32>| {
+        let Some(pose) = poses.get(frame as usize) else { return Ok(FrameCost::default()) };
+        let shot = viewer.rows(&look, pose, &own, pixels)?;
+        let device = shot.trace() + shot.denoise() + shot.display.as_secs_f64();
+        Ok(FrameCost { render: shot.whole.as_secs_f64(), device })
+    };
+    let output = arguments.output.clone();
+    let mut show = |frame: u32, pixels: &[u32]| -> Result<(), Error> {
+        match &output {
+            Some(folder) => {
+                Ok(headless::write(&headless::file(folder, frame), (size.width, size.height), pixels)?)
+            }
+            None => Ok(()),
+        }
+    };
+    let ended = crew.ended();
+    let viewer = Viewer::new(session.renderer);
+    match series(&mut crew.link, viewer, &of, render, &mut show, &ended) {
+        Ok((mut viewer, Some(report))) => {
+            let rows = summary(&report);
+            let title =
+                format!("{} frames after {}", report.whole.len() - FIRST.min(report.whole.len()), FIRST);
+            let text = format!(
+                "scene     {}\ndevice    {}: {}, one of {ranks} ranks\nframe     {}x{}, {} spp\n\n{}",
+                session.name,
+                device.backend,
+                device.name,
+                size.width,
+                size.height,
+                size.samples,
+                table(&title, &rows)
+            );
+            super::super::print(&text)?;
+            let shown = (size.width, size.height);
+            headless::report(
+                arguments,
+                &session.name,
+                viewer.renderer(),
+                "",
+                shown,
+                report.whole.len(),
+                &rows,
+            )?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Ok((_, None)) => Ok(ExitCode::SUCCESS),
+        Err(error) => Ok(crew.give_up(&error)),
+    }
+}
+
+/// Frames that compile, and fill what travels.
+const FIRST: usize = 3;
+
+/// What frames took, in milliseconds.
+fn summary(report: &SeriesReport) -> Vec<Row> {
+    let row = |name: String, values: &[f64]| {
+        Some(Row { name, unit: "ms".to_owned(), summary: Summary::of(values)? })
+    };
+    let mut rows = Vec::new();
+    for (rank, costs) in report.costs.iter().enumerate() {
+        let counted = costs.get(FIRST..).filter(|counted| !counted.is_empty()).unwrap_or(costs);
+        let of =
+            |value: fn(&FrameCost) -> f64| counted.iter().map(|cost| value(cost) * 1e3).collect::<Vec<_>>();
+        rows.extend(row(format!("rank {rank}: device"), &of(|cost| cost.device)));
+        rows.extend(row(format!("rank {rank}: its rows"), &of(|cost| cost.render)));
+    }
+    let whole = report.whole.get(FIRST.saturating_sub(1)..).unwrap_or(&report.whole);
+    let periods: Vec<f64> = whole.windows(2).map(|pair| (pair[1] - pair[0]) * 1e3).collect();
+    rows.extend(row("from frame to frame".to_owned(), &periods));
+    rows
+}

@@ -1,0 +1,156 @@
+//! Where the root puts together what came.
+
+use super::DistributeError;
+use super::piece::{MeanSum, Piece, Travels};
+use crate::Error;
+use crate::film::{Film, FilmCounts, Part, Rows};
+use crate::image::Image;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The image, or what is there of it.
+#[derive(Clone, Debug)]
+pub enum Picture {
+    /// 8 bits a channel, sRGB, row by row; black where nothing came.
+    Bytes {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+        /// Three a pixel.
+        bytes: Vec<u8>,
+    },
+    /// Radiance; NaN where nothing came.
+    Color(Image),
+    /// All sums.
+    Film(Box<Film>),
+}
+
+/// What the image is made of.
+enum Store {
+    Bytes(Vec<u8>),
+    Color(Vec<[f32; 3]>),
+    Means(Vec<MeanSum>),
+    Film(Box<Film>),
+}
+
+/// The root's image while it comes.
+pub(super) struct Canvas {
+    width: u32,
+    height: u32,
+    store: Store,
+    /// Samples of pixels that came, of those that were asked for.
+    pub done: u64,
+    /// All of them.
+    pub total: u64,
+    /// Over all pieces.
+    pub counts: FilmCounts,
+}
+
+impl Canvas {
+    /// For pixels that travel so.
+    pub fn new(width: u32, height: u32, samples: u32, travels: Travels) -> Self {
+        let pixels = width as usize * height as usize;
+        let store = match travels {
+            Travels::Bytes => Store::Bytes(vec![0; pixels * 3]),
+            Travels::Color => Store::Color(vec![[f32::NAN; 3]; pixels]),
+            Travels::Chunk | Travels::Mean | Travels::Double => Store::Means(vec![MeanSum::ZERO; pixels]),
+            Travels::Sums => Store::Film(Box::new(Film::new(width, height))),
+            Travels::Guided => Store::Film(Box::new(Film::with_guides(width, height))),
+        };
+        let total = pixels as u64 * u64::from(samples);
+        Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
+    }
+
+    /// Whether all came.
+    pub fn is_complete(&self) -> bool {
+        self.done >= self.total
+    }
+
+    /// Pixels whose samples all came, counted as if samples came pixel by pixel.
+    pub fn pixels(&self) -> (u64, u64) {
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        (self.done / (self.total / pixels.max(1)).max(1), pixels)
+    }
+
+    fn bytes(&self, rows: &Range<u32>, of: usize) -> Range<usize> {
+        let row = self.width as usize * of;
+        rows.start as usize * row..rows.end as usize * row
+    }
+
+    /// Takes a piece that was checked against the image's size.
+    ///
+    /// # Errors
+    ///
+    /// For a piece that travels otherwise, or came twice.
+    pub fn take(&mut self, from: u32, piece: &Piece) -> Result<(), Error> {
+        let other = || DistributeError::Protocol { rank: from, message: "pixels of another kind".to_owned() };
+        let (width, size) = (self.width as usize, piece.travels.bytes());
+        let pixels = piece.pixels();
+        let mut at = 0;
+        let mut blocks: Vec<(Range<usize>, &[u8])> = Vec::new();
+        for block in piece.rows.blocks() {
+            let length = block.len() * width * size;
+            blocks.push((self.bytes(&block, 1), pixels.get(at..at + length).unwrap_or_default()));
+            at += length;
+        }
+        match (&mut self.store, piece.travels) {
+            (Store::Bytes(store), Travels::Bytes) => {
+                for (range, from) in blocks {
+                    store[range.start * 3..range.end * 3].copy_from_slice(from);
+                }
+            }
+            (Store::Color(store), Travels::Color) => {
+                for (range, from) in blocks {
+                    let to: &mut [u8] = bytemuck::cast_slice_mut(&mut store[range]);
+                    to.copy_from_slice(from);
+                }
+            }
+            (Store::Film(film), Travels::Sums | Travels::Guided) => {
+                let (sums, guides) = piece.sums();
+                let mut at = 0;
+                for rows in piece.rows.blocks() {
+                    let pixels = at..at + rows.len() * width;
+                    at = pixels.end;
+                    let part = Part { rows, samples: piece.samples.clone() };
+                    film.merge(&part, &sums[pixels.clone()])?;
+                    if piece.travels == Travels::Guided {
+                        film.merge_guides(&part, &guides[pixels])?;
+                    }
+                }
+            }
+            _ => return Err(other().into()),
+        }
+        self.done += (u64::from(piece.rows.len()) * width as u64) * piece.samples.len() as u64;
+        Ok(())
+    }
+
+    /// Takes the sums over all samples of some rows, which came once.
+    pub fn add(&mut self, rows: &Rows, means: &[MeanSum]) {
+        let width = self.width as usize;
+        let Store::Means(store) = &mut self.store else { return };
+        let mut at = 0;
+        for block in rows.blocks() {
+            let to = block.start as usize * width..block.end as usize * width;
+            let from = means.get(at..at + to.len());
+            at += to.len();
+            if let (Some(to), Some(from)) = (store.get_mut(to), from) {
+                to.copy_from_slice(from);
+            }
+        }
+        self.done += at as u64 * (self.total / (u64::from(self.width) * u64::from(self.height)).max(1));
+    }
+
+    /// What is there.
+    pub fn picture(self) -> Picture {
+        let (width, height) = (self.width, self.height);
+        match self.store {
+            Store::Bytes(bytes) => Picture::Bytes { width, height, bytes },
+            Store::Color(pixels) => Picture::Color(Image { width, height, pixels }),
+            Store::Means(means) => {
+                Picture::Color(Image { width, height, pixels: means.par_iter().map(MeanSum::mean).collect() })
+            }
+            Store::Film(film) => Picture::Film(film),
+        }
+    }
+}

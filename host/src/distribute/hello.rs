@@ -1,0 +1,193 @@
+//! The start: ranks find out whether they would render the same image.
+
+use super::DistributeError;
+use super::link::Link;
+use super::network::{Network, Tag};
+use crate::render::Settings;
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// What all ranks must have the same of, by name.
+pub type Facts = Vec<(String, String)>;
+
+/// What a rank says of itself.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Hello {
+    host: String,
+    device: String,
+    /// Or why it cannot render: exit code and message.
+    facts: Result<Facts, (u8, String)>,
+}
+
+/// What decides the image: the program's version, its kernels, the scene, and each setting of which the image depends.
+pub fn facts(scene: &Scene, settings: &Settings) -> Facts {
+    let fact = |name: &str, value: &dyn std::fmt::Debug| (name.to_owned(), format!("{value:?}"));
+    vec![
+        ("the program's version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+        ("the kernels' hash".to_owned(), hex(&Sha256::digest(trisect_kernels::MANIFEST))),
+        ("the scene's hash".to_owned(), hex(&scene.digest())),
+        fact("the width", &settings.width),
+        fact("the height", &settings.height),
+        fact("spp", &settings.samples),
+        fact("the seed", &settings.seed),
+        fact("the depth", &settings.depth),
+        fact("roulette", &settings.roulette.then_some(settings.roulette_depth)),
+        fact("the sampler", &settings.sampler),
+        fact("light sampling", &settings.light_sampling),
+        fact("Fresnel", &settings.fresnel),
+        fact("math", &settings.math),
+        fact("guides", &settings.guides),
+    ]
+}
+
+/// The first bytes of a hash: enough to tell two scenes apart.
+fn hex(hash: &[u8]) -> String {
+    hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Tells the root what this rank is; the root compares all with itself. Returns what devices the ranks have, on the root.
+///
+/// # Errors
+///
+/// On all ranks the same: [`DistributeError::Rank`] where one cannot render, [`DistributeError::Mismatch`], and as [`Link::turn`].
+pub fn join<N: Network>(
+    link: &mut Link<N>,
+    device: &str,
+    facts: Result<Facts, (u8, String)>,
+) -> Result<Vec<String>, DistributeError> {
+    let hello = Hello { host: link.host_of(link.rank()), device: device.to_owned(), facts };
+    let encode = |hello: &Hello| serde_json::to_vec(hello).unwrap_or_default();
+    if !link.is_root() {
+        link.send(0, Tag::Hello, encode(&hello))?;
+        let answer = link.expect(Tag::Go)?;
+        return match serde_json::from_slice(&answer.bytes) {
+            Ok(Answer { host, refusal: None }) => {
+                link.hosts[0] = host;
+                Ok(Vec::new())
+            }
+            Ok(Answer { refusal: Some(Refusal { rank, host, code, message }), .. }) => {
+                Err(DistributeError::Rank { rank, host, message, code })
+            }
+            Err(error) => Err(DistributeError::Protocol { rank: 0, message: error.to_string() }),
+        };
+    }
+    let ranks = link.ranks() as usize;
+    let mut hellos: Vec<Option<Hello>> = vec![None; ranks];
+    if let Some(own) = hellos.first_mut() {
+        *own = Some(hello.clone());
+    }
+    while hellos.iter().any(Option::is_none) {
+        let message = link.expect(Tag::Hello)?;
+        let theirs: Hello = serde_json::from_slice(&message.bytes).map_err(|error| {
+            DistributeError::Protocol { rank: message.from, message: format!("no greeting: {error}") }
+        })?;
+        if let Some(host) = link.hosts.get_mut(message.from as usize) {
+            *host = theirs.host.clone();
+        }
+        if let Some(place) = hellos.get_mut(message.from as usize) {
+            *place = Some(theirs);
+        }
+    }
+    let hellos: Vec<Hello> = hellos.into_iter().flatten().collect();
+    let wrong = (0..).zip(&hellos).find_map(|(rank, theirs)| differs(rank, &hello, theirs));
+    let answer = wrong.as_ref().map(|error| {
+        let (rank, host) = match error {
+            DistributeError::Rank { rank, host, .. } | DistributeError::Mismatch { rank, host, .. } => {
+                (*rank, host.clone())
+            }
+            _ => (0, String::new()),
+        };
+        let message = match error {
+            DistributeError::Rank { message, .. } => message.clone(),
+            other => other.to_string(),
+        };
+        Refusal { rank, host, code: error.exit_code(), message }
+    });
+    let answer = Answer { host: hello.host.clone(), refusal: answer };
+    link.send_all(Tag::Go, &serde_json::to_vec(&answer).unwrap_or_default())?;
+    link.flush()?;
+    wrong.map_or_else(|| Ok(hellos.into_iter().map(|hello| hello.device).collect()), Err)
+}
+
+/// What the root tells the others.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Answer {
+    host: String,
+    refusal: Option<Refusal>,
+}
+
+/// The same where they cannot begin.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Refusal {
+    rank: u32,
+    host: String,
+    code: u8,
+    message: String,
+}
+
+fn differs(rank: u32, root: &Hello, theirs: &Hello) -> Option<DistributeError> {
+    let host = theirs.host.clone();
+    let (ours, facts) = match (&root.facts, &theirs.facts) {
+        (_, Err((code, message))) => {
+            return Some(DistributeError::Rank { rank, host, message: message.clone(), code: *code });
+        }
+        (Err(_), Ok(_)) => return None, // the root itself is the one to name
+        (Ok(ours), Ok(facts)) => (ours, facts),
+    };
+    let other = |(name, ours): &(String, String)| {
+        let theirs = facts.iter().find(|fact| fact.0 == *name).map_or("missing", |fact| fact.1.as_str());
+        (theirs != ours).then(|| (name.clone(), theirs.to_owned(), ours.clone()))
+    };
+    let (what, theirs, ours) = ours.iter().find_map(other)?;
+    Some(DistributeError::Mismatch { rank, host, what, theirs, ours })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::super::link::PATIENCE;
+    use super::super::local::Local;
+    use super::*;
+
+    fn meet(of: Vec<Result<Facts, (u8, String)>>) -> Vec<Result<Vec<String>, DistributeError>> {
+        let ranks = Local::ranks(of.len() as u32).into_iter().zip(of).map(|(local, facts)| {
+            std::thread::spawn(move || join(&mut Link::new(local, PATIENCE), "a device", facts))
+        });
+        let ranks: Vec<_> = ranks.collect();
+        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    }
+
+    #[test]
+    fn who_differs_is_named() {
+        let scene = Scene::hello_world().unwrap();
+        let same = facts(&scene, &scene.settings());
+        let all = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(same.clone())]);
+        assert_eq!(all[0], Ok(vec!["a device".to_owned(); 3]));
+        assert!(all[1..].iter().all(|rank| *rank == Ok(Vec::new())));
+
+        let other = facts(&scene, &Settings { seed: 7, ..scene.settings() });
+        let mixed = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(other)]);
+        let text = mixed[0].as_ref().unwrap_err().to_string();
+        assert!(text.contains("rank 2 on thread-2: the seed is 7, rank 0 has 0"), "{text}");
+        assert!(mixed.iter().all(|rank| rank.as_ref().unwrap_err().exit_code() == 2));
+
+        let mut moved = scene.clone();
+        moved.spheres[0].center.x += 1e-3;
+        let mixed = meet(vec![Ok(same.clone()), Ok(facts(&moved, &scene.settings()))]);
+        assert!(mixed[0].as_ref().unwrap_err().to_string().contains("the scene's hash"));
+
+        let missing = (4, "a.ron: no such file".to_owned());
+        for broken in [0, 1] {
+            let mut all = vec![Ok(same.clone()), Ok(same.clone())];
+            all[broken] = Err(missing.clone());
+            for rank in meet(all) {
+                let error = rank.unwrap_err();
+                assert_eq!(error.exit_code(), 4);
+                let text = error.to_string();
+                assert!(text.contains(&format!("rank {broken} on thread-{broken}: a.ron")), "{text}");
+            }
+        }
+    }
+}

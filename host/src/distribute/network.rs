@@ -1,0 +1,147 @@
+//! Messages between ranks, whatever carries them.
+
+use super::{DistributeError, Shared};
+
+/// What a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Tag {
+    /// A sign of life.
+    Pulse = 1,
+    /// What a rank is, and is about to render.
+    Hello = 2,
+    /// All ranks may begin, or why not.
+    Go = 3,
+    /// The scene's records.
+    Scene = 4,
+    /// A rank wants work.
+    Want = 5,
+    /// Work, or that there is none left.
+    Work = 6,
+    /// Pixels.
+    Part = 7,
+    /// What a rank's work took.
+    Report = 8,
+    /// The image is there.
+    Done = 9,
+    /// Measures the network.
+    Ping = 10,
+}
+
+impl Tag {
+    /// All of them.
+    const ALL: [Self; 10] = [
+        Self::Pulse,
+        Self::Hello,
+        Self::Go,
+        Self::Scene,
+        Self::Want,
+        Self::Work,
+        Self::Part,
+        Self::Report,
+        Self::Done,
+        Self::Ping,
+    ];
+
+    /// That a number stands for.
+    pub fn of(number: i32) -> Option<Self> {
+        Self::ALL.into_iter().find(|tag| *tag as i32 == number)
+    }
+}
+
+/// What another rank sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// By whom.
+    pub from: u32,
+    /// What it is.
+    pub tag: Tag,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// Processes that can send each other messages: MPI, or threads of one process. Messages from one rank come in the order in which it sent them, but
+/// for [`Tag::Pulse`].
+pub trait Network {
+    /// This process's number, from 0, which is the root's.
+    fn rank(&self) -> u32;
+
+    /// How many there are.
+    fn ranks(&self) -> u32;
+
+    /// Of the machine.
+    fn host(&self) -> String;
+
+    /// This rank's number among those on the same host.
+    fn local(&self) -> u32;
+
+    /// Begins to send a message; it goes on when [`receive`](Self::receive) is called.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Mpi`].
+    fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), DistributeError>;
+
+    /// The same of words, which need not be copied.
+    ///
+    /// # Errors
+    ///
+    /// As [`send`](Self::send).
+    fn send_words(&mut self, to: u32, tag: Tag, words: Vec<u32>) -> Result<(), DistributeError> {
+        self.send(to, tag, bytemuck::cast_slice(&words).to_vec())
+    }
+
+    /// The memory of words that were sent, to be used again: fresh memory costs as much as copying to it.
+    fn reclaim(&mut self) -> Option<Vec<u32>> {
+        None
+    }
+
+    /// The next message, if one is there. Whatever is on its way goes on.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Mpi`], and [`DistributeError::Protocol`] for a message of something else.
+    fn receive(&mut self) -> Result<Option<Message>, DistributeError>;
+
+    /// Messages that were not taken over yet by those to whom they were sent.
+    fn unsent(&mut self) -> usize;
+
+    /// Whether something is on its way: then whoever waits must not sleep, since it moves on only when this is asked.
+    fn is_busy(&mut self) -> bool;
+
+    /// Memory of so many words for the ranks of the group that run on the root's host; none on other hosts, and where a network has no such thing. All of the
+    /// group call this, and [`unshare`](Self::unshare) when it is used no more.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Mpi`].
+    fn share(&mut self, _words: usize) -> Result<Option<Shared>, DistributeError> {
+        Ok(None)
+    }
+
+    /// Gives it back.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Mpi`].
+    fn unshare(&mut self) -> Result<(), DistributeError> {
+        Ok(())
+    }
+
+    /// From now on [`all_reduce`](Self::all_reduce) is among so many ranks. All ranks call this.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Mpi`].
+    fn group(&mut self, ranks: u32) -> Result<(), DistributeError>;
+
+    /// The sum over the ranks of the group, in place: the report's own way of merging images, for comparison. They call it with as many values.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Mpi`].
+    fn all_reduce(&mut self, values: &mut [f32]) -> Result<(), DistributeError>;
+
+    /// Ends the processes of all ranks with this exit code, at once.
+    fn abort(&mut self, code: u8) -> !;
+}

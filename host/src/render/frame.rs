@@ -1,0 +1,60 @@
+//! Frames for a screen straight from the samples: neither guides nor filters, and nothing that the host sums.
+
+use super::live::display_params;
+use super::schedule::Submissions;
+use super::{Renderer, Screen, Settings};
+use crate::Error;
+use crate::denoise::Shown;
+use crate::film::Rows;
+use std::time::Duration;
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug)]
+pub struct Framed {
+    /// That traced it.
+    pub kernel: &'static str,
+    /// Tracing it, by the device's timer.
+    pub trace: Duration,
+    /// Making it fit for the screen, by the same.
+    pub display: Duration,
+}
+
+impl Renderer {
+    /// Renders these rows of a frame of at most one chunk of samples, and copies them to `pixels`, one below the other: red, green, blue and opacity from the
+    /// lowest byte on. What is no number is black.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_sums`](Self::render_sums); [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
+    pub fn frame(
+        &mut self,
+        settings: &Settings,
+        rows: &Rows,
+        screen: &Screen,
+        pixels: &mut Vec<u32>,
+    ) -> Result<Framed, Error> {
+        settings.check_live()?;
+        settings.check_rows(rows, &(0..settings.samples))?;
+        // Each frame writes all pixels of its rows anew: nothing needs to be erased.
+        let variant = match self.framed.take().filter(|framed| framed.0 == *settings) {
+            Some((_, variant)) => variant,
+            None => self.prepare(settings)?,
+        };
+        self.ready = None;
+        let camera = self.camera(settings);
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        let mut trace = Duration::ZERO;
+        let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
+        while let Some(submission) = submissions.next(&self.pace) {
+            trace += self.submit(settings, submission, 0, settings.samples)?;
+        }
+        let size = (settings.width, settings.height);
+        let first = rows.blocks().next().map_or(0, |block| block.start);
+        let params = display_params(size, settings.width, screen.stops, first);
+        pixels.resize(settings.width as usize * rows.len() as usize, 0);
+        let shown = Shown { params, image: None, kept: false, rows: rows.clone() };
+        let display = self.backend.display(&shown, pixels)?;
+        self.framed = Some((settings.clone(), variant));
+        Ok(Framed { kernel: variant.name, trace, display })
+    }
+}

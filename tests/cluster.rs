@@ -1,0 +1,390 @@
+//! The program over real ranks: mpirun's processes on this machine, and on hosts of its own in network namespaces.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::fs;
+use std::process::{Command, Output};
+use std::time::Duration;
+use trisect_tests::mpi::{self, Job};
+use trisect_tests::program::{self, Temporary};
+
+/// A scene of the project.
+fn scene(name: &str) -> String {
+    trisect_tests::root().join("scenes").join(name).to_str().unwrap().to_owned()
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn check(output: &Output) {
+    assert!(output.status.success(), "{}", text(output));
+}
+
+/// Arguments of a small render.
+fn small<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let mut all = vec!["render", scene, "--backend", "cpu", "--threads", "1", "-q", "-o", output];
+    if !more.contains(&"--resolution") {
+        all.extend(["--resolution", "60x33"]);
+    }
+    all.extend(more);
+    all
+}
+
+/// Renders by one process, then over ranks with more arguments, and compares the files' bytes.
+fn same(folder: &Temporary, scene: &str, name: &str, common: &[&str], ranks: &[u32], distribute: &[&str]) {
+    let (one, many) = (folder.file(&format!("one-{name}")), folder.file(&format!("many-{name}")));
+    check(&program::trisect(&small(scene, &one, common)));
+    for &count in ranks {
+        let mut more = common.to_vec();
+        more.extend(distribute);
+        check(&mpi::run(count, &small(scene, &many, &more)));
+        assert!(fs::read(&one).unwrap() == fs::read(&many).unwrap(), "{count} ranks, {name}, {distribute:?}");
+        fs::remove_file(&many).unwrap();
+    }
+}
+
+#[test]
+fn rows_are_the_image_of_one_process() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "rows"), scene("rtiow_final.ron"));
+    let rows = ["--distribute", "rows"];
+    same(&folder, &scene, "a.png", &["--spp", "5"], &[1, 2, 3, 7], &rows);
+    same(&folder, &scene, "a.pfm", &["--spp", "5"], &[2], &["--distribute", "rows", "--block", "1"]);
+    same(&folder, &scene, "b.png", &["--spp", "5"], &[3], &["--distribute", "rows", "--balance", "dynamic"]);
+    // More ranks than rows.
+    same(
+        &folder,
+        &scene,
+        "c.png",
+        &["--spp", "2", "--resolution", "9x2"],
+        &[4],
+        &["--distribute", "rows", "--block", "1"],
+    );
+    // All that a film holds, and a filter over it.
+    let layers = ["--spp", "3", "--aov", "normal,position,albedo,depth,id,variance,samples"];
+    same(&folder, &scene, "a.exr", &layers, &[3], &rows);
+    same(&folder, &scene, "d.png", &["--spp", "2", "--denoise", "svgf"], &[2], &rows);
+    // The twin: another seed is another image.
+    let (one, other) = (folder.file("one-a.png"), folder.file("other.png"));
+    check(&mpi::run(2, &small(&scene, &other, &["--spp", "5", "--seed", "1", "--distribute", "rows"])));
+    assert!(fs::read(one).unwrap() != fs::read(other).unwrap(), "a comparison that cannot fail");
+}
+
+#[test]
+fn averages_are_the_image_of_one_process() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "average"), scene("three_spheres.ron"));
+    // Whole chunks for each.
+    let average = ["--distribute", "average"];
+    same(&folder, &scene, "a.pfm", &["--spp", "3072", "--resolution", "16x9"], &[1, 2, 3, 4], &average);
+    // Fewer samples than ranks, and what does not divide: half a unit in the last place of a rank's sum.
+    let (one, many) = (folder.file("one.pfm"), folder.file("many.pfm"));
+    for (samples, ranks) in [("2", 3), ("7", 3)] {
+        check(&program::trisect(&small(&scene, &one, &["--spp", samples])));
+        check(&mpi::run(ranks, &small(&scene, &many, &["--spp", samples, "--distribute", "average"])));
+        let compared = program::trisect(&["compare", &many, &one, "--max-rel-mse", "1e-13"]);
+        assert!(compared.status.success(), "{}", String::from_utf8_lossy(&compared.stdout));
+    }
+    let auto = mpi::run(2, &small(&scene, &many, &["--spp", "7", "--distribute", "auto"]));
+    check(&auto);
+    check(&program::trisect(&["compare", &many, &one, "--max-rel-mse", "1e-13"]));
+}
+
+/// Ranks of other backends and threads render the same: here lavapipe, whose bits are the CPU's.
+#[test]
+fn ranks_may_differ_in_their_devices() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "mixed"), scene("three_spheres.ron"));
+    let (one, many) = (folder.file("one.png"), folder.file("many.png"));
+    check(&program::trisect(&small(&scene, &one, &["--spp", "4"])));
+    let of = |backend: &'static str, more: [&'static str; 2]| {
+        let all = [
+            "render",
+            &scene,
+            "--backend",
+            backend,
+            more[0],
+            more[1],
+            "--resolution",
+            "60x33",
+            "--spp",
+            "4",
+            "-o",
+            &many,
+        ];
+        [&all[..], &["--distribute", "rows", "-q"]]
+            .concat()
+            .into_iter()
+            .map(str::to_owned)
+            .collect::<Vec<String>>()
+    };
+    let listed = String::from_utf8_lossy(&program::trisect(&["info"]).stdout).into_owned();
+    let second = match listed.contains("llvmpipe") {
+        true => of("wgpu", ["--device", "0"]),
+        false => of("cpu", ["--threads", "3"]),
+    };
+    let first = of("cpu", ["--threads", "2"]);
+    let [first, second] = [&first, &second].map(|all| all.iter().map(String::as_str).collect::<Vec<_>>());
+    check(&mpi::run_each(&[(1, &first), (1, &second)]));
+    assert!(fs::read(&one).unwrap() == fs::read(&many).unwrap());
+}
+
+/// Ends with `code` and says each of `words`, once.
+fn refused(output: &Output, code: i32, words: &[&str]) {
+    let text = text(output);
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    assert!(!text.contains("panicked"), "{text}");
+    words.iter().for_each(|word| assert!(text.contains(word), "no {word:?} in {text}"));
+    assert_eq!(text.matches("error: ").count(), 1, "said more than once: {text}");
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, own) = (Temporary::new("cluster", "refused"), scene("three_spheres.ron"));
+    let (image, other) = (folder.file("a.png"), scene("rtiow_final.ron"));
+    let rows = ["--distribute", "rows", "--spp", "2"];
+    let with = |more: &[&'static str]| {
+        small(&own, &image, &[&rows[..], more].concat()).into_iter().map(str::to_owned).collect()
+    };
+    let usual: Vec<String> = with(&[]);
+    let pair = |second: Vec<String>| {
+        let [first, second] = [&usual, &second].map(|all| all.iter().map(String::as_str).collect::<Vec<_>>());
+        mpi::run_each(&[(1, &first), (1, &second)])
+    };
+    refused(
+        &pair(with(&["--seed", "7"])),
+        2,
+        &["rank 1 on ", "the seed is 7, rank 0 has 0", "start all ranks with the same"],
+    );
+    refused(&pair(with(&["--depth", "7"])), 2, &["rank 1 on ", "the depth is 7"]);
+    let scene_of = |path: &str| {
+        usual.iter().map(|word| if *word == own { path.to_owned() } else { word.clone() }).collect()
+    };
+    refused(&pair(scene_of(&other)), 2, &["rank 1 on ", "the scene's hash is "]);
+    refused(&pair(scene_of("/nowhere/a.ron")), 4, &["rank 1 on ", "/nowhere/a.ron"]);
+    let missing: Vec<&str> = small("/nowhere/a.ron", &image, &rows);
+    refused(&mpi::run(2, &missing), 4, &["rank 0 on ", "/nowhere/a.ron"]);
+    let unwritable = small(&own, "/nowhere/a.png", &rows);
+    refused(&mpi::run(2, &unwritable), 1, &["rank 0 on ", "/nowhere/a.png"]);
+    // Each rank would write the same file.
+    let forgotten = mpi::run(2, &small(&own, &image, &["--spp", "2"]));
+    assert_eq!(forgotten.status.code(), Some(2));
+    assert!(text(&forgotten).contains("add --distribute"), "{}", text(&forgotten));
+    assert!(!folder.path("a.png").exists());
+    // The scene that the root sends needs no file elsewhere.
+    let mut sent: [Vec<String>; 2] = [usual.clone(), scene_of("/nowhere/a.ron")];
+    sent.iter_mut().for_each(|all| all.push("--broadcast-scene".to_owned()));
+    let [first, second] = [&sent[0], &sent[1]].map(|all| all.iter().map(String::as_str).collect::<Vec<_>>());
+    check(&mpi::run_each(&[(1, &first), (1, &second)]));
+    assert!(folder.path("a.png").exists());
+}
+
+/// A render that takes a minute here.
+fn long<'a>(scene: &'a str, image: &'a str) -> Vec<&'a str> {
+    let of = ["--spp", "20000", "--distribute", "rows", "--write-partial", "--resolution", "240x135"];
+    small(scene, image, &of)
+}
+
+/// Kill -9 of a rank at three moments: while it loads, while it renders, and later.
+#[test]
+fn a_rank_that_dies_ends_the_job() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "killed"), scene("rtiow_final.ron"));
+    for (name, after) in [("early", 0), ("begun", 1500), ("later", 5000)] {
+        let image = folder.file(&format!("{name}.png"));
+        let job = Job::start(&folder, &long(&scene, &image));
+        std::thread::sleep(Duration::from_millis(after));
+        job.signal("KILL");
+        let (output, took) = job.end();
+        let text = text(&output);
+        assert!(!output.status.success(), "{name}: {text}");
+        assert!(took < Duration::from_secs(10), "{name}: {took:?}");
+        // mpirun names the rank and its host.
+        assert!(text.contains("rank 1") && text.contains("exited on signal 9"), "{name}: {text}");
+        if name == "later" {
+            let image = trisect::image::Image::read(folder.path("later.png").as_path()).unwrap();
+            let known = image.pixels.iter().filter(|pixel| pixel.iter().sum::<f32>() > 0.0).count();
+            assert!((1..image.pixels.len()).contains(&known), "{known} pixels: no partial image");
+        }
+    }
+}
+
+#[test]
+fn a_rank_that_hangs_ends_the_job() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "stopped"), scene("rtiow_final.ron"));
+    let image = folder.file("a.png");
+    let job = Job::start(&folder, &long(&scene, &image));
+    std::thread::sleep(Duration::from_millis(3000));
+    job.signal("STOP");
+    let (output, took) = job.end();
+    let text = text(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(took < Duration::from_secs(10), "{took:?}");
+    assert!(text.contains("error: rank 1 on ") && text.contains("was silent for 6 s"), "{text}");
+    assert!(text.contains("wrote what there is to"), "{text}");
+    assert!(folder.path("a.png").exists());
+}
+
+/// Bands of rows with as many rows around them as filters reach: the same frames.
+#[test]
+fn frames_are_those_of_one_process() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "frames"), scene("three_spheres.ron"));
+    let (one, many) = (folder.file("one"), folder.file("many"));
+    let of = |output: &str, more: &[&str]| {
+        let all = [
+            "view",
+            &scene,
+            "--headless",
+            "--backend",
+            "cpu",
+            "--threads",
+            "1",
+            "--resolution",
+            "64x200",
+            "--frames",
+            "4",
+            "-o",
+            output,
+        ];
+        [&all[..], more].concat().into_iter().map(str::to_owned).collect::<Vec<String>>()
+    };
+    for more in [&[][..], &["--denoise", "atrous"], &["--denoise", "off", "--history", "0"]] {
+        let single = of(&one, more);
+        check(&program::trisect(&single.iter().map(String::as_str).collect::<Vec<_>>()));
+        let spread = of(&many, &[more, &["--distribute", "rows"]].concat());
+        let output = mpi::run(3, &spread.iter().map(String::as_str).collect::<Vec<_>>());
+        check(&output);
+        assert!(String::from_utf8_lossy(&output.stdout).contains("from frame to frame"));
+        for frame in 0..4 {
+            let [one, many] =
+                [&one, &many].map(|folder| fs::read(format!("{folder}/{frame:04}.png")).unwrap());
+            assert!(one == many, "frame {frame} of {more:?}");
+        }
+    }
+}
+
+/// Hosts of their own: network namespaces, which mpirun enters where it would call ssh.
+struct Hosts {
+    names: [String; 2],
+    agent: String,
+}
+
+impl Hosts {
+    /// Makes them, or says why not.
+    fn make(folder: &Temporary) -> Option<Self> {
+        let id = std::process::id() % 10_000;
+        let names = [1, 2].map(|host| format!("tri{id}h{host}"));
+        let mut lines = String::from("set -e\n");
+        for (index, name) in names.iter().enumerate() {
+            let (net, outer) = (index + 1, format!("tv{id}o{index}"));
+            lines += &format!(
+                "ip netns add {name}\nip link add {outer} type veth peer name eth0 netns {name}\n\
+                 ip addr add 10.{a}.{net}.1/24 dev {outer}\nip link set {outer} up\n\
+                 ip -n {name} addr add 10.{a}.{net}.2/24 dev eth0\nip -n {name} link set eth0 up\nip -n {name} link set lo up\n\
+                 ip -n {name} route add default via 10.{a}.{net}.1\n",
+                a = 64 + id % 64
+            );
+        }
+        lines += "echo 1 > /proc/sys/net/ipv4/ip_forward\n";
+        let agent = folder.file("agent.sh");
+        // What ssh would be: a host's name, then a command for its shell.
+        let script = "#!/bin/sh\nhost=$1; shift\nexec ip netns exec \"$host\" unshare --uts sh -c \"hostname $host; $*\"\n";
+        fs::write(&agent, script).unwrap();
+        let hosts = Self { names, agent };
+        let made = Command::new("sh").args(["-c", &format!("chmod +x {} && {lines}", hosts.agent)]).output();
+        match made {
+            Ok(made) if made.status.success() => Some(hosts),
+            other => {
+                eprintln!("SKIPPED: no network namespaces: {other:?}");
+                None
+            }
+        }
+    }
+}
+
+impl Drop for Hosts {
+    fn drop(&mut self) {
+        for name in &self.names {
+            let _ = Command::new("ip").args(["netns", "del", name]).output();
+        }
+    }
+}
+
+#[test]
+fn hosts_apart_render_the_same() {
+    if !mpi::available() {
+        return;
+    }
+    let folder = Temporary::new("cluster", "hosts");
+    let Some(hosts) = Hosts::make(&folder) else { return };
+    let scene = scene("rtiow_final.ron");
+    let (one, many, stats) = (folder.file("one.png"), folder.file("many.png"), folder.file("stats.json"));
+    check(&program::trisect(&small(&scene, &one, &["--spp", "5"])));
+    let slots = format!("{}:2,{}:1", hosts.names[0], hosts.names[1]);
+    let agent = [
+        "--mca",
+        "plm_rsh_agent",
+        &hosts.agent,
+        "--mca",
+        "btl",
+        "tcp,vader,self",
+        "--mca",
+        "btl_tcp_if_exclude",
+        "lo",
+        "--host",
+        &slots,
+    ];
+    for mode in ["rows", "average"] {
+        let all = small(&scene, &many, &["--spp", "5", "--distribute", mode, "--stats", &stats]);
+        let output = mpi::command(&agent, &[(3, &all)]).output().unwrap();
+        check(&output);
+        let told = fs::read_to_string(&stats).unwrap();
+        hosts.names.iter().for_each(|host| assert!(told.contains(host.as_str()), "no {host} in {told}"));
+        if mode == "rows" {
+            assert!(fs::read(&one).unwrap() == fs::read(&many).unwrap());
+        } else {
+            check(&program::trisect(&["compare", &many, &one, "--max-rel-mse", "1e-6"]));
+        }
+    }
+    // Frames: two ranks share memory with the root, the third sends its rows.
+    let (one, many) = (folder.file("frames"), folder.file("frames-apart"));
+    let view = [
+        "view",
+        &scene,
+        "--headless",
+        "--frames",
+        "5",
+        "--backend",
+        "cpu",
+        "--threads",
+        "1",
+        "--resolution",
+        "32x90",
+        "-o",
+    ];
+    check(&program::trisect(&[&view[..], &[&one]].concat()));
+    let output =
+        mpi::command(&agent, &[(3, &[&view[..], &[&many, "--distribute", "rows"]].concat())]).output();
+    check(&output.unwrap());
+    for frame in 0..5 {
+        let [one, many] = [&one, &many].map(|folder| fs::read(format!("{folder}/{frame:04}.png")).unwrap());
+        assert!(one == many, "frame {frame}");
+    }
+}

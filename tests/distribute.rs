@@ -1,0 +1,261 @@
+//! One image over several ranks, here threads of one process: the image of a single process. Torture tests 6 and 7.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::sync::Arc;
+use std::thread;
+use trisect::backend::cpu::Cpu;
+use trisect::denoise::{Denoise, Filter, History};
+use trisect::distribute::local::Local;
+use trisect::distribute::{Balance, Finished, Link, Mode, PATIENCE, Picture, Plan, Travels, Work, still};
+use trisect::film::{Film, Rows};
+use trisect::image::Image;
+use trisect::output::{Format, encode};
+use trisect::render::{Renderer, Screen, Settings};
+use trisect::scene::Scene;
+use trisect_tests::{Subject, for_each_backend, scene};
+
+fn renderer(scene: &Scene) -> Renderer {
+    Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
+}
+
+/// The image by so many ranks; each has the scene that `scene_of` says.
+fn by_ranks(ranks: u32, scene_of: &(dyn Fn(u32) -> Scene + Sync), work: &Work) -> Finished {
+    let work = Arc::new(work.clone());
+    let mut threads = Vec::new();
+    for local in Local::ranks(ranks) {
+        let (work, scene) = (work.clone(), scene_of(threads.len() as u32));
+        threads.push(thread::spawn(move || {
+            let mut link = Link::new(local, PATIENCE);
+            still(&mut link, renderer(&scene), &work, &mut (), &|| false).unwrap().0
+        }));
+    }
+    let mut images: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
+    assert!(images[1..].iter().all(Option::is_none));
+    images.swap_remove(0).unwrap()
+}
+
+fn work(settings: &Settings, plan: Plan, travels: Travels) -> Work {
+    Work { settings: settings.clone(), plan, travels, choice: String::new() }
+}
+
+fn whole(scene: &Scene, settings: &Settings) -> Film {
+    renderer(scene).render(settings, &mut ()).unwrap().film
+}
+
+fn color(finished: Finished) -> Image {
+    match finished.picture {
+        Picture::Color(image) => image,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn bits(image: &Image) -> Vec<u32> {
+    image.pixels.iter().flatten().map(|value| value.to_bits()).collect()
+}
+
+/// Pixels that differ, over those that there are.
+fn differing(a: &Image, b: &Image) -> usize {
+    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count()
+}
+
+/// Torture test 6: rows over 1, 2, 3, 7 and rows + 1 ranks.
+#[test]
+fn rows_give_the_same_film() {
+    let scene = scene("rtiow_final.ron");
+    let settings = Settings { width: 40, height: 23, samples: 5, ..scene.settings() };
+    let want = whole(&scene, &settings);
+    let image = want.image();
+    for balance in [Balance::Static, Balance::Dynamic] {
+        for (ranks, block_shift) in [(1, 3), (2, 3), (2, 0), (3, 1), (7, 2), (24, 0)] {
+            let plan = Plan { mode: Mode::Rows, balance, block_shift };
+            let same = |_: u32| scene.clone();
+            let finished = by_ranks(ranks, &same, &work(&settings, plan, Travels::Color));
+            assert_eq!(finished.counts, want.counts(), "{ranks} {balance:?}");
+            assert_eq!(finished.report.ranks.len(), ranks as usize);
+            assert_eq!(bits(&color(finished)), bits(&image), "{ranks} {balance:?}");
+        }
+    }
+    // The twin: one rank has another scene.
+    let mut other = scene.clone();
+    other.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
+    let mixed = |rank: u32| if rank == 1 { other.clone() } else { scene.clone() };
+    let finished = by_ranks(3, &mixed, &work(&settings, Plan::default(), Travels::Color));
+    let share = differing(&color(finished), &image) as f64 / f64::from(40 * 23);
+    assert!((0.1..0.5).contains(&share), "a third of the rows should differ, not {share}");
+}
+
+/// What travels is what the output needs, and the output is the same.
+#[test]
+fn all_that_travels_gives_the_same() {
+    let scene = scene("three_spheres.ron");
+    // More than a chunk.
+    let settings = Settings { width: 16, height: 9, samples: 300, ..scene.settings() };
+    let want = whole(&scene, &settings);
+    let plan = Plan { block_shift: 0, ..Plan::default() };
+    let same = |_: u32| scene.clone();
+    let bytes = by_ranks(2, &same, &work(&settings, plan, Travels::Bytes));
+    let Picture::Bytes { width, height, bytes } = bytes.picture else { panic!("no bytes") };
+    let png = encode(&want.image(), Format::Png).unwrap();
+    assert_eq!(trisect::output::encode_bytes(width, height, &bytes).unwrap(), png);
+
+    let guided = Settings { guides: true, ..settings.clone() };
+    let want = whole(&scene, &guided);
+    for (mode, travels, settings) in [
+        (Mode::Rows, Travels::Sums, &settings),
+        (Mode::Rows, Travels::Guided, &guided),
+        (Mode::Average, Travels::Guided, &guided),
+    ] {
+        let finished = by_ranks(2, &same, &work(settings, Plan { mode, ..plan }, travels));
+        let Picture::Film(film) = finished.picture else { panic!("no film") };
+        let film = *film;
+        if mode == Mode::Rows {
+            assert_eq!(film.pixels, want.pixels, "{travels:?}");
+        }
+        assert_eq!(film.coverage, want.coverage);
+        if travels == Travels::Guided && mode == Mode::Rows {
+            assert_eq!(film.guides, want.guides);
+        }
+    }
+}
+
+/// Torture test 7, and averages over 1 to 4 and more ranks: the same bits where chunks stay whole.
+#[test]
+fn averages_give_the_same_film() {
+    let scene = scene("rtiow_final.ron");
+    let same = |_: u32| scene.clone();
+    let plan = Plan { mode: Mode::Average, ..Plan::default() };
+    for (samples, ranks, whole_chunks) in [
+        (1024, 1, true),
+        (1024, 2, true),
+        (768, 3, true),
+        (1024, 4, true),
+        (100, 3, false),
+        (7, 4, false),
+        (3, 5, false),
+    ] {
+        let settings = Settings { width: 12, height: 17, samples, ..scene.settings() };
+        let want = whole(&scene, &settings);
+        let travels = if samples.div_ceil(ranks) > 256 { Travels::Mean } else { Travels::Chunk };
+        let finished = by_ranks(ranks, &same, &work(&settings, plan, travels));
+        assert_eq!(finished.counts, want.counts(), "{samples} {ranks}");
+        let (image, want) = (color(finished), want.image());
+        if whole_chunks {
+            assert_eq!(bits(&image), bits(&want), "{samples} {ranks}");
+        } else {
+            // Each rank's f32 sum rounds by itself: half a unit in the last place of what is at most the whole sum, so 2^-24 of it at most.
+            for (a, b) in image.pixels.iter().flatten().zip(want.pixels.iter().flatten()) {
+                assert!((a - b).abs() <= 1.3e-7 * b.abs(), "{samples} {ranks}: {a} {b}");
+            }
+        }
+        if ranks == 2 {
+            // The twin: one rank with another seed of the noise, which a comparison of images by eye would not show.
+            let mut other = scene.clone();
+            other.materials.iter_mut().for_each(|material| material.albedo *= 1.0001);
+            let mixed = |rank: u32| if rank == 1 { other.clone() } else { scene.clone() };
+            let finished = by_ranks(2, &mixed, &work(&settings, plan, travels));
+            assert!(differing(&color(finished), &want) > 100);
+        }
+    }
+}
+
+/// Noise falls with the root of the ranks, when each adds as many samples.
+#[test]
+fn noise_falls_with_the_root_of_the_ranks() {
+    let scene = scene("rtiow_final.ron");
+    let same = |_: u32| scene.clone();
+    let plan = Plan { mode: Mode::Average, ..Plan::default() };
+    // Of two images of other seeds, over the root of 2; of what a screen shows, since a single bright path would decide over all others.
+    let noise = |ranks: u32, per_rank: u32| {
+        let image = |seed: u32| {
+            let settings =
+                Settings { width: 160, height: 90, samples: ranks * per_rank, seed, ..scene.settings() };
+            color(by_ranks(ranks, &same, &work(&settings, plan, Travels::Chunk)))
+        };
+        let (a, b) = (image(1), image(2));
+        let squares = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+        let sum: f64 = squares.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2)).sum();
+        (sum / (2.0 * a.pixels.len() as f64 * 3.0)).sqrt()
+    };
+    let one = noise(1, 4);
+    for ranks in [2, 3, 4] {
+        let ratio = noise(ranks, 4) * f64::from(ranks).sqrt() / one;
+        assert!((ratio - 1.0).abs() <= 0.05, "{ranks} ranks: {ratio}");
+    }
+    // The twin: ranks that share the samples of one leave the noise as it is.
+    let ratio = noise(2, 2) * 2f64.sqrt() / one;
+    assert!((ratio - 1.0).abs() > 0.05, "{ratio}");
+}
+
+for_each_backend!(shares_are_rows_of_the_film, bands_are_rows_of_the_frame);
+
+/// What a rank has of a device is what one process has of it.
+fn shares_are_rows_of_the_film(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 41, height: 29, samples: 3, ..scene.settings() };
+    let width = settings.width as usize;
+    let (mut screen, mut pixels) = (Vec::new(), Vec::new());
+    let film = renderer.render(&settings, &mut ()).unwrap().film;
+    let all = Rows::from(0..settings.height);
+    renderer.frame(&settings, &all, &Screen::default(), &mut screen).unwrap();
+    for (shown, pixel) in screen.iter().zip(&film.image().pixels) {
+        for (byte, value) in shown.to_le_bytes().into_iter().zip(pixel) {
+            assert!(byte.abs_diff(trisect::metrics::srgb::encode_u8(*value)) <= 1);
+        }
+    }
+    for (shift, ranks) in [(0, 2), (2, 3), (3, 2)] {
+        for rank in 0..ranks {
+            let rows = Rows::interleaved(settings.height, shift, rank, ranks);
+            let sums = renderer.render_sums(&settings, &rows, 0..3, &mut ()).unwrap();
+            for (row, own) in rows.iter().zip(sums.pixels.chunks_exact(width)) {
+                for (sums, total) in own.iter().zip(&film.pixels[row as usize * width..]) {
+                    assert_eq!(trisect::film::PixelTotals::of(sums, 3), *total, "{subject:?} row {row}");
+                }
+            }
+            renderer.frame(&settings, &rows, &Screen::default(), &mut pixels).unwrap();
+            for (row, own) in rows.iter().zip(pixels.chunks_exact(width)) {
+                assert_eq!(
+                    own,
+                    &screen[row as usize * width..(row as usize + 1) * width],
+                    "{subject:?} row {row}"
+                );
+            }
+        }
+    }
+    // The twin: another rank's rows.
+    let other = Rows::interleaved(settings.height, 0, 1, 2);
+    renderer.frame(&settings, &other, &Screen::default(), &mut pixels).unwrap();
+    assert_ne!(pixels[..width], screen[..width]);
+}
+
+/// Bands of rows, each with what filters reach around it, are the rows of the whole frame: also of frames that follow each other at rest.
+fn bands_are_rows_of_the_frame(subject: Subject) {
+    let scene = scene("three_spheres.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 24, height: 300, samples: 1, ..scene.settings() };
+    let width = settings.width as usize;
+    for denoise in [Some(Denoise::new(Filter::Svgf)), Some(Denoise::new(Filter::Atrous)), None] {
+        let mut frames = |rows: std::ops::Range<u32>| {
+            let mut shown = Vec::new();
+            for _ in 0..3 {
+                let live =
+                    renderer.live_rows(&settings, denoise.as_ref(), Some(&History::DEFAULT), &rows).unwrap();
+                let mut pixels = Vec::new();
+                renderer.show(&live, &Screen::default(), &mut pixels).unwrap();
+                shown.push(pixels);
+            }
+            shown
+        };
+        let whole = frames(0..settings.height);
+        for rows in [0..100, 100..101, 101..300] {
+            let pixels = rows.start as usize * width..rows.end as usize * width;
+            for (frame, (own, whole)) in frames(rows.clone()).iter().zip(&whole).enumerate() {
+                assert!(
+                    own[..] == whole[pixels.clone()],
+                    "{subject:?} {denoise:?} frame {frame} rows {rows:?}"
+                );
+            }
+        }
+        assert!(whole[0] != whole[2], "frames that do not differ show nothing");
+    }
+}
