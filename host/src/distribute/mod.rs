@@ -16,8 +16,10 @@ pub mod local;
 #[cfg(feature = "mpi")]
 pub mod mpi;
 mod network;
+mod order;
 mod piece;
 pub mod plan;
+mod reduce;
 mod report;
 mod series;
 mod shared;

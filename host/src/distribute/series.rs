@@ -202,11 +202,9 @@ pub fn series<N: Network, State: Send + 'static>(
     let frames = Frames { shared, image };
     let (width, own) = (series.width as usize, series.rows.get(rank as usize).cloned());
     let mut workshop = Workshop::new(state, move |state, (index, mut pixels): (u32, Vec<u32>), out| {
-        let start = Instant::now();
-        let mut cost = render(state, index, &mut pixels)?;
+        let cost = render(state, index, &mut pixels)?;
         if let (Some(shared), Some(own)) = (frames.shared, &own) {
             shared.write(frames.first(index), width, own, &pixels);
-            cost.render = start.elapsed().as_secs_f64();
         }
         out((pixels, cost));
         Ok(())

@@ -7,22 +7,19 @@ use super::DistributeError;
 use super::canvas::{Canvas, Picture};
 use super::link::Link;
 use super::network::{Message, Network, Tag};
-use super::piece::{MeanSum, Piece, Rendered, Travels};
+use super::order::{Bench, Source, give, render};
+use super::piece::{Piece, Travels};
 use super::plan::{self, Balance, Dispenser, Mode, Plan};
+use super::reduce::{Reduce, Strip};
 use super::report::{ClusterReport, RankReport};
 use super::workshop::Workshop;
 use crate::Error;
 use crate::backend::{Device, DeviceKind};
-use crate::film::{Film, FilmCounts, Part, Rows};
-use crate::render::{Observer, Renderer, Settings, chunks};
+use crate::film::FilmCounts;
+use crate::render::{Observer, Renderer, Settings};
 use crate::stats::{Phases, RenderStats};
-use rayon::prelude::*;
-use std::ops::Range;
 use std::time::{Duration, Instant};
 use trisect_kernels::{VARIANTS, variant_by_name};
-
-/// What a piece should take to render: then it is worth a message, and little is lost with it.
-const PIECE: Duration = Duration::from_millis(400);
 
 /// What all ranks render together.
 #[derive(Clone, Debug)]
@@ -78,188 +75,6 @@ pub struct Failure {
 impl<E: Into<Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         Self { error: error.into(), partial: None }
-    }
-}
-
-/// Some samples of some rows.
-#[derive(Clone, Debug)]
-struct Order {
-    rows: Rows,
-    samples: Range<u32>,
-    /// Rows of a piece that travels: what was rendered goes in so many.
-    strip: u32,
-}
-
-/// What the rendering thread works with.
-struct Bench {
-    renderer: Renderer,
-    settings: Settings,
-    travels: Travels,
-    kernel: &'static str,
-}
-
-/// Renders an order, and hands out what travels of it.
-fn render(bench: &mut Bench, order: Order, out: &mut dyn FnMut((Piece, &'static str))) -> Result<(), Error> {
-    let Bench { renderer, settings, travels, kernel } = bench;
-    let (width, Order { rows, samples, strip }) = (settings.width, order);
-    let parts: Vec<Range<u32>> = chunks(samples.clone()).collect();
-    let by_chunk = matches!(travels, Travels::Sums | Travels::Guided);
-    if by_chunk || parts.len() == 1 {
-        for part in parts {
-            let mut start = Instant::now();
-            let sums = renderer.render_sums(settings, &rows, part.clone(), &mut ())?;
-            *kernel = sums.kernel;
-            let mut cost = (sums.device.as_secs_f64(), 0.0, sums.submissions as u32);
-            for (rows, pixels) in strips(&rows, strip, width) {
-                let guides = sums.guides.get(pixels.clone()).unwrap_or_default();
-                let rendered = Rendered::Chunk(&sums.pixels[pixels], guides);
-                let mut piece = Piece::new(&rows, part.clone(), width, *travels, &rendered, cost);
-                piece.render_seconds = start.elapsed().as_secs_f64();
-                out((piece, kernel));
-                (start, cost) = (Instant::now(), (0.0, 0.0, 0));
-            }
-        }
-        return Ok(());
-    }
-    let mut start = Instant::now();
-    let mut cost = (0.0, 0.0, 0);
-    let mut film = Film::new(width, rows.len());
-    for part in parts {
-        let sums = renderer.render_sums(settings, &rows, part.clone(), &mut ())?;
-        *kernel = sums.kernel;
-        cost.0 += sums.device.as_secs_f64();
-        cost.2 += sums.submissions as u32;
-        film.merge(&Part { rows: 0..rows.len(), samples: part }, sums.pixels)?;
-    }
-    for (rows, pixels) in strips(&rows, strip, width) {
-        let rendered = Rendered::Totals(&film.pixels[pixels]);
-        let mut piece = Piece::new(&rows, samples.clone(), width, *travels, &rendered, cost);
-        piece.render_seconds = start.elapsed().as_secs_f64();
-        out((piece, kernel));
-        (start, cost) = (Instant::now(), (0.0, 0.0, 0));
-    }
-    Ok(())
-}
-
-/// Rows in strips, and their pixels among those of all.
-fn strips(rows: &Rows, strip: u32, width: u32) -> impl Iterator<Item = (Rows, Range<usize>)> + '_ {
-    let strip = strip.max(1);
-    (0..rows.len()).step_by(strip as usize).map(move |first| {
-        let end = first.saturating_add(strip).min(rows.len());
-        (rows.part(first..end), first as usize * width as usize..end as usize * width as usize)
-    })
-}
-
-/// Where a rank's work comes from.
-enum Source {
-    /// Its own rows, so many at a time.
-    Own { rows: Rows, next: u32, at_once: u32, whole: u32, samples: Range<u32>, strip: u32 },
-    /// The root.
-    Root { asked: bool, over: bool, ready: Option<Order> },
-}
-
-impl Source {
-    fn is_over(&self) -> bool {
-        match self {
-            Self::Own { rows, next, samples, .. } => *next >= rows.len() || samples.start >= samples.end,
-            Self::Root { over, ready, .. } => *over && ready.is_none(),
-        }
-    }
-
-    fn take(&mut self) -> Option<Order> {
-        match self {
-            Self::Own { rows, next, at_once, samples, strip, .. }
-                if *next < rows.len() && samples.start < samples.end =>
-            {
-                let rows = rows.part(*next..next.saturating_add(*at_once));
-                let order = Order { rows, samples: samples.clone(), strip: *strip };
-                *next += order.rows.len();
-                Some(order)
-            }
-            Self::Own { .. } => None,
-            Self::Root { ready, .. } => ready.take(),
-        }
-    }
-
-    /// Fits the next piece to the speed of the last.
-    fn learn(&mut self, piece: &Piece) {
-        let Self::Own { at_once, whole, .. } = self else { return };
-        let rows = f64::from(piece.rows.len()) * PIECE.as_secs_f64() / piece.render_seconds.max(1e-6);
-        // Whole blocks, so that tiles stay whole, too.
-        *at_once = (rows.min(f64::from(u32::MAX / 2)) as u32 / *whole * *whole).max(*whole);
-    }
-}
-
-/// Sums of strips that wait for those of other ranks.
-struct Reduce {
-    strip: u32,
-    waiting: Vec<Option<Vec<MeanSum>>>,
-    missing: Vec<u32>,
-    /// Over the pieces of each strip, and their launches.
-    counts: Vec<(FilmCounts, u32)>,
-    parent: Option<u32>,
-    children: u32,
-}
-
-/// A strip that all below have added to.
-struct Strip {
-    rows: Rows,
-    sums: Vec<MeanSum>,
-    counts: (FilmCounts, u32),
-}
-
-impl Reduce {
-    fn new(settings: &Settings, rank: u32, ranks: u32) -> Self {
-        let strip = plan::strip_rows(settings.height);
-        let strips = settings.height.div_ceil(strip) as usize;
-        let children = plan::children(rank, ranks);
-        let missing = vec![1 + children; strips];
-        let counts = vec![(FilmCounts::default(), 0); strips];
-        Self { strip, waiting: vec![None; strips], missing, counts, parent: plan::parent(rank), children }
-    }
-
-    /// Adds a piece; with the last one of its strip returns the sum.
-    fn add(&mut self, from: u32, piece: Piece) -> Result<Option<Strip>, DistributeError> {
-        let other =
-            || DistributeError::Protocol { rank: from, message: "a strip that no one waits for".to_owned() };
-        let index = (piece.rows.own().start / self.strip) as usize;
-        let missing = self.missing.get_mut(index).filter(|missing| **missing > 0).ok_or_else(other)?;
-        *missing -= 1;
-        let missing = *missing;
-        let mut counts = (piece.counts, piece.submissions);
-        if let Some(sum) = self.counts.get_mut(index) {
-            *sum = (sum.0 + counts.0, sum.1 + counts.1);
-            counts = *sum;
-        }
-        let means = piece.means();
-        let sum = match self.waiting.get_mut(index).and_then(Option::take) {
-            None => means,
-            Some(sum) if sum.len() != means.len() => return Err(other()),
-            Some(mut sum) => {
-                let pairs = sum.par_iter_mut().zip(&means).with_min_len(4096);
-                pairs.for_each(|(sum, mean)| sum.add(mean));
-                sum
-            }
-        };
-        if missing == 0 {
-            return Ok(Some(Strip { rows: piece.rows, sums: sum, counts }));
-        }
-        if let Some(place) = self.waiting.get_mut(index) {
-            *place = Some(sum);
-        }
-        Ok(None)
-    }
-
-    /// Lets a piece go as it is.
-    fn pass(&mut self, piece: &Piece) {
-        let index = (piece.rows.own().start / self.strip) as usize;
-        if let Some(missing) = self.missing.get_mut(index) {
-            *missing = missing.saturating_sub(1);
-        }
-    }
-
-    fn is_over(&self) -> bool {
-        self.missing.iter().all(|missing| *missing == 0)
     }
 }
 
@@ -509,12 +324,6 @@ pub fn still<N: Network>(
             let finished = Finished { picture: root.canvas.picture(), report, counts, submissions, kernel };
             return Ok((Some(finished), workshop.end().renderer));
         }
-    }
-}
-
-fn give(source: &mut Source, rows: Option<Range<u32>>, samples: u32) {
-    if let (Source::Root { ready, .. }, Some(rows)) = (source, rows) {
-        *ready = Some(Order { rows: rows.into(), samples: 0..samples, strip: u32::MAX });
     }
 }
 

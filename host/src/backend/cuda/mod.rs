@@ -7,6 +7,7 @@
 mod denoise;
 mod driver;
 mod extract;
+mod memory;
 
 pub use driver::devices;
 
@@ -14,11 +15,10 @@ use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
 use crate::film::Rows;
 use crate::render::{MathMode, Schedule, Traversal};
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
 use cudarc::driver::{
-    CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, DevicePtrMut, LaunchConfig, PushKernelArg,
-    result,
+    CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, LaunchConfig, PushKernelArg,
 };
 use cudarc::nvrtc::Ptx;
 use driver::{Argument, describe, failed, probe, unavailable};
@@ -174,67 +174,6 @@ impl Cuda {
             .attribute(CUdevice_attribute_enum::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)
             .map_err(failed("asking for an attribute"))?;
         Ok((blocks * processors.unsigned_abs()).max(1))
-    }
-
-    fn allocate(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
-        let (free, _) = self.stream.context().mem_get_info().map_err(failed("asking for free memory"))?;
-        if bytes > free {
-            let (needed, limit) = (bytes as u64, free as u64);
-            return Err(BackendError::TooLarge { backend: "cuda", what, needed, limit });
-        }
-        // SAFETY: every byte is written before it is read: by `copy` or by `erase`.
-        unsafe { self.stream.alloc(bytes.max(1)) }.map_err(failed("allocating memory"))
-    }
-
-    fn zeros(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
-        let mut memory = self.allocate(bytes, what)?;
-        self.stream.memset_zeros(&mut memory).map_err(failed("allocating memory"))?;
-        Ok(memory)
-    }
-
-    fn copy<T: Pod>(&self, records: &[T], what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
-        let bytes: &[u8] = bytemuck::cast_slice(records);
-        let mut memory = self.allocate(bytes.len(), what)?;
-        if !bytes.is_empty() {
-            self.stream.memcpy_htod(bytes, &mut memory).map_err(failed("copying the scene"))?;
-        }
-        Ok(memory)
-    }
-
-    /// Fills a film's sums with [`PixelSums::UNWRITTEN`].
-    fn erase(&self, film: &mut CudaSlice<u8>) -> Result<(), BackendError> {
-        let bytes = film.len();
-        let (pointer, _guard) = film.device_ptr_mut(&self.stream);
-        // SAFETY: the pointer is valid for `bytes` bytes.
-        unsafe { result::memset_d8_async(pointer, 0xff, bytes, self.stream.cu_stream()) }
-            .map_err(failed("erasing the film"))
-    }
-
-    /// Copies rows of what an image's pixels have on the device. Blocks of rows are put together there: a copy to the host each would wait for each.
-    fn read_rows(&self, rows: &Rows, from: &CudaSlice<u8>, to: &mut [u8]) -> Result<(), BackendError> {
-        let row = to.len() / (rows.len() as usize).max(1);
-        let bytes = |block: &std::ops::Range<u32>| block.start as usize * row..block.end as usize * row;
-        let mut blocks = rows.blocks();
-        let (first, more) = (blocks.next(), blocks.next().is_some());
-        if from.len() < rows.end() as usize * row {
-            return Err(not_prepared());
-        }
-        let Some(first) = first else { return Ok(()) };
-        let copied = if more {
-            let mut together = self.allocate(to.len(), "the rows of a share")?;
-            let mut done = 0;
-            for block in rows.blocks() {
-                let part = from.slice(bytes(&block));
-                let mut place = together.slice_mut(done..done + part.len());
-                self.stream.memcpy_dtod(&part, &mut place).map_err(failed("reading the film"))?;
-                done += part.len();
-            }
-            self.stream.memcpy_dtoh(&together, to)
-        } else {
-            self.stream.memcpy_dtoh(&from.slice(bytes(&first)), to)
-        };
-        copied.map_err(failed("reading the film"))?;
-        self.stream.synchronize().map_err(failed("reading the film"))
     }
 
     /// Launches `kernel` over the rows of `params` and waits for it.

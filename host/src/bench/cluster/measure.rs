@@ -2,7 +2,6 @@
 
 use super::Plan;
 use crate::Error;
-use crate::denoise::{Denoise, Filter};
 use crate::distribute::cost::{Gather, Machine, Prediction, Shape};
 use crate::distribute::plan::{self as shares, Mode, Plan as Sharing};
 use crate::distribute::{FrameCost, Link, Network, Picture, Series, Tag, Travels, Work, series, still};
@@ -11,7 +10,7 @@ use crate::render::{Renderer, Screen, Settings, chunks};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// How pixels come together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -51,7 +50,7 @@ pub struct Point {
 }
 
 impl Point {
-    fn new(frame: f64, render: f64, device: f64, bytes: u64) -> Self {
+    pub(super) fn new(frame: f64, render: f64, device: f64, bytes: u64) -> Self {
         Self { frame, render, device, sync: (frame - render).max(0.0), bytes, model: Prediction::default() }
     }
 
@@ -174,7 +173,7 @@ pub(super) fn turn<N: Network, T>(
 }
 
 /// Frames that do not count: they compile, and fill what travels.
-const WARM_UP: u32 = 5;
+pub(super) const WARM_UP: u32 = 5;
 
 pub(super) fn rows<N: Network>(
     link: &mut Link<N>,
@@ -281,7 +280,7 @@ fn averaging(settings: &Settings, ranks: u32) -> Work {
 }
 
 /// Images that count, after one that does not.
-const IMAGES: usize = 5;
+pub(super) const IMAGES: usize = 5;
 
 pub(super) fn average<N: Network>(
     link: &mut Link<N>,
@@ -347,81 +346,4 @@ pub(super) fn noise<N: Network>(
     let squares = differences.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2));
     let mean = squares.sum::<f64>() / (a.pixels.len() * 3).max(1) as f64;
     Ok((renderer, Some((mean / 2.0).sqrt())))
-}
-
-/// How a denoiser gets what lies around a rank's rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Around {
-    /// Each rank renders as many rows around its own as the filter reaches, and filters its own.
-    Halo,
-    /// All that the filter needs travels to the root, which filters the image.
-    Gathered,
-}
-
-/// Frames of one sample, denoised.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Denoised {
-    /// How many.
-    pub ranks: u32,
-    /// How.
-    pub around: Around,
-    /// What a frame took.
-    pub point: Point,
-}
-
-pub(super) fn denoised<N: Network>(
-    link: &mut Link<N>,
-    renderer: Renderer,
-    settings: &Settings,
-    plan: &Plan,
-    ranks: u32,
-    around: Around,
-) -> Result<(Renderer, Option<Point>), Error> {
-    let settings = Settings { samples: 1, guides: true, ..settings.clone() };
-    let filter = Denoise::new(Filter::Svgf);
-    if around == Around::Gathered {
-        let work = Work {
-            settings: settings.clone(),
-            plan: Sharing { block_shift: plan.block_shift, ..Sharing::default() },
-            travels: Travels::Guided,
-            choice: String::new(),
-        };
-        let mut renderer = renderer;
-        let mut times = Vec::new();
-        for _ in 0..=IMAGES {
-            let start = Instant::now();
-            let finished;
-            (finished, renderer) =
-                still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
-            let Some(finished) = finished else { continue };
-            if let Picture::Film(film) = &finished.picture {
-                renderer.denoise(film, &settings, &filter)?;
-            }
-            let render = finished.report.seconds - finished.report.sync_seconds;
-            times.push((start.elapsed().as_secs_f64(), render, finished.report.bytes));
-        }
-        let counted = times.get(1..).unwrap_or_default();
-        let best = counted.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0));
-        return Ok((renderer, best.map(|(frame, render, bytes)| Point::new(frame, render, 0.0, bytes))));
-    }
-    let band = |rank: u32| shares::band(settings.height, rank, ranks);
-    let own = band(link.rank());
-    let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
-    let rows = (0..ranks).map(|rank| band(rank).into()).collect();
-    let of = Series { width, height, rows, frames, spins: plan.spins };
-    let render = move |renderer: &mut Renderer, _: u32, pixels: &mut Vec<u32>| {
-        let start = Instant::now();
-        let live = renderer.live_rows(&settings, Some(&filter), None, &own)?;
-        let shown = renderer.show(&live, &Screen::default(), pixels)?;
-        let passes: Duration = live.passes.iter().map(|pass| pass.1).sum();
-        let device = (live.trace + passes + shown).as_secs_f64();
-        Ok(FrameCost { render: start.elapsed().as_secs_f64(), device })
-    };
-    let (renderer, report) = series(link, renderer, &of, render, &mut |_, _| Ok(()), &|| false)?;
-    let from = WARM_UP as usize;
-    let point = report.map(|report| {
-        Point::new(report.period(from), report.render(from), report.device(from), report.bytes)
-    });
-    Ok((renderer, point))
 }

@@ -5,9 +5,11 @@
 //! all-reduce.
 
 mod charts;
+mod denoised;
 mod measure;
 
-pub use measure::{Around, Average, Denoised, Frames, Noise, Point, Way};
+pub use denoised::{Around, Denoised};
+pub use measure::{Average, Frames, Noise, Point, Way};
 
 use crate::Error;
 use crate::bench::BenchError;
@@ -151,7 +153,7 @@ impl ClusterBench {
             for around in [Around::Halo, Around::Gathered] {
                 let point;
                 (renderer, point) = measure::turn(link, renderer, ranks, |link, renderer| {
-                    measure::denoised(link, renderer, settings, plan, ranks, around)
+                    denoised::denoised(link, renderer, settings, plan, ranks, around)
                 })?;
                 if let Some(point) = point {
                     say(&format!(

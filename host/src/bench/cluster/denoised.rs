@@ -1,0 +1,88 @@
+//! Frames of one sample, denoised over ranks.
+
+use super::Plan;
+use super::measure::{IMAGES, Point, WARM_UP};
+use crate::Error;
+use crate::denoise::{Denoise, Filter};
+use crate::distribute::plan::{self as shares, Plan as Sharing};
+use crate::distribute::{FrameCost, Link, Network, Picture, Series, Travels, Work, series, still};
+use crate::render::{Renderer, Screen, Settings};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// How a denoiser gets what lies around a rank's rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Around {
+    /// Each rank renders as many rows around its own as the filter reaches, and filters its own.
+    Halo,
+    /// All that the filter needs travels to the root, which filters the image.
+    Gathered,
+}
+
+/// Frames of one sample, denoised.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Denoised {
+    /// How many.
+    pub ranks: u32,
+    /// How.
+    pub around: Around,
+    /// What a frame took.
+    pub point: Point,
+}
+
+pub(super) fn denoised<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    plan: &Plan,
+    ranks: u32,
+    around: Around,
+) -> Result<(Renderer, Option<Point>), Error> {
+    let settings = Settings { samples: 1, guides: true, ..settings.clone() };
+    let filter = Denoise::new(Filter::Svgf);
+    if around == Around::Gathered {
+        let work = Work {
+            settings: settings.clone(),
+            plan: Sharing { block_shift: plan.block_shift, ..Sharing::default() },
+            travels: Travels::Guided,
+            choice: String::new(),
+        };
+        let mut renderer = renderer;
+        let mut times = Vec::new();
+        for _ in 0..=IMAGES {
+            let start = Instant::now();
+            let finished;
+            (finished, renderer) =
+                still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+            let Some(finished) = finished else { continue };
+            if let Picture::Film(film) = &finished.picture {
+                renderer.denoise(film, &settings, &filter)?;
+            }
+            let render = finished.report.seconds - finished.report.sync_seconds;
+            times.push((start.elapsed().as_secs_f64(), render, finished.report.bytes));
+        }
+        let counted = times.get(1..).unwrap_or_default();
+        let best = counted.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0));
+        return Ok((renderer, best.map(|(frame, render, bytes)| Point::new(frame, render, 0.0, bytes))));
+    }
+    let band = |rank: u32| shares::band(settings.height, rank, ranks);
+    let own = band(link.rank());
+    let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
+    let rows = (0..ranks).map(|rank| band(rank).into()).collect();
+    let of = Series { width, height, rows, frames, spins: plan.spins };
+    let render = move |renderer: &mut Renderer, _: u32, pixels: &mut Vec<u32>| {
+        let start = Instant::now();
+        let live = renderer.live_rows(&settings, Some(&filter), None, &own)?;
+        let shown = renderer.show(&live, &Screen::default(), pixels)?;
+        let passes: Duration = live.passes.iter().map(|pass| pass.1).sum();
+        let device = (live.trace + passes + shown).as_secs_f64();
+        Ok(FrameCost { render: start.elapsed().as_secs_f64(), device })
+    };
+    let (renderer, report) = series(link, renderer, &of, render, &mut |_, _| Ok(()), &|| false)?;
+    let from = WARM_UP as usize;
+    let point = report.map(|report| {
+        Point::new(report.period(from), report.render(from), report.device(from), report.bytes)
+    });
+    Ok((renderer, point))
+}

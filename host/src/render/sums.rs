@@ -1,0 +1,132 @@
+//! Chunks of samples of some rows, as the device sums them.
+
+use super::schedule::{Submission, Submissions};
+use super::{Observer, Renderer, Settings};
+use crate::Error;
+use crate::backend::Launch;
+use crate::film::Rows;
+use std::ops::{ControlFlow, Range};
+use std::time::{Duration, Instant};
+use trisect_kernels::Variant;
+use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::guides::Guides;
+use trisect_shared::params::FLAG_FINISH;
+
+/// Sums over samples of some rows, one below the other, as the device gave them; [`Film::merge`](crate::film::Film::merge) takes them.
+#[derive(Clone, Copy, Debug)]
+pub struct Sums<'a> {
+    /// A record a pixel.
+    pub pixels: &'a [PixelSums],
+    /// The same, for settings with guides; else none.
+    pub guides: &'a [Guides],
+    /// That rendered them.
+    pub kernel: &'static str,
+    /// By the device's timer.
+    pub device: Duration,
+    /// Launches.
+    pub submissions: u64,
+}
+
+/// What a chunk took.
+#[derive(Default)]
+pub(super) struct Took {
+    pub device: Duration,
+    /// Copying it from the device.
+    pub read: Duration,
+    pub submissions: u64,
+}
+
+/// Samples as a render sums them: from multiples of [`CHUNK_SAMPLES`] on, so many at most.
+pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let mut first = samples.start;
+    std::iter::from_fn(move || {
+        let next = (first / CHUNK_SAMPLES + 1).saturating_mul(CHUNK_SAMPLES).min(samples.end);
+        (first < samples.end).then(|| std::mem::replace(&mut first, next)..next)
+    })
+}
+
+impl Renderer {
+    /// Renders samples of some rows, at most a chunk, for a film that someone else merges: rows of a share, and samples from any one on.
+    /// Sums over other samples than those of [`chunks`] round otherwise than a render's.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_part`](Self::render_part), but for samples that split a chunk; [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for more samples than one has.
+    pub fn render_sums(
+        &mut self,
+        settings: &Settings,
+        rows: &Rows,
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+    ) -> Result<Sums<'_>, Error> {
+        let variant = self.prepare(settings)?;
+        settings.check_rows(rows, &samples)?;
+        let camera = self.camera(settings);
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        let total = u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
+        let mut watch = |done: u64| observer.progress(done, total);
+        let took = self.chunk(settings, variant, rows, samples, &mut watch)?;
+        let Took { device, submissions, .. } = took;
+        Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
+    }
+
+    /// Renders a chunk and reads it: what it holds is in `self.chunk` and `self.guides`.
+    pub(super) fn chunk(
+        &mut self,
+        settings: &Settings,
+        variant: Variant,
+        rows: &Rows,
+        samples: Range<u32>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Took, Error> {
+        (self.ready, self.framed) = (None, None);
+        let pixels = settings.width as usize * rows.len() as usize;
+        self.chunk.resize(pixels, PixelSums::UNWRITTEN);
+        self.guides.resize(if settings.guides { pixels } else { 0 }, Guides::UNWRITTEN);
+        let mut took = Took::default();
+        let (mut done, count) = (0, samples.len() as u32);
+        let mut submissions = Submissions::new(settings.width, rows.clone(), count);
+        while let Some(submission) = submissions.next(&self.pace) {
+            done += submission.samples(settings.width);
+            took.device += self.submit(settings, submission, samples.start, count)?;
+            took.submissions += 1;
+            if watch(done).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        let read = Instant::now();
+        self.backend.read_film(rows, &mut self.chunk)?;
+        if settings.guides {
+            self.backend.read_guides(rows, &mut self.guides)?;
+        }
+        took.read = read.elapsed();
+        self.ready = Some((settings.clone(), variant));
+        Ok(took)
+    }
+
+    /// Renders a submission of the chunk of `samples` samples that begins at `first_sample`.
+    pub(super) fn submit(
+        &mut self,
+        settings: &Settings,
+        submission: Submission,
+        first_sample: u32,
+        samples: u32,
+    ) -> Result<Duration, Error> {
+        let mut params = self.launch(settings);
+        self.sight.describe(&mut params);
+        (params.share_row, params.block_shift, params.block_gap) = submission.share;
+        params.first_row = submission.first_row;
+        params.rows = submission.rows;
+        params.first_sample = first_sample + submission.first_sample;
+        params.end_sample = params.first_sample + submission.samples;
+        params.resume = u32::from(submission.first_sample > 0);
+        if submission.first_sample + submission.samples == samples {
+            params.flags |= FLAG_FINISH;
+        }
+        let wall = Instant::now();
+        let time = self.backend.render(&Launch::new(params))?;
+        let taken = submission.samples(settings.width);
+        self.pace.learn(taken, wall.elapsed().max(time));
+        Ok(time)
+    }
+}
