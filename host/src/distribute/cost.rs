@@ -272,12 +272,15 @@ pub fn choose<N: Network>(
     Ok((renderer, chosen))
 }
 
+/// Averages must be so much faster: rows have one process's bits in any case, and the model is no better than that.
+const CLEARLY: f64 = 0.95;
+
 fn decide(machine: &Machine, shape: &Shape, plan: &Plan, ranks: u32) -> (Mode, String) {
     let rows = Plan { mode: Mode::Rows, ..*plan };
     let average = Plan { mode: Mode::Average, ..*plan };
     let rows = machine.predict(shape, &rows, ranks, Travels::Color.bytes(), Gather::Flat);
     let average = machine.predict(shape, &average, ranks, Travels::Chunk.bytes(), Gather::Tree);
-    let mode = if average.frame() < rows.frame() { Mode::Average } else { Mode::Rows };
+    let mode = if average.frame() < CLEARLY * rows.frame() { Mode::Average } else { Mode::Rows };
     let why = format!(
         "auto: rows {:.3} s, averages {:.3} s by the model: {:.3} Msamples/s a rank, {:.1} us and {:.2} GB/s between ranks",
         rows.frame(),

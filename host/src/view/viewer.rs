@@ -176,6 +176,23 @@ mod tests {
         assert!(shot.denoise() > 0.0 && shot.whole >= shot.present);
     }
 
+    /// Frames whose samples do not divide what is kept at most end, too.
+    #[test]
+    fn a_series_ends_where_no_more_is_kept() {
+        let scene = Scene::hello_world().unwrap();
+        let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut viewer = Viewer::new(renderer);
+        let settings = Settings { width: 2, height: 1, samples: 255, ..scene.settings() };
+        let look = Look::new(settings, None);
+        let mut frames = 0;
+        while !viewer.rests(&look, &scene.camera) {
+            viewer.frame(&look, &scene.camera, &mut Vec::new()).unwrap();
+            frames += 1;
+            assert!(frames <= MOST_KEPT / 255, "it never rests");
+        }
+        assert_eq!(frames, MOST_KEPT / 255);
+    }
+
     /// Without a filter both sides show what a file would.
     #[test]
     fn the_screen_shows_the_image() {
