@@ -232,7 +232,7 @@ fn frames_of_wgpu() {
 
 /// The README's picture: `cargo test --release -p trisect-tests --test viewer -- --ignored`.
 #[test]
-#[ignore = "writes docs/viewer.png"]
+#[ignore = "makes docs/viewer.png, which a run of the tests must not change, and checks nothing: the tests above do"]
 fn screenshot() {
     let arguments =
         ["--backend", "cpu", "--enough", "4", "--split", "0.35", "--depth", "12", "--width", "640"];

@@ -79,9 +79,6 @@ impl Prediction {
     }
 }
 
-/// Strips of an average.
-const STRIPS: f64 = 16.0;
-
 impl Machine {
     fn message(&self, bytes: f64) -> f64 {
         self.latency + bytes / self.bandwidth
@@ -134,7 +131,7 @@ impl Machine {
             Gather::Flat => flat,
             Gather::Pipelined => (flat - render).max(0.0) + self.latency,
             Gather::Tree => {
-                let up = depth * self.message(image / STRIPS);
+                let up = depth * self.message(image / f64::from(plan::STRIPS));
                 up + (depth * self.message(image) - render).max(0.0)
             }
             Gather::AllReduce => depth * self.message(image),

@@ -45,7 +45,7 @@ impl Default for Plan {
 }
 
 /// Strips that an average travels in, so that one is on its way while the next is rendered.
-const STRIPS: u32 = 16;
+pub const STRIPS: u32 = 16;
 
 /// How much more than its share a rank may get, so that chunks stay whole.
 const LENIENCE: f64 = 1.03;

@@ -38,13 +38,8 @@ impl Shared {
         Self { pointer, words }
     }
 
-    /// How many images of so many words there are.
-    pub fn frames(&self, image: usize) -> usize {
-        self.words / image.max(1)
-    }
-
     /// Writes rows of an image so wide, whose first word is `first`. No one else may read or write these rows meanwhile; nothing is written where they do not fit.
-    pub fn write(&self, first: usize, width: usize, rows: &Rows, pixels: &[u32]) {
+    pub(super) fn write(&self, first: usize, width: usize, rows: &Rows, pixels: &[u32]) {
         let fits = first.saturating_add(rows.end() as usize * width) <= self.words;
         if !fits || pixels.len() != rows.len() as usize * width {
             return;
@@ -63,7 +58,7 @@ impl Shared {
     }
 
     /// An image that all have written and that no one writes until the root says so.
-    pub fn read(&self, first: usize, words: usize) -> &[u32] {
+    pub(super) fn read(&self, first: usize, words: usize) -> &[u32] {
         std::sync::atomic::fence(std::sync::atomic::Ordering::SeqCst);
         if first.saturating_add(words) > self.words {
             return &[];

@@ -3,6 +3,7 @@
 mod adapter;
 mod denoise;
 mod display;
+mod memory;
 mod pipeline;
 
 pub use adapter::devices;
@@ -12,7 +13,6 @@ use crate::denoise::{Pass, Shown};
 use crate::film::Rows;
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
-use bytemuck::Pod;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
 use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
@@ -138,31 +138,6 @@ impl Wgpu {
         })
     }
 
-    /// A buffer, after its size was compared with the adapter's limits.
-    fn buffer(&self, bytes: u64, usage: BufferUsages, what: &'static str) -> Result<Buffer, BackendError> {
-        let limits = self.gpu.device.limits();
-        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if bytes > limit {
-            return Err(BackendError::TooLarge { backend: "wgpu", what, needed: bytes, limit });
-        }
-        let size = bytes.max(LEAST_BUFFER);
-        let buffer = self.gpu.device.create_buffer(&BufferDescriptor {
-            label: Some(what),
-            size,
-            usage,
-            mapped_at_creation: false,
-        });
-        self.gpu.check("allocating memory")?;
-        Ok(buffer)
-    }
-
-    fn store<T: Pod>(&self, records: &[T], what: &'static str) -> Result<Buffer, BackendError> {
-        let bytes: &[u8] = bytemuck::cast_slice(records);
-        let buffer = self.buffer(bytes.len() as u64, SCENE_USAGE, what)?;
-        self.gpu.queue.write_buffer(&buffer, 0, bytes);
-        Ok(buffer)
-    }
-
     /// Runs an entry point over the rows of `params` and waits for it.
     fn dispatch(
         &self,
@@ -225,44 +200,6 @@ impl Wgpu {
         self.gpu.read(&timer.staging, bytemuck::cast_slice_mut(&mut ticks), "rendering")?;
         let nanoseconds = ticks[1].wrapping_sub(ticks[0]) as f64 * timer.nanoseconds_per_tick;
         Ok(Duration::from_nanos(nanoseconds as u64))
-    }
-
-    fn copy(&self, from: &Buffer, to: &Buffer, action: &'static str) -> Result<(), BackendError> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check(action)
-    }
-
-    /// Puts rows of what an image's pixels have, `bytes` in all, one below the other into a staging buffer.
-    fn copy_rows(&self, rows: &Rows, from: &Buffer, to: &Buffer, bytes: usize) -> Result<(), BackendError> {
-        let row = (bytes / (rows.len() as usize).max(1)) as u64;
-        if from.size() < u64::from(rows.end()) * row || to.size() < bytes as u64 {
-            return Err(self.misuse("rows that were not prepared"));
-        }
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut done = 0;
-        for block in rows.blocks() {
-            let length = block.len() as u64 * row;
-            encoder.copy_buffer_to_buffer(from, u64::from(block.start) * row, to, done, length);
-            done += length;
-        }
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check("reading the film")
-    }
-
-    /// Fills the guides with [`Guides::UNWRITTEN`], from the film's bytes, which are all ones, too.
-    fn erase_guides(&self, film: &Film) -> Result<(), BackendError> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (ones, guides) = (&film.unwritten, &film.guides.records);
-        let mut done = 0;
-        while done < guides.size() {
-            let part = ones.size().min(guides.size() - done);
-            encoder.copy_buffer_to_buffer(ones, 0, guides, done, part);
-            done += part;
-        }
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check("erasing the guides")
     }
 
     fn misuse(&self, message: &str) -> BackendError {

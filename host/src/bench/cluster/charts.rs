@@ -1,6 +1,6 @@
 //! The report's charts: what frames and their synchronisation take, by ranks; and what averages take and how noisy they are.
 
-use super::{ClusterBench, Frames, Way};
+use super::{ClusterBench, Frames, Point, Way};
 use crate::bench::BenchError;
 use crate::bench::report::chart::{Axis, Chart, Plot, Series};
 use crate::bench::report::draw;
@@ -37,39 +37,32 @@ fn notes(bench: &ClusterBench) -> Vec<String> {
 }
 
 fn rows(bench: &ClusterBench, frames: &Frames) -> Plot {
-    let of = |wanted: Way, value: fn(&super::Point) -> f64| {
-        let points = frames.points.iter().filter(move |point| point.1 == wanted);
-        points.map(move |(ranks, _, point)| (f64::from(*ranks), value(point) * 1e3)).collect::<Vec<_>>()
-    };
-    Plot {
-        title: format!("Rows, {} spp: a frame, and what of it is synchronisation", frames.spp),
-        notes: notes(bench),
-        x: Axis::linear("ranks"),
-        y: Axis::linear("ms"),
-        series: vec![
-            Series::measured("frame", 0, of(Way::Gather, |point| point.frame)),
-            Series::measured("of it sync", 1, of(Way::Gather, |point| point.sync)),
-            Series::measured("frame, all-reduce", 2, of(Way::AllReduce, |point| point.frame)),
-            Series::measured("of it sync, all-reduce", 3, of(Way::AllReduce, |point| point.sync)),
-        ],
-    }
+    let title = format!("Rows, {} spp: a frame, and what of it is synchronisation", frames.spp);
+    both_ways(bench, title, "frame", &frames.points)
 }
 
 fn average(bench: &ClusterBench) -> Plot {
-    let of = |wanted: Way, value: fn(&super::Point) -> f64| {
-        let points = bench.averages.iter().filter(move |average| average.way == wanted);
-        points.map(move |average| (f64::from(average.ranks), value(&average.point) * 1e3)).collect::<Vec<_>>()
-    };
     let spp = bench.averages.first().map_or(0, |average| average.spp);
+    let title = format!("Averages, {spp} spp over all ranks: an image, and what of it is synchronisation");
+    let points = bench.averages.iter().map(|average| (average.ranks, average.way, average.point));
+    both_ways(bench, title, "image", &points.collect::<Vec<_>>())
+}
+
+/// What a `what` takes by both ways of putting it together, and what of that is synchronisation.
+fn both_ways(bench: &ClusterBench, title: String, what: &str, points: &[(u32, Way, Point)]) -> Plot {
+    let of = |wanted: Way, value: fn(&Point) -> f64| {
+        let points = points.iter().filter(move |point| point.1 == wanted);
+        points.map(move |(ranks, _, point)| (f64::from(*ranks), value(point) * 1e3)).collect::<Vec<_>>()
+    };
     Plot {
-        title: format!("Averages, {spp} spp over all ranks: an image, and what of it is synchronisation"),
+        title,
         notes: notes(bench),
         x: Axis::linear("ranks"),
         y: Axis::linear("ms"),
         series: vec![
-            Series::measured("image", 0, of(Way::Gather, |point| point.frame)),
+            Series::measured(what, 0, of(Way::Gather, |point| point.frame)),
             Series::measured("of it sync", 1, of(Way::Gather, |point| point.sync)),
-            Series::measured("image, all-reduce", 2, of(Way::AllReduce, |point| point.frame)),
+            Series::measured(&format!("{what}, all-reduce"), 2, of(Way::AllReduce, |point| point.frame)),
             Series::measured("of it sync, all-reduce", 3, of(Way::AllReduce, |point| point.sync)),
         ],
     }
