@@ -6,7 +6,7 @@ use std::time::Duration;
 use trisect::backend::cpu::Cpu;
 use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use trisect::denoise::{Pass, Shown};
-use trisect::film::Rows;
+use trisect::film::{Rows, Target};
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_shared::bvh::BvhNode;
@@ -109,8 +109,8 @@ impl Backend for Full {
         self.0.read_denoised(image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
-        self.0.display(frame, pixels)
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+        self.0.display(frame, to)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

@@ -7,7 +7,7 @@ pub use instructions::InstructionSet;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
-use crate::film::Rows;
+use crate::film::{Rows, Target};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use instructions::Kernel;
 use rayon::prelude::*;
@@ -319,9 +319,9 @@ impl Backend for Cpu {
         self.denoiser.read(image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
         let Self { pool, film, denoiser, .. } = self;
-        pool.install(|| denoiser.display(frame, film, pixels))
+        pool.install(|| denoiser.display(frame, film, to))
     }
 
     #[allow(unsafe_code, reason = "as above")]

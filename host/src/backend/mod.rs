@@ -11,11 +11,12 @@ pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::{Bvh, Wide};
 use crate::denoise::{Pass, Shown};
-use crate::film::Rows;
+use crate::film::{HostMemory, Rows, Target};
 use crate::lights::Lights;
 use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::Variant;
 use trisect_shared::bvh::BvhNode;
@@ -169,9 +170,21 @@ pub trait Backend: Send {
     /// Copies one of the denoiser's two images, after its passes, to `pixels` (as long as the job has pixels).
     fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError>;
 
-    /// Makes the last frame's image for a screen and copies its rows to `pixels` (as long as they have pixels). Returns the device's own measure of
-    /// making it.
-    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError>;
+    /// Makes rows of the last frame's image for a screen and copies them to the host. Returns the device's own measure of making them.
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError>;
+
+    /// Another one of the same device with the same scene, which renders while this one does: where one waits for its last lanes or for the host, the other's
+    /// lanes fill the device. None where that brings nothing.
+    fn twin(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
+        Ok(None)
+    }
+
+    /// Keeps this memory from being swapped out, so that the device copies to it without a detour: [`display`](Self::display) and
+    /// [`read_film`](Self::read_film) are faster then. Where that cannot be done, they stay as fast as they are.
+    fn pin(&mut self, _memory: &Arc<HostMemory>) {}
+
+    /// Lets go of it.
+    fn unpin(&mut self, _memory: &Arc<HostMemory>) {}
 
     /// Writes the first hit of each pixel's first sample of the launch to `hits` (as long as the job has pixels).
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError>;

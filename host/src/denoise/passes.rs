@@ -3,7 +3,6 @@
 use super::history::Frames;
 use super::{Denoise, Filter, stop, view};
 use crate::backend::BackendError;
-use crate::film::Rows;
 use std::ops::Range;
 use trisect_kernels::workgroup;
 use trisect_shared::camera::Camera;
@@ -204,13 +203,6 @@ impl Pass {
     }
 }
 
-impl Shown {
-    /// Rows of the image from the first to the last that is shown: those that a device makes.
-    pub(crate) fn span(&self) -> Range<u32> {
-        self.params.first_row..self.rows.end().max(self.params.first_row)
-    }
-}
-
 /// A frame as a screen shows it. Only a [`Renderer`](crate::render::Renderer) makes one: kernels trust its size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
@@ -220,6 +212,4 @@ pub struct Shown {
     pub(crate) image: Option<usize>,
     /// Whether the samples are the sums over frames, or this frame's.
     pub(crate) kept: bool,
-    /// Those that are shown, one below the other.
-    pub(crate) rows: Rows,
 }

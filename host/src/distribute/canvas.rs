@@ -1,9 +1,10 @@
 //! Where the root puts together what came.
 
 use super::DistributeError;
-use super::piece::{MeanSum, Piece, Travels};
+use super::means::MeanSum;
+use super::piece::{Piece, Travels};
 use crate::Error;
-use crate::film::{Film, FilmCounts, Part, Rows};
+use crate::film::{Film, FilmCounts, Part};
 use crate::image::Image;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -125,20 +126,21 @@ impl Canvas {
         Ok(())
     }
 
-    /// Takes the sums over all samples of some rows, which came once.
-    pub fn add(&mut self, rows: &Rows, means: &[MeanSum]) {
-        let width = self.width as usize;
-        let Store::Means(store) = &mut self.store else { return };
-        let mut at = 0;
-        for block in rows.blocks() {
-            let to = block.start as usize * width..block.end as usize * width;
-            let from = means.get(at..at + to.len());
-            at += to.len();
-            if let (Some(to), Some(from)) = (store.get_mut(to), from) {
-                to.copy_from_slice(from);
-            }
-        }
-        self.done += at as u64 * (self.total / (u64::from(self.width) * u64::from(self.height)).max(1));
+    /// Adds a rank's sums of rows that are neighbours.
+    ///
+    /// # Errors
+    ///
+    /// For a piece that travels otherwise.
+    pub fn add(&mut self, from: u32, piece: &Piece) -> Result<(), DistributeError> {
+        let other = || DistributeError::Protocol { rank: from, message: "pixels of another kind".to_owned() };
+        let rows = piece.rows.blocks().next().filter(|rows| rows.len() == piece.rows.len() as usize);
+        let pixels = self.bytes(&rows.ok_or_else(other)?, 1);
+        let Store::Means(store) = &mut self.store else { return Err(other()) };
+        let summed = matches!(piece.travels, Travels::Chunk | Travels::Mean | Travels::Double);
+        let to = store.get_mut(pixels).filter(|_| summed).ok_or_else(other)?;
+        piece.add_to(to);
+        self.done += to.len() as u64 * piece.samples.len() as u64;
+        Ok(())
     }
 
     /// What is there.

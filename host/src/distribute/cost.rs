@@ -23,6 +23,8 @@ pub struct Machine {
     pub fixed: f64,
     /// Seconds of an empty message from one rank to another.
     pub latency: f64,
+    /// Seconds from one to the next of many that are on their way at once.
+    pub overhead: f64,
     /// Bytes a second of a large one.
     pub bandwidth: f64,
 }
@@ -57,6 +59,8 @@ pub enum Gather {
     Flat,
     /// The same, while the next frame is rendered.
     Pipelined,
+    /// To where they belong in the root's memory, while the next frame is rendered: of ranks on one host.
+    Shared,
     /// Up a binomial tree, strip by strip.
     Tree,
     /// The whole image to all ranks: the report's all-reduce, by recursive doubling.
@@ -84,10 +88,15 @@ impl Machine {
         self.latency + bytes / self.bandwidth
     }
 
+    /// After another message.
+    fn next(&self, bytes: f64) -> f64 {
+        self.overhead + bytes / self.bandwidth
+    }
+
     /// A frame by this plan over so many ranks, of `bytes` that travel of each pixel.
     ///
     /// Rows: the most blocks that a rank has, at its rate; then what the root must still take, one message after the other, or, pipelined, what
-    /// of that is longer than rendering. Averages: all pixels with the most samples that a rank has; then the last strip's way up the tree, and
+    /// of that is longer than rendering; of shared memory, the words that rows are there. Averages: all pixels with the most samples that a rank has; then the last strip's way up the tree, and
     /// what the root takes of others for longer than it renders.
     pub fn predict(
         &self,
@@ -123,13 +132,14 @@ impl Machine {
         };
         let share = image / f64::from(ranks.max(1));
         let flat = match plan.mode {
-            Mode::Rows => senders * self.message(share.max(image / f64::from(shape.height))),
-            Mode::Average => senders * self.message(image),
+            Mode::Rows => senders * self.next(share.max(image / f64::from(shape.height))),
+            Mode::Average => senders * self.next(image),
         };
         let sync = match gather {
             _ if ranks <= 1 => 0.0,
-            Gather::Flat => flat,
-            Gather::Pipelined => (flat - render).max(0.0) + self.latency,
+            Gather::Flat => flat + self.latency,
+            Gather::Pipelined => (flat - render).max(0.0),
+            Gather::Shared => (senders * self.overhead - render).max(0.0),
             Gather::Tree => {
                 let up = depth * self.message(image / f64::from(plan::STRIPS));
                 up + (depth * self.message(image) - render).max(0.0)
@@ -154,6 +164,9 @@ const LARGE: usize = 4 << 20;
 
 /// Empty messages that measure the latency.
 const SMALL: u32 = 16;
+
+/// The same that are sent at once.
+const BURST: u32 = 64;
 
 /// This rank's rate on some rows of the image, spread over it, and the seconds that an image takes besides.
 fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Error> {
@@ -183,6 +196,14 @@ fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Erro
     Ok((1.0 / slope, fixed))
 }
 
+/// Asks a rank, and says how long the answer took.
+fn ask<N: Network>(link: &mut Link<N>, rank: u32, what: u8) -> Result<(Duration, Vec<u8>), DistributeError> {
+    let start = Instant::now();
+    link.send(rank, Tag::Ping, vec![what])?;
+    let answer = link.expect(Tag::Ping)?;
+    Ok((start.elapsed(), answer.bytes))
+}
+
 /// Measures the ranks and the network between them; all ranks call it. On the root what was found, on others nothing.
 ///
 /// # Errors
@@ -202,8 +223,9 @@ pub fn measure<N: Network>(
     let (rate, fixed) = rate?;
     if !link.is_root() {
         loop {
-            // The root asks for an echo, for many bytes, or for the rate, which is the last.
+            // The root asks for an echo, for many, for many bytes, or for the rate, which is the last.
             match link.expect(Tag::Ping)?.bytes.first() {
+                Some(3) => (0..BURST).try_for_each(|_| link.send(0, Tag::Ping, Vec::new()))?,
                 Some(1) => link.send(0, Tag::Ping, vec![0; LARGE])?,
                 Some(2) => {
                     link.send(0, Tag::Ping, bytemuck::cast_slice(&[rate, fixed]).to_vec())?;
@@ -213,22 +235,20 @@ pub fn measure<N: Network>(
             }
         }
     }
-    let mut machine = Machine { rate, fixed, latency: 0.0, bandwidth: f64::INFINITY };
+    let mut machine = Machine { rate, fixed, latency: 0.0, overhead: 0.0, bandwidth: f64::INFINITY };
     for rank in 1..link.ranks() {
-        let mut ask = |what: u8| -> Result<(Duration, Vec<u8>), DistributeError> {
-            let start = Instant::now();
-            link.send(rank, Tag::Ping, vec![what])?;
-            let answer = link.expect(Tag::Ping)?;
-            Ok((start.elapsed(), answer.bytes))
-        };
-        ask(0)?;
+        ask(link, rank, 0)?;
         let mut least = Duration::MAX;
         for _ in 0..SMALL {
-            least = least.min(ask(0)?.0);
+            least = least.min(ask(link, rank, 0)?.0);
         }
-        ask(1)?;
-        let large = ask(1)?.0.min(ask(1)?.0);
-        let (_, bytes) = ask(2)?;
+        ask(link, rank, 3)?;
+        let burst = Instant::now();
+        (1..BURST).try_for_each(|_| link.expect(Tag::Ping).map(drop))?;
+        let overhead = burst.elapsed().as_secs_f64() / f64::from(BURST - 1);
+        ask(link, rank, 1)?;
+        let large = ask(link, rank, 1)?.0.min(ask(link, rank, 1)?.0);
+        let (_, bytes) = ask(link, rank, 2)?;
         let theirs: Vec<f64> = bytemuck::pod_collect_to_vec(&bytes[..bytes.len() / 8 * 8]);
         let [theirs, fixed] = theirs[..] else {
             let message = "a rate that is none".to_owned();
@@ -237,6 +257,7 @@ pub fn measure<N: Network>(
         machine.rate = machine.rate.min(theirs);
         machine.fixed = machine.fixed.max(fixed);
         machine.latency = machine.latency.max(least.as_secs_f64() / 2.0);
+        machine.overhead = machine.overhead.max(overhead);
         let rest = large.saturating_sub(least).as_secs_f64().max(1e-9);
         machine.bandwidth = machine.bandwidth.min(LARGE as f64 / rest);
     }
@@ -293,7 +314,8 @@ fn decide(machine: &Machine, shape: &Shape, plan: &Plan, ranks: u32) -> (Mode, S
 mod tests {
     use super::*;
 
-    const MACHINE: Machine = Machine { rate: 1e6, fixed: 0.0, latency: 1e-5, bandwidth: 1e10 };
+    const MACHINE: Machine =
+        Machine { rate: 1e6, fixed: 0.0, latency: 1e-5, overhead: 1e-6, bandwidth: 1e10 };
 
     #[test]
     fn rows_while_there_are_enough() {
@@ -317,6 +339,7 @@ mod tests {
             assert!(at(ranks, Gather::Flat).render < at(ranks / 2, Gather::Flat).render);
             assert!(at(ranks, Gather::AllReduce).sync > at(ranks / 2, Gather::AllReduce).sync);
             assert!(at(ranks, Gather::Pipelined).sync <= at(ranks, Gather::Flat).sync);
+            assert_eq!(at(ranks, Gather::Shared).sync, 0.0);
         }
         // No more ranks than blocks have work.
         assert_eq!(at(135, Gather::Flat).render, at(4096, Gather::Flat).render);

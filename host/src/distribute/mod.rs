@@ -14,6 +14,9 @@ pub mod hello;
 mod link;
 pub mod local;
 #[cfg(feature = "mpi")]
+mod mailbox;
+mod means;
+#[cfg(feature = "mpi")]
 pub mod mpi;
 mod network;
 mod order;
@@ -22,18 +25,21 @@ pub mod plan;
 mod reduce;
 mod report;
 mod series;
-mod shared;
 mod still;
+#[cfg(feature = "mpi")]
+mod transfer;
+#[cfg(feature = "mpi")]
+mod window;
 mod workshop;
 
 pub use canvas::Picture;
 pub use cost::choose;
 pub use error::DistributeError;
 pub use link::{Link, PATIENCE};
+pub use means::MeanSum;
 pub use network::{Message, Network, Tag};
-pub use piece::{MeanSum, Piece, Travels};
+pub use piece::{Piece, Travels};
 pub use plan::{Balance, Mode, Plan};
 pub use report::{ClusterReport, RankReport};
 pub use series::{FrameCost, Render, Series, SeriesReport, Show, series};
-pub use shared::Shared;
 pub use still::{Failure, Finished, Work, still};

@@ -4,8 +4,12 @@
 //! and not as long as a scope.
 #![allow(unsafe_code, reason = "calls MPI; each block names why it is sound")]
 
+use super::DistributeError;
+use super::mailbox::{Mailbox, Place};
 use super::network::{Message, Network, Tag};
-use super::{DistributeError, Shared};
+use super::transfer::{Content, Mark, Received, Sent};
+use super::window::Window;
+use crate::film::{FrameMemory, HostMemory};
 use ::mpi::collective::SystemOperation;
 use ::mpi::environment::Universe;
 use ::mpi::ffi::{self, MPI_Request, MPI_Status};
@@ -14,26 +18,21 @@ use ::mpi::traits::{AsRaw, CommunicatorCollectives, Root};
 use std::collections::VecDeque;
 use std::mem::MaybeUninit;
 
-/// A transfer, and the memory that MPI reads or writes until it ends.
-struct Transfer {
-    request: MPI_Request,
-    /// The message; of one that is sent, its content only.
-    message: Message,
-    /// Or this.
-    words: Vec<u32>,
-    done: bool,
-}
-
 /// All processes that `mpirun` started.
 pub struct Mpi {
     world: SimpleCommunicator,
     group: Option<SimpleCommunicator>,
-    /// What ranks of this host share.
-    window: Option<ffi::MPI_Win>,
+    /// Frames that ranks of this host share.
+    window: Option<Window>,
+    /// For long messages to ranks of this host.
+    mailbox: Option<Mailbox>,
+    /// What waits for room there, and what must not overtake it: to whom.
+    waiting: VecDeque<(u32, Tag, Content)>,
     local: u32,
+    neighbours: u32,
     host: String,
-    sends: Vec<Transfer>,
-    receives: VecDeque<Transfer>,
+    sends: Vec<Sent>,
+    receives: VecDeque<Received>,
     /// Words that were sent.
     spent: Vec<Vec<u32>>,
     // Last: MPI ends with it.
@@ -43,7 +42,7 @@ pub struct Mpi {
 /// Buffers that are kept for later, at most.
 const SPENT: usize = 4;
 
-fn check(action: &'static str, code: i32) -> Result<(), DistributeError> {
+pub(super) fn check(action: &'static str, code: i32) -> Result<(), DistributeError> {
     if code == ffi::MPI_SUCCESS as i32 { Ok(()) } else { Err(DistributeError::Mpi { action, code }) }
 }
 
@@ -62,12 +61,17 @@ impl Mpi {
         }
         let world = universe.world();
         let host = ::mpi::environment::processor_name().unwrap_or_else(|_| "an unnamed host".to_owned());
-        let local = world.split_shared(world.rank()).rank().unsigned_abs();
+        let on_host = world.split_shared(world.rank());
+        let (local, neighbours) = (on_host.rank().unsigned_abs(), on_host.size().unsigned_abs());
+        let mailbox = Mailbox::open(&world)?;
         Ok(Self {
             world,
             group: None,
             window: None,
+            mailbox,
+            waiting: VecDeque::new(),
             local,
+            neighbours,
             host,
             sends: Vec::new(),
             receives: VecDeque::new(),
@@ -76,35 +80,69 @@ impl Mpi {
         })
     }
 
-    /// Whether a transfer ended.
-    fn test(transfer: &mut Transfer) -> Result<bool, DistributeError> {
-        if !transfer.done {
-            let mut flag = 0;
-            let mut status = MaybeUninit::<MPI_Status>::uninit();
-            // SAFETY: the request is one that MPI gave and that no test has ended; flag and status are written.
-            let code = unsafe { ffi::MPI_Test(&mut transfer.request, &mut flag, status.as_mut_ptr()) };
-            check("waiting for a message", code)?;
-            transfer.done = flag != 0;
-        }
-        Ok(transfer.done)
+    /// Whether a transfer ended, whose request no test has ended.
+    fn test(request: &mut MPI_Request) -> Result<bool, DistributeError> {
+        let mut flag = 0;
+        let mut status = MaybeUninit::<MPI_Status>::uninit();
+        // SAFETY: the request is one that MPI gave and that no test has ended; flag and status are written.
+        let code = unsafe { ffi::MPI_Test(request, &mut flag, status.as_mut_ptr()) };
+        check("waiting for a message", code)?;
+        Ok(flag != 0)
     }
 
-    /// Begins to send bytes, or words.
-    fn begin(&mut self, to: u32, tag: Tag, bytes: Vec<u8>, words: Vec<u32>) -> Result<(), DistributeError> {
-        let content: &[u8] = if words.is_empty() { &bytes } else { bytemuck::cast_slice(&words) };
-        let count = i32::try_from(content.len()).map_err(|_| DistributeError::Unsupported {
-            what: format!("a message of {} bytes; MPI's have at most 2^31 - 1", content.len()),
+    /// Sends a message, now or when those before it have gone.
+    fn dispatch(&mut self, to: u32, tag: Tag, content: Content) -> Result<(), DistributeError> {
+        if tag != Tag::Pulse && self.waiting.iter().any(|waiting| waiting.0 == to) {
+            self.waiting.push_back((to, tag, content));
+            return Ok(());
+        }
+        let long = self.mailbox.as_mut().filter(|mailbox| mailbox.takes(to, content.bytes().len()));
+        let Some(mailbox) = long else { return self.begin(to, Mark::Plain(tag), content) };
+        match mailbox.put(content.bytes()) {
+            Some(place) => {
+                self.keep(content);
+                self.begin(to, Mark::Placed(tag), Content::Bytes(place.encode()))
+            }
+            None => {
+                self.waiting.push_back((to, tag, content));
+                Ok(())
+            }
+        }
+    }
+
+    /// Sends what waited for room, as far as there is some.
+    fn dispatch_waiting(&mut self) -> Result<(), DistributeError> {
+        for (to, tag, content) in std::mem::take(&mut self.waiting) {
+            self.dispatch(to, tag, content)?;
+        }
+        Ok(())
+    }
+
+    /// Keeps the memory of words for others.
+    fn keep(&mut self, content: Content) {
+        if let Content::Words(words) = content
+            && self.spent.len() < SPENT
+        {
+            self.spent.push(words);
+        }
+    }
+
+    /// Begins to send.
+    fn begin(&mut self, to: u32, mark: Mark, content: Content) -> Result<(), DistributeError> {
+        let bytes = content.bytes();
+        let count = i32::try_from(bytes.len()).map_err(|_| DistributeError::Unsupported {
+            what: format!("a message of {} bytes; MPI's have at most 2^31 - 1", bytes.len()),
             remedy: "use more ranks, or a smaller --block".to_owned(),
         })?;
         let mut request = MaybeUninit::uninit();
         // SAFETY: the content lies on the heap and stays there, unchanged, in `sends` until a test has ended the request.
         let code = unsafe {
             ffi::MPI_Isend(
-                content.as_ptr().cast(),
+                bytes.as_ptr().cast(),
                 count,
                 ffi::RSMPI_UINT8_T,
                 to as i32,
-                tag as i32,
+                mark.number(),
                 self.world.as_raw(),
                 request.as_mut_ptr(),
             )
@@ -112,9 +150,13 @@ impl Mpi {
         check("sending", code)?;
         // SAFETY: the call succeeded and wrote it.
         let request = unsafe { request.assume_init() };
-        let message = Message { from: self.rank(), tag, bytes };
-        self.sends.push(Transfer { request, message, words, done: false });
+        self.sends.push(Sent { request, content });
         Ok(())
+    }
+
+    /// Ranks of this host, this one among them.
+    pub fn neighbours(&self) -> u32 {
+        self.neighbours
     }
 
     /// Begins to receive what has arrived.
@@ -145,7 +187,7 @@ impl Mpi {
         let code = unsafe { ffi::MPI_Get_count(&status, ffi::RSMPI_UINT8_T, &mut count) };
         check("asking for a message's length", code)?;
         let from = status.MPI_SOURCE.unsigned_abs();
-        let Some(tag) = Tag::of(status.MPI_TAG) else {
+        let Some(mark) = Mark::of(status.MPI_TAG) else {
             let message = format!("a message of kind {}", status.MPI_TAG);
             return Err(DistributeError::Protocol { rank: from, message });
         };
@@ -164,12 +206,7 @@ impl Mpi {
         check("receiving", code)?;
         // SAFETY: the call succeeded and wrote it.
         let request = unsafe { request.assume_init() };
-        self.receives.push_back(Transfer {
-            request,
-            message: Message { from, tag, bytes },
-            words: Vec::new(),
-            done: false,
-        });
+        self.receives.push_back(Received { request, from, mark, bytes, done: false });
         Ok(true)
     }
 }
@@ -192,11 +229,11 @@ impl Network for Mpi {
     }
 
     fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), DistributeError> {
-        self.begin(to, tag, bytes, Vec::new())
+        self.dispatch(to, tag, Content::Bytes(bytes))
     }
 
     fn send_words(&mut self, to: u32, tag: Tag, words: Vec<u32>) -> Result<(), DistributeError> {
-        self.begin(to, tag, Vec::new(), words)
+        self.dispatch(to, tag, Content::Words(words))
     }
 
     fn reclaim(&mut self) -> Option<Vec<u32>> {
@@ -206,34 +243,63 @@ impl Network for Mpi {
     fn receive(&mut self) -> Result<Option<Message>, DistributeError> {
         while self.accept()? {}
         self.unsent();
-        let mut waits = Vec::new();
-        let mut ready = None;
-        for (index, transfer) in self.receives.iter_mut().enumerate() {
-            let from = transfer.message.from;
-            let in_turn = transfer.message.tag == Tag::Pulse || !waits.contains(&from);
-            if Self::test(transfer)? && in_turn {
-                ready = Some(index);
-                break;
+        loop {
+            let mut waits = Vec::new();
+            let mut ready = None;
+            for (index, transfer) in self.receives.iter_mut().enumerate() {
+                let free = matches!(transfer.mark, Mark::Taken | Mark::Plain(Tag::Pulse));
+                transfer.done = transfer.done || Self::test(&mut transfer.request)?;
+                if transfer.done && (free || !waits.contains(&transfer.from)) {
+                    ready = Some(index);
+                    break;
+                }
+                waits.push(transfer.from);
             }
-            waits.push(from);
+            let Some(Received { from, mark, bytes, .. }) =
+                ready.and_then(|index| self.receives.remove(index))
+            else {
+                return Ok(None);
+            };
+            let wrong =
+                || DistributeError::Protocol { rank: from, message: "a place of no message".to_owned() };
+            match (mark, &mut self.mailbox) {
+                (Mark::Plain(tag), _) => return Ok(Some(Message { from, tag, bytes })),
+                (Mark::Placed(tag), Some(mailbox)) => {
+                    let place = Place::decode(&bytes).ok_or_else(wrong)?;
+                    let content = mailbox.take(from, place).ok_or_else(wrong)?;
+                    self.begin(from, Mark::Taken, Content::Bytes(bytes))?;
+                    return Ok(Some(Message { from, tag, bytes: content }));
+                }
+                (Mark::Taken, Some(mailbox)) => {
+                    mailbox.taken(Place::decode(&bytes).ok_or_else(wrong)?);
+                    self.dispatch_waiting()?;
+                }
+                (_, None) => return Err(wrong()),
+            }
         }
-        Ok(ready.and_then(|index| self.receives.remove(index)).map(|transfer| transfer.message))
     }
 
     fn unsent(&mut self) -> usize {
-        // One that fails stays, and so shows.
-        let spent = &mut self.spent;
-        self.sends.retain_mut(|transfer| {
-            let done = Self::test(transfer).unwrap_or(false);
-            if done && !transfer.words.is_empty() && spent.len() < SPENT {
-                spent.push(std::mem::take(&mut transfer.words));
+        let mut at = 0;
+        while at < self.sends.len() {
+            // One that fails stays, and so shows.
+            if Self::test(&mut self.sends[at].request).unwrap_or(false) {
+                let sent = self.sends.swap_remove(at);
+                self.keep(sent.content);
+            } else {
+                at += 1;
             }
-            !done
-        });
-        self.sends.len()
+        }
+        self.sends.len() + self.waiting.len() + self.mailbox.as_ref().map_or(0, Mailbox::waiting)
     }
 
-    fn share(&mut self, words: usize) -> Result<Option<Shared>, DistributeError> {
+    fn share(
+        &mut self,
+        width: u32,
+        height: u32,
+        frames: u32,
+    ) -> Result<Option<FrameMemory>, DistributeError> {
+        let words = FrameMemory::words(width, height, frames);
         let group = self.group.as_ref().unwrap_or(&self.world);
         let host = group.split_shared(group.rank());
         // Ranks keep their order: if the root is here, it is the first.
@@ -242,39 +308,19 @@ impl Network for Mpi {
         if first != 0 {
             return Ok(None);
         }
-        let own = if host.rank() == 0 { words * size_of::<u32>() } else { 0 };
-        let mut pointer: *mut std::ffi::c_void = std::ptr::null_mut();
-        let mut window = MaybeUninit::uninit();
-        // SAFETY: all of the host's ranks call this; pointer and window are written.
-        let code = unsafe {
-            ffi::MPI_Win_allocate_shared(
-                own as ffi::MPI_Aint,
-                size_of::<u32>() as i32,
-                ffi::RSMPI_INFO_NULL,
-                host.as_raw(),
-                (&raw mut pointer).cast(),
-                window.as_mut_ptr(),
-            )
+        let bytes = words * size_of::<u32>();
+        let Some(window) = Window::allocate(&host, if host.rank() == 0 { bytes } else { 0 })? else {
+            return Ok(None);
         };
-        check("sharing memory", code)?;
-        // SAFETY: the call succeeded and wrote it.
-        let window = unsafe { window.assume_init() };
+        let (first, size) = window.part(0)?;
         self.window = Some(window);
-        let (mut size, mut unit) = (0, 0);
-        // SAFETY: the window is there; size, unit and pointer are written.
-        let code =
-            unsafe { ffi::MPI_Win_shared_query(window, 0, &mut size, &mut unit, (&raw mut pointer).cast()) };
-        check("sharing memory", code)?;
-        // SAFETY: the root's part of the window has so many words, until `unshare`, which all call when they are done.
-        Ok(Some(unsafe { Shared::new(pointer.cast(), words) }))
+        // SAFETY: the root's part of the window has so many bytes, until `unshare`, which all call when nothing holds it.
+        let memory = unsafe { HostMemory::shared(first, size) };
+        Ok(FrameMemory::of(memory, width, height, frames))
     }
 
     fn unshare(&mut self) -> Result<(), DistributeError> {
-        match self.window.take() {
-            // SAFETY: all of the host's ranks call this, and use the memory no more.
-            Some(mut window) => check("sharing memory", unsafe { ffi::MPI_Win_free(&mut window) }),
-            None => Ok(()),
-        }
+        self.window.take().map_or(Ok(()), Window::free)
     }
 
     fn is_busy(&mut self) -> bool {
@@ -302,10 +348,9 @@ impl Network for Mpi {
 impl Drop for Mpi {
     /// MPI may still read what was sent: that goes on while it ends, and so is not freed.
     fn drop(&mut self) {
-        for transfer in self.sends.drain(..).chain(self.receives.drain(..)) {
-            if !transfer.done {
-                std::mem::forget((transfer.message.bytes, transfer.words));
-            }
-        }
+        self.sends.drain(..).for_each(|sent| std::mem::forget(sent.content));
+        self.receives.drain(..).filter(|received| !received.done).for_each(|received| {
+            std::mem::forget(received.bytes);
+        });
     }
 }

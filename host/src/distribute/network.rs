@@ -1,6 +1,7 @@
 //! Messages between ranks, whatever carries them.
 
-use super::{DistributeError, Shared};
+use super::DistributeError;
+use crate::film::FrameMemory;
 
 /// What a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,17 +110,22 @@ pub trait Network {
     /// Whether something is on its way: then whoever waits must not sleep, since it moves on only when this is asked.
     fn is_busy(&mut self) -> bool;
 
-    /// Memory of so many words for the ranks of the group that run on the root's host; none on other hosts, and where a network has no such thing. All of the
-    /// group call this, and [`unshare`](Self::unshare) when it is used no more.
+    /// Memory for frames that the ranks of the group share which run on the root's host; none on other hosts, and where a network has no such thing. All of
+    /// the group call this, and [`unshare`](Self::unshare) when it is used no more.
     ///
     /// # Errors
     ///
     /// [`DistributeError::Mpi`].
-    fn share(&mut self, _words: usize) -> Result<Option<Shared>, DistributeError> {
+    fn share(
+        &mut self,
+        _width: u32,
+        _height: u32,
+        _frames: u32,
+    ) -> Result<Option<FrameMemory>, DistributeError> {
         Ok(None)
     }
 
-    /// Gives it back.
+    /// Gives it back. Nothing may hold the memory then.
     ///
     /// # Errors
     ///

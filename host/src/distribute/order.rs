@@ -1,9 +1,11 @@
 //! What a rank renders next, and rendering it.
 
+use super::means::{MeanSum, add_chunk};
 use super::piece::{Piece, Rendered, Travels};
 use crate::Error;
-use crate::film::{Film, Part, Rows};
-use crate::render::{Renderer, Settings, chunks};
+use crate::film::{FilmCounts, Rows};
+use crate::render::{Parts, Renderer, Settings, Sums, chunks};
+use rayon::prelude::*;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -25,53 +27,98 @@ pub(super) struct Bench {
     pub renderer: Renderer,
     pub settings: Settings,
     pub travels: Travels,
-    pub kernel: &'static str,
+    /// Of an average.
+    pub phases: u32,
+}
+
+/// A piece, and the kernel that rendered it.
+pub(super) type Made = (Piece, &'static str);
+
+/// Where pieces are made of chunks.
+struct Desk<'a> {
+    out: &'a mut (dyn FnMut(Made) + Send),
+    /// Chunks that are summed before they travel.
+    groups: Vec<Range<usize>>,
+    /// The chunk that comes.
+    next: usize,
+    /// What those before it of its group add up to, and what each strip has.
+    means: Vec<MeanSum>,
+    counts: Vec<FilmCounts>,
+    start: Instant,
+    cost: (f64, f64, u32),
+}
+
+impl Desk<'_> {
+    /// Hands out a piece, with the time since the last.
+    fn send(&mut self, (mut piece, kernel): Made) {
+        piece.render_seconds = self.start.elapsed().as_secs_f64();
+        (self.out)((piece, kernel));
+        (self.start, self.cost) = (Instant::now(), (0.0, 0.0, 0));
+    }
 }
 
 /// Renders an order, and hands out what travels of it.
 pub(super) fn render(
     bench: &mut Bench,
     order: Order,
-    out: &mut dyn FnMut((Piece, &'static str)),
+    out: &mut (dyn FnMut(Made) + Send),
 ) -> Result<(), Error> {
-    let Bench { renderer, settings, travels, kernel } = bench;
+    let Bench { renderer, settings, travels, phases } = bench;
     let (width, Order { rows, samples, strip }) = (settings.width, order);
-    let parts: Vec<Range<u32>> = chunks(samples.clone()).collect();
-    let by_chunk = matches!(travels, Travels::Sums | Travels::Guided);
-    if by_chunk || parts.len() == 1 {
-        for part in parts {
-            let mut start = Instant::now();
-            let sums = renderer.render_sums(settings, &rows, part.clone(), &mut ())?;
-            *kernel = sums.kernel;
-            let mut cost = (sums.device.as_secs_f64(), 0.0, sums.submissions as u32);
-            for (rows, pixels) in strips(&rows, strip, width) {
-                let guides = sums.guides.get(pixels.clone()).unwrap_or_default();
-                let rendered = Rendered::Chunk(&sums.pixels[pixels], guides);
-                let mut piece = Piece::new(&rows, part.clone(), width, *travels, &rendered, cost);
-                piece.render_seconds = start.elapsed().as_secs_f64();
-                out((piece, kernel));
-                (start, cost) = (Instant::now(), (0.0, 0.0, 0));
+    let parts: Vec<Range<u32>> = chunks(samples).collect();
+    // What is summed before it travels: chunk by chunk, all, or all but the last, which then has less to wait for.
+    let first_of = |index: usize| match (matches!(travels, Travels::Sums | Travels::Guided), *phases) {
+        (true, _) => index,
+        (false, 1) => 0,
+        (false, _) => {
+            if index + 1 < parts.len() {
+                0
+            } else {
+                index
             }
         }
-        return Ok(());
-    }
-    let mut start = Instant::now();
-    let mut cost = (0.0, 0.0, 0);
-    let mut film = Film::new(width, rows.len());
-    for part in parts {
-        let sums = renderer.render_sums(settings, &rows, part.clone(), &mut ())?;
-        *kernel = sums.kernel;
-        cost.0 += sums.device.as_secs_f64();
-        cost.2 += sums.submissions as u32;
-        film.merge(&Part { rows: 0..rows.len(), samples: part }, sums.pixels)?;
-    }
-    for (rows, pixels) in strips(&rows, strip, width) {
-        let rendered = Rendered::Totals(&film.pixels[pixels]);
-        let mut piece = Piece::new(&rows, samples.clone(), width, *travels, &rendered, cost);
-        piece.render_seconds = start.elapsed().as_secs_f64();
-        out((piece, kernel));
-        (start, cost) = (Instant::now(), (0.0, 0.0, 0));
-    }
+    };
+    let groups: Vec<Range<usize>> = (0..parts.len())
+        .filter(|&index| index + 1 == parts.len() || first_of(index + 1) > index)
+        .map(|index| first_of(index)..index + 1)
+        .collect();
+    let (start, cost) = (Instant::now(), (0.0, 0.0, 0));
+    let desk = Desk { out, groups, next: 0, means: Vec::new(), counts: Vec::new(), start, cost };
+    let take = |desk: &mut Desk<'_>, part: &Range<u32>, sums: &Sums<'_>| {
+        desk.cost.0 += sums.device.as_secs_f64();
+        desk.cost.2 += sums.submissions as u32;
+        let index = desk.next;
+        desk.next += 1;
+        let Some(group) = desk.groups.iter().position(|group| group.contains(&index)) else { return Ok(()) };
+        let chunks = desk.groups[group].clone();
+        let samples = parts[chunks.start].start..part.end;
+        let phase = if *phases > 1 { group as u32 } else { 0 };
+        let encode = |rows: &Rows, rendered: Rendered<'_>, cost| {
+            (Piece::new(rows, (samples.clone(), phase), width, *travels, &rendered, cost), sums.kernel)
+        };
+        if chunks.len() == 1 {
+            for (rows, pixels) in strips(&rows, strip, width) {
+                let guides = sums.guides.get(pixels.clone()).unwrap_or_default();
+                desk.send(encode(&rows, Rendered::Chunk(&sums.pixels[pixels], guides), desk.cost));
+            }
+            return Ok(());
+        }
+        if index == chunks.start {
+            // By threads: the first touch of fresh memory is what takes the time.
+            desk.means = rayon::iter::repeat_n(MeanSum::ZERO, sums.pixels.len()).with_min_len(4096).collect();
+            desk.counts = strips(&rows, strip, width).map(|_| FilmCounts::default()).collect();
+        }
+        for ((rows, pixels), place) in strips(&rows, strip, width).zip(0..) {
+            let means = &mut desk.means[pixels.clone()];
+            add_chunk(means, &mut desk.counts[place], &sums.pixels[pixels.clone()], part.len() as u32);
+            if index + 1 == chunks.end {
+                let rendered = Rendered::Means(&desk.means[pixels], desk.counts[place]);
+                desk.send(encode(&rows, rendered, desk.cost));
+            }
+        }
+        Ok(())
+    };
+    renderer.each_sums(&Parts { settings, rows: &rows, samples: &parts }, desk, &take)?;
     Ok(())
 }
 

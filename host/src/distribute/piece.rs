@@ -1,7 +1,9 @@
 //! What travels: a piece of the image, in the smallest type that the output needs.
 
 use super::DistributeError;
-use crate::film::{ExactSum, FilmCounts, PixelTotals, Rows};
+use super::means::{ChunkSum, DoubleSum, MeanSum, counts_of};
+use super::reduce::Strip;
+use crate::film::{FilmCounts, PixelTotals, Rows};
 use crate::metrics::srgb;
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_collect_to_vec};
 use rayon::prelude::*;
@@ -47,76 +49,6 @@ impl Travels {
     }
 }
 
-/// The radiance of a chunk's samples.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct ChunkSum {
-    radiance: [f32; 3],
-    samples: u32,
-}
-
-/// The radiance of some samples that f64 holds: words, since its 28 bytes are no multiple of 8.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-struct DoubleSum {
-    radiance: [[u32; 2]; 3],
-    samples: u32,
-}
-
-impl DoubleSum {
-    fn of(sum: &MeanSum) -> Self {
-        let radiance = sum.radiance.map(|pair| bytemuck::cast(pair[0].to_bits()));
-        Self { radiance, samples: sum.samples as u32 }
-    }
-
-    fn mean(&self) -> MeanSum {
-        let radiance = self.radiance.map(|words| [f64::from_bits(bytemuck::cast(words)), 0.0]);
-        MeanSum { radiance, samples: u64::from(self.samples) }
-    }
-}
-
-/// The radiance of any number of samples, as an exact sum.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MeanSum {
-    radiance: [[f64; 2]; 3],
-    samples: u64,
-}
-
-impl MeanSum {
-    /// Nothing.
-    pub const ZERO: Self = Self { radiance: [[0.0; 2]; 3], samples: 0 };
-
-    fn of(totals: &PixelTotals) -> Self {
-        let parts = |sum: ExactSum| <[f64; 2]>::from(sum.parts());
-        Self { radiance: totals.radiance.map(parts), samples: totals.samples }
-    }
-
-    /// Whether [`DoubleSum`] holds it.
-    fn is_double(&self) -> bool {
-        self.radiance.iter().all(|pair| pair[1] == 0.0) && self.samples <= u64::from(u32::MAX)
-    }
-
-    fn of_chunk(chunk: &ChunkSum) -> Self {
-        Self { radiance: chunk.radiance.map(|sum| [f64::from(sum), 0.0]), samples: u64::from(chunk.samples) }
-    }
-
-    /// Adds what another rank has of the same pixel: exact, so that the order does not matter.
-    pub fn add(&mut self, other: &Self) {
-        for (sum, other) in self.radiance.iter_mut().zip(&other.radiance) {
-            let mut exact = ExactSum::of_parts(sum[0], sum[1]);
-            exact.merge(ExactSum::of_parts(other[0], other[1]));
-            *sum = exact.parts().into();
-        }
-        self.samples += other.samples;
-    }
-
-    /// Mean radiance; NaN without samples.
-    pub fn mean(&self) -> [f32; 3] {
-        self.radiance.map(|sum| (ExactSum::of_parts(sum[0], sum[1]).value() / self.samples as f64) as f32)
-    }
-}
-
 /// What a piece is of. 96 bytes, before the pixels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -137,7 +69,9 @@ struct Header {
     unwritten: u64,
     device_nanoseconds: u64,
     render_nanoseconds: u64,
-    pad: u64,
+    /// Of an average.
+    phase: u32,
+    pad: u32,
 }
 
 const _: () = assert!(size_of::<Header>() == 96);
@@ -149,6 +83,8 @@ pub struct Piece {
     pub rows: Rows,
     /// Which samples.
     pub samples: Range<u32>,
+    /// Of an average: whether this is what was summed first or what came last.
+    pub phase: u32,
     /// As what.
     pub travels: Travels,
     /// Pixels across.
@@ -169,15 +105,15 @@ pub struct Piece {
 pub(super) enum Rendered<'a> {
     /// One chunk.
     Chunk(&'a [PixelSums], &'a [Guides]),
-    /// Several, merged.
-    Totals(&'a [PixelTotals]),
+    /// Several, added up, and what is in them.
+    Means(&'a [MeanSum], FilmCounts),
 }
 
 impl Rendered<'_> {
-    fn totals(&self, pixel: usize, samples: u32) -> PixelTotals {
+    fn mean(&self, pixel: usize, samples: u32) -> MeanSum {
         match self {
-            Self::Chunk(sums, _) => PixelTotals::of(&sums[pixel], samples),
-            Self::Totals(totals) => totals[pixel],
+            Self::Chunk(sums, _) => MeanSum::of(&PixelTotals::of(&sums[pixel], samples)),
+            Self::Means(means, _) => means[pixel],
         }
     }
 }
@@ -186,31 +122,30 @@ impl Rendered<'_> {
 pub(super) type Cost = (f64, f64, u32);
 
 impl Piece {
-    /// Encodes what was rendered of rows of an image so wide.
+    /// Encodes what was rendered of rows of an image so wide: samples, and the phase of an average.
     pub(super) fn new(
         rows: &Rows,
-        samples: Range<u32>,
+        (samples, phase): (Range<u32>, u32),
         width: u32,
         travels: Travels,
         rendered: &Rendered,
         cost: Cost,
     ) -> Self {
         let travels = match (travels, rendered) {
-            (Travels::Chunk | Travels::Mean, Rendered::Totals(totals)) => {
-                let double =
-                    totals.par_iter().with_min_len(4096).all(|totals| MeanSum::of(totals).is_double());
+            (Travels::Chunk | Travels::Mean, Rendered::Means(means, _)) => {
+                let double = means.par_iter().with_min_len(4096).all(MeanSum::is_double);
                 if double { Travels::Double } else { Travels::Mean }
             }
+            (Travels::Mean, Rendered::Chunk(..)) => Travels::Chunk,
             _ => travels,
         };
         let pixels = rows.len() as usize * width as usize;
         let expected = samples.len() as u32;
-        let at = |pixel: usize| rendered.totals(pixel, expected);
-        let counts = (0..pixels)
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|pixel| at(pixel).counts())
-            .reduce(FilmCounts::default, |a, b| a + b);
+        let at = |pixel: usize| rendered.mean(pixel, expected);
+        let counts = match rendered {
+            Rendered::Chunk(sums, _) => counts_of(sums, expected),
+            Rendered::Means(_, counts) => *counts,
+        };
         let ((first, shift, gap), own) = (rows.share(), rows.own());
         let header = Header {
             first,
@@ -229,6 +164,7 @@ impl Piece {
             unwritten: counts.unwritten,
             device_nanoseconds: (cost.0 * 1e9) as u64,
             render_nanoseconds: (cost.1 * 1e9) as u64,
+            phase,
             pad: 0,
         };
         let mut bytes = vec![0u8; size_of::<Header>() + pixels * travels.bytes()];
@@ -240,23 +176,23 @@ impl Piece {
         };
         match (travels, rendered) {
             (Travels::Bytes, _) => each(&|pixel, place| {
-                place.copy_from_slice(&at(pixel).mean().map(|value| srgb::encode_u8(value as f32)));
+                place.copy_from_slice(&at(pixel).mean().map(srgb::encode_u8));
             }),
             (Travels::Color, _) => each(&|pixel, place| {
-                place.copy_from_slice(bytes_of(&at(pixel).mean().map(|value| value as f32)));
+                place.copy_from_slice(bytes_of(&at(pixel).mean()));
             }),
             (Travels::Double, _) => {
                 each(&|pixel, place| {
-                    place.copy_from_slice(bytes_of(&DoubleSum::of(&MeanSum::of(&at(pixel)))));
+                    place.copy_from_slice(bytes_of(&DoubleSum::of(&at(pixel))));
                 });
             }
             (Travels::Mean, _) => {
-                each(&|pixel, place| place.copy_from_slice(bytes_of(&MeanSum::of(&at(pixel)))));
+                each(&|pixel, place| place.copy_from_slice(bytes_of(&at(pixel))));
             }
             (Travels::Chunk, Rendered::Chunk(..)) => each(&|pixel, place| {
-                let totals = at(pixel);
-                let radiance = totals.radiance.map(|sum| sum.value() as f32); // one f32 each: exact
-                place.copy_from_slice(bytes_of(&ChunkSum { radiance, samples: totals.samples as u32 }));
+                let mean = at(pixel);
+                let radiance = mean.radiance.map(|sum| sum[0] as f32); // one f32 each: exact
+                place.copy_from_slice(bytes_of(&ChunkSum { radiance, samples: mean.samples as u32 }));
             }),
             (Travels::Sums | Travels::Guided, Rendered::Chunk(sums, guides)) => {
                 let (of_sums, of_guides) = body.split_at_mut(size_of_val(*sums));
@@ -266,21 +202,27 @@ impl Piece {
                 }
             }
             // Sums travel chunk by chunk.
-            (Travels::Chunk | Travels::Sums | Travels::Guided, Rendered::Totals(_)) => {}
+            (Travels::Chunk | Travels::Sums | Travels::Guided, Rendered::Means(..)) => {}
         }
         let (rows, (device_seconds, render_seconds, submissions)) = (rows.clone(), cost);
-        Self { rows, samples, travels, width, counts, device_seconds, render_seconds, submissions, bytes }
+        Self {
+            rows,
+            samples,
+            phase,
+            travels,
+            width,
+            counts,
+            device_seconds,
+            render_seconds,
+            submissions,
+            bytes,
+        }
     }
 
     /// Of sums that several ranks added up.
-    pub(super) fn of_means(
-        rows: &Rows,
-        samples: Range<u32>,
-        width: u32,
-        means: &[MeanSum],
-        counts: FilmCounts,
-        submissions: u32,
-    ) -> Self {
+    pub(super) fn of_strip(strip: &Strip, width: u32) -> Self {
+        let Strip { rows, phase, samples, sums: means, counts: (counts, submissions) } = strip;
+        let (samples, submissions) = (0..*samples, *submissions);
         let double = means.par_iter().with_min_len(4096).all(MeanSum::is_double);
         let travels = if double { Travels::Double } else { Travels::Mean };
         let (first, shift, gap) = rows.share();
@@ -299,6 +241,7 @@ impl Piece {
             rejected: counts.rejected,
             segments: counts.segments,
             unwritten: counts.unwritten,
+            phase: *phase,
             ..Header::zeroed()
         };
         let mut bytes = vec![0u8; size_of::<Header>() + means.len() * travels.bytes()];
@@ -313,9 +256,10 @@ impl Piece {
         Self {
             rows,
             samples,
+            phase: *phase,
             travels,
             width,
-            counts,
+            counts: *counts,
             device_seconds: 0.0,
             render_seconds: 0.0,
             submissions,
@@ -349,6 +293,7 @@ impl Piece {
         Ok(Self {
             rows,
             samples: header.first_sample..header.end_sample,
+            phase: header.phase,
             travels,
             width,
             counts: FilmCounts {
@@ -380,6 +325,21 @@ impl Piece {
             Travels::Double => read(self.pixels(), DoubleSum::mean),
             Travels::Chunk => read(self.pixels(), MeanSum::of_chunk),
             _ => Vec::new(),
+        }
+    }
+
+    /// Adds them to sums of as many pixels, each row's in one piece.
+    pub(super) fn add_to(&self, sums: &mut [MeanSum]) {
+        fn add<T: Pod>(bytes: &[u8], sums: &mut [MeanSum], mean: impl Fn(&T) -> MeanSum + Sync) {
+            let records = bytes.par_chunks_exact(size_of::<T>());
+            let pairs = sums.par_iter_mut().zip(records).with_min_len(8192);
+            pairs.for_each(|(sum, record)| sum.add(&mean(&bytemuck::pod_read_unaligned(record))));
+        }
+        match self.travels {
+            Travels::Mean => add(self.pixels(), sums, |mean: &MeanSum| *mean),
+            Travels::Double => add(self.pixels(), sums, DoubleSum::mean),
+            Travels::Chunk => add(self.pixels(), sums, MeanSum::of_chunk),
+            _ => {}
         }
     }
 

@@ -45,7 +45,7 @@ impl Default for Plan {
 }
 
 /// Strips that an average travels in, so that one is on its way while the next is rendered.
-pub const STRIPS: u32 = 16;
+pub const STRIPS: u32 = 8;
 
 /// How much more than its share a rank may get, so that chunks stay whole.
 const LENIENCE: f64 = 1.03;
@@ -88,6 +88,15 @@ pub fn samples_of(samples: u32, rank: u32, ranks: u32) -> Range<u32> {
 /// Ranks that have samples to average: no more than there are samples.
 pub fn averaging(samples: u32, ranks: u32) -> u32 {
     ranks.min(samples).max(1)
+}
+
+/// In how many phases an average travels: where each of so many ranks has several chunks, first what all but the last hold, while that is rendered.
+pub fn phases(samples: u32, ranks: u32) -> u32 {
+    let several = |rank| {
+        let own = samples_of(samples, rank, ranks);
+        own.start < own.end && own.start / CHUNK_SAMPLES != (own.end - 1) / CHUNK_SAMPLES
+    };
+    if (0..ranks).all(several) { 2 } else { 1 }
 }
 
 /// To whom a rank sends what it and those below it averaged; none for the root. The tree is the binomial one of MPI's reductions.

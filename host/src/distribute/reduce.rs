@@ -1,19 +1,21 @@
 //! Sums on their way up the tree of ranks.
 
 use super::DistributeError;
-use super::piece::{MeanSum, Piece};
+use super::means::MeanSum;
+use super::piece::Piece;
 use super::plan;
 use crate::film::{FilmCounts, Rows};
 use crate::render::Settings;
-use rayon::prelude::*;
 
-/// Sums of strips that wait for those of other ranks.
+/// Sums of strips that wait for those of other ranks. Each phase has its own.
 pub(super) struct Reduce {
     strip: u32,
-    waiting: Vec<Option<Vec<MeanSum>>>,
+    /// Of the image.
+    strips: usize,
+    waiting: Vec<Vec<MeanSum>>,
     missing: Vec<u32>,
-    /// Over the pieces of each strip, and their launches.
-    counts: Vec<(FilmCounts, u32)>,
+    /// Over the pieces of each strip, their launches, and their samples.
+    counts: Vec<(FilmCounts, u32, u32)>,
     pub parent: Option<u32>,
     pub children: u32,
 }
@@ -21,6 +23,9 @@ pub(super) struct Reduce {
 /// A strip that all below have added to.
 pub(super) struct Strip {
     pub rows: Rows,
+    pub phase: u32,
+    /// Of each pixel.
+    pub samples: u32,
     pub sums: Vec<MeanSum>,
     pub counts: (FilmCounts, u32),
 }
@@ -29,50 +34,68 @@ impl Reduce {
     pub fn new(settings: &Settings, rank: u32, ranks: u32) -> Self {
         let strip = plan::strip_rows(settings.height);
         let strips = settings.height.div_ceil(strip) as usize;
+        let all = strips * plan::phases(settings.samples, ranks) as usize;
         let children = plan::children(rank, ranks);
-        let missing = vec![1 + children; strips];
-        let counts = vec![(FilmCounts::default(), 0); strips];
-        Self { strip, waiting: vec![None; strips], missing, counts, parent: plan::parent(rank), children }
+        let missing = vec![1 + children; all];
+        let counts = vec![(FilmCounts::default(), 0, 0); all];
+        Self {
+            strip,
+            strips,
+            waiting: vec![Vec::new(); all],
+            missing,
+            counts,
+            parent: plan::parent(rank),
+            children,
+        }
+    }
+
+    /// Where a piece's sums wait; none for one of no phase.
+    fn index(&self, piece: &Piece) -> Option<usize> {
+        let strip = (piece.rows.own().start / self.strip) as usize;
+        let index = (piece.phase as usize).checked_mul(self.strips)?.checked_add(strip)?;
+        (strip < self.strips && index < self.missing.len()).then_some(index)
+    }
+
+    /// Counts a piece as come. Returns its strip, and how many are still missing there.
+    ///
+    /// # Errors
+    ///
+    /// For one that no one waits for.
+    pub fn count(&mut self, from: u32, piece: &Piece) -> Result<(usize, u32), DistributeError> {
+        let other =
+            || DistributeError::Protocol { rank: from, message: "a strip that no one waits for".to_owned() };
+        let index = self.index(piece).ok_or_else(other)?;
+        let missing = self.missing.get_mut(index).filter(|missing| **missing > 0).ok_or_else(other)?;
+        *missing -= 1;
+        Ok((index, *missing))
     }
 
     /// Adds a piece; with the last one of its strip returns the sum.
+    ///
+    /// # Errors
+    ///
+    /// As [`count`](Self::count).
     pub fn add(&mut self, from: u32, piece: Piece) -> Result<Option<Strip>, DistributeError> {
-        let other =
-            || DistributeError::Protocol { rank: from, message: "a strip that no one waits for".to_owned() };
-        let index = (piece.rows.own().start / self.strip) as usize;
-        let missing = self.missing.get_mut(index).filter(|missing| **missing > 0).ok_or_else(other)?;
-        *missing -= 1;
-        let missing = *missing;
-        let mut counts = (piece.counts, piece.submissions);
+        let (index, missing) = self.count(from, &piece)?;
+        let mut counts = (piece.counts, piece.submissions, piece.samples.len() as u32);
         if let Some(sum) = self.counts.get_mut(index) {
-            *sum = (sum.0 + counts.0, sum.1 + counts.1);
+            *sum = (sum.0 + counts.0, sum.1.saturating_add(counts.1), sum.2.saturating_add(counts.2));
             counts = *sum;
         }
-        let means = piece.means();
-        let sum = match self.waiting.get_mut(index).and_then(Option::take) {
-            None => means,
-            Some(sum) if sum.len() != means.len() => return Err(other()),
-            Some(mut sum) => {
-                let pairs = sum.par_iter_mut().zip(&means).with_min_len(4096);
-                pairs.for_each(|(sum, mean)| sum.add(mean));
-                sum
-            }
-        };
+        let mut sums = self.waiting.get_mut(index).map(std::mem::take).unwrap_or_default();
+        if sums.is_empty() {
+            sums = piece.means();
+        } else {
+            piece.add_to(&mut sums);
+        }
         if missing == 0 {
-            return Ok(Some(Strip { rows: piece.rows, sums: sum, counts }));
+            let (counts, samples) = ((counts.0, counts.1), counts.2);
+            return Ok(Some(Strip { rows: piece.rows, phase: piece.phase, samples, sums, counts }));
         }
         if let Some(place) = self.waiting.get_mut(index) {
-            *place = Some(sum);
+            *place = sums;
         }
         Ok(None)
-    }
-
-    /// Lets a piece go as it is.
-    pub fn pass(&mut self, piece: &Piece) {
-        let index = (piece.rows.own().start / self.strip) as usize;
-        if let Some(missing) = self.missing.get_mut(index) {
-            *missing = missing.saturating_sub(1);
-        }
     }
 
     pub fn is_over(&self) -> bool {

@@ -1,22 +1,29 @@
 //! Frames one after the other over all ranks: a frame travels while the next one is rendered.
+//!
+//! Ranks on the root's host have its frames in their memory, and their devices copy rows to where they belong; nothing but the word that they are there
+//! travels. Rows of other hosts come as messages.
+#![allow(unsafe_code, reason = "several fill one frame; each block names why it is sound")]
 
+use super::DistributeError;
 use super::link::{Link, NAP};
 use super::network::{Message, Network, Tag};
 use super::workshop::Workshop;
-use super::{DistributeError, Shared};
 use crate::Error;
-use crate::film::Rows;
+use crate::film::{FrameMemory, Rows, Target};
+use crate::render::Renderer;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
 /// Frames that a rank may be ahead of what the root has: one that travels, one that is rendered, one that waits.
-const AHEAD: u32 = 3;
+const AHEAD: u32 = 4;
 
 /// What one frame took a rank, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameCost {
-    /// As the host saw it, until its pixels were there.
+    /// As the host saw it, until its pixels were there; of frames that are rendered at the same time, each one's part.
     pub render: f64,
     /// Of that, by the device's timer.
     pub device: f64,
@@ -76,13 +83,13 @@ impl SeriesReport {
     }
 }
 
-/// Makes a frame's rows: which frame, and where its pixels go, one row below the other.
+/// Makes a frame's rows: which frame, and where its pixels go.
 pub trait Render<State>:
-    FnMut(&mut State, u32, &mut Vec<u32>) -> Result<FrameCost, Error> + Send + 'static
+    FnMut(&mut State, u32, &mut Target<'_>) -> Result<FrameCost, Error> + Send + 'static
 {
 }
 
-impl<State, F: FnMut(&mut State, u32, &mut Vec<u32>) -> Result<FrameCost, Error> + Send + 'static>
+impl<State, F: FnMut(&mut State, u32, &mut Target<'_>) -> Result<FrameCost, Error> + Send + 'static>
     Render<State> for F
 {
 }
@@ -90,41 +97,36 @@ impl<State, F: FnMut(&mut State, u32, &mut Vec<u32>) -> Result<FrameCost, Error>
 /// Gets each whole frame: its number and pixels.
 pub type Show<'a> = dyn FnMut(u32, &[u32]) -> Result<(), Error> + 'a;
 
-/// A frame that is not whole.
-struct Frame {
-    pixels: Vec<u32>,
-    missing: usize,
+/// Who renders frames, by turns.
+struct Workshops<State, Order, Product> {
+    first: Workshop<State, Order, Product>,
+    twin: Option<Workshop<State, Order, Product>>,
 }
 
-/// Where whole frames are put together: memory that ranks share, or the root's own.
-#[derive(Clone, Copy)]
-struct Frames {
-    shared: Option<Shared>,
-    image: usize,
-}
-
-impl Frames {
-    /// The first word of a frame in the shared memory.
-    fn first(&self, index: u32) -> usize {
-        (index % AHEAD) as usize * self.image
+impl<State, Order, Product> Workshops<State, Order, Product> {
+    fn of(&mut self, frame: usize) -> &mut Workshop<State, Order, Product> {
+        match &mut self.twin {
+            Some(twin) if frame % 2 == 1 => twin,
+            _ => &mut self.first,
+        }
     }
 }
 
 /// The root's side.
 struct Root<'a, 'b> {
     show: &'a mut Show<'b>,
-    frames: Frames,
-    pending: VecDeque<Frame>,
+    frames: Arc<FrameMemory>,
+    /// Of each frame that is not whole, how many ranks it misses.
+    missing: VecDeque<usize>,
     /// Of each rank, the frame whose rows come next.
     next: Vec<u32>,
-    spare: Vec<Vec<u32>>,
     whole: Vec<f64>,
     bytes: u64,
     costs: Vec<Option<Vec<FrameCost>>>,
 }
 
 impl Root<'_, '_> {
-    /// Takes a rank's rows of its next frame. Returns frames that are whole now.
+    /// Takes a rank's rows of its next frame, or the word that they are where they belong. Returns frames that are whole now.
     fn take(&mut self, series: &Series, rank: u32, pixels: &[u8], start: Instant) -> Result<u32, Error> {
         let wrong = || DistributeError::Protocol { rank, message: "rows of another frame".to_owned() };
         let rows = series.rows.get(rank as usize).ok_or_else(wrong)?;
@@ -132,92 +134,89 @@ impl Root<'_, '_> {
         let first = self.whole.len() as u32;
         let index = next.checked_sub(first).ok_or_else(wrong)? as usize;
         *next += 1;
-        let count = series.width as usize * series.height as usize;
-        while self.pending.len() <= index {
-            let mut pixels = self.spare.pop().unwrap_or_default();
-            pixels.resize(if self.frames.shared.is_some() { 0 } else { count }, 0);
-            let missing = series.rows.iter().filter(|rows| !rows.is_empty()).count();
-            self.pending.push_back(Frame { pixels, missing });
-        }
-        let frame = self.pending.get_mut(index).ok_or_else(wrong)?;
-        let row = series.width as usize * 4;
-        // Who shares the root's memory has written there.
-        let written = pixels.is_empty() && self.frames.shared.is_some();
-        if !written && pixels.len() != rows.len() as usize * row || frame.missing == 0 {
+        if index >= AHEAD as usize {
             return Err(wrong().into());
         }
-        match self.frames.shared {
-            Some(shared) if !written => {
-                let place = self.frames.first(first + index as u32);
-                let words: Vec<u32> = bytemuck::pod_collect_to_vec(pixels);
-                shared.write(place, series.width as usize, rows, &words);
-            }
-            Some(_) => {}
-            None => {
-                let to: &mut [u8] = bytemuck::cast_slice_mut(&mut frame.pixels);
-                let mut at = 0;
-                for block in rows.blocks() {
-                    let length = block.len() * row;
-                    let place = block.start as usize * row..block.end as usize * row;
-                    to[place].copy_from_slice(&pixels[at..at + length]);
-                    at += length;
-                }
-            }
+        while self.missing.len() <= index {
+            self.missing.push_back(series.rows.iter().filter(|rows| !rows.is_empty()).count());
         }
-        frame.missing -= 1;
-        let mut whole = 0;
-        while let Some(frame) = self.pending.pop_front_if(|frame| frame.missing == 0) {
-            self.whole.push(start.elapsed().as_secs_f64());
-            match self.frames.shared {
-                Some(shared) => {
-                    (self.show)(first + whole, shared.read(self.frames.first(first + whole), count))?
-                }
-                None => (self.show)(first + whole, &frame.pixels)?,
+        let missing = self.missing.get_mut(index).filter(|missing| **missing > 0).ok_or_else(wrong)?;
+        let row = series.width as usize * 4;
+        if !pixels.is_empty() {
+            if pixels.len() != rows.len() as usize * row {
+                return Err(wrong().into());
             }
-            self.spare.push(frame.pixels);
+            let words: Vec<u32> = bytemuck::pod_collect_to_vec(pixels);
+            // SAFETY: these rows are of the rank that sent them, and the frame is not whole: no one else has them.
+            let target = unsafe { self.frames.target(first + index as u32, rows) };
+            target.ok_or_else(wrong)?.copy_from(&words);
+        }
+        *missing -= 1;
+        let mut whole = 0;
+        while self.missing.pop_front_if(|missing| *missing == 0).is_some() {
+            self.whole.push(start.elapsed().as_secs_f64());
+            fence(Ordering::SeqCst);
+            // SAFETY: all have said that their rows are there, and write the next frame of this place when the root has said that it has this one.
+            (self.show)(first + whole, unsafe { self.frames.read(first + whole) })?;
             whole += 1;
         }
         Ok(whole)
     }
 }
 
-/// Renders frames over all ranks, each of which calls this. `render` runs on a thread of its own; `show` gets each whole frame on the root, in
-/// order. What came of it is returned on the root.
+/// Renders frames over all ranks, each of which calls this. `render` runs on a thread of its own, or with a [twin](Renderer::twin) on two that take turns:
+/// the device has a frame to render while another ends. `show` gets each whole frame on the root, in order. What came of it is returned on the root.
 ///
 /// # Errors
 ///
 /// An error of this rank or of another, or of a rank that was silent for too long: the job must be ended then.
-pub fn series<N: Network, State: Send + 'static>(
+pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
     link: &mut Link<N>,
-    state: State,
+    (mut state, twin): (State, Option<State>),
     series: &Series,
-    mut render: impl Render<State>,
+    render: impl Render<State> + Clone,
     show: &mut Show<'_>,
     ended: &dyn Fn() -> bool,
 ) -> Result<(State, Option<SeriesReport>), Error> {
     let rank = link.rank();
-    let image = series.width as usize * series.height as usize;
+    let Series { width, height, .. } = *series;
     let several = series.rows.len() > 1;
-    let shared = if several { link.network().share(image * AHEAD as usize)? } else { None };
-    let frames = Frames { shared, image };
-    let (width, own) = (series.width as usize, series.rows.get(rank as usize).cloned());
-    let mut workshop = Workshop::new(state, move |state, (index, mut pixels): (u32, Vec<u32>), out| {
-        let cost = render(state, index, &mut pixels)?;
-        if let (Some(shared), Some(own)) = (frames.shared, &own) {
-            shared.write(frames.first(index), width, own, &pixels);
-        }
-        out((pixels, cost));
-        Ok(())
-    });
+    let shared = if several { link.network().share(width, height, AHEAD)? } else { None };
+    // The root's frames, where this rank reaches them.
+    let frames = match shared {
+        None if rank > 0 => None,
+        shared => Some(Arc::new(shared.unwrap_or_else(|| FrameMemory::new(width, height, AHEAD)))),
+    };
+    // Twins have one device.
+    frames.iter().for_each(|frames| state.as_mut().pin(frames.memory()));
+    let own = series.rows.get(rank as usize).cloned().unwrap_or_else(|| Rows::from(0..0));
+    let together = if twin.is_some() { 2 } else { 1 };
+    let workshop = |state| {
+        let (reached, own, mut render) = (frames.clone(), own.clone(), render.clone());
+        Workshop::new(
+            state,
+            move |state, (index, mut pixels): (u32, Vec<u32>), out: &mut (dyn FnMut(_) + Send)| {
+                // SAFETY: these rows are this rank's, and the root has shown what was in this place before: it is told when they are there.
+                let place = reached.as_ref().and_then(|frames| unsafe { frames.target(index, &own) });
+                let cost = match place {
+                    Some(mut place) => render(state, index, &mut place)?,
+                    None => render(state, index, &mut Target::packed(&mut pixels, width, &own))?,
+                };
+                fence(Ordering::SeqCst);
+                out((pixels, FrameCost { render: cost.render / together as f64, ..cost }));
+                Ok(())
+            },
+        )
+    };
+    let mut workshops = Workshops { first: workshop(state), twin: twin.map(workshop) };
     let ranks = series.rows.len();
     let busy: Vec<bool> = series.rows.iter().map(|rows| !rows.is_empty()).collect();
     let works = busy.get(rank as usize).copied().unwrap_or(false);
-    let mut root = (rank == 0).then(|| Root {
+    let mut root = frames.clone().filter(|_| rank == 0).map(|frames| Root {
         show,
         frames,
-        pending: VecDeque::new(),
+        missing: VecDeque::new(),
         next: vec![0; ranks],
-        spare: Vec::new(),
         whole: Vec::new(),
         bytes: 0,
         costs: vec![None; ranks],
@@ -229,13 +228,18 @@ pub fn series<N: Network, State: Send + 'static>(
     let mut spare: Vec<Vec<u32>> = Vec::new();
     let mut reported = false;
     let nap = if series.spins { Duration::ZERO } else { NAP };
-    loop {
-        while ordered < wanted && ordered < whole + AHEAD && workshop.open() < 2 {
+    let report = 'frames: loop {
+        while ordered < wanted && ordered < whole + AHEAD {
+            let workshop = workshops.of(ordered as usize);
+            if workshop.open() > 1 {
+                break;
+            }
             workshop.order((ordered, spare.pop().or_else(|| link.network().reclaim()).unwrap_or_default()));
             ordered += 1;
         }
         let mut came = 0;
-        if let Some(product) = workshop.product(nap) {
+        // In the order of frames.
+        if let Some(product) = workshops.of(costs.len()).product(nap) {
             let (pixels, cost) = match product {
                 Ok(product) => product,
                 Err(error) if rank == 0 => return Err(error),
@@ -249,12 +253,8 @@ pub fn series<N: Network, State: Send + 'static>(
             };
             costs.push(cost);
             match &mut root {
-                Some(root) => {
-                    let own: &[u8] = if shared.is_some() { &[] } else { bytemuck::cast_slice(&pixels) };
-                    came += root.take(series, 0, own, start)?;
-                    spare.push(pixels);
-                }
-                None if shared.is_some() => {
+                Some(root) => came += root.take(series, 0, &[], start)?,
+                None if frames.is_some() => {
                     link.send(0, Tag::Part, Vec::new())?;
                     spare.push(pixels);
                 }
@@ -287,10 +287,7 @@ pub fn series<N: Network, State: Send + 'static>(
                 (Tag::Want, None) => {
                     whole = <[u8; 4]>::try_from(bytes.as_slice()).map_or(whole, u32::from_ne_bytes);
                 }
-                (Tag::Done, None) if reported => {
-                    link.network().unshare()?;
-                    return Ok((workshop.end(), None));
-                }
+                (Tag::Done, None) if reported => break 'frames None,
                 (other, _) => {
                     let message = format!("{other:?} in a series of frames");
                     return Err(DistributeError::Protocol { rank: from, message }.into());
@@ -317,9 +314,7 @@ pub fn series<N: Network, State: Send + 'static>(
                     link.flush()?;
                     let costs = root.costs.iter_mut().filter_map(Option::take).collect();
                     let bytes = root.bytes / u64::from(series.frames.max(1));
-                    link.network().unshare()?;
-                    let report = SeriesReport { costs, whole: std::mem::take(&mut root.whole), bytes };
-                    return Ok((workshop.end(), Some(report)));
+                    break Some(SeriesReport { costs, whole: std::mem::take(&mut root.whole), bytes });
                 }
             }
         } else if !reported && costs.len() as u32 == wanted && link.network().unsent() == 0 {
@@ -330,7 +325,14 @@ pub fn series<N: Network, State: Send + 'static>(
         if series.spins {
             std::thread::yield_now();
         }
-    }
+    };
+    // Nothing may hold the memory when it is given back.
+    drop(workshops.twin.map(Workshop::end));
+    let mut state = workshops.first.end();
+    frames.iter().for_each(|frames| state.as_mut().unpin(frames.memory()));
+    drop((root, frames));
+    link.network().unshare()?;
+    Ok((state, report))
 }
 
 type Told = Result<Vec<FrameCost>, (u8, String)>;

@@ -10,7 +10,7 @@ use super::network::{Message, Network, Tag};
 use super::order::{Bench, Source, give, render};
 use super::piece::{Piece, Travels};
 use super::plan::{self, Balance, Dispenser, Mode, Plan};
-use super::reduce::{Reduce, Strip};
+use super::reduce::Reduce;
 use super::report::{ClusterReport, RankReport};
 use super::workshop::Workshop;
 use crate::Error;
@@ -155,7 +155,8 @@ pub fn still<N: Network>(
         came: None,
     });
 
-    let bench = Bench { renderer, settings: settings.clone(), travels, kernel: "" };
+    let phases = if tree { plan::phases(settings.samples, averaging) } else { 1 };
+    let bench = Bench { renderer, settings: settings.clone(), travels, phases };
     let mut workshop = Workshop::new(bench, render);
     let start = Instant::now();
     let sent_before = link.sent;
@@ -355,23 +356,22 @@ fn deliver<N: Network>(
     match route {
         Route::Tree(reduce) => {
             let Settings { width, .. } = work.settings;
-            let parent = reduce.parent;
-            // A leaf's sums go as they are.
-            if let Some(parent) = parent.filter(|_| own && reduce.children == 0) {
-                reduce.pass(&piece);
-                link.send(parent, Tag::Part, piece.into_bytes())?;
-                return Ok(());
-            }
-            if let Some(Strip { rows, sums, counts }) = reduce.add(from, piece)? {
-                match (parent, root) {
-                    (Some(parent), _) => {
-                        let samples = 0..work.settings.samples;
-                        let sum = Piece::of_means(&rows, samples, width, &sums, counts.0, counts.1);
-                        link.send(parent, Tag::Part, sum.into_bytes())?;
-                    }
-                    (None, Some(root)) => root.canvas.add(&rows, &sums),
-                    (None, None) => {}
+            match (reduce.parent, root) {
+                (Some(parent), _) if reduce.children == 0 => {
+                    // A leaf's sums go as they are.
+                    reduce.count(from, &piece)?;
+                    link.send(parent, Tag::Part, piece.into_bytes())?;
                 }
+                (Some(parent), _) => {
+                    if let Some(strip) = reduce.add(from, piece)? {
+                        link.send(parent, Tag::Part, Piece::of_strip(&strip, width).into_bytes())?;
+                    }
+                }
+                (None, Some(root)) => {
+                    reduce.count(from, &piece)?;
+                    root.canvas.add(from, &piece)?;
+                }
+                (None, None) => {}
             }
             Ok(())
         }

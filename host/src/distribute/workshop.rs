@@ -31,7 +31,9 @@ where
     /// `work` makes any number of products of an order.
     pub fn new(
         mut state: State,
-        mut work: impl FnMut(&mut State, Order, &mut dyn FnMut(Product)) -> Result<(), Error> + Send + 'static,
+        mut work: impl FnMut(&mut State, Order, &mut (dyn FnMut(Product) + Send)) -> Result<(), Error>
+        + Send
+        + 'static,
     ) -> Self {
         let (orders, received) = channel::<Order>();
         let (sender, steps) = channel();

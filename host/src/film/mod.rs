@@ -2,13 +2,18 @@
 
 mod coverage;
 mod guides;
+mod host_memory;
 mod rows;
 mod sum;
+mod target;
 
 pub use coverage::{Coverage, Overlap, Part};
 pub use guides::GuideTotals;
+pub use host_memory::{HostMemory, HostRecords};
 pub use rows::Rows;
 pub use sum::ExactSum;
+pub use target::{FrameMemory, HostFrame, Target};
+pub(crate) use target::{Grid, span};
 
 use crate::image::Image;
 use rayon::prelude::*;

@@ -5,7 +5,7 @@ use super::schedule::Submissions;
 use super::{Renderer, Screen, Settings};
 use crate::Error;
 use crate::denoise::Shown;
-use crate::film::Rows;
+use crate::film::{Rows, Target};
 use std::time::Duration;
 
 /// What a frame took.
@@ -33,8 +33,24 @@ impl Renderer {
         screen: &Screen,
         pixels: &mut Vec<u32>,
     ) -> Result<Framed, Error> {
-        settings.check_live()?;
         settings.check_rows(rows, &(0..settings.samples))?;
+        self.frame_to(settings, screen, &mut Target::packed(pixels, settings.width, rows))
+    }
+
+    /// The same, to where the rows belong.
+    ///
+    /// # Errors
+    ///
+    /// As [`frame`](Self::frame); [`Error::Backend`] for a target of another width.
+    pub fn frame_to(
+        &mut self,
+        settings: &Settings,
+        screen: &Screen,
+        to: &mut Target<'_>,
+    ) -> Result<Framed, Error> {
+        let rows = to.rows().clone();
+        settings.check_live()?;
+        settings.check_rows(&rows, &(0..settings.samples))?;
         // Each frame writes all pixels of its rows anew: nothing needs to be erased.
         let variant = match self.framed.take().filter(|framed| framed.0 == *settings) {
             Some((_, variant)) => variant,
@@ -51,9 +67,8 @@ impl Renderer {
         let size = (settings.width, settings.height);
         let first = rows.blocks().next().map_or(0, |block| block.start);
         let params = display_params(size, settings.width, screen.stops, first);
-        pixels.resize(settings.width as usize * rows.len() as usize, 0);
-        let shown = Shown { params, image: None, kept: false, rows: rows.clone() };
-        let display = self.backend.display(&shown, pixels)?;
+        let shown = Shown { params, image: None, kept: false };
+        let display = self.backend.display(&shown, to)?;
         self.framed = Some((settings.clone(), variant));
         Ok(Framed { kernel: variant.name, trace, display })
     }

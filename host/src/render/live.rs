@@ -4,9 +4,10 @@ use super::schedule::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, Shown, keep, passes, reach};
-use crate::film::Film;
+use crate::film::{Film, HostMemory, Rows, Target};
 use crate::image::Image;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::Variant;
 use trisect_shared::denoise::{Lit, STOPS, View};
@@ -233,13 +234,31 @@ impl Renderer {
     ///
     /// As [`read_live`](Self::read_live).
     pub fn show(&mut self, live: &Live, screen: &Screen, pixels: &mut Vec<u32>) -> Result<Duration, Error> {
+        let rows = Rows::from(live.rows.clone());
+        self.show_to(live, screen, &mut Target::packed(pixels, live.size.0, &rows))
+    }
+
+    /// The same, to where the rows belong: those of the target, of which the frame must have rendered all.
+    ///
+    /// # Errors
+    ///
+    /// As there, and for a target of another width.
+    pub fn show_to(&mut self, live: &Live, screen: &Screen, to: &mut Target<'_>) -> Result<Duration, Error> {
         let (width, height) = live.size;
         let split = (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32;
         let params = display_params((width, height), split, screen.stops, live.rows.start);
-        pixels.resize(width as usize * live.rows.len(), 0);
-        let shown =
-            Shown { params, image: Some(live.image), kept: live.kept, rows: live.rows.clone().into() };
-        Ok(self.backend.display(&shown, pixels)?)
+        let shown = Shown { params, image: Some(live.image), kept: live.kept };
+        Ok(self.backend.display(&shown, to)?)
+    }
+
+    /// Lets the device copy frames to this memory without a detour, where it can.
+    pub fn pin(&mut self, memory: &Arc<HostMemory>) {
+        self.backend.pin(memory);
+    }
+
+    /// Takes that back.
+    pub fn unpin(&mut self, memory: &Arc<HostMemory>) {
+        self.backend.unpin(memory);
     }
 }
 

@@ -4,6 +4,7 @@ mod camera;
 mod frame;
 mod live;
 mod method;
+mod overlap;
 mod schedule;
 mod settings;
 mod sight;
@@ -19,16 +20,17 @@ pub use sums::{Sums, chunks};
 use crate::Error;
 use crate::backend::{Backend, Job, Launch, SceneRecords};
 use crate::bvh::{Bvh, BvhQuality, Wide};
-use crate::film::{Film, Rows};
+use crate::film::{Film, HostRecords, Rows};
 use crate::lights::Lights;
 use crate::scene::{CameraPose, Scene, SceneError};
 use crate::stats::{Phases, RenderStats};
 use glam::Vec3;
 use live::Series;
+pub(crate) use overlap::Parts;
 use schedule::Pace;
 use sight::Sight;
-use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::ops::{ControlFlow, Range};
+use std::time::Instant;
 use trisect_kernels::Variant;
 use trisect_shared::bvh::Child;
 use trisect_shared::camera::Camera;
@@ -111,7 +113,9 @@ pub struct Renderer {
     /// Learned from earlier submissions, kept from frame to frame.
     pace: Pace,
     /// One chunk as the device gives it, kept too.
-    chunk: Vec<PixelSums>,
+    chunk: HostRecords<PixelSums>,
+    /// Memory for another, where one is rendered while one is summed.
+    spare: HostRecords<PixelSums>,
     /// The same, where a render has them.
     guides: Vec<Guides>,
     phases: Phases,
@@ -126,6 +130,12 @@ pub struct Renderer {
     framed: Option<(Settings, Variant)>,
     /// How far from the world's origin along each axis a ray may start for which the boxes have room.
     reach: Vec3,
+}
+
+impl AsMut<Renderer> for Renderer {
+    fn as_mut(&mut self) -> &mut Renderer {
+        self
+    }
 }
 
 impl Renderer {
@@ -164,7 +174,8 @@ impl Renderer {
             scene: SceneParams::new(scene, &bvh, &lights, reach.is_some()),
             reach: reach.unwrap_or(Vec3::ZERO),
             pace,
-            chunk: Vec::new(),
+            chunk: HostRecords::default(),
+            spare: HostRecords::default(),
             guides: Vec::new(),
             phases,
             instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
@@ -173,6 +184,30 @@ impl Renderer {
             ready: None,
             framed: None,
         })
+    }
+
+    /// Another renderer of the same scene on the same device, for frames that are rendered at the same time: where one waits for its last lanes or for the host,
+    /// the other's lanes fill the device. None where that brings nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] when the device fails.
+    pub fn twin(&self) -> Result<Option<Self>, Error> {
+        let Some(backend) = self.backend.twin()? else { return Ok(None) };
+        Ok(Some(Self {
+            pace: Pace::new(backend.device().kind),
+            backend,
+            chunk: HostRecords::default(),
+            spare: HostRecords::default(),
+            guides: Vec::new(),
+            phases: self.phases.clone(),
+            instances: self.instances.clone(),
+            sight: self.sight.anew(),
+            live: None,
+            ready: None,
+            framed: None,
+            ..*self
+        }))
     }
 
     /// Cuts work into submissions of about so many samples (a whole row has at least one each), or of 50 ms again. The film does not depend on it.
@@ -232,24 +267,27 @@ impl Renderer {
         let rows = Rows::from(part.rows.clone());
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let total = per_sample * part.samples.len() as u64;
-        let mut before = 0;
-        let (mut merge_time, mut read_time) = (Duration::ZERO, Duration::ZERO);
-        for samples in chunks(part.samples.clone()) {
-            let mut watch = |done: u64| observer.progress(before + done, total);
-            let took = self.chunk(settings, variant, &rows, samples.clone(), &mut watch)?;
-            before += per_sample * samples.len() as u64;
-            stats.submissions += took.submissions;
-            stats.device_seconds += took.device.as_secs_f64();
-            read_time += took.read;
-            let merge = Instant::now();
-            let done = Part { rows: part.rows.clone(), samples };
-            film.merge(&done, &self.chunk)?;
-            if settings.guides {
-                film.merge_guides(&done, &self.guides)?;
-            }
-            merge_time += took.read + merge.elapsed();
-        }
-        stats.finish(film.counts_in(&part.rows), start.elapsed(), merge_time, read_time);
+        let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
+        let parts = Parts { settings, rows: &rows, samples: &samples };
+        let mut watch = |done: u64| observer.progress(done, total);
+        let took;
+        (film, took) = self.each_chunk(
+            &parts,
+            variant,
+            &mut watch,
+            film,
+            &|film: &mut Film, samples, sums: &Sums<'_>| {
+                let done = Part { rows: part.rows.clone(), samples: samples.clone() };
+                film.merge(&done, sums.pixels)?;
+                if settings.guides {
+                    film.merge_guides(&done, sums.guides)?;
+                }
+                Ok(())
+            },
+        )?;
+        stats.submissions += took.submissions;
+        stats.device_seconds += took.device.as_secs_f64();
+        stats.finish(film.counts_in(&part.rows), start.elapsed(), took.waited, took.read);
         Ok(Frame { film, stats })
     }
 

@@ -29,6 +29,11 @@ impl Sight {
         Self { nodes: bvh.nodes, root: bvh.root, made: None, refused: None }
     }
 
+    /// The same for another backend, which has no view yet.
+    pub fn anew(&self) -> Self {
+        Self { nodes: self.nodes.clone(), made: None, refused: None, ..*self }
+    }
+
     /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose
     /// paths are short, so that its camera rays are a good part of all, and while the camera rests. Without memory for it, the image is made without it, and is the
     /// same: [`Sight::refused`] says so.

@@ -1,5 +1,6 @@
 //! Chunks of samples of some rows, as the device sums them.
 
+use super::overlap::make_room;
 use super::schedule::{Submission, Submissions};
 use super::{Observer, Renderer, Settings};
 use crate::Error;
@@ -59,15 +60,26 @@ impl Renderer {
         samples: Range<u32>,
         observer: &mut dyn Observer,
     ) -> Result<Sums<'_>, Error> {
-        let variant = self.prepare(settings)?;
-        settings.check_rows(rows, &samples)?;
-        let camera = self.camera(settings);
-        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        let variant = self.ready_for(settings, rows, std::slice::from_ref(&samples))?;
         let total = u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
         let mut watch = |done: u64| observer.progress(done, total);
         let took = self.chunk(settings, variant, rows, samples, &mut watch)?;
         let Took { device, submissions, .. } = took;
         Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
+    }
+
+    /// Makes all ready for chunks of some rows, which it checks.
+    pub(super) fn ready_for(
+        &mut self,
+        settings: &Settings,
+        rows: &Rows,
+        samples: &[Range<u32>],
+    ) -> Result<Variant, Error> {
+        let variant = self.prepare(settings)?;
+        samples.iter().try_for_each(|samples| settings.check_rows(rows, samples))?;
+        let camera = self.camera(settings);
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        Ok(variant)
     }
 
     /// Renders a chunk and reads it: what it holds is in `self.chunk` and `self.guides`.
@@ -81,7 +93,7 @@ impl Renderer {
     ) -> Result<Took, Error> {
         (self.ready, self.framed) = (None, None);
         let pixels = settings.width as usize * rows.len() as usize;
-        self.chunk.resize(pixels, PixelSums::UNWRITTEN);
+        make_room(self.backend.as_mut(), &mut self.chunk, pixels);
         self.guides.resize(if settings.guides { pixels } else { 0 }, Guides::UNWRITTEN);
         let mut took = Took::default();
         let (mut done, count) = (0, samples.len() as u32);

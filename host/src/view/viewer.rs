@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::denoise::{Denoise, History, Kernel};
+use crate::film::{HostFrame, Rows, Target};
 use crate::render::{Live, MOST_KEPT, Renderer, Screen, Settings};
 use crate::scene::CameraPose;
 use std::ops::Range;
@@ -78,13 +79,21 @@ impl Shot {
 /// A scene, and its frames.
 pub struct Viewer {
     renderer: Renderer,
+    /// Of [`shot`](Self::shot).
+    frame: Option<HostFrame>,
     last: Option<(Look, CameraPose, Shot)>,
+}
+
+impl AsMut<Renderer> for Viewer {
+    fn as_mut(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
 }
 
 impl Viewer {
     /// Of a scene on a backend.
     pub fn new(renderer: Renderer) -> Self {
-        Self { renderer, last: None }
+        Self { renderer, frame: None, last: None }
     }
 
     /// The scene on its backend.
@@ -108,21 +117,48 @@ impl Viewer {
     ///
     /// As [`Renderer::live`] and [`Renderer::look`]. The frame after begins anew.
     pub fn frame(&mut self, look: &Look, pose: &CameraPose, pixels: &mut Vec<u32>) -> Result<Shot, Error> {
-        let rows = 0..look.scaled().height;
-        self.rows(look, pose, &rows, pixels)
+        let settings = look.scaled();
+        settings.check()?;
+        let rows = 0..settings.height;
+        let mut to = Target::packed(pixels, settings.width, &Rows::from(rows.clone()));
+        self.rows_to(look, pose, &rows, &mut to)
     }
 
-    /// The same of these rows of it alone.
+    /// The same to memory of its own, which the device copies to without a detour where it can: faster, for who needs the pixels for a moment only.
+    ///
+    /// # Errors
+    ///
+    /// As [`frame`](Self::frame).
+    pub fn shot(&mut self, look: &Look, pose: &CameraPose) -> Result<(Shot, &[u32]), Error> {
+        let settings = look.scaled();
+        settings.check()?;
+        let (width, height) = (settings.width, settings.height);
+        let mut frame = match self.frame.take() {
+            Some(frame) if frame.size() == (width, height) => frame,
+            other => {
+                if let Some(other) = other {
+                    self.renderer.unpin(other.memory());
+                }
+                let frame = HostFrame::new(width, height);
+                self.renderer.pin(frame.memory());
+                frame
+            }
+        };
+        let shot = self.rows_to(look, pose, &(0..height), &mut frame.target())?;
+        Ok((shot, self.frame.insert(frame).pixels()))
+    }
+
+    /// The same of these rows of it alone, to where they belong.
     ///
     /// # Errors
     ///
     /// As [`frame`](Self::frame), and for rows that the image does not have.
-    pub fn rows(
+    pub fn rows_to(
         &mut self,
         look: &Look,
         pose: &CameraPose,
         rows: &Range<u32>,
-        pixels: &mut Vec<u32>,
+        to: &mut Target<'_>,
     ) -> Result<Shot, Error> {
         let start = Instant::now();
         self.last = None;
@@ -131,7 +167,7 @@ impl Viewer {
         settings.check()?;
         let live = self.renderer.live_rows(&settings, look.denoise.as_ref(), Some(&look.history), rows)?;
         let presented = Instant::now();
-        let display = self.renderer.show(&live, &look.screen, pixels)?;
+        let display = self.renderer.show_to(&live, &look.screen, to)?;
         let (present, whole) = (presented.elapsed(), start.elapsed());
         let shot = Shot { live, size: (settings.width, settings.height), display, present, whole };
         self.last = Some((look.clone(), *pose, shot.clone()));

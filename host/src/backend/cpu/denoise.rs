@@ -4,6 +4,7 @@
 use super::failed;
 use crate::backend::BackendError;
 use crate::denoise::{Kernel, Pass, Shown};
+use crate::film::{Target, span};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -123,7 +124,7 @@ impl Denoiser {
         &self,
         frame: &Shown,
         film: &[PixelSums],
-        pixels: &mut [u32],
+        to: &mut Target<'_>,
     ) -> Result<Duration, BackendError> {
         let start = Instant::now();
         let from = match frame.image {
@@ -134,14 +135,13 @@ impl Denoiser {
             }
         };
         let width = frame.params.width as usize;
-        let fits = range(&frame.span(), width, film.len()).is_some()
-            && pixels.len() == width * frame.rows.len() as usize
+        let fits = range(&span(frame.params.first_row, to.rows()), width, film.len()).is_some()
+            && to.width() == width
             && (!frame.kept || self.kept.len() == film.len());
         if !fits {
             return Err(failed("a film of another image"));
         }
-        let rows: Vec<u32> = frame.rows.iter().collect();
-        pixels.par_chunks_mut(width).zip(rows).for_each(|(pixels, y)| {
+        to.each_row().into_par_iter().for_each(|(y, pixels)| {
             for ((x, pixel), index) in (0u32..).zip(pixels).zip(y as usize * width..) {
                 let sums = if frame.kept { self.kept[index].0 } else { film[index] };
                 let lit = from.map_or(Lit::UNKNOWN, |from| from[index]);

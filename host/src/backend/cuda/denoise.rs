@@ -4,6 +4,7 @@ use super::driver::{Argument, failed};
 use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
 use crate::denoise::{Pass, Shown};
+use crate::film::{Target, span};
 use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, LaunchConfig, PushKernelArg};
 use std::time::Duration;
 use trisect_kernels::{DISPLAY, WORKGROUP, workgroup};
@@ -163,7 +164,7 @@ impl Cuda {
     pub(super) fn display_frame(
         &mut self,
         frame: &Shown,
-        pixels: &mut [u32],
+        to: &mut Target<'_>,
     ) -> Result<Duration, BackendError> {
         let DisplayParams { width, height, .. } = frame.params;
         let count = width as usize * height as usize;
@@ -175,7 +176,7 @@ impl Cuda {
                 self.zeros(count * 4, "the image for the screen")?
             }
         };
-        let time = self.display_to(frame, &kernel, count, &mut shown, pixels);
+        let time = self.display_to(frame, &kernel, count, &mut shown, to);
         self.shown = Some(shown);
         time
     }
@@ -186,7 +187,7 @@ impl Cuda {
         kernel: &CudaFunction,
         count: usize,
         shown: &mut CudaSlice<u8>,
-        pixels: &mut [u32],
+        to: &mut Target<'_>,
     ) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(not_prepared()) };
         let images = self.denoiser.as_ref();
@@ -197,12 +198,12 @@ impl Cuda {
             None => Some(sums),
             Some(image) => images.and_then(|images| images.lit.get(image)),
         };
-        let span = frame.span();
+        let span = span(frame.params.first_row, to.rows());
         let Some(lit) = lit.filter(|lit| {
             lit.len() >= count * size_of::<Lit>()
                 && sums.len() == count * size_of::<PixelSums>()
                 && span.end <= frame.params.height
-                && pixels.len() == frame.params.width as usize * frame.rows.len() as usize
+                && to.width() == frame.params.width as usize
         }) else {
             return Err(not_prepared());
         };
@@ -219,7 +220,7 @@ impl Cuda {
         // SAFETY: the arguments are the kernel's (see trisect_kernels), and each names a record for each pixel, or more.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
-        self.read_rows(&frame.rows, shown, bytemuck::cast_slice_mut(pixels))?;
+        self.read_target(shown, to)?;
         let milliseconds = self.start.elapsed_ms(&self.end).map_err(failed("reading the timer"))?;
         Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
     }

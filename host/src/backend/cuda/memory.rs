@@ -1,9 +1,8 @@
 //! Memory of the device.
 
+use super::Cuda;
 use super::driver::failed;
-use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
-use crate::film::Rows;
 use bytemuck::Pod;
 use cudarc::driver::{CudaSlice, DevicePtrMut, result};
 
@@ -44,37 +43,5 @@ impl Cuda {
         // SAFETY: the pointer is valid for `bytes` bytes.
         unsafe { result::memset_d8_async(pointer, 0xff, bytes, self.stream.cu_stream()) }
             .map_err(failed("erasing the film"))
-    }
-
-    /// Copies rows of what an image's pixels have on the device. Blocks of rows are put together there: a copy to the host each would wait for each.
-    pub(super) fn read_rows(
-        &self,
-        rows: &Rows,
-        from: &CudaSlice<u8>,
-        to: &mut [u8],
-    ) -> Result<(), BackendError> {
-        let row = to.len() / (rows.len() as usize).max(1);
-        let bytes = |block: &std::ops::Range<u32>| block.start as usize * row..block.end as usize * row;
-        let mut blocks = rows.blocks();
-        let (first, more) = (blocks.next(), blocks.next().is_some());
-        if from.len() < rows.end() as usize * row {
-            return Err(not_prepared());
-        }
-        let Some(first) = first else { return Ok(()) };
-        let copied = if more {
-            let mut together = self.allocate(to.len(), "the rows of a share")?;
-            let mut done = 0;
-            for block in rows.blocks() {
-                let part = from.slice(bytes(&block));
-                let mut place = together.slice_mut(done..done + part.len());
-                self.stream.memcpy_dtod(&part, &mut place).map_err(failed("reading the film"))?;
-                done += part.len();
-            }
-            self.stream.memcpy_dtoh(&together, to)
-        } else {
-            self.stream.memcpy_dtoh(&from.slice(bytes(&first)), to)
-        };
-        copied.map_err(failed("reading the film"))?;
-        self.stream.synchronize().map_err(failed("reading the film"))
     }
 }

@@ -8,12 +8,13 @@ mod denoise;
 mod driver;
 mod extract;
 mod memory;
+mod pinned;
 
 pub use driver::devices;
 
 use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
-use crate::film::Rows;
+use crate::film::{HostMemory, Rows, Target};
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::Zeroable;
 use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
@@ -22,6 +23,7 @@ use cudarc::driver::{
 };
 use cudarc::nvrtc::Ptx;
 use driver::{Argument, describe, failed, probe, unavailable};
+use pinned::Pinned;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -71,6 +73,8 @@ pub struct Cuda {
     denoiser: Option<denoise::Images>,
     /// An image for a screen.
     shown: Option<CudaSlice<u8>>,
+    /// Memory of the host that this device copies to without a detour.
+    pinned: Vec<Pinned>,
     math: MathMode,
     start: CudaEvent,
     end: CudaEvent,
@@ -88,7 +92,8 @@ struct SceneOnDevice {
     lengths: Argument<SceneLengths>,
     /// Nodes of the scene, without those of the view.
     nodes: usize,
-    arrays: [CudaSlice<u8>; 10],
+    /// Shared with twins.
+    arrays: [Arc<CudaSlice<u8>>; 10],
 }
 
 impl Cuda {
@@ -100,6 +105,8 @@ impl Cuda {
             return Err(BackendError::NoSuchDevice { backend: "cuda", index, devices: count });
         }
         let context = CudaContext::new(index).map_err(failed("creating a context"))?;
+        // SAFETY: memory is used by the stream that it was allocated in, but for a scene, which is there when a twin begins, and which no one writes to.
+        unsafe { context.disable_event_tracking() };
         let capability = context.compute_capability().map_err(failed("asking for an attribute"))?;
         if capability < LEAST_CAPABILITY {
             return Err(unavailable(
@@ -110,12 +117,17 @@ impl Cuda {
                 "choose another --device or --backend",
             ));
         }
+        Self::within(&context, describe(index)?)
+    }
+
+    /// With a stream of its own.
+    fn within(context: &Arc<CudaContext>, device: Device) -> Result<Self, BackendError> {
         let event =
             || context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT)).map_err(failed("creating an event"));
-        let stream = context.default_stream();
+        let stream = context.new_stream().map_err(failed("creating a stream"))?;
         let counter = stream.alloc_zeros(1).map_err(failed("allocating memory"))?;
         Ok(Self {
-            device: describe(index)?,
+            device,
             stream,
             kernels: HashMap::new(),
             scene: None,
@@ -125,6 +137,7 @@ impl Cuda {
             film: None,
             denoiser: None,
             shown: None,
+            pinned: Vec::new(),
             math: MathMode::Precise,
             start: event()?,
             end: event()?,
@@ -160,6 +173,26 @@ impl Cuda {
         let kernel = module.load_function(name).map_err(failed("finding the kernel"))?;
         self.kernels.insert((name, math), kernel.clone());
         Ok(kernel)
+    }
+
+    /// Puts nodes after those of the scene.
+    fn view_of(&self, scene: &mut SceneOnDevice, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        let bytes: &[u8] = bytemuck::cast_slice(nodes);
+        let own = scene.nodes * size_of::<BvhNode>();
+        let array = &mut scene.arrays[NODES];
+        // Twins see by themselves.
+        if array.len() < own + bytes.len() || Arc::get_mut(array).is_none() {
+            let mut larger = self.allocate(own + bytes.len(), "the camera's view of the BVH")?;
+            let (from, mut to) = (array.slice(0..own), larger.slice_mut(0..own));
+            self.stream.memcpy_dtod(&from, &mut to).map_err(failed("copying the scene"))?;
+            self.stream.synchronize().map_err(failed("copying the scene"))?;
+            *array = Arc::new(larger);
+        }
+        let Some(array) = Arc::get_mut(array) else { return Err(not_prepared()) };
+        let mut to = array.slice_mut(own..own + bytes.len());
+        self.stream.memcpy_htod(bytes, &mut to).map_err(failed("copying the camera's view"))?;
+        scene.lengths.0.nodes = scene.nodes + nodes.len();
+        Ok(())
     }
 
     /// Blocks of a kernel that the device holds at the same time.
@@ -213,7 +246,7 @@ impl Cuda {
         let mut arguments = self.stream.launch_builder(kernel);
         arguments.arg(&argument).arg(&scene.lengths);
         for array in &scene.arrays {
-            arguments.arg(array);
+            arguments.arg(&**array);
         }
         arguments.arg(output).arg(carries).arg(&mut self.counter).arg(guides);
         // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, for a render kernel `carries`, and for one
@@ -240,7 +273,7 @@ impl Backend for Cuda {
         let scene = scene.scene();
         self.scene = None; // before the new one is allocated
         let lengths = Argument(SceneLengths::of(&scene));
-        let arrays = [
+        let arrays: [CudaSlice<u8>; 10] = [
             self.copy(scene.spheres, "the scene's spheres")?,
             self.copy(scene.nodes, "the scene's BVH")?,
             self.copy(scene.materials, "the scene's materials")?,
@@ -252,30 +285,17 @@ impl Backend for Cuda {
             self.copy(scene.texels, "the scene's texels")?,
             self.copy(scene.environment, "the scene's panorama")?,
         ];
+        let arrays = arrays.map(Arc::new);
         self.scene = Some(SceneOnDevice { lengths, nodes: scene.nodes.len(), arrays });
         Ok(())
     }
 
     fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
         self.bind()?;
-        let Some(scene) = &self.scene else { return Err(not_prepared()) };
-        let bytes: &[u8] = bytemuck::cast_slice(nodes);
-        let own = scene.nodes * size_of::<BvhNode>();
-        let mut larger = None;
-        if scene.arrays[NODES].len() < own + bytes.len() {
-            let mut array = self.allocate(own + bytes.len(), "the camera's view of the BVH")?;
-            let (from, mut to) = (scene.arrays[NODES].slice(0..own), array.slice_mut(0..own));
-            self.stream.memcpy_dtod(&from, &mut to).map_err(failed("copying the scene"))?;
-            larger = Some(array);
-        }
-        let Some(scene) = &mut self.scene else { return Err(not_prepared()) };
-        scene.lengths.0.nodes = scene.nodes + nodes.len();
-        let array = &mut scene.arrays[NODES];
-        if let Some(larger) = larger {
-            *array = larger;
-        }
-        let mut to = array.slice_mut(own..own + bytes.len());
-        self.stream.memcpy_htod(bytes, &mut to).map_err(failed("copying the camera's view"))
+        let Some(mut scene) = self.scene.take() else { return Err(not_prepared()) };
+        let viewed = self.view_of(&mut scene, nodes);
+        self.scene = Some(scene);
+        viewed
     }
 
     fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
@@ -348,9 +368,28 @@ impl Backend for Cuda {
         self.read_image(image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
         self.bind()?;
-        self.display_frame(frame, pixels)
+        self.display_frame(frame, to)
+    }
+
+    fn twin(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
+        self.bind()?;
+        // What the twin shares must be there before it begins.
+        self.stream.synchronize().map_err(failed("copying the scene"))?;
+        let scene = self.scene.as_ref().map(|scene| SceneOnDevice { arrays: scene.arrays.clone(), ..*scene });
+        let twin = Self::within(self.stream.context(), self.device.clone())?;
+        Ok(Some(Box::new(Self { scene, kernels: self.kernels.clone(), ..twin })))
+    }
+
+    fn pin(&mut self, memory: &Arc<HostMemory>) {
+        if memory.bytes() > 0 && !self.pinned.iter().any(|pinned| pinned.is_of(memory)) {
+            self.pinned.extend(Pinned::new(&self.stream, memory));
+        }
+    }
+
+    fn unpin(&mut self, memory: &Arc<HostMemory>) {
+        self.pinned.retain(|pinned| !pinned.is_of(memory));
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

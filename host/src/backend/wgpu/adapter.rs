@@ -36,16 +36,27 @@ impl Gpu {
 
     /// Waits for all submitted work and copies the start of a mappable buffer to `bytes`.
     pub fn read(&self, buffer: &Buffer, bytes: &mut [u8], action: &'static str) -> Result<(), BackendError> {
+        self.map(buffer, bytes.len() as u64, action, |from| bytes.copy_from_slice(from))
+    }
+
+    /// Waits for all submitted work and shows `take` so many bytes from the start of a mappable buffer.
+    pub fn map(
+        &self,
+        buffer: &Buffer,
+        bytes: u64,
+        action: &'static str,
+        take: impl FnOnce(&[u8]),
+    ) -> Result<(), BackendError> {
         let failed = |message: String| BackendError::Device { backend: "wgpu", action, message };
         let (sender, receiver) = mpsc::channel();
-        let slice = buffer.slice(..bytes.len() as u64);
+        let slice = buffer.slice(..bytes);
         slice.map_async(MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
         self.wait(action)?;
         receiver.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
         let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
-        bytes.copy_from_slice(&view);
+        take(&view);
         drop(view);
         buffer.unmap();
         Ok(())

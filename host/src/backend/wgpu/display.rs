@@ -4,6 +4,7 @@ use super::Wgpu;
 use super::pipeline::Pipelines;
 use crate::backend::BackendError;
 use crate::denoise::Shown;
+use crate::film::{Target, span};
 use std::time::{Duration, Instant};
 use trisect_kernels::{DISPLAY, WORKGROUP};
 use trisect_shared::display::DisplayParams;
@@ -38,7 +39,7 @@ impl Wgpu {
     pub(super) fn display_frame(
         &mut self,
         frame: &Shown,
-        pixels: &mut [u32],
+        to: &mut Target<'_>,
     ) -> Result<Duration, BackendError> {
         let DisplayParams { width, height, .. } = frame.params;
         let count = u64::from(width) * u64::from(height);
@@ -50,8 +51,8 @@ impl Wgpu {
             }
         };
         let Some(film) = &self.film else { return Err(self.misuse("no frame was rendered")) };
-        let span = frame.span();
-        let fits = pixels.len() as u64 == u64::from(width) * u64::from(frame.rows.len())
+        let span = span(frame.params.first_row, to.rows());
+        let fits = to.width() == width as usize
             && span.end <= height
             && film.sums.size() >= count * size_of::<PixelSums>() as u64;
         let source = match (frame.image, &self.denoiser) {
@@ -85,7 +86,7 @@ impl Wgpu {
         }
         let row = u64::from(width) * 4;
         let mut done = 0;
-        for block in frame.rows.blocks() {
+        for block in to.rows().blocks() {
             let (first, length) = (u64::from(block.start) * row, block.len() as u64 * row);
             encoder.copy_buffer_to_buffer(&display.image, first, &display.staging, done, length);
             done += length;
@@ -95,7 +96,9 @@ impl Wgpu {
             encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.staging, 0, 16);
         }
         self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.read(&display.staging, bytemuck::cast_slice_mut(pixels), "reading the image")?;
+        self.gpu.map(&display.staging, done, "reading the image", |bytes| {
+            to.copy_from(bytemuck::cast_slice(bytes))
+        })?;
         self.display = Some(display);
         let Some(timer) = &self.timer else { return Ok(start.elapsed()) };
         let mut ticks = [0u64; 2];

@@ -10,7 +10,7 @@ pub use adapter::devices;
 
 use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use crate::denoise::{Pass, Shown};
-use crate::film::Rows;
+use crate::film::{Rows, Target};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use pipeline::Pipelines;
@@ -328,8 +328,8 @@ impl Backend for Wgpu {
         denoiser.read(&self.gpu, image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, pixels: &mut [u32]) -> Result<Duration, BackendError> {
-        self.display_frame(frame, pixels)
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+        self.display_frame(frame, to)
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

@@ -116,6 +116,7 @@ fn model(bench: &ClusterBench, frames: &Frames) -> Plot {
         y: Axis::log("ms"),
         series: vec![
             marks,
+            line("rows, shared memory", 5, of(Mode::Rows, 4, Gather::Shared)),
             line("rows, pipelined", 0, of(Mode::Rows, 4, Gather::Pipelined)),
             line("rows, flat gather", 1, of(Mode::Rows, 4, Gather::Flat)),
             line("rows, all-reduce", 2, of(Mode::Rows, 12, Gather::AllReduce)),

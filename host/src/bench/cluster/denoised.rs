@@ -6,6 +6,7 @@ use crate::Error;
 use crate::denoise::{Denoise, Filter};
 use crate::distribute::plan::{self as shares, Plan as Sharing};
 use crate::distribute::{FrameCost, Link, Network, Picture, Series, Travels, Work, series, still};
+use crate::film::Target;
 use crate::render::{Renderer, Screen, Settings};
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -71,15 +72,15 @@ pub(super) fn denoised<N: Network>(
     let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
     let rows = (0..ranks).map(|rank| band(rank).into()).collect();
     let of = Series { width, height, rows, frames, spins: plan.spins };
-    let render = move |renderer: &mut Renderer, _: u32, pixels: &mut Vec<u32>| {
+    let render = move |renderer: &mut Renderer, _: u32, to: &mut Target<'_>| {
         let start = Instant::now();
         let live = renderer.live_rows(&settings, Some(&filter), None, &own)?;
-        let shown = renderer.show(&live, &Screen::default(), pixels)?;
+        let shown = renderer.show_to(&live, &Screen::default(), to)?;
         let passes: Duration = live.passes.iter().map(|pass| pass.1).sum();
         let device = (live.trace + passes + shown).as_secs_f64();
         Ok(FrameCost { render: start.elapsed().as_secs_f64(), device })
     };
-    let (renderer, report) = series(link, renderer, &of, render, &mut |_, _| Ok(()), &|| false)?;
+    let (renderer, report) = series(link, (renderer, None), &of, render, &mut |_, _| Ok(()), &|| false)?;
     let from = WARM_UP as usize;
     let point = report.map(|report| {
         Point::new(report.period(from), report.render(from), report.device(from), report.bytes)

@@ -5,8 +5,8 @@ use crate::Error;
 use crate::distribute::cost::{Gather, Machine, Prediction, Shape};
 use crate::distribute::plan::{self as shares, Mode, Plan as Sharing};
 use crate::distribute::{FrameCost, Link, Network, Picture, Series, Tag, Travels, Work, series, still};
-use crate::film::{PixelTotals, Rows};
-use crate::render::{Renderer, Screen, Settings, chunks};
+use crate::film::{PixelTotals, Rows, Target};
+use crate::render::{Parts, Renderer, Screen, Settings, Sums, chunks};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::Range;
@@ -91,6 +91,8 @@ impl Frames {
         let model = Machine { rate, fixed: 0.0, ..*machine };
         let points = points.into_iter().map(|(ranks, way, point)| {
             let (bytes, gather) = match way {
+                // Nothing came to the root: ranks of its host wrote to its memory.
+                Way::Gather if point.bytes == 0 => (4, Gather::Shared),
                 Way::Gather => (4, Gather::Pipelined),
                 Way::AllReduce => (12, Gather::AllReduce),
             };
@@ -199,12 +201,13 @@ pub(super) fn rows<N: Network>(
     let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
     let of = Series { width, height, rows: all, frames, spins: plan.spins };
     let settings = settings.clone();
-    let render = move |renderer: &mut Renderer, _: u32, pixels: &mut Vec<u32>| {
+    let render = move |renderer: &mut Renderer, _: u32, to: &mut Target<'_>| {
         let start = Instant::now();
-        let framed = renderer.frame(&settings, &own, &Screen::default(), pixels)?;
+        let framed = renderer.frame_to(&settings, &Screen::default(), to)?;
         Ok(FrameCost { render: start.elapsed().as_secs_f64(), device: framed.trace.as_secs_f64() })
     };
-    let (renderer, report) = series(link, renderer, &of, render, &mut |_, _| Ok(()), &|| false)?;
+    let twin = renderer.twin()?;
+    let (renderer, report) = series(link, (renderer, twin), &of, render, &mut |_, _| Ok(()), &|| false)?;
     let from = WARM_UP as usize;
     Ok((
         renderer,
@@ -246,13 +249,13 @@ fn part_of_image(
     samples: Range<u32>,
 ) -> Result<Vec<f32>, Error> {
     let width = settings.width as usize;
-    let mut image = vec![0f32; width * settings.height as usize * 3];
-    for part in chunks(samples) {
+    let image = vec![0f32; width * settings.height as usize * 3];
+    let parts: Vec<Range<u32>> = chunks(samples).collect();
+    let wanted: Vec<u32> = rows.iter().collect();
+    // By threads and while the next chunk is rendered, as the pieces of the other way are encoded.
+    let take = |image: &mut Vec<f32>, part: &Range<u32>, sums: &Sums<'_>| {
         let count = part.len() as u32;
         let share = count as f32 / settings.samples as f32;
-        let sums = renderer.render_sums(settings, rows, part, &mut ())?;
-        // By threads, as the pieces of the other way are encoded.
-        let wanted: Vec<u32> = rows.iter().collect();
         let mut places: Vec<Option<&mut [f32]>> = image.chunks_mut(width.max(1) * 3).map(Some).collect();
         let places = wanted.iter().filter_map(|&row| places.get_mut(row as usize).and_then(Option::take));
         let places: Vec<&mut [f32]> = places.collect();
@@ -262,8 +265,9 @@ fn part_of_image(
                 to.iter_mut().zip(mean).for_each(|(to, mean)| *to += mean as f32 * share);
             }
         });
-    }
-    Ok(image)
+        Ok(())
+    };
+    renderer.each_sums(&Parts { settings, rows, samples: &parts }, image, &take)
 }
 
 fn mean(times: &[(f64, f64)], settings: &Settings) -> Point {

@@ -98,7 +98,13 @@ impl ClusterBench {
             device: format!("{}: {}", device.backend, device.name),
             width: settings.width,
             height: settings.height,
-            machine: machine.unwrap_or(Machine { rate: 0.0, fixed: 0.0, latency: 0.0, bandwidth: 0.0 }),
+            machine: machine.unwrap_or(Machine {
+                rate: 0.0,
+                fixed: 0.0,
+                latency: 0.0,
+                overhead: 0.0,
+                bandwidth: 0.0,
+            }),
             frames: Vec::new(),
             averages: Vec::new(),
             noise: Vec::new(),
@@ -216,7 +222,7 @@ impl ClusterBench {
     /// For people.
     pub fn summary(&self) -> String {
         let mut text = format!(
-            "scene     {}\ndevice    {}\nframe     {}x{}\nmachine   {:.1} Msamples/s a rank and {:.2} ms an image, {:.1} us, {:.2} GB/s between ranks\n\n",
+            "scene     {}\ndevice    {}\nframe     {}x{}\nmachine   {:.1} Msamples/s a rank and {:.2} ms an image, {:.1} us ({:.1} of many), {:.2} GB/s between ranks\n\n",
             self.scene,
             self.device,
             self.width,
@@ -224,6 +230,7 @@ impl ClusterBench {
             self.machine.rate * 1e-6,
             self.machine.fixed * 1e3,
             self.machine.latency * 1e6,
+            self.machine.overhead * 1e6,
             self.machine.bandwidth * 1e-9
         );
         text += &format!(

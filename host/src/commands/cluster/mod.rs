@@ -38,6 +38,17 @@ impl<E: Into<Error>> From<E> for GivenUp {
     }
 }
 
+/// Leaves a rank that was not bound to processors its part of the host's, for what it sums and encodes: all of them for each rank would be in each
+/// other's way.
+fn share_threads(ranks: u32) {
+    let bound = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut system = sysinfo::System::new();
+    system.refresh_cpu_list(sysinfo::CpuRefreshKind::nothing());
+    let part = system.cpus().len().div_ceil(ranks.max(1) as usize);
+    // Who made a pool before keeps it.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(bound.min(part.max(1))).build_global();
+}
+
 impl Crew {
     /// Starts MPI.
     pub fn start(ranks: &RankArgs) -> Result<Self, Error> {
@@ -45,7 +56,9 @@ impl Crew {
         let flag = ended.clone();
         // SIGINT by people, SIGTERM by mpirun and by Slurm.
         let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-        Ok(Self { link: Link::new(Mpi::start()?, ranks.patience()), ended })
+        let mpi = Mpi::start()?;
+        share_threads(mpi.neighbours());
+        Ok(Self { link: Link::new(mpi, ranks.patience()), ended })
     }
 
     /// For those who watch it.

@@ -9,7 +9,7 @@ use trisect::Error;
 use trisect::backend::DeviceKind;
 use trisect::bench::{Row, Summary, table};
 use trisect::distribute::{DistributeError, FrameCost, Series, SeriesReport, plan, series};
-use trisect::film::Rows;
+use trisect::film::{Rows, Target};
 use trisect::render::Settings;
 use trisect::view::Viewer;
 
@@ -53,9 +53,9 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
         frames: poses.len() as u32,
         spins: device.kind == DeviceKind::Gpu,
     };
-    let render = move |viewer: &mut Viewer, frame: u32, pixels: &mut Vec<u32>| {
+    let render = move |viewer: &mut Viewer, frame: u32, to: &mut Target<'_>| {
         let Some(pose) = poses.get(frame as usize) else { return Ok(FrameCost::default()) };
-        let shot = viewer.rows(&look, pose, &own, pixels)?;
+        let shot = viewer.rows_to(&look, pose, &own, to)?;
         let device = shot.trace() + shot.denoise() + shot.display.as_secs_f64();
         Ok(FrameCost { render: shot.whole.as_secs_f64(), device })
     };
@@ -70,7 +70,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     };
     let ended = crew.ended();
     let viewer = Viewer::new(session.renderer);
-    match series(&mut crew.link, viewer, &of, render, &mut show, &ended) {
+    match series(&mut crew.link, (viewer, None), &of, render, &mut show, &ended) {
         Ok((mut viewer, Some(report))) => {
             let rows = summary(&report);
             let title =

@@ -63,12 +63,11 @@ pub fn poses(arguments: &ViewArgs, session: &Session) -> Result<Vec<CameraPose>,
 pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCode, Error> {
     let poses = poses(arguments, &session)?;
     let mut viewer = Viewer::new(session.renderer);
-    let mut pixels = Vec::new();
     let mut shots: Vec<Shot> = Vec::new();
     for (frame, pose) in (0..).zip(&poses) {
-        let shot = viewer.frame(look, pose, &mut pixels)?;
+        let (shot, pixels) = viewer.shot(look, pose)?;
         if let Some(folder) = &arguments.output {
-            write(&file(folder, frame), shot.size, &pixels)?;
+            write(&file(folder, frame), shot.size, pixels)?;
         }
         shots.push(shot);
     }

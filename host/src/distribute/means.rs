@@ -1,0 +1,96 @@
+//! Sums of radiance that travel, and how they add up.
+
+use crate::film::{ExactSum, FilmCounts, PixelTotals};
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+use trisect_shared::film::PixelSums;
+
+/// The radiance of a chunk's samples.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct ChunkSum {
+    pub radiance: [f32; 3],
+    pub samples: u32,
+}
+
+/// The radiance of some samples that f64 holds: words, since its 28 bytes are no multiple of 8.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct DoubleSum {
+    radiance: [[u32; 2]; 3],
+    samples: u32,
+}
+
+impl DoubleSum {
+    pub fn of(sum: &MeanSum) -> Self {
+        let radiance = sum.radiance.map(|pair| bytemuck::cast(pair[0].to_bits()));
+        Self { radiance, samples: sum.samples as u32 }
+    }
+
+    pub fn mean(&self) -> MeanSum {
+        let radiance = self.radiance.map(|words| [f64::from_bits(bytemuck::cast(words)), 0.0]);
+        MeanSum { radiance, samples: u64::from(self.samples) }
+    }
+}
+
+/// The radiance of any number of samples, as an exact sum.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MeanSum {
+    pub(super) radiance: [[f64; 2]; 3],
+    pub(super) samples: u64,
+}
+
+impl MeanSum {
+    /// Nothing.
+    pub const ZERO: Self = Self { radiance: [[0.0; 2]; 3], samples: 0 };
+
+    pub(super) fn of(totals: &PixelTotals) -> Self {
+        let parts = |sum: ExactSum| <[f64; 2]>::from(sum.parts());
+        Self { radiance: totals.radiance.map(parts), samples: totals.samples }
+    }
+
+    /// Whether samples are missing that no kernel wrote.
+    pub(super) fn is_nan(&self) -> bool {
+        self.radiance.iter().all(|pair| pair[0].is_nan())
+    }
+
+    /// Whether [`DoubleSum`] holds it.
+    pub(super) fn is_double(&self) -> bool {
+        self.radiance.iter().all(|pair| pair[1] == 0.0) && self.samples <= u64::from(u32::MAX)
+    }
+
+    pub(super) fn of_chunk(chunk: &ChunkSum) -> Self {
+        Self { radiance: chunk.radiance.map(|sum| [f64::from(sum), 0.0]), samples: u64::from(chunk.samples) }
+    }
+
+    /// Adds what another rank has of the same pixel: exact, so that the order does not matter.
+    pub fn add(&mut self, other: &Self) {
+        for (sum, other) in self.radiance.iter_mut().zip(&other.radiance) {
+            let mut exact = ExactSum::of_parts(sum[0], sum[1]);
+            exact.merge(ExactSum::of_parts(other[0], other[1]));
+            *sum = exact.parts().into();
+        }
+        self.samples += other.samples;
+    }
+
+    /// Mean radiance; NaN without samples.
+    pub fn mean(&self) -> [f32; 3] {
+        self.radiance.map(|sum| (ExactSum::of_parts(sum[0], sum[1]).value() / self.samples as f64) as f32)
+    }
+}
+
+/// Counts over a chunk's pixels, which should have so many samples each.
+pub(super) fn counts_of(sums: &[PixelSums], samples: u32) -> FilmCounts {
+    let counts = sums.par_iter().with_min_len(4096).map(|sums| PixelTotals::of(sums, samples).counts());
+    counts.reduce(FilmCounts::default, |a, b| a + b)
+}
+
+/// Adds a chunk, whose pixels should have so many samples each, to what came before it.
+pub(super) fn add_chunk(means: &mut [MeanSum], counts: &mut FilmCounts, sums: &[PixelSums], samples: u32) {
+    *counts = *counts + counts_of(sums, samples);
+    let pairs = means.par_iter_mut().zip(sums).with_min_len(4096);
+    pairs.for_each(|(mean, sums)| mean.add(&MeanSum::of(&PixelTotals::of(sums, samples))));
+    // A pixel that misses samples of several chunks counts once.
+    counts.unwritten = means.par_iter().with_min_len(4096).filter(|mean| mean.is_nan()).count() as u64;
+}

@@ -1,0 +1,59 @@
+//! Memory that the ranks of one host share (MPI 4.0, section 12.2.3).
+#![allow(unsafe_code, reason = "calls MPI; each block names why it is sound")]
+
+use super::DistributeError;
+use super::mpi::check;
+use ::mpi::ffi;
+use ::mpi::topology::SimpleCommunicator;
+use ::mpi::traits::AsRaw;
+use std::mem::MaybeUninit;
+
+/// A part for each rank of a host, at multiples of 16 bytes.
+pub(super) struct Window {
+    handle: ffi::MPI_Win,
+}
+
+impl Window {
+    /// All ranks of the host call this, each with the bytes of its own part. None where there is not as much memory.
+    pub fn allocate(host: &SimpleCommunicator, bytes: usize) -> Result<Option<Self>, DistributeError> {
+        // SAFETY: the communicator is there; what fails for lack of memory must not end the job.
+        let code = unsafe { ffi::MPI_Comm_set_errhandler(host.as_raw(), ffi::RSMPI_ERRORS_RETURN) };
+        check("sharing memory", code)?;
+        let mut own: *mut std::ffi::c_void = std::ptr::null_mut();
+        let mut handle = MaybeUninit::uninit();
+        // SAFETY: all of the host's ranks call this; pointer and window are written.
+        let code = unsafe {
+            ffi::MPI_Win_allocate_shared(
+                bytes.next_multiple_of(16) as ffi::MPI_Aint,
+                1,
+                ffi::RSMPI_INFO_NULL,
+                host.as_raw(),
+                (&raw mut own).cast(),
+                handle.as_mut_ptr(),
+            )
+        };
+        if code != ffi::MPI_SUCCESS as i32 {
+            return Ok(None);
+        }
+        // SAFETY: the call succeeded and wrote it.
+        Ok(Some(Self { handle: unsafe { handle.assume_init() } }))
+    }
+
+    /// The part of a rank of the host: its first byte and how many it has.
+    pub fn part(&self, rank: i32) -> Result<(*mut u8, usize), DistributeError> {
+        let (mut size, mut unit) = (0, 0);
+        let mut first: *mut u8 = std::ptr::null_mut();
+        // SAFETY: the window is there; size, unit and pointer are written.
+        let code = unsafe {
+            ffi::MPI_Win_shared_query(self.handle, rank, &mut size, &mut unit, (&raw mut first).cast())
+        };
+        check("sharing memory", code)?;
+        Ok((first, usize::try_from(size).unwrap_or(0)))
+    }
+
+    /// All ranks of the host call this, and use the memory no more.
+    pub fn free(mut self) -> Result<(), DistributeError> {
+        // SAFETY: as the caller says.
+        check("sharing memory", unsafe { ffi::MPI_Win_free(&mut self.handle) })
+    }
+}
