@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 /// Not tracked, but read by tests that run without it aloud.
 const GENERATED: &str = "scenes/generated";
@@ -27,10 +28,15 @@ impl Copy {
         fs::create_dir_all(folder).map_err(Error::io(folder))?;
         let path = folder.with_extension("lock");
         let lock = File::create(&path).map_err(Error::io(&path))?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(Error::Busy { path: folder.to_owned() }),
-            Err(TryLockError::Error(source)) => return Err(Error::Io { path, source }),
+        // A child of this process that is about to run another program still has the lock of a copy that is gone: for a moment.
+        let mut left = 20;
+        while let Err(error) = lock.try_lock() {
+            match error {
+                TryLockError::WouldBlock if left > 0 => left -= 1,
+                TryLockError::WouldBlock => return Err(Error::Busy { path: folder.to_owned() }),
+                TryLockError::Error(source) => return Err(Error::Io { path, source }),
+            }
+            std::thread::sleep(Duration::from_millis(50));
         }
         let copy = Self { root: root.to_owned(), folder: folder.to_owned(), _lock: lock };
         copy.fill()?;
