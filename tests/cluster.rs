@@ -280,6 +280,54 @@ fn frames_are_those_of_one_process() {
     }
 }
 
+/// Messages of megabytes, which ranks of one host copy through shared memory: more than it has room for at once.
+#[test]
+fn long_messages_come_whole() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "long"), scene("three_spheres.ron"));
+    let large = ["--resolution", "1600x1200", "--spp", "1", "--depth", "2"];
+    same(&folder, &scene, "rows.pfm", &large, &[2, 3], &["--distribute", "rows"]);
+    same(
+        &folder,
+        &scene,
+        "layers.exr",
+        &[&large[..], &["--aov", "normal,albedo"]].concat(),
+        &[3],
+        &["--distribute", "rows"],
+    );
+    let (one, many) = (folder.file("one.pfm"), folder.file("many.pfm"));
+    let large = [&large[..2], &["--spp", "4", "--depth", "2"][..]].concat();
+    check(&program::trisect(&small(&scene, &one, &large)));
+    check(&mpi::run(4, &small(&scene, &many, &[&large[..], &["--distribute", "average"]].concat())));
+    check(&program::trisect(&["compare", &many, &one, "--max-rel-mse", "1e-13"]));
+}
+
+#[test]
+fn the_benchmark_writes_what_it_measured() {
+    if !mpi::available() {
+        return;
+    }
+    let (folder, scene) = (Temporary::new("cluster", "bench"), scene("three_spheres.ron"));
+    let out = folder.file("out");
+    let common = ["bench", "cluster", &scene, "--backend", "cpu", "--threads", "1", "--resolution", "64x64"];
+    let small = ["--frames", "2", "--frame-spp", "1", "--average-spp", "2", "--noise-spp", "1", "-o", &out];
+    for (more, ways) in [(&[][..], &["gather", "allreduce"][..]), (&["--sync", "allreduce"], &["allreduce"])]
+    {
+        let output = mpi::run(2, &[&common[..], &small, more].concat());
+        check(&output);
+        let table = fs::read_to_string(format!("{out}/cluster.csv")).unwrap();
+        for what in ["rows,1,1", "rows,1,2", "average,2,1", "average,2,2"] {
+            for way in ["gather", "allreduce"] {
+                let line = table.lines().any(|line| line.starts_with(&format!("{what},{way},")));
+                assert_eq!(line, ways.contains(&way), "{what} {way}:\n{table}");
+            }
+        }
+        assert!(fs::read_to_string(format!("{out}/rows_1spp.svg")).unwrap().contains("</svg>"));
+    }
+}
+
 /// Hosts of their own: network namespaces, which mpirun enters where it would call ssh.
 struct Hosts {
     names: [String; 2],

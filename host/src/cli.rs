@@ -6,9 +6,9 @@ mod denoise;
 mod render;
 mod view;
 
-#[cfg(feature = "mpi")]
-pub use bench::ClusterBenchArgs;
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
+#[cfg(feature = "mpi")]
+pub use bench::{ClusterBenchArgs, SyncArg};
 #[cfg(feature = "mpi")]
 pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};

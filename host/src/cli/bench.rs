@@ -66,6 +66,10 @@ pub struct ClusterBenchArgs {
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub noise_spp: u32,
 
+    /// How pixels come together, with commas between.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "gather,allreduce")]
+    pub sync: Vec<SyncArg>,
+
     /// Frames to measure, after five that are not.
     #[arg(long, value_name = "N", default_value = "30", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub frames: u32,
@@ -73,6 +77,15 @@ pub struct ClusterBenchArgs {
     /// Folder for charts and data; made if need be.
     #[arg(short, long, value_name = "DIR", default_value = "cluster")]
     pub out: PathBuf,
+}
+
+/// How pixels of several ranks come together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum SyncArg {
+    /// What this program does: what each rank has, to the root.
+    Gather,
+    /// The report's way, for comparison: an all-reduce of the whole image in f32 over all ranks.
+    Allreduce,
 }
 
 /// `trisect bench report`.

@@ -40,6 +40,8 @@ pub struct Plan {
     pub block_shift: u32,
     /// Whether ranks spin while they wait.
     pub spins: bool,
+    /// How pixels come together.
+    pub ways: Vec<Way>,
 }
 
 /// What was found, on the root.
@@ -114,7 +116,7 @@ impl ClusterBench {
             let settings = Settings { samples: spp, ..settings.clone() };
             let mut points = Vec::new();
             for &ranks in &plan.ranks {
-                for way in [Way::Gather, Way::AllReduce] {
+                for &way in &plan.ways {
                     let point;
                     (renderer, point) = measure::turn(link, renderer, ranks, |link, renderer| {
                         measure::rows(link, renderer, &settings, plan, ranks, way)
@@ -129,7 +131,7 @@ impl ClusterBench {
         }
         let settings_of = |samples| Settings { samples, ..settings.clone() };
         for &ranks in &plan.ranks {
-            for way in [Way::Gather, Way::AllReduce] {
+            for &way in &plan.ways {
                 let settings = settings_of(plan.average);
                 let point;
                 (renderer, point) = measure::turn(link, renderer, ranks, |link, renderer| {

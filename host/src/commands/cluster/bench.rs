@@ -1,12 +1,19 @@
 //! `trisect bench cluster`.
 
 use super::Crew;
-use crate::cli::ClusterBenchArgs;
+use crate::cli::{ClusterBenchArgs, SyncArg};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::DeviceKind;
 use trisect::bench::BenchError;
-use trisect::bench::cluster::{ClusterBench, Plan};
+use trisect::bench::cluster::{ClusterBench, Plan, Way};
+
+fn way(sync: SyncArg) -> Way {
+    match sync {
+        SyncArg::Gather => Way::Gather,
+        SyncArg::Allreduce => Way::AllReduce,
+    }
+}
 
 /// Measures what ranks bring, prints it and writes charts and data.
 pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
@@ -24,6 +31,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
             &arguments.frame_spp,
             arguments.average_spp,
             arguments.noise_spp,
+            &arguments.sync,
             arguments.frames
         )
     );
@@ -44,6 +52,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
         average: arguments.average_spp,
         noise: arguments.noise_spp,
         block_shift: arguments.ranks.block_shift(),
+        ways: arguments.sync.iter().map(|sync| way(*sync)).collect(),
         spins: session.renderer.backend().device().kind == DeviceKind::Gpu,
     };
     let root = crew.link.is_root();
