@@ -2,7 +2,7 @@
 
 use super::DistributeError;
 use super::means::MeanSum;
-use super::piece::Piece;
+use super::piece::{Piece, Travels};
 use super::plan;
 use crate::film::{FilmCounts, Rows};
 use crate::render::Settings;
@@ -10,6 +10,7 @@ use crate::render::Settings;
 /// Sums of strips that wait for those of other ranks. Each phase has its own.
 pub(super) struct Reduce {
     strip: u32,
+    height: u32,
     /// Of the image.
     strips: usize,
     waiting: Vec<Vec<MeanSum>>,
@@ -40,6 +41,7 @@ impl Reduce {
         let counts = vec![(FilmCounts::default(), 0, 0); all];
         Self {
             strip,
+            height: settings.height,
             strips,
             waiting: vec![Vec::new(); all],
             missing,
@@ -49,11 +51,14 @@ impl Reduce {
         }
     }
 
-    /// Where a piece's sums wait; none for one of no phase.
+    /// Where a piece's sums wait; none for one that is no strip, of no phase or of no sums.
     fn index(&self, piece: &Piece) -> Option<usize> {
-        let strip = (piece.rows.own().start / self.strip) as usize;
-        let index = (piece.phase as usize).checked_mul(self.strips)?.checked_add(strip)?;
-        (strip < self.strips && index < self.missing.len()).then_some(index)
+        let own = piece.rows.own();
+        let strip = own.start / self.strip;
+        let whole = strip * self.strip..(strip + 1).saturating_mul(self.strip).min(self.height);
+        let summed = matches!(piece.travels, Travels::Chunk | Travels::Mean | Travels::Double);
+        let index = (piece.phase as usize).checked_mul(self.strips)?.checked_add(strip as usize)?;
+        (own == whole && summed && index < self.missing.len()).then_some(index)
     }
 
     /// Counts a piece as come. Returns its strip, and how many are still missing there.

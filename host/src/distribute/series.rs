@@ -164,6 +164,23 @@ impl Root<'_, '_> {
     }
 }
 
+/// Each row is one rank's: two would write to the same memory.
+fn check_rows(series: &Series) -> Result<(), Error> {
+    let mut taken = vec![false; series.height as usize];
+    for (rank, rows) in (0..).zip(&series.rows) {
+        for row in rows.iter() {
+            match taken.get_mut(row as usize) {
+                Some(taken) if !*taken => *taken = true,
+                _ => {
+                    let message = format!("row {row} of {} is another's, or no one's", series.height);
+                    return Err(DistributeError::Protocol { rank, message }.into());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Renders frames over all ranks, each of which calls this. `render` runs on a thread of its own, or with a [twin](Renderer::twin) on two that take turns:
 /// the device has a frame to render while another ends. `show` gets each whole frame on the root, in order. What came of it is returned on the root.
 ///
@@ -180,6 +197,7 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
 ) -> Result<(State, Option<SeriesReport>), Error> {
     let rank = link.rank();
     let Series { width, height, .. } = *series;
+    check_rows(series)?;
     let several = series.rows.len() > 1;
     let shared = if several { link.network().share(width, height, AHEAD)? } else { None };
     // The root's frames, where this rank reaches them.

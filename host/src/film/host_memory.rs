@@ -26,9 +26,11 @@ unsafe impl Sync for HostMemory {}
 const PAGE: usize = 4096;
 
 impl HostMemory {
-    /// Zeros.
+    /// Zeros. Whole pages: what else lay in the last one would be pinned with it.
     pub fn new(bytes: usize) -> Self {
-        let Ok(layout) = Layout::from_size_align(bytes.max(1), PAGE) else {
+        let Ok(layout) =
+            Layout::from_size_align(bytes.max(1).checked_next_multiple_of(PAGE).unwrap_or(usize::MAX), PAGE)
+        else {
             handle_alloc_error(Layout::new::<u8>()) // more than half of all addresses
         };
         // SAFETY: the layout has a size.

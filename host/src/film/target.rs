@@ -129,20 +129,21 @@ pub struct FrameMemory {
 impl FrameMemory {
     /// Of this process, black.
     pub fn new(width: u32, height: u32, frames: u32) -> Self {
-        let memory = Arc::new(HostMemory::new(Self::words(width, height, frames) * size_of::<u32>()));
+        let bytes = Self::words(width, height, frames).saturating_mul(size_of::<u32>());
+        let memory = Arc::new(HostMemory::new(bytes));
         Self { memory, width, height, frames }
     }
 
     /// Of several processes; none where that is not the memory of so many frames.
     #[cfg(feature = "mpi")]
     pub(crate) fn of(memory: HostMemory, width: u32, height: u32, frames: u32) -> Option<Self> {
-        let fits = memory.bytes() >= Self::words(width, height, frames) * size_of::<u32>();
+        let fits = memory.bytes() >= Self::words(width, height, frames).saturating_mul(size_of::<u32>());
         fits.then(|| Self { memory: Arc::new(memory), width, height, frames })
     }
 
     /// Pixels of so many frames.
     pub fn words(width: u32, height: u32, frames: u32) -> usize {
-        width as usize * height as usize * frames as usize
+        (width as usize).saturating_mul(height as usize).saturating_mul(frames as usize)
     }
 
     /// Where it is.

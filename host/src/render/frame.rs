@@ -33,6 +33,9 @@ impl Renderer {
         screen: &Screen,
         pixels: &mut Vec<u32>,
     ) -> Result<Framed, Error> {
+        if self.framed.as_ref().is_none_or(|framed| framed.0 != *settings) {
+            settings.check()?;
+        }
         settings.check_rows(rows, &(0..settings.samples))?;
         self.frame_to(settings, screen, &mut Target::packed(pixels, settings.width, rows))
     }

@@ -245,6 +245,11 @@ impl Renderer {
     /// As there, and for a target of another width.
     pub fn show_to(&mut self, live: &Live, screen: &Screen, to: &mut Target<'_>) -> Result<Duration, Error> {
         let (width, height) = live.size;
+        let rows = to.rows().blocks().next().map_or(0, |block| block.start)..to.rows().end();
+        if rows.start < live.rows.start || rows.end > live.rows.end {
+            let samples = 0..live.samples;
+            return Err(super::SettingsError::NoSuchPart { rows, samples, height, of: live.samples }.into());
+        }
         let split = (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32;
         let params = display_params((width, height), split, screen.stops, live.rows.start);
         let shown = Shown { params, image: Some(live.image), kept: live.kept };

@@ -144,8 +144,9 @@ impl Viewer {
                 frame
             }
         };
-        let shot = self.rows_to(look, pose, &(0..height), &mut frame.target())?;
-        Ok((shot, self.frame.insert(frame).pixels()))
+        let shot = self.rows_to(look, pose, &(0..height), &mut frame.target());
+        let frame = self.frame.insert(frame);
+        Ok((shot?, frame.pixels()))
     }
 
     /// The same of these rows of it alone, to where they belong.

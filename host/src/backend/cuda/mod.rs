@@ -383,6 +383,8 @@ impl Backend for Cuda {
     }
 
     fn pin(&mut self, memory: &Arc<HostMemory>) {
+        // Who had it is gone, after an error.
+        self.pinned.retain(|pinned| !pinned.is_left());
         if memory.bytes() > 0 && !self.pinned.iter().any(|pinned| pinned.is_of(memory)) {
             self.pinned.extend(Pinned::new(&self.stream, memory));
         }

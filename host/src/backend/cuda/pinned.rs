@@ -26,6 +26,11 @@ impl Pinned {
         pinned.result().ok().map(|()| Self { memory: memory.clone(), stream: stream.clone() })
     }
 
+    /// Whether no one else has the memory.
+    pub fn is_left(&self) -> bool {
+        Arc::strong_count(&self.memory) == 1
+    }
+
     pub fn is_of(&self, memory: &Arc<HostMemory>) -> bool {
         Arc::ptr_eq(&self.memory, memory)
     }
@@ -33,10 +38,14 @@ impl Pinned {
 
 impl Drop for Pinned {
     fn drop(&mut self) {
-        // What fails here leaves the memory as it is: pinned.
-        if self.stream.context().bind_to_thread().is_ok() && self.stream.synchronize().is_ok() {
-            // SAFETY: `new` pinned it.
-            let _ = unsafe { sys::cuMemHostUnregister(self.memory.first().cast::<c_void>()) };
+        // The first call may report what failed before.
+        let _ = self.stream.context().bind_to_thread();
+        let _ = self.stream.context().bind_to_thread();
+        let _ = self.stream.synchronize();
+        // SAFETY: `new` pinned it.
+        if unsafe { sys::cuMemHostUnregister(self.memory.first().cast::<c_void>()) }.result().is_err() {
+            // The driver takes the place for pinned still: nothing else may come there.
+            std::mem::forget(self.memory.clone());
         }
     }
 }
