@@ -141,6 +141,10 @@ pub fn write(
     denoised: Option<Image>,
 ) -> Result<(), Error> {
     let path = &arguments.output;
+    #[cfg_attr(
+        not(feature = "mpi"),
+        allow(clippy::infallible_destructuring_match, reason = "ranks bring the others")
+    )]
     let film = match drawn {
         #[cfg(feature = "mpi")]
         Drawn::Bytes(width, height, bytes) => return Ok(output::write_bytes(*width, *height, bytes, path)?),
