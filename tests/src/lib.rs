@@ -11,6 +11,7 @@
 
 #[cfg(target_os = "linux")]
 pub mod desktop;
+pub mod hosts;
 pub mod mpi;
 pub mod probe;
 pub mod program;

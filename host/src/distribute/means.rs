@@ -88,9 +88,13 @@ pub(super) fn counts_of(sums: &[PixelSums], samples: u32) -> FilmCounts {
 
 /// Adds a chunk, whose pixels should have so many samples each, to what came before it.
 pub(super) fn add_chunk(means: &mut [MeanSum], counts: &mut FilmCounts, sums: &[PixelSums], samples: u32) {
-    *counts = *counts + counts_of(sums, samples);
     let pairs = means.par_iter_mut().zip(sums).with_min_len(4096);
-    pairs.for_each(|(mean, sums)| mean.add(&MeanSum::of(&PixelTotals::of(sums, samples))));
-    // A pixel that misses samples of several chunks counts once.
-    counts.unwritten = means.par_iter().with_min_len(4096).filter(|mean| mean.is_nan()).count() as u64;
+    let added = pairs.map(|(mean, sums)| {
+        let totals = PixelTotals::of(sums, samples);
+        mean.add(&MeanSum::of(&totals));
+        // A pixel that misses samples of several chunks counts once.
+        FilmCounts { unwritten: u64::from(mean.is_nan()), ..totals.counts() }
+    });
+    let added = added.reduce(FilmCounts::default, |a, b| a + b);
+    *counts = FilmCounts { unwritten: added.unwritten, ..*counts + added };
 }

@@ -5,6 +5,7 @@ mod frame;
 mod live;
 mod method;
 mod overlap;
+mod scene_params;
 mod schedule;
 mod settings;
 mod sight;
@@ -27,20 +28,18 @@ use crate::stats::{Phases, RenderStats};
 use glam::Vec3;
 use live::Series;
 pub(crate) use overlap::Parts;
+use scene_params::SceneParams;
 use schedule::Pace;
 use sight::Sight;
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
 use trisect_kernels::Variant;
-use trisect_shared::bvh::Child;
 use trisect_shared::camera::Camera;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
-use trisect_shared::material::{BLENDED, MASKED};
 use trisect_shared::params::{FLAG_HOLES, FLAG_ROOM, FLAG_SCHLICK, RenderParams};
 use trisect_shared::path::FirstHit;
-use trisect_shared::sky::Sky;
 use trisect_shared::view::NO_VIEW;
 
 /// Watches a render, and may end it.
@@ -63,42 +62,6 @@ pub struct Frame {
     pub film: Film,
     /// What it took.
     pub stats: RenderStats,
-}
-
-/// The scene's part of a launch record.
-#[derive(Clone, Copy, Debug)]
-struct SceneParams {
-    sky: Sky,
-    root: Child,
-    first_flat: u32,
-    first_triangle: u32,
-    primitives: u32,
-    lights: u32,
-    /// Whether the tree's boxes have room.
-    room: bool,
-    holes: bool,
-    environment_probability: f32,
-    environment_size: (u32, u32),
-    environment_rotation: f64,
-}
-
-impl SceneParams {
-    fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, room: bool) -> Self {
-        let environment = scene.environment.as_ref();
-        Self {
-            sky: scene.sky,
-            root: bvh.root,
-            first_flat: scene.spheres.len() as u32,
-            first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
-            primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
-            lights: lights.lights.len() as u32,
-            room,
-            holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
-            environment_probability: lights.environment_probability,
-            environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
-            environment_rotation: environment.map_or(0.0, |e| e.rotation),
-        }
-    }
 }
 
 /// A scene on a backend, ready for any number of frames.

@@ -7,6 +7,7 @@
 mod denoise;
 mod driver;
 mod extract;
+mod kernel;
 mod memory;
 mod pinned;
 
@@ -17,20 +18,19 @@ use crate::denoise::{Pass, Shown};
 use crate::film::{HostMemory, Rows, Target};
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::Zeroable;
-use cudarc::driver::sys::{CUdevice_attribute_enum, CUevent_flags};
+use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{
     CudaContext, CudaEvent, CudaFunction, CudaSlice, CudaStream, LaunchConfig, PushKernelArg,
 };
-use cudarc::nvrtc::Ptx;
 use driver::{Argument, describe, failed, probe, unavailable};
 use pinned::Pinned;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
-use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, WORKGROUP, is_level, variant_by_name};
+use trisect_kernels::{FIRST_HIT, WORKGROUP};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::Lit;
-use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, has, has_any};
+use trisect_shared::features::{Features, GUIDES, PERSISTENT, has};
 use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
@@ -48,14 +48,6 @@ const GRID_LIMIT: u32 = 65_535;
 
 /// Pixels of a launch of persistent lanes, at most: they count in 32 bits.
 const GREATEST_QUEUE: u64 = 1 << 31;
-
-/// A limit of a kernel's registers, by docs/performance.md: what more lanes at a time bring is more than what spilling costs.
-fn registers(features: Features) -> u32 {
-    if has_any(features, LARGE) { 96 } else { 64 }
-}
-
-/// The same for the levels of the denoiser's filters.
-const LEVEL_REGISTERS: u32 = 96;
 
 /// A CUDA device.
 pub struct Cuda {
@@ -149,32 +141,6 @@ impl Cuda {
         self.stream.context().bind_to_thread().map_err(failed("entering the context"))
     }
 
-    /// Compiles an entry point, once: by itself, as the driver would compile all that a module holds before it starts one.
-    fn kernel(&mut self, name: &'static str, math: MathMode) -> Result<CudaFunction, BackendError> {
-        if let Some(kernel) = self.kernels.get(&(name, math)) {
-            return Ok(kernel.clone());
-        }
-        let source = if math == MathMode::Fast { PTX_FAST } else { PTX_PRECISE };
-        let source = extract::entry(source, name).ok_or_else(|| BackendError::Device {
-            backend: "cuda",
-            action: "finding the kernel",
-            message: format!("the built-in PTX has no entry point {name}"),
-        })?;
-        let limit = variant_by_name(name).map(|variant| registers(variant.features));
-        let source = match limit.or_else(|| is_level(name).then_some(LEVEL_REGISTERS)) {
-            Some(limit) => extract::limit_registers(&source, limit),
-            None => source,
-        };
-        let module = self
-            .stream
-            .context()
-            .load_module(Ptx::from_src(source))
-            .map_err(failed("compiling the kernels"))?;
-        let kernel = module.load_function(name).map_err(failed("finding the kernel"))?;
-        self.kernels.insert((name, math), kernel.clone());
-        Ok(kernel)
-    }
-
     /// Puts nodes after those of the scene.
     fn view_of(&self, scene: &mut SceneOnDevice, nodes: &[BvhNode]) -> Result<(), BackendError> {
         let bytes: &[u8] = bytemuck::cast_slice(nodes);
@@ -193,20 +159,6 @@ impl Cuda {
         self.stream.memcpy_htod(bytes, &mut to).map_err(failed("copying the camera's view"))?;
         scene.lengths.0.nodes = scene.nodes + nodes.len();
         Ok(())
-    }
-
-    /// Blocks of a kernel that the device holds at the same time.
-    fn resident_blocks(&self, kernel: &CudaFunction) -> Result<u32, BackendError> {
-        let threads = WORKGROUP.0 * WORKGROUP.1;
-        let blocks = kernel
-            .occupancy_max_active_blocks_per_multiprocessor(threads, 0, None)
-            .map_err(failed("asking for the occupancy"))?;
-        let processors = self
-            .stream
-            .context()
-            .attribute(CUdevice_attribute_enum::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)
-            .map_err(failed("asking for an attribute"))?;
-        Ok((blocks * processors.unsigned_abs()).max(1))
     }
 
     /// Launches `kernel` over the rows of `params` and waits for it.

@@ -1,0 +1,44 @@
+//! What of a scene a launch record holds.
+
+use crate::bvh::Bvh;
+use crate::lights::Lights;
+use crate::scene::Scene;
+use trisect_shared::bvh::Child;
+use trisect_shared::material::{BLENDED, MASKED};
+use trisect_shared::sky::Sky;
+
+/// The scene's part of a launch record.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SceneParams {
+    pub sky: Sky,
+    pub root: Child,
+    pub first_flat: u32,
+    pub first_triangle: u32,
+    pub primitives: u32,
+    pub lights: u32,
+    /// Whether the tree's boxes have room.
+    pub room: bool,
+    pub holes: bool,
+    pub environment_probability: f32,
+    pub environment_size: (u32, u32),
+    pub environment_rotation: f64,
+}
+
+impl SceneParams {
+    pub fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, room: bool) -> Self {
+        let environment = scene.environment.as_ref();
+        Self {
+            sky: scene.sky,
+            root: bvh.root,
+            first_flat: scene.spheres.len() as u32,
+            first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
+            primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
+            lights: lights.lights.len() as u32,
+            room,
+            holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
+            environment_probability: lights.environment_probability,
+            environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
+            environment_rotation: environment.map_or(0.0, |e| e.rotation),
+        }
+    }
+}
