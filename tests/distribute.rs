@@ -186,7 +186,41 @@ fn noise_falls_with_the_root_of_the_ranks() {
     assert!((ratio - 1.0).abs() > 0.05, "{ratio}");
 }
 
-for_each_backend!(shares_are_rows_of_the_film, bands_are_rows_of_the_frame);
+for_each_backend!(shares_are_rows_of_the_film, bands_are_rows_of_the_frame, twins_render_the_same);
+
+/// A renderer and its twin, at the same time and from two places: each has what it has by itself. Where a backend has no twins, there is nothing to compare.
+fn twins_render_the_same(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let Some(mut twin) = renderer.twin().unwrap() else {
+        eprintln!("{subject:?} has no twins");
+        return;
+    };
+    let settings = Settings { width: 97, height: 61, samples: 4, ..scene.settings() };
+    let rows = Rows::from(0..settings.height);
+    let mut aside = scene.camera;
+    aside.look_from.x += 1.0;
+    let frames = |renderer: &mut Renderer| -> Vec<Vec<u32>> {
+        let mut frame = || {
+            let mut pixels = Vec::new();
+            renderer.frame(&settings, &rows, &Screen::default(), &mut pixels).unwrap();
+            pixels
+        };
+        (0..20).map(|_| frame()).collect()
+    };
+    let here = frames(&mut renderer);
+    twin.look(aside).unwrap();
+    let there = frames(&mut twin);
+    thread::scope(|scope| {
+        let other = scope.spawn(|| frames(&mut twin));
+        assert!(frames(&mut renderer) == here, "{subject:?}");
+        assert!(other.join().unwrap() == there, "{subject:?}, the twin");
+    });
+    twin.look(scene.camera).unwrap();
+    assert!(frames(&mut twin) == here, "{subject:?}, the twin from the first place");
+    // The sabotage twin: another place is another image.
+    assert_ne!(here[0], there[0]);
+}
 
 /// What a rank has of a device is what one process has of it.
 fn shares_are_rows_of_the_film(subject: Subject) {
