@@ -3,7 +3,9 @@
 mod bench;
 mod cluster;
 mod denoise;
+mod goal;
 mod render;
+mod tradeoff;
 mod view;
 
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
@@ -13,7 +15,9 @@ pub use bench::{ClusterBenchArgs, SyncArg};
 pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
+pub use goal::GoalArgs;
 pub use render::RenderArgs;
+pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -42,6 +46,10 @@ pub enum Command {
     Render(RenderArgs),
     /// Render a scene several times and print phases, device time, samples and segments a second; or draw a report of charts.
     Bench(BenchArgs),
+    /// Turn each knob that trades accuracy for speed, and measure what it costs: a report with error, bias and time.
+    Tradeoff(TradeoffArgs),
+    /// Follow how errors fall with samples: noise by its slope, bias by its plateau, and whether two ways render the same image.
+    Converge(ConvergeArgs),
     /// Look around in a scene: a window, or with --headless the same frames without one.
     View(ViewArgs),
     /// Compare two images: RMSE, relMSE, PSNR, FLIP, greatest difference and its pixel.
@@ -94,22 +102,27 @@ pub struct JobArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// End paths at random by their throughput, from --roulette-depth on: the same mean, fewer segments, more noise.
-    #[arg(long, value_enum, default_value_t = Switch::Off)]
-    pub roulette: Switch,
+    /// End paths at random by their throughput, from --roulette-depth on: the same mean, fewer segments, more noise. Without it, off; with
+    /// --budget, what is better.
+    #[arg(long, value_enum)]
+    pub roulette: Option<Switch>,
 
     /// With --roulette on: from which segment of a path; 1 is the one from the camera.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
 
-    /// Where random numbers come from.
-    #[arg(long, value_enum, default_value_t = SamplerArg::Independent)]
-    pub sampler: SamplerArg,
+    /// Where random numbers come from. Without it, independent; with --budget, what is better.
+    #[arg(long, value_enum)]
+    pub sampler: Option<SamplerArg>,
 
     /// Connect paths to lights (next-event estimation with multiple importance sampling); off finds lights by chance, and lights
     /// without extent never.
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub light_sampling: Switch,
+
+    /// Scale samples whose brightest channel is above this down to it: less noise from rare bright paths, and a darker image.
+    #[arg(long, value_name = "X")]
+    pub clamp: Option<f32>,
 
     /// How much work goes into the BVH; without it, high up to 100,000 primitives, else medium.
     #[arg(long, value_enum)]
@@ -322,13 +335,14 @@ impl JobArgs {
             samples: self.spp.unwrap_or(scene.samples),
             depth: self.depth.unwrap_or(scene.depth),
             seed: self.seed.unwrap_or(scene.seed),
-            roulette: self.roulette == Switch::On,
+            roulette: self.roulette == Some(Switch::On),
             roulette_depth: self.roulette_depth.unwrap_or(scene.roulette_depth),
-            sampler: match self.sampler {
+            sampler: match self.sampler.unwrap_or(SamplerArg::Independent) {
                 SamplerArg::Independent => Sampler::Independent,
                 SamplerArg::Sobol => Sampler::Sobol,
             },
             light_sampling: self.light_sampling == Switch::On,
+            clamp: self.clamp,
             math: self.math.mode(),
             traversal: self.traversal.map(TraversalArg::traversal),
             schedule: self.schedule.map(ScheduleArg::schedule),

@@ -9,7 +9,9 @@ use crate::image::ImageError;
 use crate::limits::WriteError;
 use crate::metrics::MetricsError;
 use crate::render::SettingsError;
+use crate::sampling::SamplingError;
 use crate::scene::SceneError;
+use crate::tradeoff::TradeoffError;
 use thiserror::Error;
 
 /// Any error of the library.
@@ -21,6 +23,9 @@ pub enum Error {
     /// The settings of a render are wrong.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// A goal of a render that is none.
+    #[error(transparent)]
+    Sampling(#[from] SamplingError),
     /// A backend is not there, or failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
@@ -42,6 +47,9 @@ pub enum Error {
     /// Ranks that do not render together.
     #[error(transparent)]
     Distribute(#[from] DistributeError),
+    /// The trade-off lab could not measure, or write it down.
+    #[error(transparent)]
+    Tradeoff(#[from] TradeoffError),
     /// A benchmark could not be set up or written down.
     #[error(transparent)]
     Bench(#[from] BenchError),
@@ -58,6 +66,8 @@ impl Error {
             Self::Write(WriteError::Io { .. }) => 1,
             Self::Write(_) => 2,
             Self::Settings(_)
+            | Self::Sampling(_)
+            | Self::Tradeoff(TradeoffError::TooFew { .. } | TradeoffError::NoKnob { .. })
             | Self::Denoise(_)
             | Self::Backend(
                 BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },
@@ -72,7 +82,12 @@ impl Error {
             Self::Distribute(error) => error.exit_code(),
             Self::Image(ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. })
             | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
-            Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Bench(_) | Self::Cancelled => 1,
+            Self::Image(_)
+            | Self::Metrics(_)
+            | Self::Film(_)
+            | Self::Bench(_)
+            | Self::Tradeoff(_)
+            | Self::Cancelled => 1,
         }
     }
 }

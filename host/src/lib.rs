@@ -30,9 +30,12 @@ pub mod limits;
 pub mod memory;
 pub mod metrics;
 pub mod output;
+mod plot;
 pub mod render;
+pub mod sampling;
 pub mod scene;
 pub mod stats;
+pub mod tradeoff;
 pub mod view;
 
 pub use error::Error;

@@ -16,6 +16,8 @@ fn main() -> ExitCode {
     let outcome = match cli::Cli::parse().command {
         cli::Command::Render(arguments) => commands::render::run(&arguments),
         cli::Command::Bench(arguments) => commands::bench::run(&arguments, start),
+        cli::Command::Tradeoff(arguments) => commands::tradeoff::run(&arguments),
+        cli::Command::Converge(arguments) => commands::tradeoff::follow(&arguments),
         cli::Command::View(arguments) => commands::view::run(&arguments),
         cli::Command::Compare(arguments) => commands::compare::run(&arguments),
         cli::Command::Check(arguments) => commands::check::run(&arguments),

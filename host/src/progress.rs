@@ -14,12 +14,20 @@ pub struct Bar {
 impl Bar {
     /// A bar, or nothing when `quiet` or without a terminal.
     pub fn new(quiet: bool) -> Self {
+        Self::of(quiet, "{wide_bar} {percent:>3} %  {human_pos}/{human_len} samples  {rate}  {eta} left")
+    }
+
+    /// For a render that does not know how many samples it will take.
+    pub fn of_goal(quiet: bool) -> Self {
+        Self::of(quiet, "{wide_bar} {percent:>3} %  {elapsed}")
+    }
+
+    fn of(quiet: bool, template: &str) -> Self {
         let bar = if quiet || !std::io::stderr().is_terminal() {
             ProgressBar::hidden()
         } else {
             ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr_with_hz(10))
         };
-        let template = "{wide_bar} {percent:>3} %  {human_pos}/{human_len} samples  {rate}  {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {
             let rate = |state: &ProgressState, out: &mut dyn Write| {
                 let _ = write!(out, "{:.1} Msamples/s", state.per_sec() * 1e-6);

@@ -5,6 +5,7 @@ use crate::denoise::Denoise;
 use crate::distribute::ClusterReport;
 use crate::film::FilmCounts;
 use crate::render::{Schedule, Settings, Traversal};
+use crate::sampling::Sampling;
 use serde::Serialize;
 use std::time::Duration;
 use trisect_kernels::Variant;
@@ -64,6 +65,8 @@ pub struct RenderStats {
     pub phases: Phases,
     /// Sum of the submissions' times by the device's timer.
     pub device_seconds: f64,
+    /// What samples were taken by, where the number of them was not asked for.
+    pub sampling: Option<Sampling>,
     /// How the image was denoised, if it was.
     pub denoise: Option<Denoise>,
     /// Sum of its passes' times by the device's timer.
@@ -102,6 +105,7 @@ impl RenderStats {
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,
+            sampling: None,
             denoise: None,
             denoise_seconds: 0.0,
             cluster: None,
@@ -156,6 +160,7 @@ impl RenderStats {
         if let Some(reason) = &self.tiles_refused {
             warnings.push(format!("without tiles, which takes longer: {reason}"));
         }
+        warnings.extend(self.sampling.as_ref().and_then(Sampling::warning));
         warnings
     }
 }

@@ -21,7 +21,7 @@ use trisect_shared::flat::Flat;
 use trisect_shared::guides::Guides;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::params::{FLAG_FINISH, RenderParams};
+use trisect_shared::params::{FLAG_FINISH, FLAG_OWN, RenderParams};
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
@@ -122,7 +122,7 @@ macro_rules! render {
             let pixel = (y * params.width + x) as usize;
             let (film, carries) = (film.add(pixel), carries.add(pixel));
             let (mut sums, mut carry) = ([PixelSums::ZERO], [Carry::ZERO]);
-            if params.resume != 0 {
+            if params.resume != 0 || params.flags & FLAG_OWN != 0 {
                 (sums, carry) = ([*film], [*carries]);
             }
             path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut carry, 0, &mut guides);

@@ -40,7 +40,7 @@ pub struct RenderParams {
     pub lights: u32,
     /// A path may end at random from this segment on.
     pub roulette_from: u32,
-    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_FINISH`], [`FLAG_ROOM`].
+    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_FINISH`], [`FLAG_ROOM`], [`FLAG_OWN`].
     pub flags: u32,
     /// Chance that next-event estimation chooses the panorama; 0 where light sampling is off.
     pub environment_probability: f32,
@@ -66,8 +66,8 @@ pub struct RenderParams {
     pub block_shift: u32,
     /// Rows of others between two blocks.
     pub block_gap: u32,
-    /// Unused.
-    pub pad: u32,
+    /// The greatest channel of a sample's radiance: what is brighter is scaled down to it. [`NO_CLAMP`] for none.
+    pub clamp: f32,
 }
 
 impl RenderParams {
@@ -87,6 +87,11 @@ pub const FLAG_HOLES: u32 = 2;
 pub const FLAG_FINISH: u32 = 4;
 /// The boxes of the tree have [room](crate::slabs) for all rays of the scene.
 pub const FLAG_ROOM: u32 = 8;
+/// Each pixel begins at a sample of its own, which the film says in [`samples`](crate::film::PixelSums::samples) when the launch begins; one that
+/// begins at the launch's end takes none and stays as it is. Those of a work group begin at the same.
+pub const FLAG_OWN: u32 = 16;
+/// No sample is as bright.
+pub const NO_CLAMP: f32 = f32::MAX;
 /// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_NEVER: u32 = 1 << 31;
 

@@ -20,6 +20,16 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// Of no values.
+    pub const NOTHING: Self = Self {
+        count: 0,
+        median: f64::NAN,
+        least: f64::NAN,
+        greatest: f64::NAN,
+        lower_quartile: f64::NAN,
+        upper_quartile: f64::NAN,
+    };
+
     /// Of finite values, in any order; `None` of none, or where one is NaN or infinite.
     pub fn of(values: &[f64]) -> Option<Self> {
         if values.is_empty() || values.iter().any(|value| !value.is_finite()) {

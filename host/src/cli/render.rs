@@ -1,6 +1,6 @@
 //! `trisect render`.
 
-use super::{ClusterArgs, DenoiseArgs, JobArgs};
+use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::output::layers::Aov;
@@ -15,6 +15,10 @@ pub struct RenderArgs {
     /// Denoising.
     #[command(flatten)]
     pub denoise: DenoiseArgs,
+
+    /// When to stop.
+    #[command(flatten)]
+    pub goal: GoalArgs,
 
     /// Layers of what the pixels see, beside the image, in an .exr: normal, position, albedo, depth, id, variance, samples; several
     /// with commas between.

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod info;
 pub mod render;
 pub mod report;
+pub mod tradeoff;
 pub mod view;
 
 use crate::cli::{BackendArg, ClusterArgs, JobArgs};

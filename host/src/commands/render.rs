@@ -7,18 +7,22 @@ use std::fs;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::denoise::Denoise;
-#[cfg(not(feature = "mpi"))]
 use trisect::distribute::DistributeError;
 use trisect::film::Film;
 use trisect::image::{Image, ImageError};
 use trisect::output::layers;
 use trisect::render::SettingsError;
+use trisect::sampling::{self, Goal, Request, Sampled};
 use trisect::stats::RenderStats;
 use trisect::{Error, output};
 
 /// Renders a scene to a file.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     if arguments.cluster.distribute.is_some() {
+        if arguments.request()?.is_some() {
+            let what = "--budget, --target-error and --quality are for one process".to_owned();
+            return Err(DistributeError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
+        }
         #[cfg(feature = "mpi")]
         return super::cluster::render::run(arguments);
         #[cfg(not(feature = "mpi"))]
@@ -26,17 +30,42 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
     super::refuse_ranks(&arguments.cluster)?;
     check(arguments)?;
+    let request = arguments.request()?;
+    // A filter that a goal may choose is no wish of the user's.
     let denoise = arguments.denoise.denoise()?;
+    if let Some(request) = &request {
+        sampling::check(request.goal)?;
+    }
 
     let mut session = Session::open(&arguments.job)?;
     session.settings.guides = needs_guides(arguments, denoise.as_ref());
     if !arguments.quiet {
-        announce(&session);
+        announce(&session, &aim(&session, request.as_ref()));
     }
 
+    if let Some(request) = request {
+        return reach(arguments, session, &request, denoise);
+    }
     let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
     frame.stats.phases.load_seconds = session.load_seconds;
     finish(arguments, session, Drawn::Film(&frame.film), frame.stats, denoise)
+}
+
+/// Renders until a goal is reached.
+fn reach(
+    arguments: &RenderArgs,
+    mut session: Session,
+    request: &Request,
+    denoise: Option<Denoise>,
+) -> Result<ExitCode, Error> {
+    let bar = &mut Bar::of_goal(arguments.quiet);
+    let Sampled { film, denoised, mut stats } =
+        sampling::render(&mut session.renderer, &session.settings, request, bar)?;
+    stats.phases.load_seconds = session.load_seconds;
+    if matches!(request.goal, Goal::Error { .. }) {
+        return finish(arguments, session, Drawn::Film(&film), stats, denoise);
+    }
+    conclude(arguments, session, Drawn::Film(&film), stats, denoised)
 }
 
 /// Whether the render must write what tells edges.
@@ -59,13 +88,19 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     Ok(())
 }
 
+/// How much is rendered.
+pub fn aim(session: &Session, request: Option<&Request>) -> String {
+    match request.map(|request| request.goal) {
+        None => format!("{} spp", session.settings.samples),
+        Some(Goal::Error { target, .. }) => format!("until the error is {} %", 100.0 * target),
+        Some(Goal::Time(time)) => format!("for {} s", time.as_secs_f64()),
+    }
+}
+
 /// Says what is rendered, and where.
-pub fn announce(session: &Session) {
+pub fn announce(session: &Session, aim: &str) {
     let device = session.renderer.backend().device();
-    eprintln!(
-        "{}: {}x{}, {} spp",
-        session.name, session.settings.width, session.settings.height, session.settings.samples
-    );
+    eprintln!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height);
     eprintln!("{}: {} ({})", device.backend, device.name, device.details);
     if !session.choice.is_empty() {
         eprintln!("  {}", session.choice);
@@ -108,8 +143,19 @@ pub fn finish(
         stats.denoise = Some(*denoise);
         image = Some(denoised);
     }
+    conclude(arguments, session, drawn, stats, image)
+}
+
+/// Writes the image and what it took.
+fn conclude(
+    arguments: &RenderArgs,
+    session: Session,
+    drawn: Drawn,
+    mut stats: RenderStats,
+    denoised: Option<Image>,
+) -> Result<ExitCode, Error> {
     let start = Instant::now();
-    write(arguments, &session, &drawn, image)?;
+    write(arguments, &session, &drawn, denoised)?;
 
     let stats = &mut stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
@@ -124,6 +170,9 @@ pub fn finish(
         eprintln!("{}", stats.summary());
         if let Some(cluster) = &stats.cluster {
             eprintln!("{}", cluster.summary());
+        }
+        if let Some(sampling) = &stats.sampling {
+            eprintln!("{}", sampling.summary());
         }
         eprintln!("wrote {}", arguments.output.display());
     }

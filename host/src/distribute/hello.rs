@@ -37,6 +37,7 @@ pub fn facts(scene: &Scene, settings: &Settings) -> Facts {
         fact("light sampling", &settings.light_sampling),
         fact("Fresnel", &settings.fresnel),
         fact("math", &settings.math),
+        fact("the clamp", &settings.clamp),
         fact("guides", &settings.guides),
     ]
 }

@@ -29,7 +29,7 @@ pub struct GuideTotals {
 
 impl GuideTotals {
     /// No sample.
-    pub(super) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         normal: [ExactSum::ZERO; 3],
         albedo: [ExactSum::ZERO; 3],
         position: [ExactSum::ZERO; 3],
@@ -42,7 +42,7 @@ impl GuideTotals {
     };
 
     /// Adds the chunk of `samples` samples that begins at sample `first`; one that no kernel wrote makes the sums NaN.
-    pub(super) fn merge(&mut self, guides: &Guides, first: u32, samples: u32) {
+    pub(crate) fn merge(&mut self, guides: &Guides, first: u32, samples: u32) {
         if guides.hits > samples || guides.misses > samples {
             for sum in [&mut self.normal, &mut self.albedo, &mut self.position, &mut self.emission] {
                 *sum = [ExactSum::NAN; 3];
@@ -65,7 +65,7 @@ impl GuideTotals {
     }
 
     /// Adds what `other` holds of the same pixel.
-    pub(super) fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         for c in 0..3 {
             self.normal[c].merge(other.normal[c]);
             self.albedo[c].merge(other.albedo[c]);

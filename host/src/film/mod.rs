@@ -41,7 +41,7 @@ pub struct PixelTotals {
 }
 
 impl PixelTotals {
-    const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         radiance: [ExactSum::NAN; 3],
         squares: [ExactSum::NAN; 3],
         samples: 0,
@@ -62,7 +62,7 @@ impl PixelTotals {
     }
 
     /// Adds a chunk that should hold `samples` samples.
-    fn merge(&mut self, sums: &PixelSums, samples: u32) {
+    pub(crate) fn merge(&mut self, sums: &PixelSums, samples: u32) {
         let is_first = self.is_empty();
         if sums.samples > samples {
             self.radiance = [ExactSum::NAN; 3];
@@ -85,7 +85,7 @@ impl PixelTotals {
     }
 
     /// Adds what `other` holds of the same pixel.
-    fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         if other.is_empty() {
             return;
         }
@@ -213,7 +213,7 @@ impl From<Overlap> for FilmError {
 }
 
 /// Pixels that a thread takes at a time.
-const TASK: usize = 4096;
+pub(crate) const TASK: usize = 4096;
 
 impl Film {
     /// Bytes that one pixel takes on the host: its totals, a chunk on the CPU backend with its carry and one read back, the picture, and two

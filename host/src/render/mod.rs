@@ -5,6 +5,7 @@ mod frame;
 mod live;
 mod method;
 mod overlap;
+mod own;
 mod scene_params;
 mod schedule;
 mod settings;
@@ -28,6 +29,7 @@ use crate::stats::{Phases, RenderStats};
 use glam::Vec3;
 use live::Series;
 pub(crate) use overlap::Parts;
+pub(crate) use own::Own;
 use scene_params::SceneParams;
 use schedule::Pace;
 use sight::Sight;
@@ -38,7 +40,7 @@ use trisect_shared::camera::Camera;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
-use trisect_shared::params::{FLAG_HOLES, FLAG_ROOM, FLAG_SCHLICK, RenderParams};
+use trisect_shared::params::{FLAG_HOLES, FLAG_ROOM, FLAG_SCHLICK, NO_CLAMP, RenderParams};
 use trisect_shared::path::FirstHit;
 use trisect_shared::view::NO_VIEW;
 
@@ -181,6 +183,11 @@ impl Renderer {
     /// The backend in use.
     pub fn backend(&self) -> &dyn Backend {
         self.backend.as_ref()
+    }
+
+    /// What happened once, before any frame.
+    pub(crate) fn phases(&self) -> &Phases {
+        &self.phases
     }
 
     /// Gives the backend back, for another scene.
@@ -363,7 +370,7 @@ impl Renderer {
             share_row: 0,
             block_shift: 31,
             block_gap: 0,
-            pad: 0,
+            clamp: settings.clamp.unwrap_or(NO_CLAMP),
         }
     }
 }

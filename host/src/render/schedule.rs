@@ -36,6 +36,11 @@ impl Pace {
         self.budget = samples.unwrap_or(self.budget).max(1);
     }
 
+    /// Samples for the next submission.
+    pub(super) fn budget(&self) -> u64 {
+        self.budget
+    }
+
     /// Learns from a submission of `samples` that took `time`.
     pub(super) fn learn(&mut self, samples: u64, time: Duration) {
         if self.fixed {

@@ -37,7 +37,7 @@ pub enum MathMode {
 }
 
 /// One render.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Pixels across.
     pub width: u32,
@@ -62,6 +62,8 @@ pub struct Settings {
     /// Connect each vertex to a light, and weigh by multiple importance sampling. Off, paths find lights by chance: the same mean,
     /// but for lights without extent, which they never find.
     pub light_sampling: bool,
+    /// The greatest channel of a sample's radiance: brighter samples are scaled down to it, for less noise and a darker mean. `None`: any.
+    pub clamp: Option<f32>,
     /// How the closest hit is found; `None`: by what is fastest on the backend.
     pub traversal: Option<Traversal>,
     /// What a lane works on; `None`: what is fastest on the backend.
@@ -105,6 +107,12 @@ pub enum SettingsError {
     NoSuchTile {
         /// What was asked for.
         edge: u32,
+    },
+    /// A clamp that leaves nothing, or is none.
+    #[error("--clamp is {clamp}; it must be a number above 0")]
+    NoClamp {
+        /// What was asked for.
+        clamp: String,
     },
     /// More pixels than indices.
     #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
@@ -295,6 +303,9 @@ impl Settings {
         if let Some(edge) = self.tile.filter(|&edge| !is_tile(edge)) {
             return Err(SettingsError::NoSuchTile { edge });
         }
+        if let Some(clamp) = self.clamp.filter(|clamp| !(clamp.is_normal() && *clamp > 0.0)) {
+            return Err(SettingsError::NoClamp { clamp: clamp.to_string() });
+        }
         let (width, height) = (self.width, self.height);
         if self.pixels() > u64::from(u32::MAX) {
             return Err(SettingsError::TooManyPixels { width, height });
@@ -325,6 +336,7 @@ mod tests {
             math: MathMode::Precise,
             sampler: Sampler::Independent,
             light_sampling: true,
+            clamp: None,
             traversal: None,
             schedule: None,
             tile: None,
@@ -348,6 +360,10 @@ mod tests {
         for edge in [2, 12, 2048] {
             let tile = Settings { tile: Some(edge), ..settings(1, 1) };
             assert_eq!(tile.check(), Err(SettingsError::NoSuchTile { edge }));
+        }
+        for bad in [0.0, -1.0, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE / 2.0] {
+            let clamp = Settings { clamp: Some(bad), ..settings(1, 1) };
+            assert!(matches!(clamp.check(), Err(SettingsError::NoClamp { .. })));
         }
         let no_samples = Settings { samples: 0, ..settings(1, 1) };
         assert!(matches!(no_samples.check(), Err(SettingsError::Zero { .. })));

@@ -44,6 +44,7 @@ impl ImageSettings {
             traversal: None,
             schedule: None,
             tile: None,
+            clamp: None,
             guides: false,
             variant: None,
         }

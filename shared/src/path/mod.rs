@@ -39,6 +39,14 @@ const PASS_BLOCK: u32 = 0xc000_0000;
 /// Surfaces with holes that a sample may pass; it is black beyond, so that no path is endless.
 const GREATEST_PASSES: u32 = 1023;
 
+/// `radiance` with its greatest channel at most `limit`, of the same hue: less noise from rare bright paths, and a darker mean. What is infinite
+/// becomes NaN, which no sum takes.
+#[inline(always)]
+fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
+    let top = greatest(radiance);
+    if top > limit { radiance * (limit / top) } else { radiance }
+}
+
 /// A sample between two of its rays. A shadow ray is a ray like any other, so that there is one traversal.
 ///
 /// A path has at most `params.depth` segments, a light's connection among them, and is black beyond, as in the book.
@@ -123,7 +131,7 @@ impl Path {
         sums: &mut PixelSums,
         carry: &mut Carry,
     ) {
-        sums.add(self.radiance, carry, params.flags & FLAG_NEVER);
+        sums.add(clamped(self.radiance, params.clamp), carry, params.flags & FLAG_NEVER);
         sums.segments +=
             if const { has_any(FEATURES, LIGHTS | TEXTURES) } { self.rays } else { self.segment };
         self.key.sample += 1;

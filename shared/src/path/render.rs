@@ -6,7 +6,7 @@ use crate::bvh::Child;
 use crate::features::{Features, GUIDES, LIGHTS, REGENERATE, has, has_any};
 use crate::film::{Carry, PixelSums};
 use crate::guides::Guides;
-use crate::params::{FLAG_FINISH, RenderParams};
+use crate::params::{FLAG_FINISH, FLAG_OWN, RenderParams};
 use crate::rng::PathKey;
 use crate::rows::Stored;
 use crate::scene::Scene;
@@ -38,6 +38,14 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     guides: &mut Slots<Guides>,
 ) {
     let pixel = y * params.width + x;
+    let mut first = params.first_sample;
+    if params.flags & FLAG_OWN != 0 {
+        // SAFETY: the caller's promise.
+        first = unsafe { load::<PixelSums>(film, slot) }.samples;
+        if first >= params.end_sample {
+            return;
+        }
+    }
     if params.resume == 0 {
         // SAFETY: the caller's promise.
         unsafe {
@@ -50,7 +58,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     }
     // SAFETY: the caller's promise.
     let entry = unsafe { view::entry(params, scene, x, y) };
-    let mut path = Path::new(PathKey { seed: params.seed, pixel, sample: params.first_sample });
+    let mut path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
     while path.key.sample < params.end_sample {
         let begins = path.fresh;
         if begins {
@@ -166,7 +174,13 @@ pub unsafe fn render_queue<const FEATURES: Features>(
             open = index < total && left > 0;
             if busy {
                 let pixel = y * params.width + x;
-                path = Path::new(PathKey { seed: params.seed, pixel, sample: params.first_sample });
+                let mut first = params.first_sample;
+                if params.flags & FLAG_OWN != 0 {
+                    // SAFETY: the pixel is of the image.
+                    first = unsafe { load_slot::<PixelSums>(film, pixel) }.samples;
+                    busy = first < params.end_sample;
+                }
+                path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
                 // SAFETY: the pixel is of the image.
                 entry = unsafe { view::entry(params, scene, x, y) };
                 (sums, carry) = (PixelSums::ZERO, Carry::ZERO);

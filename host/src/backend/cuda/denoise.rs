@@ -113,11 +113,12 @@ impl Cuda {
     pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
         let Some(memory) = &mut self.film else { return Err(not_prepared()) };
         let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
-        if memory.sums.len() != sums.len() || memory.guides.len() != guides.len() {
+        if memory.sums.len() != sums.len() || memory.guides.len() < guides.len() {
             return Err(not_prepared());
         }
         self.stream.memcpy_htod(sums, &mut memory.sums).map_err(failed("writing the film"))?;
-        self.stream.memcpy_htod(guides, &mut memory.guides).map_err(failed("writing the film"))?;
+        let mut to = memory.guides.slice_mut(0..guides.len());
+        self.stream.memcpy_htod(guides, &mut to).map_err(failed("writing the film"))?;
         self.stream.synchronize().map_err(failed("writing the film"))
     }
 

@@ -2,10 +2,10 @@
 
 use super::{ClusterBench, Frames, Point, Way};
 use crate::bench::BenchError;
-use crate::bench::report::chart::{Axis, Chart, Plot, Series};
-use crate::bench::report::draw;
 use crate::distribute::cost::{Gather, Machine, Shape};
 use crate::distribute::plan::{Mode, Plan};
+use crate::plot;
+use crate::plot::{Axis, Chart, Plot, Series};
 use std::path::{Path, PathBuf};
 
 /// The most ranks that the model is asked for.
@@ -15,7 +15,7 @@ pub(super) fn write(bench: &ClusterBench, folder: &Path) -> Result<Vec<PathBuf>,
     let mut files = Vec::new();
     let mut draw = |stem: &str, plot: Plot| {
         files.extend(["svg", "png"].map(|kind| folder.join(format!("{stem}.{kind}"))));
-        draw::write(&Chart::Plot(plot), folder, stem)
+        plot::write(&Chart::Plot(plot), folder, stem)
     };
     for frames in &bench.frames {
         draw(&format!("rows_{}spp", frames.spp), rows(bench, frames))?;

@@ -1,11 +1,11 @@
 //! The device against one thread of this machine's CPU: the same scene, the same settings.
 
-use super::chart::{Bars, Chart};
-use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
 use crate::backend::Backend;
 use crate::bench::{Summary, WarmUp, measure};
+use crate::plot::number;
+use crate::plot::{Bars, Chart};
 use crate::render::{MathMode, Settings};
 use crate::scene::{Described, Scene, Space};
 use serde::{Deserialize, Serialize};

@@ -1,12 +1,12 @@
 //! Methods against the number of spheres: speed-up, and cost of a sample.
 
-use super::chart::{Axis, Chart, Plot, Point, Series};
 use super::method::{METHODS, Method, Outcome, frames};
 use super::plan::Effort;
-use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
 use crate::bench::{Line, Summary};
+use crate::plot::number;
+use crate::plot::{Axis, Chart, Plot, Point, Series};
 use crate::render::Renderer;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};

@@ -4,13 +4,10 @@
 //! all that was measured and as CSV.
 
 mod against;
-pub(super) mod chart;
 mod complexity;
-pub(super) mod draw;
 mod method;
 mod plan;
 mod spp;
-mod ticks;
 
 pub use against::{Against, AgainstPoint};
 pub use complexity::{Complexity, Cost, LeftOut, MethodPoint};
@@ -21,6 +18,7 @@ pub use spp::{Spp, SppPoint};
 use super::BenchError;
 use crate::Error;
 use crate::backend::{Backend, Device};
+use crate::plot::{self, Chart};
 use crate::render::{Renderer, Settings};
 use crate::scene::{Described, Scene, Space};
 use serde::{Deserialize, Serialize};
@@ -131,9 +129,9 @@ impl Report {
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
         fs::create_dir_all(folder).map_err(BenchError::io(folder))?;
         let mut files = Vec::new();
-        let mut chart = |stem: &str, chart: chart::Chart| {
+        let mut chart = |stem: &str, chart: Chart| {
             files.extend(["svg", "png"].map(|kind| folder.join(format!("{stem}.{kind}"))));
-            draw::write(&chart, folder, stem)
+            plot::write(&chart, folder, stem)
         };
         chart("time_against_spp", self.spp.chart())?;
         chart("speed_up_against_spheres", self.complexity.speed_up_chart())?;

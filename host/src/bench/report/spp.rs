@@ -1,11 +1,11 @@
 //! Time against samples a pixel: is it proportional?
 
-use super::chart::{Axis, Chart, Plot, Point, Series};
 use super::plan::BOOK;
-use super::ticks::number;
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
 use crate::bench::{Line, Summary};
+use crate::plot::number;
+use crate::plot::{Axis, Chart, Plot, Point, Series};
 use serde::{Deserialize, Serialize};
 
 /// The experiment.

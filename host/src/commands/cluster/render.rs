@@ -36,7 +36,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let denoise = arguments.denoise.denoise()?;
     let quiet = arguments.quiet || !crew.link.is_root();
     if !quiet {
-        single::announce(&session);
+        single::announce(&session, &single::aim(&session, None));
     }
     let Session { renderer, settings, name, space, choice, load_seconds, open_seconds } = session;
     let plan = cluster.plan();

@@ -22,7 +22,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 /// DejaVu Sans, cut down to what charts write; its licence lies beside it.
-const FONT: &[u8] = include_bytes!("../../../assets/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
 /// SVG's generic family: a viewer takes its own, and bitmaps take [`FONT`].
 const FAMILY: &str = "sans-serif";
@@ -50,7 +50,7 @@ const COLORS: [RGBColor; 7] = [
 type Failure = String;
 
 /// Writes `STEM.svg` and `STEM.png` into a folder.
-pub(in crate::bench) fn write(chart: &Chart, folder: &Path, stem: &str) -> Result<(), BenchError> {
+pub(crate) fn write(chart: &Chart, folder: &Path, stem: &str) -> Result<(), BenchError> {
     let path = folder.join(format!("{stem}.svg"));
     let draw = |path: &Path, message| BenchError::Draw { path: path.to_owned(), message };
     let text = svg(chart).map_err(|message| draw(&path, message))?;
@@ -60,7 +60,7 @@ pub(in crate::bench) fn write(chart: &Chart, folder: &Path, stem: &str) -> Resul
     fs::write(&path, bytes).map_err(BenchError::io(&path))
 }
 
-pub(super) fn svg(chart: &Chart) -> Result<String, Failure> {
+pub(crate) fn svg(chart: &Chart) -> Result<String, Failure> {
     let mut text = String::new();
     paint(SVGBackend::with_string(&mut text, SIZE).into_drawing_area(), chart, 1)?;
     Ok(text)

@@ -74,7 +74,7 @@ fn decades(least: f64, greatest: f64) -> Ticks {
 }
 
 /// Up to four significant digits, without an exponent where it needs no more than seven places.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
         return "0".to_owned();

@@ -1,0 +1,131 @@
+//! `--budget`, `--target-error`, `--quality`: when an image has enough samples.
+
+use super::{JobArgs, RenderArgs};
+use clap::{Args, ValueEnum};
+use std::time::Duration;
+use trisect::denoise::{Denoise, DenoiseError, Filter};
+use trisect::sampling::{Adaptive, Free, Goal, Request};
+
+/// When an image has enough samples, where --spp does not say it.
+#[derive(Clone, Debug, Args)]
+pub struct GoalArgs {
+    /// The best image within this time, such as 500ms, 2s or 1.5m: from the first sample, when kernels are compiled, to the image. Chooses roulette, sampler,
+    /// denoiser and where samples go, as far as they are not given.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, conflicts_with_all = ["target_error", "quality", "spp"])]
+    pub budget: Option<Duration>,
+
+    /// Samples until the estimated relative error of the image, the root of its relMSE, is at most this, such as 1%.
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with_all = ["quality", "spp"])]
+    pub target_error: Option<f64>,
+
+    /// A goal by name.
+    #[arg(long, value_enum, conflicts_with = "spp")]
+    pub quality: Option<QualityGoal>,
+
+    /// With --budget, --target-error or --quality: more samples where there is more noise. Without it, where that should pay.
+    #[arg(long, value_enum)]
+    pub adaptive: Option<AdaptiveArg>,
+
+    /// With --target-error: samples a pixel in the mean, at most.
+    #[arg(long, value_name = "N", value_parser = super::parse_count)]
+    pub max_spp: Option<u32>,
+}
+
+/// `--quality`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityGoal {
+    /// --budget 1s.
+    Draft,
+    /// --budget 10s.
+    Preview,
+    /// --target-error 1%.
+    Final,
+}
+
+/// `--adaptive`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AdaptiveArg {
+    /// As many samples for each pixel.
+    Off,
+    /// More where there is more noise.
+    On,
+    /// Where that should pay.
+    Auto,
+}
+
+/// Samples a pixel at most, where nothing else is said.
+const MOST: u32 = 1 << 20;
+
+impl RenderArgs {
+    /// The goal, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`DenoiseError`] for a filter that is none.
+    pub fn request(&self) -> Result<Option<Request>, DenoiseError> {
+        let args = &self.goal;
+        let error = |target| Goal::Error { target, most: args.max_spp.unwrap_or(MOST) };
+        let goal = match (args.budget, args.target_error, args.quality) {
+            (Some(time), _, _) => Goal::Time(time),
+            (_, Some(target), _) => error(target),
+            (_, _, Some(QualityGoal::Draft)) => Goal::Time(Duration::from_secs(1)),
+            (_, _, Some(QualityGoal::Preview)) => Goal::Time(Duration::from_secs(10)),
+            (_, _, Some(QualityGoal::Final)) => error(0.01),
+            (None, None, None) => return Ok(None),
+        };
+        let adaptive = match args.adaptive.unwrap_or(AdaptiveArg::Auto) {
+            AdaptiveArg::Off => Adaptive::Off,
+            AdaptiveArg::On => Adaptive::On,
+            AdaptiveArg::Auto => Adaptive::Auto,
+        };
+        let JobArgs { roulette, sampler, .. } = &self.job;
+        let timed = matches!(goal, Goal::Time(_));
+        let free = Free {
+            roulette: roulette.is_none(),
+            sampler: sampler.is_none(),
+            denoise: timed && self.denoise.denoise.is_none(),
+        };
+        let denoise = match free.denoise {
+            true => Some(Denoise::new(Filter::Svgf)),
+            false => self.denoise.denoise()?,
+        };
+        Ok(Some(Request { goal, adaptive, free, denoise }))
+    }
+}
+
+pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
+    let of = |(unit, seconds): (&str, f64)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        Duration::try_from_secs_f64(number * seconds).ok()
+    };
+    units.into_iter().find_map(of).ok_or_else(|| "write it as 500ms, 2s, 1.5m or 1h".to_owned())
+}
+
+fn parse_percent(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').unwrap_or(text).trim();
+    match number.parse::<f64>() {
+        Ok(percent) if percent > 0.0 && percent < 100.0 => Ok(percent / 100.0),
+        _ => Err("write it as 1% or 0.5%, above 0 and below 100".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_percents() {
+        assert_eq!(parse_time("500ms"), Ok(Duration::from_millis(500)));
+        assert_eq!(parse_time("2s"), Ok(Duration::from_secs(2)));
+        assert_eq!(parse_time("1.5m"), Ok(Duration::from_secs(90)));
+        for bad in ["", "2", "-1s", "s", "nans", "infs", "1e99h"] {
+            assert!(parse_time(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_percent("1%"), Ok(0.01));
+        assert_eq!(parse_percent("0.5"), Ok(0.005));
+        for bad in ["", "0", "100%", "-1%", "nan", "x"] {
+            assert!(parse_percent(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Samples that tiles of an image take by themselves: a launch in which some take more than others, and some none.
+
+use super::overlap::make_room;
+use super::sums::Sums;
+use super::{Observer, Renderer, Settings};
+use crate::Error;
+use crate::backend::Launch;
+use crate::film::{Rows, TASK};
+use crate::sampling::Tiles;
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::guides::Guides;
+use trisect_shared::params::{FLAG_FINISH, FLAG_OWN};
+
+/// How many samples each tile takes. All end at the same index, so that what a tile takes next lies beyond what any took before.
+pub(crate) struct Own<'a> {
+    pub tiles: &'a Tiles,
+    /// Samples of each tile, at most a chunk.
+    pub counts: &'a [u32],
+    /// One past the last sample's index.
+    pub end: u32,
+}
+
+impl Renderer {
+    /// Renders these samples. A pixel that takes none keeps no sums: what its records hold says nothing.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_sums`](Self::render_sums).
+    pub(crate) fn render_own(
+        &mut self,
+        settings: &Settings,
+        own: &Own,
+        observer: &mut dyn Observer,
+    ) -> Result<Sums<'_>, Error> {
+        let Own { tiles, counts, end } = *own;
+        let most = counts.iter().copied().max().unwrap_or(0).min(CHUNK_SAMPLES).min(end);
+        let rows = Rows::from(0..settings.height);
+        let window = end - most..end;
+        let variant = match most {
+            0 => self.prepare(settings)?,
+            _ => self.ready_for(settings, &rows, std::slice::from_ref(&window))?,
+        };
+        (self.ready, self.framed) = (None, None);
+        make_room(self.backend.as_mut(), &mut self.chunk, settings.pixels() as usize);
+        let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
+        let pixels = self.chunk.par_iter_mut().enumerate().with_min_len(TASK);
+        pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
+        self.guides.clear();
+        self.guides.resize(if settings.guides { self.chunk.len() } else { 0 }, Guides::UNWRITTEN);
+        self.backend.write_film(&self.chunk, &self.guides)?;
+        let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
+        let of_row: Vec<u64> = (0..tiles.down()).map(|row| tiles.samples_of_row(row, counts)).collect();
+        let total = of_row.iter().sum();
+        let mut next = 0;
+        while next < of_row.len() {
+            // Rows of tiles until the device is busy for long enough; those without samples are passed over.
+            let (from, mut samples) = (next, 0);
+            while next < of_row.len() && (samples == 0 || samples + of_row[next] <= self.pace.budget()) {
+                if samples == 0 && of_row[next] == 0 && next > from {
+                    break;
+                }
+                samples += of_row[next];
+                next += 1;
+            }
+            if samples == 0 {
+                continue;
+            }
+            let mut params = self.launch(settings);
+            self.sight.describe(&mut params);
+            (params.share_row, params.block_shift, params.block_gap) = rows.share();
+            let band = tiles.rows(from as u32..next as u32);
+            (params.first_row, params.rows) = (band.start, band.len() as u32);
+            (params.first_sample, params.end_sample) = (end, end);
+            params.flags |= FLAG_OWN | FLAG_FINISH;
+            let wall = Instant::now();
+            let time = self.backend.render(&Launch::new(params))?;
+            self.pace.learn(samples, wall.elapsed().max(time));
+            (device, submissions, done) = (device + time, submissions + 1, done + samples);
+            if observer.progress(done, total).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        self.backend.read_film(&rows, &mut self.chunk)?;
+        if settings.guides {
+            self.backend.read_guides(&rows, &mut self.guides)?;
+        }
+        Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
+    }
+}

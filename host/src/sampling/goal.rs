@@ -1,0 +1,103 @@
+//! Samples until the noise is as low as asked for.
+
+use super::survey::Survey;
+use super::taker::Taker;
+use super::{Adaptive, Noise, allocate};
+use crate::Error;
+
+/// Samples of each half before anything is decided: the variance of fewer says little.
+const FIRST: u32 = 8;
+
+/// A gain below this is within what a survey may be off.
+const WORTH: f64 = 1.15;
+
+/// The same for Sobol's points, which are no longer evenly spread where tiles take some of them.
+const WORTH_OF_SOBOL: f64 = 1.6;
+
+/// The part of the samples that are missing that a step takes.
+const STEP: f64 = 0.4;
+
+/// Samples of a step over those that were taken, at most.
+const MOST_STEP: f64 = 0.4;
+
+/// The same of one that goes all the way.
+const LAST_STEP: f64 = 0.1;
+
+/// What was reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reached {
+    pub noise: Noise,
+    pub adaptive: bool,
+    /// By how much adaptive samples should beat uniform ones, by the last survey.
+    pub gain: f64,
+}
+
+/// Whether samples go where the noise is.
+pub(super) fn decide(wanted: Adaptive, survey: &Survey, taker: &Taker) -> (bool, f64) {
+    let gain = allocate::gain(survey, taker.halves.tiles());
+    let adaptive = match wanted {
+        Adaptive::On => true,
+        Adaptive::Off => false,
+        Adaptive::Auto => gain > if taker.apart() { WORTH_OF_SOBOL } else { WORTH },
+    };
+    (adaptive, gain)
+}
+
+/// Takes samples until the estimated error is at most `target`, or each pixel has `most` in the mean. Each survey is better than the last,
+/// and rare bright paths make early ones say too much: so no step goes all the way but a short one.
+///
+/// # Errors
+///
+/// As rendering.
+pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptive) -> Result<Reached, Error> {
+    let first = FIRST.min(most.div_ceil(2)).max(1);
+    taker.uniform(first)?;
+    loop {
+        let survey = taker.survey();
+        let (adaptive, gain) = decide(adaptive, &survey, taker);
+        let reached = Reached { noise: survey.noise, adaptive, gain };
+        let samples = taker.mean_samples();
+        taker.progress = (target / survey.noise.error).powi(2);
+        // Twice as few samples as one tile's in a hundred are not worth another pass.
+        let is_enough = samples + 0.01 >= f64::from(most);
+        if survey.noise.error <= target || is_enough || !survey.noise.error.is_finite() {
+            return Ok(reached);
+        }
+        let missing = missing(&survey, taker, target, adaptive);
+        let one = [0, 1].map(|half| allocate::work(&survey, taker.halves.tiles(), half, &|_| 1.0));
+        let left = (f64::from(most) - samples) * 0.5 * (one[0] + one[1]);
+        let now = samples * 0.5 * (one[0] + one[1]);
+        let step = if missing < LAST_STEP * now { missing } else { (STEP * missing).min(MOST_STEP * now) };
+        let more = step.min(left);
+        taker.spend(&survey, adaptive, more)?;
+    }
+}
+
+/// Work until the target, by a survey: at least a fiftieth of what was done, so that it is reached in a few steps.
+fn missing(survey: &Survey, taker: &Taker, target: f64, adaptive: bool) -> f64 {
+    let tiles = taker.halves.tiles();
+    let one: f64 = (0..2).map(|half| allocate::work(survey, tiles, half, &|_| 1.0)).sum();
+    let now = taker.mean_samples() * 0.5 * one;
+    let ratio = (survey.noise.error / target).powi(2);
+    if !adaptive {
+        return (now * (ratio - 1.0)).max(0.02 * now);
+    }
+    let shapes = [0, 1].map(|half| allocate::shape(survey, half, tiles));
+    let after = |more: f64| {
+        let counts = [0, 1].map(|half| {
+            let taken = taker.halves.taken(half);
+            let next = allocate::next(survey, tiles, half, &shapes[half], taken, 0.5 * more);
+            let sum = next.iter().zip(taken).map(|(next, &taken)| next + f64::from(taken));
+            sum.collect::<Vec<f64>>()
+        });
+        allocate::error(survey, tiles, [&|tile| counts[0][tile], &|tile| counts[1][tile]])
+    };
+    // Relative to the survey's own sum, whose variances are those within halves.
+    let wanted = after(0.0) / ratio;
+    let (mut low, mut high) = (0.0, now * (ratio - 1.0).max(0.02));
+    for _ in 0..12 {
+        let middle = 0.5 * (low + high);
+        if after(middle) > wanted { low = middle } else { high = middle }
+    }
+    high.max(0.02 * now)
+}

@@ -1,0 +1,80 @@
+//! The charts: error over time by ways of rendering, and the Pareto front.
+
+use super::point::{Point as Found, Tradeoff};
+use crate::plot::{Axis, Chart, Plot, Point, Series};
+
+/// Ways that get a line of their own, in the order of their colours.
+const SHOWN: [&str; 7] = [
+    "base",
+    "sampler sobol",
+    "roulette from segment 1",
+    "adaptive on",
+    "denoiser svgf",
+    "scale 1/2",
+    "together sobol, svgf",
+];
+
+fn notes(found: &Tradeoff) -> Vec<String> {
+    let reference = &found.reference;
+    vec![
+        format!("{}, {}x{}, {}", found.scene, found.width, found.height, found.device),
+        format!(
+            "reference: {:.0} samples a pixel, own error {:.3} %; {} seeds",
+            reference.samples,
+            100.0 * reference.error,
+            found.seeds
+        ),
+    ]
+}
+
+fn place(point: &Found, hollow: bool) -> Point {
+    Point { x: point.seconds.all.median, y: 100.0 * point.relative_error(), hollow }
+}
+
+/// Lines of the ways that most users will ask about.
+pub(super) fn over_time(found: &Tradeoff) -> Chart {
+    let line = |(style, name): (usize, &&str)| {
+        let points: Vec<Point> =
+            found.points.iter().filter(|p| p.name() == **name).map(|p| place(p, p.errors.biased)).collect();
+        let slope =
+            found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == **name || s.knob == **name);
+        let slope = slope.and_then(|slope| slope.over_time).map_or(String::new(), |s| format!(" ({s:.2})"));
+        let name = format!("{}{slope}", name.replace("together ", "").replace(" from segment 1", ""));
+        (!points.is_empty()).then_some(Series { name, style, points, marks: true, line: true })
+    };
+    let mut notes = notes(found);
+    notes.push("hollow: biased; in brackets: the slope, -0.5 for noise".to_owned());
+    Chart::Plot(Plot {
+        title: "Relative error over time".to_owned(),
+        notes,
+        x: Axis::log("seconds"),
+        y: Axis::log("relative error, %"),
+        series: SHOWN.iter().enumerate().filter_map(line).collect(),
+    })
+}
+
+/// All points, and those that nothing beats.
+pub(super) fn front(found: &Tradeoff) -> Chart {
+    let series = |name: &str, style, line, points: Vec<Point>| {
+        let name = name.to_owned();
+        (!points.is_empty()).then_some(Series { name, style, points, marks: true, line })
+    };
+    let of = |biased: bool| {
+        found.points.iter().filter(|p| p.errors.biased == biased).map(|p| place(p, biased)).collect()
+    };
+    let mut on_front: Vec<&Found> = found.points.iter().filter(|p| p.on_front).collect();
+    on_front.sort_by(|a, b| a.seconds.all.median.total_cmp(&b.seconds.all.median));
+    let best = on_front.iter().map(|p| place(p, p.errors.biased)).collect();
+    let all = [
+        series("unbiased", 0, false, of(false)),
+        series("biased", 1, false, of(true)),
+        series("Pareto front", 2, true, best),
+    ];
+    Chart::Plot(Plot {
+        title: "What nothing else beats in both time and error".to_owned(),
+        notes: notes(found),
+        x: Axis::log("seconds"),
+        y: Axis::log("relative error, %"),
+        series: all.into_iter().flatten().collect(),
+    })
+}

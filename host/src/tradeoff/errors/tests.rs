@@ -1,0 +1,141 @@
+//! The lab measured itself: images of which the truth is known.
+
+use super::*;
+use trisect_shared::math::unit_f32;
+use trisect_shared::rng::PathKey;
+
+const SIZE: u32 = 32;
+
+/// What is true of a pixel.
+fn truth(pixel: u32) -> [f64; 3] {
+    let (x, y) = (f64::from(pixel % SIZE), f64::from(pixel / SIZE));
+    [0.2 + 0.02 * x, 0.5 + 0.3 * (0.4 * y).sin(), 0.05 + 0.001 * x * y]
+}
+
+/// A draw of mean 0 and variance 1, skewed as light is: exponential, less its mean.
+fn draw(seed: u32, pixel: u32, channel: u32) -> f64 {
+    let word = PathKey { seed, pixel, sample: channel }.words(7).x;
+    -(1.0 - f64::from(unit_f32(word))).max(1e-9).ln() - 1.0
+}
+
+/// An image whose pixels have this noise over their value, and a mean so many times the truth.
+fn image(seed: u32, noise: f64, factor: f64) -> Image {
+    let pixel = |pixel: u32| {
+        let truth = truth(pixel);
+        std::array::from_fn(|c| (truth[c] * (factor + noise * draw(seed, pixel, c as u32))) as f32)
+    };
+    Image { width: SIZE, height: SIZE, pixels: (0..SIZE * SIZE).map(pixel).collect() }
+}
+
+/// Of noise `noise` in each half.
+fn reference(seed: u32, noise: f64) -> Reference {
+    let halves = [image(seed, noise, 1.0), image(seed + 1, noise, 1.0)];
+    let variance = |pixel: u32| truth(pixel).map(|value| ((value * noise).powi(2) / 2.0) as f32);
+    let facts = super::super::Facts {
+        hash: String::new(),
+        version: String::new(),
+        width: SIZE,
+        height: SIZE,
+        samples: 1.0,
+        error: noise,
+        device: String::new(),
+        seconds: 0.0,
+    };
+    Reference { halves, variance: (0..SIZE * SIZE).map(variance).collect(), facts }
+}
+
+/// Mean over pixels and channels of truth² / (truth² + 0.01): what a relative change of 1 is in relMSE.
+fn weight() -> f64 {
+    let of = |pixel: u32| truth(pixel).iter().map(|v| v * v / (v * v + EPSILON)).sum::<f64>() / 3.0;
+    (0..SIZE * SIZE).map(of).sum::<f64>() / f64::from(SIZE * SIZE)
+}
+
+fn errors(run: u32, noise: f64, factor: f64) -> Errors {
+    let first = 1000 * run;
+    let images: Vec<Image> = (0..8).map(|s| image(first + s, noise, factor)).collect();
+    Errors::of(&images, &reference(first + 500, 0.02), 2).unwrap()
+}
+
+/// 200 runs of noise alone, of 20 %: each interval covers the truth in 90 of 100 or more, and one in a thousand is called biased.
+#[test]
+fn intervals_cover_the_truth() {
+    let (noise, weight) = (0.2, weight());
+    let runs: Vec<Errors> = (0..200).map(|run| errors(run, noise, 1.0)).collect();
+    let covered = |of: &dyn Fn(&Errors) -> bool| runs.iter().filter(|errors| of(errors)).count();
+    let truth = noise * noise * weight;
+    let counts = [
+        ("relMSE", covered(&|e| e.rel_mse.covers(truth))),
+        ("variance", covered(&|e| e.variance.covers(truth))),
+        ("squared bias", covered(&|e| e.squared_bias.covers(0.0))),
+        ("brightness", covered(&|e| e.brightness.covers(0.0))),
+    ];
+    eprintln!("of 200: {counts:?}, weight {weight}");
+    assert!(counts.iter().all(|(_, count)| *count >= 180), "{counts:?}");
+    let biased = covered(&|e| e.biased);
+    assert!(biased <= 2, "{biased} of 200 without bias are called biased");
+    // The twin: a truth that is 5 % off is not covered.
+    assert!(covered(&|e| e.rel_mse.covers(1.05 * truth)) < 180);
+}
+
+/// The same of a bias: its size is covered, too.
+#[test]
+fn intervals_cover_a_bias() {
+    let (noise, bias, weight) = (0.2, 0.03, weight());
+    let runs: Vec<Errors> = (0..200).map(|run| errors(5000 + run, noise, 1.0 + bias)).collect();
+    let covered = |of: &dyn Fn(&Errors) -> bool| runs.iter().filter(|errors| of(errors)).count();
+    let squared = bias * bias * weight;
+    let counts = [
+        ("relMSE", covered(&|e| e.rel_mse.covers(squared + noise * noise * weight))),
+        ("squared bias", covered(&|e| e.squared_bias.covers(squared))),
+        ("variance", covered(&|e| e.variance.covers(noise * noise * weight))),
+        ("brightness", covered(&|e| e.brightness.covers(bias))),
+    ];
+    eprintln!("of 200: {counts:?}");
+    assert!(counts.iter().all(|(_, count)| *count >= 180), "{counts:?}");
+    assert_eq!(covered(&|e| e.biased), 200);
+}
+
+/// 1 % more light under 20 % of noise.
+#[test]
+fn a_planted_bias_is_detected() {
+    for run in 0..20 {
+        let found = errors(20_000 + run, 0.2, 1.01);
+        assert!(found.biased, "{found:?}");
+        assert!(found.brightness.low > 0.0 && found.brightness.high < 0.02, "{found:?}");
+    }
+}
+
+/// Four times the variance is noise.
+#[test]
+fn a_planted_variance_is_not_called_bias() {
+    let weight = weight();
+    for run in 0..20 {
+        let (plain, noisy) = (errors(30_000 + run, 0.2, 1.0), errors(30_000 + run, 0.4, 1.0));
+        assert!(!noisy.biased, "{noisy:?}");
+        assert!(noisy.differs(&plain).p < 1e-6);
+        assert!((noisy.variance.value / (0.16 * weight) - 1.0).abs() < 0.1, "{noisy:?}");
+    }
+}
+
+/// Two ways of the same mean, without a reference; and of means 1 % apart.
+#[test]
+fn two_ways_are_compared_without_a_reference() {
+    let images = |first: u32, noise, factor| -> Vec<Image> {
+        (0..8).map(|s| image(first + s, noise, factor)).collect()
+    };
+    let mut called = 0;
+    for run in 0..50 {
+        let first = 100_000 + 100 * run;
+        let (_, same) = difference(&images(first, 0.2, 1.0), &images(first + 50, 0.4, 1.0));
+        called += u32::from(same < SIGNIFICANCE);
+        let (brightness, other) = difference(&images(first, 0.2, 1.01), &images(first + 50, 0.2, 1.0));
+        assert!(other < SIGNIFICANCE && brightness.covers(0.01), "{other} {brightness:?}");
+    }
+    assert!(called <= 1, "{called} of 50 that are the same are called different");
+}
+
+#[test]
+fn other_sizes_are_refused() {
+    let small = Image { width: 1, height: 1, pixels: vec![[0.0; 3]] };
+    assert!(Errors::of(&[small], &reference(1, 0.1), 1).is_err());
+}

@@ -1,0 +1,86 @@
+//! The trade-off lab: what each knob for speed costs in accuracy, measured.
+//!
+//! [`modes`](mode) are ways of rendering; [`measure`](Lab) renders each with several seeds and numbers of samples; [`errors`](Errors) tell noise from bias against a
+//! [`Reference`]; [`report`](Tradeoff::write) writes it down.
+
+mod charts;
+mod converge;
+mod errors;
+mod front;
+mod lab;
+mod mode;
+mod page;
+mod picture;
+mod point;
+mod reference;
+pub mod statistics;
+mod table;
+
+pub use converge::{Capture, Convergence, Course, Pair, converge};
+pub use errors::{Errors, SIGNIFICANCE};
+pub use lab::{Fit, Lab, Sweep, fit};
+pub use mode::{KNOBS, Mode, modes};
+pub use picture::Pictures;
+pub use point::{Against, Missing, Point, Seconds, Slope, Tradeoff};
+pub use reference::{Facts, Reference, hash};
+
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// What the lab cannot do.
+#[derive(Debug, Error)]
+pub enum TradeoffError {
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A reference that was kept and cannot be used.
+    #[error("{}: not a reference image: {message}; remove it, and it is rendered again", path.display())]
+    Reference {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// Too little to tell noise from bias.
+    #[error("{what} is {given}; it must be at least {least}")]
+    TooFew {
+        /// The option.
+        what: &'static str,
+        /// What was asked for.
+        given: usize,
+        /// What there must be.
+        least: usize,
+    },
+    /// A knob that is none.
+    #[error("there is no knob {name}; there are {known}")]
+    NoKnob {
+        /// What was asked for.
+        name: String,
+        /// All.
+        known: String,
+    },
+    /// A page or a chart that could not be made.
+    #[error("{}: {message}", path.display())]
+    Encode {
+        /// The file it was for.
+        path: PathBuf,
+        /// Why.
+        message: String,
+    },
+}
+
+impl TradeoffError {
+    /// Of a file.
+    pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |source| Self::Io { path: path.to_owned(), source }
+    }
+
+    fn encode(path: &std::path::Path, error: impl ToString) -> Self {
+        Self::Encode { path: path.to_owned(), message: error.to_string() }
+    }
+}

@@ -1,0 +1,215 @@
+//! What is true of a scene, nearly: an image of many samples, whose own error is known. Rendered once and kept by hash.
+
+use super::TradeoffError;
+use crate::Error;
+use crate::film::PixelTotals;
+use crate::image::Image;
+use crate::render::{MathMode, Observer, Renderer, Sampler, Settings};
+use crate::sampling::{self, Adaptive, Goal, Halves};
+use crate::scene::Scene;
+use bytemuck::cast_slice;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Of the random numbers: others than any that is measured.
+const SEED: u32 = 0x7e57_5eed;
+
+/// First bytes of a file.
+const MAGIC: &[u8; 8] = b"TRISREF1";
+
+/// Bytes of a header, at most.
+const GREATEST_HEADER: u64 = 1 << 16;
+
+/// Two images by different random numbers, and how much their mean varies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// Each of half the samples.
+    pub halves: [Image; 2],
+    /// Variance of the mean of both, by pixel and channel.
+    pub variance: Vec<[f32; 3]>,
+    /// What it is.
+    pub facts: Facts,
+}
+
+/// What a reference is of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Facts {
+    /// Of the scene, the kernels and the settings that decide the image.
+    pub hash: String,
+    /// Of the program.
+    pub version: String,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples a pixel in the mean.
+    pub samples: f64,
+    /// The root of its own relMSE, estimated.
+    pub error: f64,
+    /// What rendered it.
+    pub device: String,
+    /// That took.
+    pub seconds: f64,
+}
+
+/// What a reference is rendered with: the settings without what may bias them, or changes noise alone.
+pub fn settings_of(settings: &Settings) -> Settings {
+    Settings {
+        seed: SEED,
+        samples: 1,
+        roulette: false,
+        roulette_depth: 1,
+        math: MathMode::Precise,
+        sampler: Sampler::Independent,
+        light_sampling: true,
+        clamp: None,
+        guides: false,
+        variant: None,
+        traversal: None,
+        schedule: None,
+        tile: None,
+        ..settings.clone()
+    }
+}
+
+/// Of all that decides the image.
+pub fn hash(scene: &Scene, settings: &Settings) -> String {
+    let Settings { width, height, depth, fresnel, .. } = settings;
+    let mut hash = Sha256::new();
+    hash.update(scene.digest());
+    hash.update(trisect_kernels::MANIFEST);
+    hash.update(format!("{width}x{height} {depth} {fresnel:?}"));
+    hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Reference {
+    /// Renders one until the goal.
+    ///
+    /// # Errors
+    ///
+    /// As [`sampling::render`].
+    pub fn render(
+        renderer: &mut Renderer,
+        scene: &Scene,
+        settings: &Settings,
+        goal: Goal,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, Error> {
+        let settings = settings_of(settings);
+        let (halves, noise, seconds) = sampling::halves(renderer, &settings, goal, Adaptive::Auto, observer)?;
+        let device = renderer.backend().device();
+        let facts = Facts {
+            hash: hash(scene, &settings),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            width: settings.width,
+            height: settings.height,
+            samples: halves.samples() as f64 / settings.pixels() as f64,
+            error: noise.error,
+            device: format!("{}: {}", device.backend, device.name),
+            seconds,
+        };
+        Ok(Self::of(&halves, facts))
+    }
+
+    fn of(halves: &Halves, facts: Facts) -> Self {
+        let image = |half: usize| {
+            let pixels = halves.pixels(half).par_iter().map(|pixel| pixel.mean().map(|v| v as f32)).collect();
+            Image { width: halves.width, height: halves.height, pixels }
+        };
+        let variances = |half: usize| halves.pixels(half).par_iter().map(PixelTotals::variance_of_mean);
+        let both = variances(0).zip(variances(1));
+        let variance = both.map(|(a, b)| std::array::from_fn(|c| (0.25 * (a[c] + b[c])) as f32)).collect();
+        Self { halves: [image(0), image(1)], variance, facts }
+    }
+
+    /// The mean of both halves.
+    pub fn image(&self) -> Image {
+        let [a, b] = &self.halves;
+        let pixels = a.pixels.par_iter().zip(&b.pixels);
+        let pixels = pixels.map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+        Image { width: a.width, height: a.height, pixels }
+    }
+
+    /// Where a reference of this hash is kept.
+    pub fn path(folder: &Path, hash: &str) -> PathBuf {
+        folder.join(format!("{hash}.reference"))
+    }
+
+    /// Reads the one of this hash; `None` where there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`TradeoffError`] for a file that is none, is cut off or was changed.
+    pub fn read(folder: &Path, hash: &str) -> Result<Option<Self>, TradeoffError> {
+        let path = Self::path(folder, hash);
+        let mut file = match fs::File::open(&path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(TradeoffError::Io { path, source }),
+        };
+        let wrong = |what: &str| TradeoffError::Reference { path: path.clone(), message: what.to_owned() };
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(|source| TradeoffError::Io { path: path.clone(), source })?;
+        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| wrong("it does not begin as one"))?;
+        let (sum, rest) = rest.split_at_checked(32).ok_or_else(|| wrong("it is cut off"))?;
+        if Sha256::digest(rest)[..] != *sum {
+            return Err(wrong("its checksum is another: it was cut off or changed"));
+        }
+        let (length, rest) = rest.split_at_checked(8).ok_or_else(|| wrong("it is cut off"))?;
+        let length = length.try_into().map_or(u64::MAX, u64::from_le_bytes);
+        if length > GREATEST_HEADER {
+            return Err(wrong("its header is too long"));
+        }
+        let (header, data) = rest.split_at_checked(length as usize).ok_or_else(|| wrong("it is cut off"))?;
+        let facts: Facts = serde_json::from_slice(header).map_err(|error| wrong(&error.to_string()))?;
+        let pixels = u64::from(facts.width) * u64::from(facts.height);
+        if facts.hash != hash || data.len() as u64 != pixels.saturating_mul(36) {
+            return Err(wrong("it is of another scene or size"));
+        }
+        let values: Vec<f32> =
+            data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let planes: Vec<Vec<[f32; 3]>> = values
+            .chunks_exact(3 * pixels.max(1) as usize)
+            .map(|plane| plane.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect())
+            .collect();
+        let [a, b, variance] =
+            <[Vec<[f32; 3]>; 3]>::try_from(planes).map_err(|_| wrong("it has no pixels"))?;
+        let image = |pixels| Image { width: facts.width, height: facts.height, pixels };
+        Ok(Some(Self { halves: [image(a), image(b)], variance, facts: facts.clone() }))
+    }
+
+    /// Keeps it, in place of an earlier one: complete, or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`TradeoffError`] names the file.
+    pub fn write(&self, folder: &Path) -> Result<(), TradeoffError> {
+        let path = Self::path(folder, &self.facts.hash);
+        let io = |source| TradeoffError::Io { path: path.clone(), source };
+        fs::create_dir_all(folder).map_err(io)?;
+        let header = serde_json::to_vec(&self.facts)
+            .map_err(|error| TradeoffError::Reference { path: path.clone(), message: error.to_string() })?;
+        let mut rest = (header.len() as u64).to_le_bytes().to_vec();
+        rest.extend_from_slice(&header);
+        for plane in [&self.halves[0].pixels, &self.halves[1].pixels, &self.variance] {
+            let values: &[f32] = cast_slice(plane);
+            rest.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        let temporary = folder.join(format!(".{}.{}", self.facts.hash, std::process::id()));
+        let written = fs::File::create(&temporary).and_then(|mut file| {
+            file.write_all(MAGIC)?;
+            file.write_all(&Sha256::digest(&rest))?;
+            file.write_all(&rest)?;
+            file.sync_all()
+        });
+        let moved = written.and_then(|()| fs::rename(&temporary, &path));
+        if moved.is_err() {
+            let _ = fs::remove_file(&temporary);
+        }
+        moved.map_err(io)
+    }
+}

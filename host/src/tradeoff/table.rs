@@ -1,0 +1,100 @@
+//! What was found as lines for people and as CSV.
+
+use super::point::{Point, Tradeoff};
+use super::statistics::Interval;
+
+fn percent(interval: Interval) -> String {
+    let root = interval.map(|value| 100.0 * value.max(0.0).sqrt());
+    format!("{:.3} % ({:.3} to {:.3})", root.value, root.low, root.high)
+}
+
+impl Point {
+    /// One line for people.
+    pub fn line(&self) -> String {
+        let errors = &self.errors;
+        let bias = 100.0 * errors.squared_bias.value.max(0.0).sqrt();
+        let bias = if errors.biased { format!("bias {bias:.3} %") } else { "no bias seen".to_owned() };
+        let against = self.against.as_ref().map_or(String::new(), |against| {
+            let efficiency = against.efficiency;
+            format!(
+                ", efficiency {:.2} ({:.2} to {:.2}) of the base",
+                efficiency.value, efficiency.low, efficiency.high
+            )
+        });
+        format!(
+            "{}, {} spp: {:.4} s, error {}, {bias}, FLIP {:.4}{against}: {}",
+            self.name(),
+            self.spp,
+            self.seconds.all.median,
+            percent(errors.rel_mse),
+            errors.flip.value,
+            self.verdict(),
+        )
+    }
+}
+
+/// A row a point.
+pub(super) fn csv(found: &Tradeoff) -> String {
+    let mut text = "knob,level,spp,seconds,seconds_lower_quartile,seconds_upper_quartile,render_seconds,denoise_seconds,scale_seconds,\
+        rel_mse,rel_mse_low,rel_mse_high,variance,variance_low,variance_high,squared_bias,squared_bias_low,squared_bias_high,\
+        rmse,rmse_low,rmse_high,flip,flip_low,flip_high,brightness,brightness_low,brightness_high,bias_p,means_p,biased,\
+        efficiency,efficiency_low,efficiency_high,against_base,against_base_low,against_base_high,on_front,verdict\n"
+        .to_owned();
+    for point in &found.points {
+        let (errors, seconds) = (&point.errors, &point.seconds);
+        let mut cells = vec![point.knob.clone(), format!("\"{}\"", point.level), point.spp.to_string()];
+        let mut add =
+            |value: f64| cells.push(if value.is_finite() { value.to_string() } else { String::new() });
+        let all = &seconds.all;
+        [all.median, all.lower_quartile, all.upper_quartile, seconds.render, seconds.denoise, seconds.scale]
+            .into_iter()
+            .for_each(&mut add);
+        let intervals = [
+            errors.rel_mse,
+            errors.variance,
+            errors.squared_bias,
+            errors.rmse,
+            errors.flip,
+            errors.brightness,
+        ];
+        let parts = |interval: Interval| [interval.value, interval.low, interval.high];
+        intervals.into_iter().flat_map(parts).for_each(&mut add);
+        [errors.bias_p, errors.means_p].into_iter().for_each(&mut add);
+        cells.push(errors.biased.to_string());
+        let nothing = Interval { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+        let against = point.against.as_ref().map_or(nothing, |against| against.efficiency);
+        for value in [point.efficiency, against].into_iter().flat_map(parts) {
+            cells.push(if value.is_finite() { value.to_string() } else { String::new() });
+        }
+        cells.extend([point.on_front.to_string(), point.verdict().to_owned()]);
+        text += &(cells.join(",") + "\n");
+    }
+    text
+}
+
+impl Tradeoff {
+    /// What to turn, for people: the front, and what could not be measured.
+    pub fn summary(&self) -> String {
+        let reference = &self.reference;
+        let mut text = format!(
+            "{}, {}x{} on {}: {} points in {:.0} s; reference of {:.0} samples a pixel, own error {:.3} %\nnothing beats, from fast to near:\n",
+            self.scene,
+            self.width,
+            self.height,
+            self.device,
+            self.points.len(),
+            self.seconds,
+            reference.samples,
+            100.0 * reference.error,
+        );
+        let mut front: Vec<&Point> = self.points.iter().filter(|point| point.on_front).collect();
+        front.sort_by(|a, b| a.seconds.all.median.total_cmp(&b.seconds.all.median));
+        for point in front {
+            text += &format!("  {}\n", point.line());
+        }
+        for missing in &self.missing {
+            text += &format!("not here: {} {}: {}\n", missing.knob, missing.level, missing.reason);
+        }
+        text
+    }
+}

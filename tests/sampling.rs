@@ -1,0 +1,198 @@
+//! Images until their noise is low enough: the same on all backends, as noisy as they say, and without bias.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use trisect::backend::DeviceKind;
+use trisect::film::Film;
+use trisect::metrics::{ImageView, compare};
+use trisect::render::{Renderer, Sampler, Settings};
+use trisect::sampling::{self, Adaptive, Free, Goal, Request, Sampled};
+use trisect::scene::Scene;
+use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
+use trisect_tests::{Subject, for_each_backend, scene};
+
+fn request(goal: Goal, adaptive: Adaptive) -> Request {
+    Request { goal, adaptive, free: Free::default(), denoise: None }
+}
+
+fn sample(renderer: &mut Renderer, settings: &Settings, goal: Goal, adaptive: Adaptive) -> Sampled {
+    sampling::render(renderer, settings, &request(goal, adaptive), &mut ()).unwrap()
+}
+
+fn small(scene: &Scene) -> Settings {
+    Settings { width: 40, height: 27, depth: 6, ..scene.settings() }
+}
+
+/// Tiles take samples of their own, decided by what was rendered before: the same everywhere.
+fn own_samples_are_the_cpus(subject: Subject) {
+    for (name, adaptive) in [("cornell_box.ron", Adaptive::On), ("rtiow_final.ron", Adaptive::Off)] {
+        let scene = scene(name);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let settings = small(&scene);
+        // A mean that no number of samples for all pixels has.
+        let goal = Goal::Error { target: 1e-6, most: 53 };
+        let mut own =
+            |seed| sample(&mut renderer, &Settings { seed, ..settings.clone() }, goal, adaptive).film;
+        let got = own(0);
+        let want = sample(&mut cpu(&scene), &settings, goal, adaptive).film;
+        let counts: Vec<u64> = want.pixels.iter().map(|pixel| pixel.samples).collect();
+        assert!(counts.iter().min() < counts.iter().max(), "{name}: all pixels have as many samples");
+        assert_eq!(got.counts().unwritten + got.counts().rejected, 0);
+        let kind = renderer.backend().device().kind;
+        if subject == Subject::Cuda || subject == Subject::Wgpu && kind == DeviceKind::SoftwareGpu {
+            assert_eq!(differing(&got, &want), 0, "{name}");
+        } else {
+            let test = Blocks::new(&got).compare(&Blocks::new(&want), 1e-4);
+            assert!(test.whole < GLOBAL_LIMIT, "{name}: {test:?}");
+        }
+    }
+    // The twin.
+    let scene = scene("cornell_box.ron");
+    let goal = Goal::Error { target: 1e-6, most: 24 };
+    let of = |seed| sample(&mut cpu(&scene), &Settings { seed, ..small(&scene) }, goal, Adaptive::On).film;
+    assert_ne!(differing(&of(0), &of(1)), 0, "a comparison that cannot fail");
+}
+
+/// Brighter samples are scaled down, by the same bits; a clamp above all of them changes nothing.
+fn a_clamp_is_the_cpus(subject: Subject) {
+    let scene = scene("cornell_box.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { samples: 4, ..small(&scene) };
+    let clamped = |clamp| Settings { clamp, ..settings.clone() };
+    let (free, high, low) = (
+        film(&mut renderer, &clamped(None)),
+        film(&mut renderer, &clamped(Some(1e6))),
+        film(&mut renderer, &clamped(Some(1.0))),
+    );
+    assert_eq!(differing(&free, &high), 0);
+    assert_ne!(differing(&free, &low), 0, "a comparison that cannot fail");
+    let most = |film: &Film| film.pixels.iter().flat_map(|pixel| pixel.mean()).fold(0.0, f64::max);
+    assert!(most(&low) <= 1.0 + 1e-6 && most(&free) > 2.0, "{} {}", most(&low), most(&free));
+    let kind = renderer.backend().device().kind;
+    let want = film(&mut cpu(&scene), &clamped(Some(1.0)));
+    if subject == Subject::Cuda || subject == Subject::Wgpu && kind == DeviceKind::SoftwareGpu {
+        assert_eq!(differing(&low, &want), 0);
+    } else {
+        assert!(Blocks::new(&low).compare(&Blocks::new(&want), 1e-4).whole < GLOBAL_LIMIT);
+    }
+}
+
+for_each_backend!(own_samples_are_the_cpus, a_clamp_is_the_cpus);
+
+/// The root of the relMSE of a film against one of many samples.
+fn error(film: &Film, reference: &Film) -> f64 {
+    let (image, reference) = (film.image(), reference.image());
+    let view = |image: &trisect::image::Image| -> Vec<[f32; 3]> { image.pixels.clone() };
+    let (a, b) = (view(&image), view(&reference));
+    let (width, height) = (image.width as usize, image.height as usize);
+    let of = |pixels| ImageView::new(width, height, pixels).unwrap();
+    compare(&of(&a), &of(&b)).unwrap().rel_mse.sqrt()
+}
+
+/// What is said of the error is true within a fifth, by the mean over four seeds.
+#[test]
+fn the_error_is_what_was_asked_for() {
+    for (name, target, adaptive, sampler) in [
+        ("rtiow_final.ron", 0.1, Adaptive::Off, Sampler::Independent),
+        ("cornell_box.ron", 0.1, Adaptive::On, Sampler::Independent),
+        ("rtiow_final.ron", 0.1, Adaptive::Auto, Sampler::Sobol),
+        ("next_week.ron", 0.2, Adaptive::On, Sampler::Independent),
+    ] {
+        let scene = scene(name);
+        let mut renderer = cpu(&scene);
+        let settings = Settings { sampler, ..small(&scene) };
+        let samples = Settings { samples: 4096, seed: 77, sampler: Sampler::Sobol, ..settings.clone() };
+        let reference = film(&mut renderer, &samples);
+        let mut errors = Vec::new();
+        for seed in 0..4 {
+            let goal = Goal::Error { target, most: 4096 };
+            let got = sample(&mut renderer, &Settings { seed, ..settings.clone() }, goal, adaptive);
+            let sampling = got.stats.sampling.unwrap();
+            assert!(sampling.met && sampling.noise.error <= target);
+            errors.push(error(&got.film, &reference));
+        }
+        let mean = errors.iter().sum::<f64>() / 4.0;
+        eprintln!("{name}: {errors:?} for {target}");
+        assert!((mean / target - 1.0).abs() < 0.2, "{name}: {mean} for {target}");
+        // The twin: half the error is not within a fifth.
+        let goal = Goal::Error { target: 0.5 * target, most: 4096 };
+        let off = error(&sample(&mut renderer, &settings, goal, adaptive).film, &reference) / target - 1.0;
+        assert!(off.abs() > 0.2, "{name}: a comparison that cannot fail: {off}");
+    }
+}
+
+/// Images that stop by their own noise, with samples where it is: the mean of 128 of them is that of as many renders of all the same samples, within 4 sigma of
+/// 0.2 to 0.3 %: so a bias from stopping is below 1.2 %, where the images have 15 % of noise.
+#[test]
+fn stopping_adds_no_bias() {
+    for name in ["cornell_box.ron", "rtiow_final.ron"] {
+        let scene = scene(name);
+        let mut renderer = cpu(&scene);
+        // Clamped, or the few samples that see the lamp would hide all else.
+        let settings = Settings { width: 24, height: 16, depth: 5, clamp: Some(2.0), ..scene.settings() };
+        let mut means = [Vec::new(), Vec::new()];
+        for seed in 0..128 {
+            let settings = Settings { seed: 10 * seed + 5, ..settings.clone() };
+            let goal = Goal::Error { target: 0.15, most: 4096 };
+            let adaptive = sample(&mut renderer, &settings, goal, Adaptive::On).film;
+            let plain = film(&mut renderer, &Settings { samples: 48, seed: 10 * seed + 7, ..settings });
+            for (means, film) in means.iter_mut().zip([adaptive, plain]) {
+                let sum: f64 = film.pixels.iter().flat_map(|pixel| pixel.mean()).sum();
+                means.push(sum / (3 * film.pixels.len()) as f64);
+            }
+        }
+        let of = |values: &[f64]| {
+            let (mean, error) = trisect::tradeoff::statistics::mean_and_error(values);
+            (mean, error)
+        };
+        let ((a, ea), (b, eb)) = (of(&means[0]), of(&means[1]));
+        let sigma = ea.hypot(eb);
+        eprintln!(
+            "{name}: {a} with stopping, {b} without: {:.2} sigma of {:.3} %",
+            (a - b) / sigma,
+            100.0 * sigma / b
+        );
+        assert!((a - b).abs() < 4.0 * sigma);
+        assert!(sigma / b < 0.003, "{sigma}: too wide to see a bias");
+        // The twin: a bias of 2 % would be seen.
+        assert!((a * 1.02 - b).abs() > 4.0 * sigma, "a comparison that cannot fail");
+    }
+}
+
+/// A goal that is none, and one that cannot be met.
+#[test]
+fn goals() {
+    let scene = scene("three_spheres.ron");
+    let mut renderer = cpu(&scene);
+    let settings = Settings { width: 16, height: 9, depth: 4, ..scene.settings() };
+    for target in [0.0, -1.0, 1.0, f64::NAN] {
+        let bad = request(Goal::Error { target, most: 1 }, Adaptive::Auto);
+        let error = sampling::render(&mut renderer, &settings, &bad, &mut ()).err().unwrap();
+        assert!(error.to_string().contains("--target-error"), "{error}");
+        assert_eq!(error.exit_code(), 2);
+    }
+    let none = request(Goal::Time(std::time::Duration::ZERO), Adaptive::Auto);
+    assert!(sampling::render(&mut renderer, &settings, &none, &mut ()).is_err());
+    let few = sample(&mut renderer, &settings, Goal::Error { target: 1e-9, most: 20 }, Adaptive::Auto);
+    let sampling = few.stats.sampling.unwrap();
+    assert!(!sampling.met && (sampling.mean_samples - 20.0).abs() < 0.1, "{sampling:?}");
+    assert!(sampling.warning().unwrap().contains("--max-spp"));
+    // A film of halves with as many samples each is their sum.
+    assert_eq!(few.film.counts().samples, few.stats.samples);
+}
+
+/// A cancelled observer ends it.
+#[test]
+fn it_can_be_cancelled() {
+    struct No;
+    impl trisect::render::Observer for No {
+        fn progress(&mut self, _: u64, _: u64) -> std::ops::ControlFlow<()> {
+            std::ops::ControlFlow::Break(())
+        }
+    }
+    let scene = scene("three_spheres.ron");
+    let request = request(Goal::Error { target: 0.01, most: 100 }, Adaptive::Auto);
+    let settings = Settings { width: 16, height: 9, ..scene.settings() };
+    let ended = sampling::render(&mut cpu(&scene), &settings, &request, &mut No);
+    assert!(matches!(ended, Err(trisect::Error::Cancelled)));
+}
