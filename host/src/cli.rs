@@ -120,7 +120,7 @@ pub struct JobArgs {
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub light_sampling: Switch,
 
-    /// Scale samples whose brightest channel is above this down to it: less noise from rare bright paths, and a darker image.
+    /// The most that a channel of a sample is: less noise from rare bright paths, and a darker image.
     #[arg(long, value_name = "X")]
     pub clamp: Option<f32>,
 

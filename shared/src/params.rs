@@ -66,7 +66,7 @@ pub struct RenderParams {
     pub block_shift: u32,
     /// Rows of others between two blocks.
     pub block_gap: u32,
-    /// The greatest channel of a sample's radiance: what is brighter is scaled down to it. [`NO_CLAMP`] for none.
+    /// The most that a channel of a sample's radiance is. [`NO_CLAMP`] for any.
     pub clamp: f32,
 }
 

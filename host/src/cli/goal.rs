@@ -78,10 +78,11 @@ impl RenderArgs {
             AdaptiveArg::On => Adaptive::On,
             AdaptiveArg::Auto => Adaptive::Auto,
         };
-        let JobArgs { roulette, sampler, .. } = &self.job;
+        let JobArgs { roulette, roulette_depth, sampler, .. } = &self.job;
         let timed = matches!(goal, Goal::Time(_));
         let free = Free {
             roulette: roulette.is_none(),
+            roulette_depth: roulette_depth.is_none(),
             sampler: sampler.is_none(),
             denoise: timed && self.denoise.denoise.is_none(),
         };

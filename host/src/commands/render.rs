@@ -59,13 +59,13 @@ fn reach(
     denoise: Option<Denoise>,
 ) -> Result<ExitCode, Error> {
     let bar = &mut Bar::of_goal(arguments.quiet);
-    let Sampled { film, denoised, mut stats } =
+    let Sampled { film, image, mut stats } =
         sampling::render(&mut session.renderer, &session.settings, request, bar)?;
     stats.phases.load_seconds = session.load_seconds;
     if matches!(request.goal, Goal::Error { .. }) {
         return finish(arguments, session, Drawn::Film(&film), stats, denoise);
     }
-    conclude(arguments, session, Drawn::Film(&film), stats, denoised)
+    conclude(arguments, session, Drawn::Film(&film), stats, Some(image))
 }
 
 /// Whether the render must write what tells edges.

@@ -23,7 +23,7 @@ const REFERENCE_OF_COURSE: u32 = 8;
 const LARGE: u64 = 200_000;
 
 /// Nanoseconds that statistics take for a pixel of an image on one thread, and FLIP.
-const NANOSECONDS: (f64, f64) = (150.0, 3000.0);
+const NANOSECONDS: (f64, f64) = (300.0, 4000.0);
 
 /// A scene with its modes, on a device.
 struct Ready {

@@ -12,6 +12,8 @@ use std::time::Duration;
 use trisect_kernels::Variant;
 use trisect_shared::denoise::{Lit, STOPS, View};
 use trisect_shared::display::DisplayParams;
+use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
 
 /// A frame that stayed on the device, and what it took there.
 #[derive(Clone, Debug)]
@@ -117,18 +119,34 @@ impl Renderer {
         settings: &Settings,
         denoise: &Denoise,
     ) -> Result<(Image, Vec<Duration>), Error> {
-        denoise.check()?;
         let (sums, guides) = denoise::sums(film)?;
-        let settings = Settings { width: film.width, height: film.height, guides: true, ..settings.clone() };
+        let settings = Settings { width: film.width, height: film.height, ..settings.clone() };
+        self.denoise_sums((&sums, &guides), &settings, denoise)
+    }
+
+    /// The same of sums and guides of an image of the settings' size, as kernels write them.
+    ///
+    /// # Errors
+    ///
+    /// As [`denoise`](Self::denoise).
+    pub(crate) fn denoise_sums(
+        &mut self,
+        (sums, guides): (&[PixelSums], &[Guides]),
+        settings: &Settings,
+        denoise: &Denoise,
+    ) -> Result<(Image, Vec<Duration>), Error> {
+        denoise.check()?;
+        let settings = Settings { guides: true, ..settings.clone() };
         // The memory was checked before the film was rendered, and much of what is held now was asked for then.
         self.make_film(&settings)?;
-        self.backend.write_film(&sums, &guides)?;
-        let image = Seen::by(&self.camera(&settings), film.width, film.height);
-        let passes = passes(Some(denoise), &image, &Frames::none(&image), &(0..film.height));
+        self.backend.write_film(sums, guides)?;
+        let (width, height) = (settings.width, settings.height);
+        let image = Seen::by(&self.camera(&settings), width, height);
+        let passes = passes(Some(denoise), &image, &Frames::none(&image), &(0..height));
         let times = self.backend.denoise(&passes)?;
         let mut pixels = vec![Lit::UNKNOWN; sums.len()];
         self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut pixels)?;
-        Ok((denoise::image(film.width, film.height, &pixels), times))
+        Ok((denoise::image(width, height, &pixels), times))
     }
 
     /// Renders a frame and denoises it where it is: nothing is read back, so that frames follow each other as fast as the device has them.

@@ -286,7 +286,14 @@ impl Renderer {
 
     /// Checks the settings, memory among them, chooses the kernel and makes the film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        if let Some((_, variant)) = self.ready.as_ref().filter(|ready| ready.0 == *settings) {
+        // A film that is ready is so for any seed and number of samples.
+        let alike = |ready: &Settings| {
+            let Settings { seed, samples, .. } = *settings;
+            Settings { seed, samples, ..ready.clone() } == *settings
+        };
+        if let Some((_, variant)) =
+            self.ready.as_ref().filter(|ready| settings.samples > 0 && alike(&ready.0))
+        {
             return Ok(*variant);
         }
         settings.check()?;

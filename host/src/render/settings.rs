@@ -62,7 +62,7 @@ pub struct Settings {
     /// Connect each vertex to a light, and weigh by multiple importance sampling. Off, paths find lights by chance: the same mean,
     /// but for lights without extent, which they never find.
     pub light_sampling: bool,
-    /// The greatest channel of a sample's radiance: brighter samples are scaled down to it, for less noise and a darker mean. `None`: any.
+    /// The most that a channel of a sample's radiance is, for less noise and a darker mean. `None`: any.
     pub clamp: Option<f32>,
     /// How the closest hit is found; `None`: by what is fastest on the backend.
     pub traversal: Option<Traversal>,

@@ -112,7 +112,8 @@ mod tests {
     use crate::sampling::Noise;
 
     fn survey(variances: &[f64]) -> Survey {
-        let tiles = variances.iter().map(|&v| Tile { variance: [v; 2], work: [2.0; 2] }).collect();
+        let tiles =
+            variances.iter().map(|&v| Tile { variance: [v; 2], work: [2.0; 2], error: 0.0 }).collect();
         Survey { noise: Noise { error: 0.0, percentile_99: 0.0 }, tiles }
     }
 

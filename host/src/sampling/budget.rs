@@ -3,15 +3,20 @@
 use super::filter::{Choice, Filter, Filtered};
 use super::goal::decide;
 use super::race::{race, warm, ways};
+use super::survey::Survey;
 use super::taker::Taker;
-use super::{Adaptive, FilterTrial, Free, Noise, Trial, allocate};
+use super::{Adaptive, FilterTrial, Free, Halves, Noise, Trial, allocate};
 use crate::Error;
 use crate::denoise::Denoise;
+use crate::image::Image;
 use crate::render::{Observer, Renderer, Settings};
 use std::time::{Duration, Instant};
 
 /// What of the time each way of sampling is tried for, once for each half.
 const TRY: f64 = 0.004;
+
+/// The error above which a filter may help: below, its own is greater (docs/tradeoff.md).
+const FILTER_FROM: f64 = 0.01;
 
 /// What of the time goes by before where samples go is decided.
 const FIRST: f64 = 0.08;
@@ -25,6 +30,9 @@ const PARTS: [f64; 3] = [0.5, 0.88, 1.0];
 /// What of the time may be left at the end.
 const LEFT: f64 = 0.015;
 
+/// Passes of one sample that a time must have room for, for the noise to be looked at.
+const LOOKS_FROM: f64 = 12.0;
+
 /// Passes, at most: each is closer to the end than the one before.
 const MOST_PASSES: usize = 8;
 
@@ -36,6 +44,8 @@ pub(super) struct Made<'a> {
     pub gain: f64,
     pub trials: Vec<Trial>,
     pub filtered: Option<Filtered>,
+    /// The image, where it was not filtered.
+    pub plain: Option<Image>,
     pub filter: Option<FilterTrial>,
     /// What the budget is of.
     pub time: Duration,
@@ -82,31 +92,45 @@ pub(super) fn within<'a>(
         }
         filter = Some(Filter::try_out(renderer, settings, denoise)?);
     }
+    let asked = settings.guides || filter.is_some();
+    // Memory, too, is made ready before.
+    let mut halves = Halves::new(settings.width, settings.height);
+    if asked {
+        halves.make_guides();
+    }
     let preparing = preparing.elapsed();
 
     let start = Instant::now();
     let whole = plan.time.as_secs_f64();
-    let (best, trials) = race(renderer, &known, plan.time.mul_f64(TRY), observer)?;
-    let filter = filter.filter(|filter| filter.fits(whole, plan.free.denoise));
+    let (best, trials, expected) = race(renderer, &known, (plan.time.mul_f64(TRY), plan.time), observer)?;
+    let wanted = !plan.free.denoise || expected > FILTER_FROM;
+    let filter = filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected));
     let filter = filter.map(|filter| filter.with_trials(whole));
     let asked = settings.guides || filter.is_some();
-    let mut taker = Taker::new(renderer, &Settings { guides: asked, ..best }, observer);
+    if !asked {
+        halves.drop_guides();
+    }
+    let mut taker = Taker::with(renderer, &Settings { guides: asked, ..best }, halves, observer);
     let first = Instant::now();
     taker.uniform(1)?;
     let one = first.elapsed().as_secs_f64();
-    let more = (FIRST * whole / one).clamp(1.0, f64::from(MOST_FIRST)) as u32 - 1;
-    if more > 0 && start.elapsed().as_secs_f64() + f64::from(more) * one < whole {
+    // Of what that took, the device's part grows with samples; the rest comes with each pass.
+    let mut clock = Clock { beside: (one - taker.took.device.as_secs_f64()).max(0.0), ..Clock::default() };
+    // Where the host takes long for each pass, there is time for a few only, and none for looking at them.
+    let looks = clock.beside < 0.5 * one || one * LOOKS_FROM < whole;
+    let each = (one - clock.beside).max(1e-9);
+    let more = ((FIRST * whole - clock.beside) / each).clamp(1.0, f64::from(MOST_FIRST)) as u32 - 1;
+    if more > 0 && start.elapsed().as_secs_f64() + f64::from(more) * each + clock.beside < whole {
         taker.uniform(more)?;
     }
-    let mut spent = first.elapsed().as_secs_f64();
-    let mut survey = taker.survey();
-    let (adaptive, gain) = decide(plan.adaptive, &survey, &taker);
+    let mut survey = if looks { taker.survey() } else { Survey::blind(taker.halves.tiles()) };
+    let (adaptive, gain) = if looks { decide(plan.adaptive, &survey, &taker) } else { (false, 1.0) };
     let of_one: f64 = {
         let tiles = taker.halves.tiles();
         (0..2).map(|half| allocate::work(&survey, tiles, half, &|_| 1.0)).sum()
     };
     let mut work = 0.5 * taker.mean_samples() * of_one;
-    let mut asked = (work, spent);
+    clock.rate = work / taker.took.device.as_secs_f64().max(1e-9);
     let mut choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
     for index in 0..MOST_PASSES {
         let part = PARTS.get(index).copied().unwrap_or(1.0);
@@ -116,9 +140,8 @@ pub(super) fn within<'a>(
         };
         let end = part * (whole - reserve - image_seconds(&taker));
         let left = end - start.elapsed().as_secs_f64();
-        let more = left * asked.0 / asked.1;
         // Less than one sample of one pixel in a hundred.
-        if left <= LEFT * whole || more < 0.005 * of_one {
+        if left <= LEFT * whole || clock.fits(left) < 0.005 * of_one {
             if index + 1 < PARTS.len() {
                 continue;
             }
@@ -127,17 +150,16 @@ pub(super) fn within<'a>(
         if index > 0 && adaptive {
             survey = taker.survey();
         }
-        let left = end - start.elapsed().as_secs_f64();
-        let more = (left * asked.0 / asked.1).max(0.0);
+        let more = clock.fits(end - start.elapsed().as_secs_f64());
         taker.progress = start.elapsed().as_secs_f64() / whole;
+        let before = taker.took.device;
         let took = taker.spend(&survey, adaptive, more)?.as_secs_f64();
+        clock.learn(more, took, (taker.took.device - before).as_secs_f64());
         work += more;
-        spent += took;
-        asked = (more, took.max(1e-6));
         if let (Some(filter), Some(taken)) = (&filter, &mut choice)
             && taken.is_open()
         {
-            let final_work = work + (whole - start.elapsed().as_secs_f64()).max(0.0) * work / spent;
+            let final_work = work + clock.fits(whole - start.elapsed().as_secs_f64());
             taken.decide(filter, &mut taker, final_work / work)?;
             if !taken.may_be() && !settings.guides {
                 taker.drop_guides();
@@ -149,10 +171,34 @@ pub(super) fn within<'a>(
         (Some(filter), Some(taken)) => filter.finish(&mut taker, &taken)?,
         _ => None,
     };
+    let plain = if filtered.is_none() { Some(taker.halves.image()) } else { None };
     let time = start.elapsed();
     taker.finish();
     let noise = taker.noise();
-    Ok(Made { noise, taker, adaptive, gain, trials, filtered, filter: trial, time, preparing })
+    Ok(Made { noise, taker, adaptive, gain, trials, filtered, plain, filter: trial, time, preparing })
+}
+
+/// How long a pass takes.
+#[derive(Default)]
+struct Clock {
+    /// Whatever it renders.
+    beside: f64,
+    /// Work a second, beside that.
+    rate: f64,
+}
+
+impl Clock {
+    /// Work that fits a time.
+    fn fits(&self, seconds: f64) -> f64 {
+        ((seconds - self.beside) * self.rate).max(0.0)
+    }
+
+    fn learn(&mut self, work: f64, seconds: f64, device: f64) {
+        if work > 0.0 && device > 0.0 {
+            self.rate = work / device;
+            self.beside = (seconds - device).max(0.0);
+        }
+    }
 }
 
 /// Making the image of the sums: a few nanoseconds a pixel.

@@ -1,8 +1,8 @@
 //! Whether a denoiser makes an image better, by two halves of it.
 
+use super::FilterTrial;
 use super::survey::EPSILON;
 use super::taker::Taker;
-use super::{FilterTrial, Halves};
 use crate::Error;
 use crate::denoise::Denoise;
 use crate::film::TASK;
@@ -15,6 +15,12 @@ use trisect_shared::guides::Guides;
 
 /// What of the time trials of the filter may take: of both halves, and of one.
 const TRIALS: (f64, f64) = (0.12, 0.25);
+
+/// The error above which a filter is worth more of the time.
+const NOISY: f64 = 0.1;
+
+/// What of the time the filter may take of an image that is less noisy: what it needs to know of edges takes several times as long.
+const SHARE: f64 = 0.06;
 
 /// What the filtered image's squared error must be at most, of the plain one's: an estimate is worth less than a film.
 const BETTER: f64 = 0.8;
@@ -73,12 +79,11 @@ impl Choice {
         }
         let mut images = Vec::new();
         for half in 0..filter.trials as usize {
-            let film = taker.halves.half(half);
-            let settings = taker.settings.clone();
-            images.push(taker.renderer.denoise(&film, &settings, filter.denoise)?.0);
+            let (sums, guides) = taker.halves.sums(half);
+            images.push(taker.renderer.denoise_sums((&sums, guides), &taker.settings, filter.denoise)?.0);
         }
-        // Weights by a filtered image: its noise is small, and it knows nothing of the other half's.
-        let smooth = images[0].clone();
+        // Weights by the filtered images, whose noise is small, and by the samples, without which what only one half saw would count too much.
+        let smooth = between(&images, &taker.halves.image());
         let apart = taker.apart();
         let halves = &taker.halves;
         let mean = |half: usize, pixel: usize| halves.pixels(half)[pixel].mean();
@@ -113,6 +118,19 @@ impl Choice {
     }
 }
 
+/// Halfway from the mean of some images to another.
+fn between(images: &[Image], plain: &Image) -> Image {
+    let share = 0.5 / images.len().max(1) as f32;
+    let pixel = |pixel: usize| {
+        std::array::from_fn(|c| {
+            0.5 * plain.pixels[pixel][c]
+                + share * images.iter().map(|image| image.pixels[pixel][c]).sum::<f32>()
+        })
+    };
+    let pixels = (0..plain.pixels.len()).into_par_iter().map(pixel).collect();
+    Image { width: plain.width, height: plain.height, pixels }
+}
+
 /// Mean over pixels and channels of the square over mean² + 0.01; what is no number is left out.
 fn relative(weights: &Image, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 {
     let of = |pixel: usize| {
@@ -135,22 +153,19 @@ impl<'a> Filter<'a> {
         settings: &Settings,
         denoise: &'a Denoise,
     ) -> Result<Self, Error> {
-        let mut halves = Halves::new(settings.width, settings.height);
         let pixels = settings.pixels() as usize;
-        let black = PixelSums { samples: 2, ..PixelSums::ZERO };
-        halves.add(0, &vec![black; pixels], 2);
-        halves.add_guides(0, &vec![Guides { misses: 2, ..Guides::ZERO }; pixels], 0, 2);
-        let film = halves.half(0);
-        drop(halves);
-        renderer.denoise(&film, settings, denoise)?;
+        let sums = vec![PixelSums { samples: 2, ..PixelSums::ZERO }; pixels];
+        let guides = vec![Guides { misses: 2, ..Guides::ZERO }; pixels];
+        renderer.denoise_sums((&sums, &guides), settings, denoise)?;
         let start = Instant::now();
-        renderer.denoise(&film, settings, denoise)?;
+        renderer.denoise_sums((&sums, &guides), settings, denoise)?;
         Ok(Self { denoise, seconds: start.elapsed().as_secs_f64(), trials: 0 })
     }
 
     /// Whether there is time for it; one that must be is never left out.
-    pub fn fits(&self, whole: f64, free: bool) -> bool {
-        !free || self.seconds <= TRIALS.1 * whole
+    pub fn fits(&self, whole: f64, free: bool, expected: f64) -> bool {
+        let share = if expected > NOISY { TRIALS.1 } else { SHARE };
+        !free || self.seconds <= share * whole
     }
 
     /// What is to be decided.
@@ -173,8 +188,8 @@ impl<'a> Filter<'a> {
         if !choice.taken {
             return Ok(None);
         }
-        let (film, settings) = (taker.halves.film(), taker.settings.clone());
-        let (image, passes) = taker.renderer.denoise(&film, &settings, self.denoise)?;
+        let (sums, guides) = taker.halves.all_sums();
+        let (image, passes) = taker.renderer.denoise_sums((&sums, &guides), &taker.settings, self.denoise)?;
         let seconds = passes.iter().map(std::time::Duration::as_secs_f64).sum();
         Ok(Some(Filtered { image, denoise: *self.denoise, expected: choice.expected.sqrt(), seconds }))
     }

@@ -15,10 +15,10 @@ const WORTH: f64 = 1.15;
 const WORTH_OF_SOBOL: f64 = 1.6;
 
 /// The part of the samples that are missing that a step takes.
-const STEP: f64 = 0.4;
+const STEP: f64 = 0.5;
 
 /// Samples of a step over those that were taken, at most.
-const MOST_STEP: f64 = 0.4;
+const MOST_STEP: f64 = 0.6;
 
 /// The same of one that goes all the way.
 const LAST_STEP: f64 = 0.1;

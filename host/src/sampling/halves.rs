@@ -1,7 +1,7 @@
 //! Two independent halves of an image: what one shows of the noise may steer the other without bias.
 
 use super::Tiles;
-use crate::film::{Film, GuideTotals, PixelTotals, TASK};
+use crate::film::{Coverage, Film, GuideTotals, PixelTotals, TASK};
 use crate::image::Image;
 use rayon::prelude::*;
 use trisect_shared::film::PixelSums;
@@ -18,7 +18,8 @@ pub struct Halves {
     pub height: u32,
     tiles: Tiles,
     pixels: [Vec<PixelTotals>; 2],
-    guides: [Vec<GuideTotals>; 2],
+    /// Plain sums: a filter's edges need no more.
+    guides: [Vec<Guides>; 2],
     /// Samples of each tile's pixels.
     taken: [Vec<u32>; 2],
 }
@@ -74,24 +75,49 @@ impl Halves {
         self.taken[half].iter_mut().for_each(|taken| *taken += samples);
     }
 
-    /// Adds the guides of a pass of `samples` samples from `first` on. They say what a pixel's own samples saw: a film has them of all its samples, or of none.
-    pub fn add_guides(&mut self, half: usize, guides: &[Guides], first: u32, samples: u32) {
-        self.guides[half].resize(guides.len(), GuideTotals::EMPTY);
+    /// Adds the guides of a pass of `samples` samples. They say what a pixel's own samples saw: a film has them of all its samples, or of none.
+    pub fn add_guides(&mut self, half: usize, guides: &[Guides], samples: u32) {
+        self.make_guides();
         let pixels = self.guides[half].par_iter_mut().zip(guides).with_min_len(TASK);
-        pixels.for_each(|(total, guides)| total.merge(guides, first, samples));
+        pixels.for_each(|(total, guides)| merge(total, guides, samples));
     }
 
     /// The same of a pass of which each tile has `counts` samples.
-    pub fn add_own_guides(&mut self, half: usize, guides: &[Guides], first: u32, counts: &[u32]) {
-        self.guides[half].resize(guides.len(), GuideTotals::EMPTY);
+    pub fn add_own_guides(&mut self, half: usize, guides: &[Guides], counts: &[u32]) {
+        self.make_guides();
         let tiles = &self.tiles;
         let pixels = self.guides[half].par_iter_mut().zip(guides).enumerate().with_min_len(TASK);
         pixels.for_each(|(pixel, (total, guides))| {
             let count = counts[tiles.of_pixel(pixel)];
             if count > 0 {
-                total.merge(guides, first, count);
+                merge(total, guides, count);
             }
         });
+    }
+
+    /// Makes room for guides, if there is none: in parallel, as the first touch of fresh memory is what takes the time.
+    pub fn make_guides(&mut self) {
+        let pixels = self.pixels[0].len().max(self.pixels[1].len());
+        for guides in self.guides.iter_mut().filter(|guides| guides.len() != pixels) {
+            *guides = rayon::iter::repeat_n(Guides::ZERO, pixels).with_min_len(TASK).collect();
+        }
+    }
+
+    /// Sums and guides of a half as kernels write them.
+    pub fn sums(&self, half: usize) -> (Vec<PixelSums>, &[Guides]) {
+        (self.pixels[half].par_iter().with_min_len(TASK).map(PixelTotals::sums).collect(), &self.guides[half])
+    }
+
+    /// The same of both, as [`film`](Self::film) has them.
+    pub fn all_sums(&self) -> (Vec<PixelSums>, Vec<Guides>) {
+        let [a, b] = &self.pixels;
+        let sums = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b).sums());
+        let guides = self.guides[0].par_iter().zip(&self.guides[1]).with_min_len(TASK).map(|(a, b)| {
+            let mut sum = *a;
+            merge(&mut sum, b, b.hits + b.misses);
+            sum
+        });
+        (sums.collect(), guides.collect())
     }
 
     /// Lets go of guides that no later pass will have.
@@ -129,22 +155,40 @@ impl Halves {
         }
     }
 
-    /// One half as a film, with its guides.
-    pub fn half(&self, half: usize) -> Film {
-        let (pixels, guides) = (self.pixels[half].clone(), self.guides[half].clone());
-        Film { pixels, guides, ..Film::new(self.width, self.height) }
-    }
-
     /// The image as a film: sums over the samples of both halves whose mean and variance of the mean are those of the image. Where the halves
     /// have as many samples each, they are the sums.
     pub fn film(&self) -> Film {
         let [a, b] = &self.pixels;
         let pixels = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b)).collect();
-        let mut guides = self.guides[0].clone();
-        let others = guides.par_iter_mut().zip(&self.guides[1]).with_min_len(TASK);
-        others.for_each(|(total, other)| total.add(other));
-        Film { pixels, guides, ..Film::new(self.width, self.height) }
+        let guides = self.guides[0].par_iter().zip(&self.guides[1]).with_min_len(TASK).map(|(a, b)| {
+            let mut totals = GuideTotals::EMPTY;
+            totals.merge(a, 0, a.hits + a.misses);
+            totals.merge(b, 1, b.hits + b.misses);
+            totals
+        });
+        let guides = guides.collect();
+        let coverage = Coverage::new(self.height);
+        Film { width: self.width, height: self.height, pixels, guides, coverage }
     }
+}
+
+/// Adds guides of `samples` samples; those that no kernel wrote make the sums NaN.
+fn merge(total: &mut Guides, guides: &Guides, samples: u32) {
+    if guides.hits > samples || guides.misses > samples {
+        *total =
+            Guides { hits: total.hits, misses: total.misses.saturating_add(samples), ..Guides::UNWRITTEN };
+        return;
+    }
+    if total.hits == 0 {
+        total.primitive = guides.primitive;
+    }
+    total.normal += guides.normal;
+    total.albedo += guides.albedo;
+    total.position += guides.position;
+    total.emission += guides.emission;
+    total.diffuse += guides.diffuse;
+    total.hits = total.hits.saturating_add(guides.hits);
+    total.misses = total.misses.saturating_add(guides.misses);
 }
 
 pub(super) fn add(pixels: &mut [PixelTotals], sums: &[PixelSums], samples: u32) {

@@ -57,6 +57,8 @@ pub enum Adaptive {
 pub struct Free {
     /// Whether paths end at random.
     pub roulette: bool,
+    /// From which segment on.
+    pub roulette_depth: bool,
     /// Where random numbers come from.
     pub sampler: bool,
     /// Whether the image is denoised.
@@ -167,8 +169,8 @@ pub struct Way {
 pub struct Sampled {
     /// The image's sums, and the two halves' in one.
     pub film: Film,
-    /// The denoised image, where [`Goal::Time`] took a filter.
-    pub denoised: Option<Image>,
+    /// The image: filtered where [`Goal::Time`] took a filter.
+    pub image: Image,
     /// What it took.
     pub stats: RenderStats,
 }
@@ -202,7 +204,8 @@ pub fn render(
                 seconds: start.elapsed().as_secs_f64(),
                 ..of(&taker, reached.noise)
             };
-            Ok(sampled(taker, sampling, None))
+            let image = taker.halves.image();
+            Ok(sampled(taker, sampling, None, image))
         }
         Goal::Time(time) => {
             let plan = budget::Plan {
@@ -231,7 +234,10 @@ pub fn render(
                 preparing_seconds: made.preparing.as_secs_f64(),
                 ..found
             };
-            Ok(sampled(made.taker, sampling, made.filtered))
+            let done = made.filtered.as_ref().map(|filtered| (filtered.denoise, filtered.seconds));
+            let image = made.filtered.map(|filtered| filtered.image).or(made.plain);
+            let image = image.unwrap_or_else(|| made.taker.halves.image());
+            Ok(sampled(made.taker, sampling, done, image))
         }
     }
 }
@@ -306,7 +312,7 @@ fn of(taker: &Taker, noise: Noise) -> Sampling {
     }
 }
 
-fn sampled(taker: Taker, sampling: Sampling, filtered: Option<filter::Filtered>) -> Sampled {
+fn sampled(taker: Taker, sampling: Sampling, filtered: Option<(Denoise, f64)>, image: Image) -> Sampled {
     let film = taker.halves.film();
     let samples = sampling.mean_samples.round().clamp(1.0, f64::from(u32::MAX)) as u32;
     let settings = Settings { samples, ..taker.settings.clone() };
@@ -314,11 +320,11 @@ fn sampled(taker: Taker, sampling: Sampling, filtered: Option<filter::Filtered>)
     stats.device_seconds = taker.took.device.as_secs_f64();
     stats.submissions = taker.took.submissions;
     stats.finish(film.counts(), Duration::from_secs_f64(sampling.seconds), Duration::ZERO, Duration::ZERO);
-    if let Some(filtered) = &filtered {
-        (stats.denoise, stats.denoise_seconds) = (Some(filtered.denoise), filtered.seconds);
+    if let Some((denoise, seconds)) = filtered {
+        (stats.denoise, stats.denoise_seconds) = (Some(denoise), seconds);
     }
     stats.sampling = Some(sampling);
-    Sampled { film, denoised: filtered.map(|filtered| filtered.image), stats }
+    Sampled { film, image, stats }
 }
 
 impl Sampling {

@@ -8,8 +8,9 @@ use crate::Error;
 use crate::backend::DeviceKind;
 use crate::film::Rows;
 use crate::render::{Observer, Renderer, Sampler, Settings};
+use crate::tradeoff::statistics::mean_and_error;
 use std::time::{Duration, Instant};
-use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::film::CHUNK_SAMPLES;
 
 /// Rows whose kernels are compiled: those of a tile.
 const WARM: u32 = 8;
@@ -17,11 +18,17 @@ const WARM: u32 = 8;
 /// Rows that are tried, at least.
 const LEAST_ROWS: u32 = 4;
 
+/// The segment from which on roulette is tried: from the first one it makes more noise than it saves (docs/tradeoff.md).
+const ROULETTE_FROM: u32 = 4;
+
 /// Pixels that keep a GPU busy.
 const BUSY: u64 = 300_000;
 
 /// What another way must cost at most, of what the first does: less is within the noise of a trial.
 const BETTER: f64 = 0.85;
+
+/// Standard errors by which a way must be better.
+const CLEAR: f64 = 2.5;
 
 /// The ways that are free to choose, that of the settings first.
 pub(super) fn ways(settings: &Settings, free: Free) -> Vec<Settings> {
@@ -34,6 +41,9 @@ pub(super) fn ways(settings: &Settings, free: Free) -> Vec<Settings> {
         let mut way = settings.clone();
         if roulette {
             way.roulette = !settings.roulette;
+            if free.roulette_depth {
+                way.roulette_depth = ROULETTE_FROM.min(settings.depth);
+            }
         }
         if sampler {
             way.sampler = match settings.sampler {
@@ -51,7 +61,11 @@ fn name(way: &Settings) -> String {
         Sampler::Independent => "independent samples",
         Sampler::Sobol => "Sobol's samples",
     };
-    format!("{sampler}, {}", if way.roulette { "roulette" } else { "no roulette" })
+    let roulette = match way.roulette {
+        true => format!("roulette from segment {}", way.roulette_depth),
+        false => "no roulette".to_owned(),
+    };
+    format!("{sampler}, {roulette}")
 }
 
 /// Compiles what a way needs. The image's size is that of the render, so that its memory is there, too.
@@ -74,24 +88,31 @@ fn some(renderer: &Renderer, settings: &Settings) -> Rows {
     Rows::interleaved(settings.height, 0, of / 2, of)
 }
 
-/// Tries each way for about `slice`. Returns the best and what each showed.
+/// Whether one way's tiles cost less than another's by more than chance: where a few bright pixels make all the noise, a trial says nothing.
+fn is_clear(base: &[f64], other: &[f64]) -> bool {
+    let less: Vec<f64> = base.iter().zip(other).map(|(base, other)| base - other).collect();
+    let (mean, error) = mean_and_error(&less);
+    mean > CLEAR * error
+}
+
+/// Tries each way for about `slice`. Returns the best, what each showed, and the error that the best should have
+/// after `time`.
 pub(super) fn race(
     renderer: &mut Renderer,
     ways: &[Settings],
-    slice: Duration,
+    (slice, time): (Duration, Duration),
     observer: &mut dyn Observer,
-) -> Result<(Settings, Vec<Trial>), Error> {
+) -> Result<(Settings, Vec<Trial>, f64), Error> {
     let [first, ..] = ways else { return Err(Error::Cancelled) };
-    if ways.len() < 2 {
-        return Ok((first.clone(), Vec::new()));
-    }
     let rows = some(renderer, first);
-    // As many samples for each: what Sobol's points gain depends on it.
+    // As many samples for each: what Sobol's points gain depends on it. By the device's time: a launch has its own, which more samples do not take again.
     let mut samples = 1;
+    let mut beside;
     loop {
         let start = Instant::now();
-        renderer.render_sums(&of_half(first, 0), &rows, 0..samples, observer)?;
-        let took = start.elapsed();
+        let sums = renderer.render_sums(&of_half(first, 0), &rows, 0..samples, observer)?;
+        let took = sums.device;
+        beside = start.elapsed().saturating_sub(took);
         if took * 3 > slice || samples == CHUNK_SAMPLES {
             break;
         }
@@ -104,17 +125,22 @@ pub(super) fn race(
         }
         samples = grown;
     }
+    // Where launches take longer than what they render, one way alone shows how noisy the image is.
+    let ways = if beside > 4 * slice { &ways[..1] } else { ways };
     let mut trials = Vec::new();
+    let mut costs: Vec<Vec<f64>> = Vec::new();
     for way in ways {
         let mut halves = Halves::new(first.width, rows.len());
-        let start = Instant::now();
-        let mut sums: [Vec<PixelSums>; 2] = [Vec::new(), Vec::new()];
-        for (half, sums) in sums.iter_mut().enumerate() {
-            *sums = renderer.render_sums(&of_half(way, half), &rows, 0..samples, observer)?.pixels.to_vec();
+        let mut device = Duration::ZERO;
+        for half in 0..2 {
+            let sums = renderer.render_sums(&of_half(way, half), &rows, 0..samples, observer)?;
+            device += sums.device;
+            halves.add(half, sums.pixels, samples);
         }
-        let seconds = start.elapsed().as_secs_f64();
-        (0..2).for_each(|half| halves.add(half, &sums[half], samples));
-        let error = Survey::new(&halves, way.sampler == Sampler::Sobol).noise.error;
+        let seconds = device.as_secs_f64();
+        let survey = Survey::new(&halves, way.sampler == Sampler::Sobol);
+        costs.push(survey.tiles.iter().map(|tile| tile.error * seconds).collect());
+        let error = survey.noise.error;
         trials.push(Trial {
             way: name(way),
             samples: 2 * samples,
@@ -125,6 +151,11 @@ pub(super) fn race(
     }
     let base = trials[0].cost;
     let best = (0..ways.len()).min_by(|&a, &b| trials[a].cost.total_cmp(&trials[b].cost)).unwrap_or(0);
-    let taken = if trials[best].cost < BETTER * base { best } else { 0 };
-    Ok((ways[taken].clone(), trials))
+    let taken = if trials[best].cost < BETTER * base && is_clear(&costs[0], &costs[best]) { best } else { 0 };
+    // Of the whole image after `time`, if noise falls as noise does.
+    let of_image = f64::from(first.height) / f64::from(rows.len().max(1));
+    let taken_trial = &trials[taken];
+    let passes = time.as_secs_f64() / (taken_trial.seconds * of_image).max(1e-9);
+    let expected = taken_trial.error / passes.max(1e-9).sqrt();
+    Ok((ways[taken].clone(), trials, expected))
 }

@@ -24,6 +24,8 @@ pub(super) struct Tile {
     pub variance: [f64; 2],
     /// Segments of a sample.
     pub work: [f64; 2],
+    /// Mean over pixels of the squared error.
+    pub error: f64,
 }
 
 /// An image's noise, by tiles.
@@ -33,6 +35,13 @@ pub(super) struct Survey {
 }
 
 impl Survey {
+    /// Of an image that was not looked at: all tiles alike.
+    pub fn blind(tiles: &super::Tiles) -> Self {
+        let tile = Tile { variance: [1.0; 2], work: [1.0; 2], error: 1.0 };
+        let noise = Noise { error: f64::NAN, percentile_99: f64::NAN };
+        Self { noise, tiles: vec![tile; tiles.len()] }
+    }
+
     /// Of an image. The variance of independent samples is that within each half; `apart`: samples are not independent (Sobol's), or each half
     /// has one, and only the halves' difference tells it.
     ///
@@ -47,12 +56,14 @@ impl Survey {
                 let totals = [0, 1].map(|half| &halves.pixels(half)[pixel]);
                 let look = Look::at(totals, apart);
                 pixels.push(look.error as f32);
+                tile.error += look.error;
                 n += 1.0;
                 for half in 0..2 {
                     tile.variance[half] += look.variance[half];
                     tile.work[half] += look.work[half];
                 }
             }
+            tile.error /= n;
             for half in 0..2 {
                 tile.variance[half] /= n;
                 tile.work[half] /= n;

@@ -55,7 +55,20 @@ pub(super) fn of_half(settings: &Settings, half: usize) -> Settings {
 
 impl<'a> Taker<'a> {
     pub fn new(renderer: &'a mut Renderer, settings: &Settings, observer: &'a mut dyn Observer) -> Self {
-        let halves = Halves::new(settings.width, settings.height);
+        let mut halves = Halves::new(settings.width, settings.height);
+        if settings.guides {
+            halves.make_guides();
+        }
+        Self::with(renderer, settings, halves, observer)
+    }
+
+    /// With memory that was made before.
+    pub fn with(
+        renderer: &'a mut Renderer,
+        settings: &Settings,
+        halves: Halves,
+        observer: &'a mut dyn Observer,
+    ) -> Self {
         let settings = settings.clone();
         let took = Took { kernel: "", ..Took::default() };
         Self { renderer, settings, halves, took, next: 0, own_passes: 0, observer, progress: 0.0 }
@@ -117,7 +130,7 @@ impl<'a> Taker<'a> {
                     let sums = self.renderer.render_sums(&settings, &rows, range.clone(), &mut ask)?;
                     self.halves.add(half, sums.pixels, count);
                     if guides {
-                        self.halves.add_guides(half, sums.guides, range.start, count);
+                        self.halves.add_guides(half, sums.guides, count);
                     }
                     self.took.device += sums.device;
                     self.took.submissions += sums.submissions;
@@ -173,7 +186,7 @@ impl<'a> Taker<'a> {
                 self.took.submissions += sums.submissions;
                 self.halves.add_own(half, sums.pixels, &now);
                 if settings.guides {
-                    self.halves.add_own_guides(half, sums.guides, end - most, &now);
+                    self.halves.add_own_guides(half, sums.guides, &now);
                 }
                 left.iter_mut().zip(&now).for_each(|(left, now)| *left -= now);
             }

@@ -7,7 +7,7 @@ use crate::plot::{Axis, Chart, Plot, Point, Series};
 const SHOWN: [&str; 7] = [
     "base",
     "sampler sobol",
-    "roulette from segment 1",
+    "roulette from segment 4",
     "adaptive on",
     "denoiser svgf",
     "scale 1/2",
@@ -39,7 +39,7 @@ pub(super) fn over_time(found: &Tradeoff) -> Chart {
         let slope =
             found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == **name || s.knob == **name);
         let slope = slope.and_then(|slope| slope.over_time).map_or(String::new(), |s| format!(" ({s:.2})"));
-        let name = format!("{}{slope}", name.replace("together ", "").replace(" from segment 1", ""));
+        let name = format!("{}{slope}", name.replace("together ", "").replace(" from segment 4", ""));
         (!points.is_empty()).then_some(Series { name, style, points, marks: true, line: true })
     };
     let mut notes = notes(found);

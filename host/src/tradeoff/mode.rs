@@ -90,7 +90,9 @@ pub fn modes(scene: &Scene, base: &Mode, knobs: &[String], fast: bool) -> Result
     let settings = &base.settings;
     let mut add = |mode: Mode| modes.push(mode);
     let sobol = |mode: &mut Mode| mode.settings.sampler = Sampler::Sobol;
-    let roulette = |mode: &mut Mode| mode.settings.roulette = true;
+    let roulette = |mode: &mut Mode| {
+        (mode.settings.roulette, mode.settings.roulette_depth) = (true, 4.min(mode.settings.depth));
+    };
     let svgf = |mode: &mut Mode| mode.denoise = Some(Denoise::new(Filter::Svgf));
     for knob in KNOBS.into_iter().filter(|&knob| knobs.iter().any(|name| name == knob)) {
         match knob {

@@ -134,7 +134,8 @@ impl Point {
     pub fn verdict(&self) -> &'static str {
         match &self.against {
             _ if self.errors.biased => "biased",
-            None => "base",
+            None if self.knob == "base" => "base",
+            None => "measured",
             Some(against) if !against.measurable => "not measurable here",
             Some(against) if against.efficiency.low > 1.0 => "better",
             Some(against) if against.efficiency.high < 1.0 => "worse",

@@ -83,8 +83,6 @@ def build(path, custom=None, width=None, height=None, depth=None):
     image, camera = scene["image"], scene["camera"]
     width, height = int(width or image["width"]), int(height or image["height"])
     depth = int(depth or image.get("depth", 50))
-    if camera.get("defocus_angle", 0) != 0:
-        raise ValueError("a lens")
     d = {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": depth, "rr_depth": 1000000},
@@ -96,6 +94,11 @@ def build(path, custom=None, width=None, height=None, depth=None):
             "sampler": {"type": "independent"},
         },
     }
+    if camera.get("defocus_angle", 0) != 0:
+        focus = camera["focus_distance"]
+        d["sensor"]["type"] = "thinlens"
+        d["sensor"]["focus_distance"] = focus
+        d["sensor"]["aperture_radius"] = focus * math.tan(math.radians(camera["defocus_angle"]) / 2)
     kind, f = scene.get("sky", ("Black", {}))
     if kind == "Uniform":
         d["sky"] = {"type": "constant", "radiance": rgb(f["radiance"])}
