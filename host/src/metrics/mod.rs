@@ -79,6 +79,12 @@ pub enum MetricsError {
         /// Width and height of the reference.
         reference: (usize, usize),
     },
+    /// One image says nothing of noise.
+    #[error("{count} repetitions of an image; there must be 2 or more")]
+    TooFewImages {
+        /// How many.
+        count: usize,
+    },
     /// The viewing condition is outside the range which FLIP accepts here.
     #[error("{0} pixels per degree is outside [1, 1000]")]
     PixelsPerDegree(f32),

@@ -242,7 +242,7 @@ mod tests {
         let want = 0.25 * (2.0 / 2.0 + (4.0 + 1.0 + 0.0 + 9.0) / 3.0 / 4.0);
         assert!((pixel.variance_of_mean()[0] - want).abs() < 1e-12, "{pixel:?}");
         // The twin: the mean over all samples would be another.
-        assert!((f64::from(1.0 + 3.0 + 4.0 + 5.0 + 6.0 + 9.0) / 6.0 - 4.0).abs() > 0.1);
+        assert!(((1.0 + 3.0 + 4.0 + 5.0 + 6.0 + 9.0) / 6.0f64 - 4.0).abs() > 0.1);
     }
 
     #[test]

@@ -61,7 +61,7 @@ pub struct Pair {
 /// All that was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
-    /// See [`FORMAT`].
+    /// Of the JSON.
     pub format: u32,
     /// Of the program.
     pub version: String,

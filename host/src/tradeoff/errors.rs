@@ -89,11 +89,9 @@ impl Products {
                     (from_a[s], from_b[s]) = (x - a, x - b);
                     sums.plain[s] += from_a[s] * from_b[s];
                 }
-                for s in 0..n {
-                    let scaled = weight * from_a[s];
-                    for t in 0..n {
-                        sums.relative[s * n + t] += scaled * from_b[t];
-                    }
+                for (row, &from_a) in sums.relative.chunks_exact_mut(n).zip(&from_a) {
+                    let scaled = weight * from_a;
+                    row.iter_mut().zip(&from_b).for_each(|(sum, &from_b)| *sum += scaled * from_b);
                 }
                 // Each half has twice the variance of their mean.
                 let noise = 2.0 * f64::from(reference.variance[pixel][c]) * weight;
@@ -137,9 +135,12 @@ impl Errors {
     ///
     /// # Errors
     ///
-    /// [`MetricsError`] for images of another size, or fewer than three.
+    /// [`MetricsError`] for images of another size, or fewer than two.
     pub fn of(images: &[Image], reference: &Reference, flips: usize) -> Result<Self, MetricsError> {
         let n = images.len();
+        if n < 2 {
+            return Err(MetricsError::TooFewImages { count: n });
+        }
         let r = reference.image();
         for image in images {
             let (size, of) =

@@ -1,7 +1,7 @@
 //! The trade-off lab: what each knob for speed costs in accuracy, measured.
 //!
-//! [`modes`](mode) are ways of rendering; [`measure`](Lab) renders each with several seeds and numbers of samples; [`errors`](Errors) tell noise from bias against a
-//! [`Reference`]; [`report`](Tradeoff::write) writes it down.
+//! [`Mode`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of samples; [`Errors`] tell noise from bias against a
+//! [`Reference`]; [`Tradeoff::write`] writes it down.
 
 mod charts;
 mod converge;

@@ -89,7 +89,7 @@ pub struct Missing {
 /// All that was found of a scene on a device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tradeoff {
-    /// See [`FORMAT`].
+    /// Of the JSON.
     pub format: u32,
     /// Of the program.
     pub version: String,
