@@ -58,7 +58,7 @@ pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptiv
         let reached = Reached { noise: survey.noise, adaptive, gain };
         let samples = taker.mean_samples();
         taker.progress = (target / survey.noise.error).powi(2);
-        // Twice as few samples as one tile's in a hundred are not worth another pass.
+        // A hundredth of a sample is not worth another pass.
         let is_enough = samples + 0.01 >= f64::from(most);
         if survey.noise.error <= target || is_enough || !survey.noise.error.is_finite() {
             return Ok(reached);

@@ -102,7 +102,7 @@ pub struct Trial {
     pub way: String,
     /// Samples a pixel.
     pub samples: u32,
-    /// Wall clock.
+    /// By the device's timer.
     pub seconds: f64,
     /// As [`Noise::error`].
     pub error: f64,
