@@ -142,7 +142,7 @@ fn stopping_adds_no_bias() {
             }
         }
         let of = |values: &[f64]| {
-            let (mean, error) = trisect::tradeoff::statistics::mean_and_error(values);
+            let (mean, error) = trisect::statistics::mean_and_error(values);
             (mean, error)
         };
         let ((a, ea), (b, eb)) = (of(&means[0]), of(&means[1]));

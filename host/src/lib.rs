@@ -34,6 +34,7 @@ mod plot;
 pub mod render;
 pub mod sampling;
 pub mod scene;
+pub mod statistics;
 pub mod stats;
 pub mod tradeoff;
 pub mod view;

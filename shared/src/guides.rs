@@ -86,6 +86,21 @@ impl Guides {
         self.emission += emission;
     }
 
+    /// Adds the sums over other samples, taken after these.
+    #[inline(always)]
+    pub fn add(&mut self, other: Self) {
+        if self.hits == 0 {
+            self.primitive = other.primitive;
+        }
+        self.normal += other.normal;
+        self.albedo += other.albedo;
+        self.position += other.position;
+        self.emission += other.emission;
+        self.diffuse += other.diffuse;
+        self.hits = self.hits.wrapping_add(other.hits);
+        self.misses = self.misses.wrapping_add(other.misses);
+    }
+
     /// Of all samples.
     #[inline(always)]
     pub fn samples(&self) -> u32 {
@@ -124,6 +139,12 @@ mod tests {
         assert_eq!((guides.albedo, guides.emission), (Vec3::splat(0.75), Vec3::new(1.0, 1.0, 2.0)));
         assert_eq!(guides.diffuse, 1.5);
         assert_eq!((guides.normal, guides.position), (Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 1.0, 0.0)));
+        let mut sky = Guides::ZERO;
+        sky.add_miss(Vec3::ONE);
+        sky.add(guides);
+        assert_eq!((sky.primitive, sky.hits, sky.misses, sky.emission.x), (7, 2, 2, 2.0));
+        guides.add(Guides { primitive: 11, ..sky });
+        assert_eq!((guides.primitive, guides.hits, guides.albedo), (7, 4, Vec3::splat(1.5)));
     }
 
     #[test]

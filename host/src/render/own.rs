@@ -27,7 +27,7 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// As [`render_sums`](Self::render_sums).
+    /// As [`render_sums`](Self::render_sums), also where no tile takes any.
     pub(crate) fn render_own(
         &mut self,
         settings: &Settings,
@@ -38,10 +38,7 @@ impl Renderer {
         let most = counts.iter().copied().max().unwrap_or(0).min(CHUNK_SAMPLES).min(end);
         let rows = Rows::from(0..settings.height);
         let window = end - most..end;
-        let variant = match most {
-            0 => self.prepare(settings)?,
-            _ => self.ready_for(settings, &rows, std::slice::from_ref(&window))?,
-        };
+        let variant = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
         (self.ready, self.framed) = (None, None);
         make_room(self.backend.as_mut(), &mut self.chunk, settings.pixels() as usize);
         let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
@@ -86,6 +83,7 @@ impl Renderer {
         if settings.guides {
             self.backend.read_guides(&rows, &mut self.guides)?;
         }
+        self.ready = Some((settings.clone(), variant));
         Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
     }
 }

@@ -282,10 +282,15 @@ impl Settings {
 
     /// Refuses what cannot be rendered, before anything is allocated.
     pub fn check(&self) -> Result<(), SettingsError> {
-        self.check_within(memory::available())
+        self.check_within(memory::available(), 0)
     }
 
-    fn check_within(&self, available: u64) -> Result<(), SettingsError> {
+    /// The same of a render that holds so many more bytes a pixel.
+    pub(crate) fn check_with(&self, more: u64) -> Result<(), SettingsError> {
+        self.check_within(memory::available(), more)
+    }
+
+    fn check_within(&self, available: u64, more: u64) -> Result<(), SettingsError> {
         let counts = [
             ("width", self.width),
             ("height", self.height),
@@ -311,7 +316,7 @@ impl Settings {
             return Err(SettingsError::TooManyPixels { width, height });
         }
         let guides = if self.guides { Film::BYTES_PER_PIXEL_OF_GUIDES } else { 0 };
-        let needed = self.pixels() * (Film::BYTES_PER_PIXEL + guides);
+        let needed = self.pixels() * (Film::BYTES_PER_PIXEL + guides + more);
         if needed > available {
             return Err(SettingsError::TooLarge { width, height, needed, available });
         }
@@ -352,7 +357,7 @@ mod tests {
         assert_eq!(settings(1, 0).check(), Err(SettingsError::Zero { name: "height" }));
         assert!(matches!(settings(u32::MAX, 2).check(), Err(SettingsError::TooManyPixels { .. })));
         assert!(matches!(
-            settings(10_000, 10_000).check_within(1 << 30),
+            settings(10_000, 10_000).check_within(1 << 30, 0),
             Err(SettingsError::TooLarge { .. })
         ));
         let deep = Settings { depth: GREATEST_DEPTH + 1, ..settings(1, 1) };

@@ -77,17 +77,18 @@ pub(super) fn within<'a>(
     let preparing = Instant::now();
     let plain = Settings { guides: false, ..settings.clone() };
     let mut known = Vec::new();
+    warm(renderer, &plain, observer)?;
     for way in ways(&plain, plan.free) {
-        warm(renderer, &way, observer)?;
-        known.push(way);
         // Nobody waits longer for a choice than for the image.
         if preparing.elapsed() > plan.time {
             break;
         }
+        warm(renderer, &way, observer)?;
+        known.push(way);
     }
     let mut filter = None;
     if let Some(denoise) = plan.denoise {
-        for way in &known {
+        for way in std::iter::once(&plain).chain(&known) {
             warm(renderer, &Settings { guides: true, ..way.clone() }, observer)?;
         }
         filter = Some(Filter::try_out(renderer, settings, denoise)?);
@@ -102,7 +103,8 @@ pub(super) fn within<'a>(
 
     let start = Instant::now();
     let whole = plan.time.as_secs_f64();
-    let (best, trials, expected) = race(renderer, &known, (plan.time.mul_f64(TRY), plan.time), observer)?;
+    let (best, trials, expected) =
+        race(renderer, (&plain, &known), (plan.time.mul_f64(TRY), plan.time), observer)?;
     let wanted = !plan.free.denoise || expected > FILTER_FROM;
     let filter = filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected));
     let filter = filter.map(|filter| filter.with_trials(whole));

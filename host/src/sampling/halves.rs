@@ -25,6 +25,9 @@ pub struct Halves {
 }
 
 impl Halves {
+    /// Bytes that one pixel takes, with guides.
+    pub const BYTES_PER_PIXEL: u64 = 2 * (size_of::<PixelTotals>() + size_of::<Guides>()) as u64;
+
     /// Without samples.
     pub fn new(width: u32, height: u32) -> Self {
         let tiles = Tiles::new(width, height);
@@ -179,16 +182,7 @@ fn merge(total: &mut Guides, guides: &Guides, samples: u32) {
             Guides { hits: total.hits, misses: total.misses.saturating_add(samples), ..Guides::UNWRITTEN };
         return;
     }
-    if total.hits == 0 {
-        total.primitive = guides.primitive;
-    }
-    total.normal += guides.normal;
-    total.albedo += guides.albedo;
-    total.position += guides.position;
-    total.emission += guides.emission;
-    total.diffuse += guides.diffuse;
-    total.hits = total.hits.saturating_add(guides.hits);
-    total.misses = total.misses.saturating_add(guides.misses);
+    total.add(*guides);
 }
 
 pub(super) fn add(pixels: &mut [PixelTotals], sums: &[PixelSums], samples: u32) {

@@ -187,7 +187,7 @@ pub fn render(
     observer: &mut dyn Observer,
 ) -> Result<Sampled, Error> {
     check(request.goal)?;
-    settings.check()?;
+    settings.check_with(Halves::BYTES_PER_PIXEL)?;
     let start = Instant::now();
     match request.goal {
         Goal::Error { target, most } => {
@@ -255,7 +255,7 @@ pub fn halves(
     observer: &mut dyn Observer,
 ) -> Result<(Halves, Noise, f64), Error> {
     check(goal)?;
-    settings.check()?;
+    settings.check_with(Halves::BYTES_PER_PIXEL)?;
     let start = Instant::now();
     let (taker, noise) = match goal {
         Goal::Error { target, most } => {

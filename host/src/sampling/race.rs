@@ -8,7 +8,7 @@ use crate::Error;
 use crate::backend::DeviceKind;
 use crate::film::Rows;
 use crate::render::{Observer, Renderer, Sampler, Settings};
-use crate::tradeoff::statistics::mean_and_error;
+use crate::statistics::mean_and_error;
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
 
@@ -30,9 +30,9 @@ const BETTER: f64 = 0.85;
 /// Standard errors by which a way must be better.
 const CLEAR: f64 = 2.5;
 
-/// The ways that are free to choose, that of the settings first.
+/// The ways that are free to choose, beside that of the settings.
 pub(super) fn ways(settings: &Settings, free: Free) -> Vec<Settings> {
-    let mut ways = vec![settings.clone()];
+    let mut ways = Vec::new();
     for turn in 1..4u8 {
         let (roulette, sampler) = (turn & 1 != 0, turn & 2 != 0);
         if roulette && !free.roulette || sampler && !free.sampler {
@@ -95,15 +95,14 @@ fn is_clear(base: &[f64], other: &[f64]) -> bool {
     mean > CLEAR * error
 }
 
-/// Tries each way for about `slice`. Returns the best, what each showed, and the error that the best should have
+/// Tries the first way and the others for about `slice` each. Returns the best, what each showed, and the error that the best should have
 /// after `time`.
 pub(super) fn race(
     renderer: &mut Renderer,
-    ways: &[Settings],
+    (first, others): (&Settings, &[Settings]),
     (slice, time): (Duration, Duration),
     observer: &mut dyn Observer,
 ) -> Result<(Settings, Vec<Trial>, f64), Error> {
-    let [first, ..] = ways else { return Err(Error::Cancelled) };
     let rows = some(renderer, first);
     // As many samples for each: what Sobol's points gain depends on it. By the device's time: a launch has its own, which more samples do not take again.
     let mut samples = 1;
@@ -126,10 +125,11 @@ pub(super) fn race(
         samples = grown;
     }
     // Where launches take longer than what they render, one way alone shows how noisy the image is.
-    let ways = if beside > 4 * slice { &ways[..1] } else { ways };
+    let others = if beside > 4 * slice { &[] } else { others };
+    let ways: Vec<&Settings> = std::iter::once(first).chain(others).collect();
     let mut trials = Vec::new();
     let mut costs: Vec<Vec<f64>> = Vec::new();
-    for way in ways {
+    for &way in &ways {
         let mut halves = Halves::new(first.width, rows.len());
         let mut device = Duration::ZERO;
         for half in 0..2 {

@@ -3,13 +3,13 @@
 use super::errors::{self, Errors};
 use super::lab::LEAST_SEEDS;
 use super::reference::Facts;
-use super::statistics::{Interval, jackknife_error};
 use super::{Lab, Mode, Reference, TradeoffError};
 use crate::Error;
 use crate::bench::Line;
 use crate::film::{Film, Part};
 use crate::image::Image;
 use crate::render::{Observer, Settings, chunks};
+use crate::statistics::{Interval, jackknife_error};
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON. A field that changes its meaning, or goes, raises it.

@@ -1,9 +1,9 @@
 //! What repetitions of a render show of its error: how much of it is noise, and how much would stay with any number of samples.
 
 use super::reference::Reference;
-use super::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
 use crate::image::Image;
 use crate::metrics::{ImageView, MetricsError, flip};
+use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -288,7 +288,7 @@ fn compare(whole: (Measured, Measured), of_blocks: Vec<f64>) -> (Interval, f64) 
     let least = of_blocks.iter().copied().fold(1.0, f64::min);
     let p = sidak(found.p.min(sidak(least, of_blocks.len())), 2);
     let scale = b.0.abs().max(1e-300);
-    let half = quantile(super::statistics::CONFIDENCE, found.freedom.max(1.0)) * a.1.hypot(b.1) / scale;
+    let half = quantile(crate::statistics::CONFIDENCE, found.freedom.max(1.0)) * a.1.hypot(b.1) / scale;
     let value = (a.0 - b.0) / scale;
     (Interval { value, low: value - half, high: value + half }, p)
 }

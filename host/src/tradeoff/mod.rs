@@ -13,7 +13,6 @@ mod page;
 mod picture;
 mod point;
 mod reference;
-pub mod statistics;
 mod table;
 
 pub use converge::{Capture, Convergence, Course, Pair, converge};

@@ -2,8 +2,8 @@
 
 use super::errors::Errors;
 use super::reference::Facts;
-use super::statistics::{Interval, Welch, mean_and_error, welch};
 use crate::bench::Summary;
+use crate::statistics::{Interval, Welch, mean_and_error, welch};
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON. A field that changes its meaning, or goes, raises it.

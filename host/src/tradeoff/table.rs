@@ -1,7 +1,7 @@
 //! What was found as lines for people and as CSV.
 
 use super::point::{Point, Tradeoff};
-use super::statistics::Interval;
+use crate::statistics::Interval;
 
 fn percent(interval: Interval) -> String {
     let root = interval.map(|value| 100.0 * value.max(0.0).sqrt());

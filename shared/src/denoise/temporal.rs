@@ -58,16 +58,7 @@ pub fn add(
     all.squares += sums.squares;
     all.samples += sums.samples;
     all.segments = all.segments.wrapping_add(sums.segments);
-    if seen.hits == 0 {
-        seen.primitive = guides.primitive;
-    }
-    seen.normal += guides.normal;
-    seen.albedo += guides.albedo;
-    seen.position += guides.position;
-    seen.emission += guides.emission;
-    seen.diffuse += guides.diffuse;
-    seen.hits += guides.hits;
-    seen.misses += guides.misses;
+    seen.add(guides);
     (all, seen)
 }
 
