@@ -6,7 +6,7 @@ use crate::Error;
 use crate::film::{FilmCounts, Rows};
 use crate::render::{Parts, Renderer, Settings, Sums, chunks};
 use rayon::prelude::*;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 
 /// What a piece should take to render: then it is worth a message, and little is lost with it.
@@ -118,7 +118,8 @@ pub(super) fn render(
         }
         Ok(())
     };
-    renderer.each_sums(&Parts { settings, rows: &rows, samples: &parts }, desk, &take)?;
+    let parts = Parts { settings, rows: &rows, samples: &parts, seeds: &[settings.seed] };
+    renderer.each_sums(&parts, &mut |_| ControlFlow::Continue(()), desk, &take)?;
     Ok(())
 }
 

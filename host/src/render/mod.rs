@@ -83,6 +83,7 @@ pub struct Renderer {
     spare: HostRecords<PixelSums>,
     /// The same, where a render has them.
     guides: Vec<Guides>,
+    spare_guides: Vec<Guides>,
     phases: Phases,
     sight: Sight,
     /// Of which instance of a mesh each triangle is, in the order of the tree.
@@ -142,6 +143,7 @@ impl Renderer {
             chunk: HostRecords::default(),
             spare: HostRecords::default(),
             guides: Vec::new(),
+            spare_guides: Vec::new(),
             phases,
             instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
             sight: Sight::new(bvh),
@@ -165,6 +167,7 @@ impl Renderer {
             chunk: HostRecords::default(),
             spare: HostRecords::default(),
             guides: Vec::new(),
+            spare_guides: Vec::new(),
             phases: self.phases.clone(),
             instances: self.instances.clone(),
             sight: self.sight.anew(),
@@ -238,7 +241,7 @@ impl Renderer {
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let total = per_sample * part.samples.len() as u64;
         let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
-        let parts = Parts { settings, rows: &rows, samples: &samples };
+        let parts = Parts { settings, rows: &rows, samples: &samples, seeds: &[settings.seed] };
         let mut watch = |done: u64| observer.progress(done, total);
         let took;
         (film, took) = self.each_chunk(

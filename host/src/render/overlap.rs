@@ -28,6 +28,8 @@ pub(crate) struct Parts<'a> {
     pub settings: &'a Settings,
     pub rows: &'a Rows,
     pub samples: &'a [Range<u32>],
+    /// Each chunk is taken by each of these seeds in turn, whatever the settings' own.
+    pub seeds: &'a [u32],
 }
 
 /// What takes chunks, and memory for one.
@@ -61,7 +63,7 @@ pub(super) fn make_room(backend: &mut dyn Backend, chunk: &mut HostRecords<Pixel
 
 impl Renderer {
     /// Renders chunks for a film that someone else merges. `take` gets each, in order, with `state`; where the device is no processor of the host, on another
-    /// thread while the next chunk is rendered.
+    /// thread while the next chunk is rendered. `watch` is told how many samples were taken so far, and may end it.
     ///
     /// # Errors
     ///
@@ -69,14 +71,15 @@ impl Renderer {
     pub(crate) fn each_sums<T: Send>(
         &mut self,
         parts: &Parts<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
         state: T,
         take: &(impl Fn(&mut T, &Range<u32>, &Sums<'_>) -> Result<(), Error> + Sync),
     ) -> Result<T, Error> {
         let variant = self.ready_for(parts.settings, parts.rows, parts.samples)?;
-        Ok(self.each_chunk(parts, variant, &mut |_| ControlFlow::Continue(()), state, take)?.0)
+        Ok(self.each_chunk(parts, variant, watch, state, take)?.0)
     }
 
-    /// The same with what was made ready for it. `watch` is told how many samples were taken so far.
+    /// The same with what was made ready for it.
     ///
     /// # Errors
     ///
@@ -89,13 +92,14 @@ impl Renderer {
         state: T,
         take: &(impl Fn(&mut T, &Range<u32>, &Sums<'_>) -> Result<(), Error> + Sync),
     ) -> Result<(T, Chunks), Error> {
-        let Parts { settings, rows, samples } = *parts;
+        let Parts { settings, rows, samples, seeds } = *parts;
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let kernel = variant.name;
         let mut before = 0;
-        let mut render = |renderer: &mut Self, all: &mut Chunks, samples: &Range<u32>| {
+        let mut render = |renderer: &mut Self, all: &mut Chunks, seed: u32, samples: &Range<u32>| {
             let mut watch = |done| watch(before + done);
-            let took = renderer.chunk(settings, variant, rows, samples.clone(), &mut watch)?;
+            let settings = Settings { seed, ..settings.clone() };
+            let took = renderer.chunk(&settings, variant, rows, samples.clone(), &mut watch)?;
             before += per_sample * samples.len() as u64;
             all.device += took.device;
             all.read += took.read;
@@ -104,30 +108,33 @@ impl Renderer {
             Ok::<Took, Error>(took)
         };
         let mut all = Chunks::default();
-        if samples.len() < 2 || self.backend.device().kind != DeviceKind::Gpu {
+        let count = samples.len() * seeds.len();
+        let samples = samples.iter().flat_map(|samples| seeds.iter().map(move |&seed| (seed, samples)));
+        if count < 2 || self.backend.device().kind != DeviceKind::Gpu {
             let mut state = state;
-            for samples in samples {
-                let Took { device, submissions, .. } = render(self, &mut all, samples)?;
+            for (seed, samples) in samples {
+                let Took { device, submissions, .. } = render(self, &mut all, seed, samples)?;
                 let start = Instant::now();
                 let (pixels, guides) = (&self.chunk[..], &self.guides[..]);
-                take(&mut state, samples, &Sums { pixels, guides, kernel, device, submissions })?;
+                take(&mut state, samples, &Sums { pixels, guides, kernel, seed, device, submissions })?;
                 all.waited += start.elapsed();
             }
             return Ok((state, all));
         }
         let state = std::thread::scope(|scope| {
-            if samples.len() >= WORTH {
+            if count >= WORTH {
                 self.pin_chunks(settings.width as usize * rows.len() as usize);
             }
-            let mut held = Held::Here((state, std::mem::take(&mut self.spare), Vec::new()));
-            for samples in samples {
-                let Took { device, submissions, .. } = render(self, &mut all, samples)?;
+            let spare = (std::mem::take(&mut self.spare), std::mem::take(&mut self.spare_guides));
+            let mut held = Held::Here((state, spare.0, spare.1));
+            for (seed, samples) in samples {
+                let Took { device, submissions, .. } = render(self, &mut all, seed, samples)?;
                 let start = Instant::now();
                 let (mut state, pixels, guides) = held.wait()?;
                 let pixels = std::mem::replace(&mut self.chunk, pixels);
                 let guides = std::mem::replace(&mut self.guides, guides);
                 held = Held::There(scope.spawn(move || {
-                    let sums = Sums { pixels: &pixels, guides: &guides, kernel, device, submissions };
+                    let sums = Sums { pixels: &pixels, guides: &guides, kernel, seed, device, submissions };
                     take(&mut state, samples, &sums)?;
                     Ok((state, pixels, guides))
                 }));
@@ -136,7 +143,7 @@ impl Renderer {
             let start = Instant::now();
             let (state, pixels, guides) = held.wait()?;
             self.spare = std::mem::replace(&mut self.chunk, pixels);
-            self.guides = guides;
+            self.spare_guides = std::mem::replace(&mut self.guides, guides);
             all.waited += start.elapsed();
             Ok::<T, Error>(state)
         })?;
@@ -144,7 +151,7 @@ impl Renderer {
     }
 
     /// Makes memory for two chunks of so many pixels to which the device copies without a detour.
-    fn pin_chunks(&mut self, pixels: usize) {
+    pub(crate) fn pin_chunks(&mut self, pixels: usize) {
         for chunk in [&mut self.chunk, &mut self.spare] {
             make_room(self.backend.as_mut(), chunk, pixels);
             self.backend.pin(chunk.memory());

@@ -84,6 +84,7 @@ impl Renderer {
             self.backend.read_guides(&rows, &mut self.guides)?;
         }
         self.ready = Some((settings.clone(), variant));
-        Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
+        let (pixels, guides) = (&self.chunk, &self.guides);
+        Ok(Sums { pixels, guides, kernel: variant.name, seed: settings.seed, device, submissions })
     }
 }

@@ -22,6 +22,8 @@ pub struct Sums<'a> {
     pub guides: &'a [Guides],
     /// That rendered them.
     pub kernel: &'static str,
+    /// Of their random numbers.
+    pub seed: u32,
     /// By the device's timer.
     pub device: Duration,
     /// Launches.
@@ -65,7 +67,8 @@ impl Renderer {
         let mut watch = |done: u64| observer.progress(done, total);
         let took = self.chunk(settings, variant, rows, samples, &mut watch)?;
         let Took { device, submissions, .. } = took;
-        Ok(Sums { pixels: &self.chunk, guides: &self.guides, kernel: variant.name, device, submissions })
+        let (pixels, guides) = (&self.chunk, &self.guides);
+        Ok(Sums { pixels, guides, kernel: variant.name, seed: settings.seed, device, submissions })
     }
 
     /// Makes all ready for chunks of some rows, which it checks.

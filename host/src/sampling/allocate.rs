@@ -74,22 +74,23 @@ pub(super) fn gain(survey: &Survey, tiles: &Tiles) -> f64 {
     if adaptive > 0.0 { all([one, one]) / adaptive } else { 1.0 }
 }
 
-/// Samples that each tile takes next, for `available` work: those that bring all of them nearest to `shape`.
+/// Samples that each tile takes next, for `available` work: those that bring all of them nearest to `shape`, and at most `most` each.
 pub(super) fn next(
     survey: &Survey,
     tiles: &Tiles,
     half: usize,
     shape: &[f64],
     taken: &[u32],
+    most: f64,
     available: f64,
 ) -> Vec<f64> {
-    let missing = |level: f64, tile: usize| (level * shape[tile] - f64::from(taken[tile])).max(0.0);
+    let missing = |level: f64, tile: usize| (level * shape[tile] - f64::from(taken[tile])).clamp(0.0, most);
     let cost = |level: f64| work(survey, tiles, half, &|tile| missing(level, tile));
     let (mut low, mut high) = (0.0, 1.0);
     while cost(high) < available && high < 1e9 {
         high *= 2.0;
     }
-    for _ in 0..40 {
+    for _ in 0..24 {
         let middle = 0.5 * (low + high);
         if cost(middle) < available { low = middle } else { high = middle }
     }
@@ -109,12 +110,11 @@ pub(super) fn whole(counts: &[f64], seed: u32, pass: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::Noise;
 
     fn survey(variances: &[f64]) -> Survey {
         let tiles =
             variances.iter().map(|&v| Tile { variance: [v; 2], work: [2.0; 2], error: 0.0 }).collect();
-        Survey { noise: Noise { error: 0.0, percentile_99: 0.0 }, tiles }
+        Survey { error: 0.0, tiles }
     }
 
     /// Two far-apart regions of variance 1 and 16: counts as 1 to 4, and 25 / 34 of the work for the same error.
@@ -136,7 +136,7 @@ mod tests {
     fn what_was_taken_counts() {
         let tiles = Tiles::new(16, 8);
         let survey = survey(&[1.0, 1.0]);
-        let more = next(&survey, &tiles, 0, &[0.5, 1.5], &[10, 10], 64.0 * 2.0 * 20.0);
+        let more = next(&survey, &tiles, 0, &[0.5, 1.5], &[10, 10], f64::MAX, 64.0 * 2.0 * 20.0);
         // 10 and 30 would be 40 in all; 20 are there, of which none too many.
         assert!((more[0] - 0.0).abs() < 1e-6 && (more[1] - 20.0).abs() < 1e-6, "{more:?}");
     }

@@ -1,10 +1,11 @@
 //! The best image within a time.
 
+use super::clock::{Clock, Pass, rehearse};
 use super::filter::{Choice, Filter, Filtered};
 use super::goal::decide;
 use super::race::{race, warm, ways};
 use super::survey::Survey;
-use super::taker::Taker;
+use super::taker::{Launches, Room, Taker};
 use super::{Adaptive, FilterTrial, Free, Halves, Noise, Trial, allocate};
 use crate::Error;
 use crate::denoise::Denoise;
@@ -25,7 +26,19 @@ const FIRST: f64 = 0.08;
 const MOST_FIRST: u32 = 64;
 
 /// Parts of the time after which the speed is measured anew: the last is short, so that it ends when it should.
-const PARTS: [f64; 3] = [0.5, 0.88, 1.0];
+const PARTS: &[f64] = &[0.5, 0.85, 0.96, 1.0];
+
+/// What of the time a pass costs the host, at least, where there are two passes only.
+const COSTLY: f64 = 0.01;
+
+/// What of the time the second of two is: so many times what a pass costs, within bounds.
+const LAST: (f64, [f64; 2]) = (3.0, [0.12, 0.4]);
+
+/// What of the time passes between these may cost, where tiles take their own numbers of samples: how fast that is, the first tells.
+const MIDDLE: (f64, f64) = (0.05, 0.55);
+
+/// What of a pass several launches for the tiles that take most may cost.
+const LAUNCHES: f64 = 0.06;
 
 /// What of the time may be left at the end.
 const LEFT: f64 = 0.015;
@@ -86,23 +99,26 @@ pub(super) fn within<'a>(
         warm(renderer, &way, observer)?;
         known.push(way);
     }
+    let whole = plan.time.as_secs_f64();
+    let mut halves = Halves::new(settings.width, settings.height);
     let mut filter = None;
     if let Some(denoise) = plan.denoise {
         for way in std::iter::once(&plain).chain(&known) {
             warm(renderer, &Settings { guides: true, ..way.clone() }, observer)?;
         }
-        filter = Some(Filter::try_out(renderer, settings, denoise)?);
-    }
-    let asked = settings.guides || filter.is_some();
-    // Memory, too, is made ready before.
-    let mut halves = Halves::new(settings.width, settings.height);
-    if asked {
         halves.make_guides();
+        filter = Some(Filter::try_out(renderer, settings, denoise, &halves)?);
     }
+    let filter = filter.filter(|filter| filter.may_fit(whole, plan.free.denoise));
+    let with_guides = Settings { guides: settings.guides || filter.is_some(), ..plain.clone() };
+    if !with_guides.guides {
+        halves.drop_guides();
+    }
+    let rehearsed;
+    (halves, rehearsed) = rehearse(renderer, &plain, &with_guides, halves, observer)?;
     let preparing = preparing.elapsed();
 
     let start = Instant::now();
-    let whole = plan.time.as_secs_f64();
     let (best, trials, expected) =
         race(renderer, (&plain, &known), (plan.time.mul_f64(TRY), plan.time), observer)?;
     let wanted = !plan.free.denoise || expected > FILTER_FROM;
@@ -113,20 +129,36 @@ pub(super) fn within<'a>(
         halves.drop_guides();
     }
     let mut taker = Taker::with(renderer, &Settings { guides: asked, ..best }, halves, observer);
-    let first = Instant::now();
-    taker.uniform(1)?;
-    let one = first.elapsed().as_secs_f64();
-    // Of what that took, the device's part grows with samples; the rest comes with each pass.
-    let mut clock = Clock { beside: (one - taker.took.device.as_secs_f64()).max(0.0), ..Clock::default() };
+    let (pass, taken) = match rehearsed.filter(|_| !asked) {
+        Some(pass) => (pass, 0),
+        None => (Pass::of_one(&mut taker)?, 1),
+    };
+    // Where samples begin is written to the device, too: as long as reading them.
+    let mut clock = Clock { chunk: pass.beside, own: 2.0 * pass.beside, rate: 0.0 };
     // Where the host takes long for each pass, there is time for a few only, and none for looking at them.
-    let looks = clock.beside < 0.5 * one || one * LOOKS_FROM < whole;
-    let each = (one - clock.beside).max(1e-9);
-    let more = ((FIRST * whole - clock.beside) / each).clamp(1.0, f64::from(MOST_FIRST)) as u32 - 1;
-    if more > 0 && start.elapsed().as_secs_f64() + f64::from(more) * each + clock.beside < whole {
+    let looks = plan.adaptive == Adaptive::On
+        || pass.beside < pass.each
+        || (pass.beside + pass.each) * LOOKS_FROM < whole;
+    let more = ((FIRST * whole - pass.beside) / pass.each).clamp(1.0, f64::from(MOST_FIRST)) as u32 - taken;
+    let fits = start.elapsed().as_secs_f64() + f64::from(more) * pass.each + pass.beside < whole;
+    // One at least: else there is no image.
+    let more = if fits { more } else { 1 - taken };
+    if more > 0 {
         taker.uniform(more)?;
     }
+    let looking = Instant::now();
     let mut survey = if looks { taker.survey() } else { Survey::blind(taker.halves.tiles()) };
-    let (adaptive, gain) = if looks { decide(plan.adaptive, &survey, &taker) } else { (false, 1.0) };
+    let look = looking.elapsed().as_secs_f64();
+    let left = 1.0 - (PARTS.len() as f64 * (look + clock.own) / whole).min(1.0);
+    let (adaptive, gain) = if looks { decide(plan.adaptive, &survey, &taker, left) } else { (false, 1.0) };
+    let beside = if adaptive { look + clock.own } else { clock.chunk };
+    let before_last = 1.0 - (LAST.0 * beside / whole).clamp(LAST.1[0], LAST.1[1]);
+    let few = [MIDDLE.1, before_last, 1.0];
+    let parts = match () {
+        () if beside <= COSTLY * whole => PARTS,
+        () if adaptive && beside <= MIDDLE.0 * whole => &few[..],
+        () => &few[1..],
+    };
     let of_one: f64 = {
         let tiles = taker.halves.tiles();
         (0..2).map(|half| allocate::work(&survey, tiles, half, &|_| 1.0)).sum()
@@ -135,33 +167,39 @@ pub(super) fn within<'a>(
     clock.rate = work / taker.took.device.as_secs_f64().max(1e-9);
     let mut choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
     for index in 0..MOST_PASSES {
-        let part = PARTS.get(index).copied().unwrap_or(1.0);
+        let part = parts.get(index).copied().unwrap_or(1.0);
         let reserve = match (&filter, &choice) {
-            (Some(filter), Some(taken)) if taken.may_be() => filter.seconds,
+            (Some(filter), Some(taken)) => filter.reserve(taken),
             _ => 0.0,
         };
         let end = part * (whole - reserve - image_seconds(&taker));
         let left = end - start.elapsed().as_secs_f64();
+        let least = match adaptive {
+            true => Launches { own: 1, chunks: 0 },
+            false => Launches { own: 0, chunks: 1 },
+        };
         // Less than one sample of one pixel in a hundred.
-        if left <= LEFT * whole || clock.fits(left) < 0.005 * of_one {
-            if index + 1 < PARTS.len() {
+        if left <= LEFT * whole || clock.fits(left, least) < 0.005 * of_one {
+            if index + 1 < parts.len() {
                 continue;
             }
             break;
         }
-        if index > 0 && adaptive {
+        // Not where looking takes as long as it may bring.
+        if index > 0 && adaptive && look < COSTLY * whole {
             survey = taker.survey();
         }
-        let more = clock.fits(end - start.elapsed().as_secs_f64());
+        let left = end - start.elapsed().as_secs_f64();
         taker.progress = start.elapsed().as_secs_f64() / whole;
-        let before = taker.took.device;
-        let took = taker.spend(&survey, adaptive, more)?.as_secs_f64();
-        clock.learn(more, took, (taker.took.device - before).as_secs_f64());
-        work += more;
+        let room = |launches| clock.fits(left, launches);
+        let own = (LAUNCHES * left / clock.own.max(1e-9)).clamp(1.0, f64::from(u32::MAX)) as u32;
+        let spent = taker.spend(&survey, adaptive, &Room { work: &room, own })?;
+        clock.learn(&spent);
+        work += spent.work;
         if let (Some(filter), Some(taken)) = (&filter, &mut choice)
             && taken.is_open()
         {
-            let final_work = work + clock.fits(whole - start.elapsed().as_secs_f64());
+            let final_work = work + clock.fits(whole - start.elapsed().as_secs_f64(), Launches::default());
             taken.decide(filter, &mut taker, final_work / work)?;
             if !taken.may_be() && !settings.guides {
                 taker.drop_guides();
@@ -178,29 +216,6 @@ pub(super) fn within<'a>(
     taker.finish();
     let noise = taker.noise();
     Ok(Made { noise, taker, adaptive, gain, trials, filtered, plain, filter: trial, time, preparing })
-}
-
-/// How long a pass takes.
-#[derive(Default)]
-struct Clock {
-    /// Whatever it renders.
-    beside: f64,
-    /// Work a second, beside that.
-    rate: f64,
-}
-
-impl Clock {
-    /// Work that fits a time.
-    fn fits(&self, seconds: f64) -> f64 {
-        ((seconds - self.beside) * self.rate).max(0.0)
-    }
-
-    fn learn(&mut self, work: f64, seconds: f64, device: f64) {
-        if work > 0.0 && device > 0.0 {
-            self.rate = work / device;
-            self.beside = (seconds - device).max(0.0);
-        }
-    }
 }
 
 /// Making the image of the sums: a few nanoseconds a pixel.

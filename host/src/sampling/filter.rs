@@ -1,8 +1,8 @@
 //! Whether a denoiser makes an image better, by two halves of it.
 
-use super::FilterTrial;
 use super::survey::EPSILON;
 use super::taker::Taker;
+use super::{FilterTrial, Halves};
 use crate::Error;
 use crate::denoise::Denoise;
 use crate::film::TASK;
@@ -14,7 +14,7 @@ use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
 
 /// What of the time trials of the filter may take: of both halves, and of one.
-const TRIALS: (f64, f64) = (0.12, 0.25);
+const TRIALS: (f64, f64) = (0.12, 0.15);
 
 /// The error above which a filter is worth more of the time.
 const NOISY: f64 = 0.1;
@@ -29,7 +29,7 @@ const BETTER: f64 = 0.8;
 pub(super) struct Filter<'a> {
     denoise: &'a Denoise,
     /// For an image of the settings' size.
-    pub seconds: f64,
+    seconds: f64,
     trials: u32,
 }
 
@@ -147,25 +147,38 @@ fn relative(weights: &Image, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 
 }
 
 impl<'a> Filter<'a> {
-    /// Compiles the filter and measures it on an image of nothing.
+    /// Compiles the filter and measures it on an image of nothing, of halves that have guides.
     pub fn try_out(
         renderer: &mut Renderer,
         settings: &Settings,
         denoise: &'a Denoise,
+        halves: &Halves,
     ) -> Result<Self, Error> {
         let pixels = settings.pixels() as usize;
         let sums = vec![PixelSums { samples: 2, ..PixelSums::ZERO }; pixels];
         let guides = vec![Guides { misses: 2, ..Guides::ZERO }; pixels];
         renderer.denoise_sums((&sums, &guides), settings, denoise)?;
         let start = Instant::now();
+        drop(halves.all_sums());
         renderer.denoise_sums((&sums, &guides), settings, denoise)?;
         Ok(Self { denoise, seconds: start.elapsed().as_secs_f64(), trials: 0 })
+    }
+
+    /// Whether there could be time for it, however noisy the image.
+    pub fn may_fit(&self, whole: f64, free: bool) -> bool {
+        !free || self.seconds <= TRIALS.1 * whole
     }
 
     /// Whether there is time for it; one that must be is never left out.
     pub fn fits(&self, whole: f64, free: bool, expected: f64) -> bool {
         let share = if expected > NOISY { TRIALS.1 } else { SHARE };
         !free || self.seconds <= share * whole
+    }
+
+    /// What it will take, with trials if there will be any.
+    pub fn reserve(&self, choice: &Choice) -> f64 {
+        let trials = if choice.decided { 0 } else { self.trials };
+        if choice.may_be() { self.seconds * f64::from(1 + trials) } else { 0.0 }
     }
 
     /// What is to be decided.

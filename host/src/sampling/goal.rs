@@ -1,7 +1,7 @@
 //! Samples until the noise is as low as asked for.
 
 use super::survey::Survey;
-use super::taker::Taker;
+use super::taker::{Room, Taker};
 use super::{Adaptive, Noise, allocate};
 use crate::Error;
 
@@ -32,13 +32,13 @@ pub(super) struct Reached {
     pub gain: f64,
 }
 
-/// Whether samples go where the noise is.
-pub(super) fn decide(wanted: Adaptive, survey: &Survey, taker: &Taker) -> (bool, f64) {
+/// Whether samples go where the noise is. `left`: what of the time that leaves for rendering, over what as many samples for each pixel would.
+pub(super) fn decide(wanted: Adaptive, survey: &Survey, taker: &Taker, left: f64) -> (bool, f64) {
     let gain = allocate::gain(survey, taker.halves.tiles());
     let adaptive = match wanted {
         Adaptive::On => true,
         Adaptive::Off => false,
-        Adaptive::Auto => gain > if taker.apart() { WORTH_OF_SOBOL } else { WORTH },
+        Adaptive::Auto => gain * left > if taker.apart() { WORTH_OF_SOBOL } else { WORTH },
     };
     (adaptive, gain)
 }
@@ -54,14 +54,13 @@ pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptiv
     taker.uniform(first)?;
     loop {
         let survey = taker.survey();
-        let (adaptive, gain) = decide(adaptive, &survey, taker);
-        let reached = Reached { noise: survey.noise, adaptive, gain };
+        let (adaptive, gain) = decide(adaptive, &survey, taker, 1.0);
         let samples = taker.mean_samples();
-        taker.progress = (target / survey.noise.error).powi(2);
+        taker.progress = (target / survey.error).powi(2);
         // A hundredth of a sample is not worth another pass.
         let is_enough = samples + 0.01 >= f64::from(most);
-        if survey.noise.error <= target || is_enough || !survey.noise.error.is_finite() {
-            return Ok(reached);
+        if survey.error <= target || is_enough || !survey.error.is_finite() {
+            return Ok(Reached { noise: taker.noise(), adaptive, gain });
         }
         let missing = missing(&survey, taker, target, adaptive);
         let one = [0, 1].map(|half| allocate::work(&survey, taker.halves.tiles(), half, &|_| 1.0));
@@ -69,7 +68,7 @@ pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptiv
         let now = samples * 0.5 * (one[0] + one[1]);
         let step = if missing < LAST_STEP * now { missing } else { (STEP * missing).min(MOST_STEP * now) };
         let more = step.min(left);
-        taker.spend(&survey, adaptive, more)?;
+        taker.spend(&survey, adaptive, &Room { work: &|_| more, own: u32::MAX })?;
     }
 }
 
@@ -78,7 +77,7 @@ fn missing(survey: &Survey, taker: &Taker, target: f64, adaptive: bool) -> f64 {
     let tiles = taker.halves.tiles();
     let one: f64 = (0..2).map(|half| allocate::work(survey, tiles, half, &|_| 1.0)).sum();
     let now = taker.mean_samples() * 0.5 * one;
-    let ratio = (survey.noise.error / target).powi(2);
+    let ratio = (survey.error / target).powi(2);
     if !adaptive {
         return (now * (ratio - 1.0)).max(0.02 * now);
     }
@@ -86,7 +85,7 @@ fn missing(survey: &Survey, taker: &Taker, target: f64, adaptive: bool) -> f64 {
     let after = |more: f64| {
         let counts = [0, 1].map(|half| {
             let taken = taker.halves.taken(half);
-            let next = allocate::next(survey, tiles, half, &shapes[half], taken, 0.5 * more);
+            let next = allocate::next(survey, tiles, half, &shapes[half], taken, f64::MAX, 0.5 * more);
             let sum = next.iter().zip(taken).map(|(next, &taken)| next + f64::from(taken));
             sum.collect::<Vec<f64>>()
         });

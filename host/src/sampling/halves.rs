@@ -61,20 +61,8 @@ impl Halves {
 
     /// Adds sums over `samples` samples of each pixel.
     pub fn add(&mut self, half: usize, sums: &[PixelSums], samples: u32) {
-        add(&mut self.pixels[half], sums, samples);
-        self.count(half, samples);
-    }
-
-    /// The same in two steps: sums of a half that another thread has.
-    pub(super) fn take(&mut self, half: usize) -> Vec<PixelTotals> {
-        std::mem::take(&mut self.pixels[half])
-    }
-
-    pub(super) fn put(&mut self, half: usize, pixels: Vec<PixelTotals>) {
-        self.pixels[half] = pixels;
-    }
-
-    pub(super) fn count(&mut self, half: usize, samples: u32) {
+        let pixels = self.pixels[half].par_iter_mut().zip(sums).with_min_len(TASK);
+        pixels.for_each(|(total, sums)| total.merge(sums, samples));
         self.taken[half].iter_mut().for_each(|taken| *taken += samples);
     }
 
@@ -123,9 +111,19 @@ impl Halves {
         (sums.collect(), guides.collect())
     }
 
-    /// Lets go of guides that no later pass will have.
+    /// Lets go of guides that no later pass will have; on another thread, as giving memory back takes time, too.
     pub fn drop_guides(&mut self) {
-        self.guides = [Vec::new(), Vec::new()];
+        let guides = std::mem::take(&mut self.guides);
+        rayon::spawn(move || drop(guides));
+    }
+
+    /// Takes all samples out again; memory stays.
+    pub fn clear(&mut self) {
+        for half in 0..2 {
+            self.pixels[half].par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
+            self.guides[half].par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = Guides::ZERO);
+            self.taken[half].fill(0);
+        }
     }
 
     /// Adds sums of pixels of which each tile has `counts` samples. What is there for pixels without is left out.
@@ -183,11 +181,6 @@ fn merge(total: &mut Guides, guides: &Guides, samples: u32) {
         return;
     }
     total.add(*guides);
-}
-
-pub(super) fn add(pixels: &mut [PixelTotals], sums: &[PixelSums], samples: u32) {
-    let pixels = pixels.par_iter_mut().zip(sums).with_min_len(TASK);
-    pixels.for_each(|(total, sums)| total.merge(sums, samples));
 }
 
 /// What has the mean of two means, and its variance.

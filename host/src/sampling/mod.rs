@@ -4,6 +4,7 @@
 
 mod allocate;
 mod budget;
+mod clock;
 mod filter;
 mod goal;
 mod halves;

@@ -22,7 +22,7 @@ const LEAST_ROWS: u32 = 4;
 const ROULETTE_FROM: u32 = 4;
 
 /// Pixels that keep a GPU busy.
-const BUSY: u64 = 300_000;
+const BUSY: u64 = 150_000;
 
 /// What another way must cost at most, of what the first does: less is within the noise of a trial.
 const BETTER: f64 = 0.85;
@@ -129,8 +129,9 @@ pub(super) fn race(
     let ways: Vec<&Settings> = std::iter::once(first).chain(others).collect();
     let mut trials = Vec::new();
     let mut costs: Vec<Vec<f64>> = Vec::new();
+    let mut halves = Halves::new(first.width, rows.len());
     for &way in &ways {
-        let mut halves = Halves::new(first.width, rows.len());
+        halves.clear();
         let mut device = Duration::ZERO;
         for half in 0..2 {
             let sums = renderer.render_sums(&of_half(way, half), &rows, 0..samples, observer)?;
@@ -140,7 +141,7 @@ pub(super) fn race(
         let seconds = device.as_secs_f64();
         let survey = Survey::new(&halves, way.sampler == Sampler::Sobol);
         costs.push(survey.tiles.iter().map(|tile| tile.error * seconds).collect());
-        let error = survey.noise.error;
+        let error = survey.error;
         trials.push(Trial {
             way: name(way),
             samples: 2 * samples,

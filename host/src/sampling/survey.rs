@@ -1,7 +1,7 @@
 //! How much noise an image has, and where, by its own samples.
 
-use super::Halves;
-use crate::film::PixelTotals;
+use super::{Halves, Tiles};
+use crate::film::{PixelTotals, TASK};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -30,16 +30,31 @@ pub(super) struct Tile {
 
 /// An image's noise, by tiles.
 pub(super) struct Survey {
-    pub noise: Noise,
+    /// As [`Noise::error`].
+    pub error: f64,
     pub tiles: Vec<Tile>,
+}
+
+impl Noise {
+    /// Of an image; `apart` as in [`Survey::new`].
+    pub(super) fn of(halves: &Halves, apart: bool) -> Self {
+        let [first, second] = [0, 1].map(|half| halves.pixels(half));
+        let pixels = first.par_iter().zip(second).with_min_len(TASK);
+        let mut errors: Vec<f32> = pixels.map(|(a, b)| Look::at([a, b], apart).error as f32).collect();
+        let place = (errors.len() * 99 / 100).min(errors.len().saturating_sub(1));
+        let percentile = match errors.is_empty() {
+            true => 0.0,
+            false => f64::from(*errors.select_nth_unstable_by(place, f32::total_cmp).1),
+        };
+        Self { error: Survey::new(halves, apart).error, percentile_99: percentile.sqrt() }
+    }
 }
 
 impl Survey {
     /// Of an image that was not looked at: all tiles alike.
-    pub fn blind(tiles: &super::Tiles) -> Self {
+    pub fn blind(tiles: &Tiles) -> Self {
         let tile = Tile { variance: [1.0; 2], work: [1.0; 2], error: 1.0 };
-        let noise = Noise { error: f64::NAN, percentile_99: f64::NAN };
-        Self { noise, tiles: vec![tile; tiles.len()] }
+        Self { error: f64::NAN, tiles: vec![tile; tiles.len()] }
     }
 
     /// Of an image. The variance of independent samples is that within each half; `apart`: samples are not independent (Sobol's), or each half
@@ -50,38 +65,31 @@ impl Survey {
     pub fn new(halves: &Halves, apart: bool) -> Self {
         let tiles = halves.tiles();
         let of_tile = |index: usize| {
-            let (mut tile, mut n) = (Tile::default(), 0.0);
-            let mut pixels = Vec::with_capacity(tiles.size(index) as usize);
+            let mut tile = Tile::default();
             for pixel in tiles.pixels(index) {
-                let totals = [0, 1].map(|half| &halves.pixels(half)[pixel]);
-                let look = Look::at(totals, apart);
-                pixels.push(look.error as f32);
+                let look = Look::at([0, 1].map(|half| &halves.pixels(half)[pixel]), apart);
                 tile.error += look.error;
-                n += 1.0;
                 for half in 0..2 {
                     tile.variance[half] += look.variance[half];
                     tile.work[half] += look.work[half];
                 }
             }
-            tile.error /= n;
+            let size = f64::from(tiles.size(index));
+            tile.error /= size;
             for half in 0..2 {
-                tile.variance[half] /= n;
-                tile.work[half] /= n;
+                tile.variance[half] /= size;
+                tile.work[half] /= size;
             }
-            (tile, pixels)
+            tile
         };
-        let found: Vec<(Tile, Vec<f32>)> =
-            (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
+        let found: Vec<Tile> = (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
+        let sizes = (0..tiles.len()).map(|tile| f64::from(tiles.size(tile)));
         // In order: a sum of floating-point numbers depends on it.
-        let mut errors: Vec<f32> = found.iter().flat_map(|(_, pixels)| pixels).copied().collect();
-        let mean = errors.iter().copied().map(f64::from).sum::<f64>() / errors.len().max(1) as f64;
-        let place = (errors.len() * 99 / 100).min(errors.len().saturating_sub(1));
-        let percentile = match errors.is_empty() {
-            true => 0.0,
-            false => f64::from(*errors.select_nth_unstable_by(place, f32::total_cmp).1),
-        };
-        let noise = Noise { error: mean.sqrt(), percentile_99: percentile.sqrt() };
-        Self { noise, tiles: found.into_iter().map(|(tile, _)| tile).collect() }
+        let (sum, pixels) = found
+            .iter()
+            .zip(sizes)
+            .fold((0.0, 0.0), |(sum, pixels), (tile, size)| (sum + tile.error * size, pixels + size));
+        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: found }
     }
 }
 
@@ -95,25 +103,33 @@ struct Look {
 impl Look {
     fn at(totals: [&PixelTotals; 2], apart: bool) -> Self {
         let counts = totals.map(|total| total.samples as f64);
-        let means = totals.map(PixelTotals::mean);
-        let within = totals.map(PixelTotals::variance_of_mean);
+        // Few divisions: two million pixels have many of them.
+        let inverse = counts.map(|count| 1.0 / count);
+        let rest = counts.map(|count| 1.0 / (count - 1.0));
         let apart = apart || counts.iter().any(|&count| count < 2.0);
+        let weight = |mean: f64| 1.0 / (3.0 * (mean * mean + EPSILON));
         let mut look = Self { error: 0.0, variance: [0.0; 2], work: [0.0; 2] };
         for c in 0..3 {
-            let weight = |mean: f64| 1.0 / (mean * mean + EPSILON) / 3.0;
-            let difference = 0.25 * (means[0][c] - means[1][c]).powi(2);
-            let both = weight(0.5 * (means[0][c] + means[1][c]));
+            let means = [0, 1].map(|half| totals[half].radiance[c].value() * inverse[half]);
+            let difference = 0.25 * (means[0] - means[1]).powi(2);
+            let both = weight(0.5 * (means[0] + means[1]));
+            let mut within = 0.0;
             for half in 0..2 {
                 // What decides about the other half must know nothing of it.
-                let (mean, own) = match counts[half] < 2.0 {
+                let (variance, own) = match counts[half] < 2.0 {
                     true => (2.0 * difference, both),
-                    false => (within[half][c], weight(means[half][c])),
+                    false => {
+                        let squares = totals[half].squares[c].value() * inverse[half];
+                        let variance = (squares - means[half] * means[half]) * rest[half];
+                        (variance.max(0.0), weight(means[half]))
+                    }
                 };
-                look.variance[half] += mean * counts[half] * own;
-                look.error += both * if apart { 0.5 * difference } else { 0.25 * within[half][c] };
+                within += variance;
+                look.variance[half] += variance * counts[half] * own;
             }
+            look.error += both * if apart { difference } else { 0.25 * within };
         }
-        look.work = [0, 1].map(|half| totals[half].segments as f64 / counts[half].max(1.0));
+        look.work = [0, 1].map(|half| totals[half].segments as f64 * inverse[half].min(1.0));
         // A pixel without a number has no noise that samples would lower.
         if !look.error.is_finite() || !look.variance.iter().all(|v| v.is_finite()) {
             look = Self { error: 0.0, variance: [0.0; 2], ..look };
@@ -158,21 +174,22 @@ mod tests {
         let expected = ((want(0.5).powi(2) + want(1.0).powi(2)) / 2.0).sqrt();
         for apart in [false, true] {
             let survey = Survey::new(&halves(samples, 0.5, 1), apart);
-            let off = survey.noise.error / expected - 1.0;
+            let off = survey.error / expected - 1.0;
             // 128 pixels: of the variance within 1 %, of the halves' difference 9 %.
             assert!(off.abs() < if apart { 0.3 } else { 0.05 }, "{off}");
-            assert!(survey.noise.percentile_99 > survey.noise.error);
+            let noise = Noise::of(&halves(samples, 0.5, 1), apart);
+            assert!(noise.percentile_99 > noise.error && noise.error == survey.error);
             let ratio = survey.tiles[1].variance[0] / survey.tiles[0].variance[0];
             assert!((ratio / 4.0 - 1.0).abs() < 0.1, "{ratio}");
         }
         // The twin: with a quarter of the samples it is twice.
-        let quarter = Survey::new(&halves(samples / 4, 0.5, 1), false).noise.error / expected;
+        let quarter = Survey::new(&halves(samples / 4, 0.5, 1), false).error / expected;
         assert!((quarter / 2.0 - 1.0).abs() < 0.1, "{quarter}");
     }
 
     #[test]
     fn one_sample_each_is_enough_for_a_guess() {
         let survey = Survey::new(&halves(1, 0.5, 3), false);
-        assert!(survey.noise.error.is_finite() && survey.noise.error > 0.1);
+        assert!(survey.error.is_finite() && survey.error > 0.1);
     }
 }

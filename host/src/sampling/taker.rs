@@ -1,9 +1,9 @@
 //! Takes samples for both halves of an image: for all pixels as many, or for each tile its own.
 
-use super::{Halves, Noise, allocate, halves};
+use super::{Halves, Noise, allocate};
 use crate::Error;
-use crate::film::{PixelTotals, Rows};
-use crate::render::{Observer, Own, Parts, Renderer, Sampler, Settings};
+use crate::film::Rows;
+use crate::render::{Observer, Own, Parts, Renderer, Sampler, Settings, Sums};
 use crate::sampling::survey::Survey;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
@@ -20,6 +20,40 @@ pub(super) struct Took {
     pub kernel: &'static str,
 }
 
+/// Samples that all tiles take, if they are enough for launches of their own: those bring all pixels, and are read while the next is rendered.
+fn all_have(counts: &[Vec<f64>; 2]) -> u32 {
+    let least = counts.iter().flatten().copied().fold(f64::from(u32::MAX / 4), f64::min).floor();
+    if least < f64::from(WORTH_ALL) { 0 } else { least as u32 }
+}
+
+/// Launches for each half.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Launches {
+    /// Chunks of all pixels.
+    pub chunks: u32,
+    /// Those in which tiles take their own numbers of samples, at most a chunk each.
+    pub own: u32,
+}
+
+/// What a pass may take.
+pub(super) struct Room<'a> {
+    /// Work that there is time for beside so many launches.
+    pub work: &'a dyn Fn(Launches) -> f64,
+    /// [`Launches::own`], at most.
+    pub own: u32,
+}
+
+/// What a pass took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spent {
+    pub launches: Launches,
+    /// By the survey.
+    pub work: f64,
+    pub seconds: f64,
+    /// By the device's timer.
+    pub device: f64,
+}
+
 /// An image in the making.
 pub(super) struct Taker<'a> {
     pub renderer: &'a mut Renderer,
@@ -34,6 +68,9 @@ pub(super) struct Taker<'a> {
     /// How far the image is, of 1.
     pub progress: f64,
 }
+
+/// Samples from which on a launch for all pixels is worth its while.
+const WORTH_ALL: u32 = 64;
 
 /// Steps that an observer sees.
 const STEPS: u64 = 1000;
@@ -84,7 +121,7 @@ impl<'a> Taker<'a> {
     }
 
     pub fn noise(&self) -> Noise {
-        self.survey().noise
+        Noise::of(&self.halves, self.apart())
     }
 
     /// Samples of a pixel in both halves, if all had the same.
@@ -114,47 +151,31 @@ impl<'a> Taker<'a> {
         self.halves.drop_guides();
     }
 
-    /// Takes `samples` more of each pixel, for each half.
+    /// Takes `samples` more of each pixel, for each half. After an error the halves are gone.
     pub fn uniform(&mut self, samples: u32) -> Result<(), Error> {
+        self.check()?;
         let chunks: Vec<Range<u32>> = crate::render::chunks(self.next..self.next + samples).collect();
         let rows = Rows::from(0..self.settings.height);
-        for half in 0..2 {
-            self.check()?;
-            let settings = of_half(&self.settings, half);
-            let guides = settings.guides;
-            if guides || chunks.len() == 1 {
-                let at = self.asked();
-                for range in &chunks {
-                    let count = range.len() as u32;
-                    let mut ask = Ask(self.observer, at);
-                    let sums = self.renderer.render_sums(&settings, &rows, range.clone(), &mut ask)?;
-                    self.halves.add(half, sums.pixels, count);
-                    if guides {
-                        self.halves.add_guides(half, sums.guides, count);
-                    }
-                    self.took.device += sums.device;
-                    self.took.submissions += sums.submissions;
-                    self.took.kernel = sums.kernel;
-                }
-                continue;
+        let settings = of_half(&self.settings, 0);
+        let seeds = [settings.seed, of_half(&self.settings, 1).seed];
+        let take = |state: &mut (Halves, Took), range: &Range<u32>, sums: &Sums<'_>| {
+            let (halves, took) = state;
+            let (half, count) = (usize::from(sums.seed != seeds[0]), range.len() as u32);
+            halves.add(half, sums.pixels, count);
+            if settings.guides {
+                halves.add_guides(half, sums.guides, count);
             }
-            let parts = Parts { settings: &settings, rows: &rows, samples: &chunks };
-            let state = (self.halves.take(half), Took::default());
-            let take =
-                |state: &mut (Vec<PixelTotals>, Took), range: &Range<u32>, sums: &crate::render::Sums<'_>| {
-                    halves::add(&mut state.0, sums.pixels, range.len() as u32);
-                    state.1.device += sums.device;
-                    state.1.submissions += sums.submissions;
-                    state.1.kernel = sums.kernel;
-                    Ok(())
-                };
-            let (pixels, took) = self.renderer.each_sums(&parts, state, &take)?;
-            self.halves.put(half, pixels);
-            self.halves.count(half, samples);
-            self.took.device += took.device;
-            self.took.submissions += took.submissions;
-            self.took.kernel = took.kernel;
-        }
+            took.device += sums.device;
+            took.submissions += sums.submissions;
+            took.kernel = sums.kernel;
+            Ok(())
+        };
+        let at = self.asked();
+        let observer = &mut *self.observer;
+        let mut watch = |_| observer.progress(at, STEPS);
+        let state = (std::mem::replace(&mut self.halves, Halves::new(0, 0)), self.took);
+        let parts = Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds };
+        (self.halves, self.took) = self.renderer.each_sums(&parts, &mut watch, state, &take)?;
         self.next += samples;
         Ok(())
     }
@@ -194,35 +215,59 @@ impl<'a> Taker<'a> {
         }
     }
 
-    /// As [`own`](Self::own) for `more` work, shared by what a survey found, or evenly. Returns how long it took.
-    pub fn spend(&mut self, survey: &Survey, adaptive: bool, more: f64) -> Result<Duration, Error> {
-        let start = Instant::now();
+    /// Takes as much as there is room for: where a survey found noise, or evenly.
+    pub fn spend(&mut self, survey: &Survey, adaptive: bool, room: &Room) -> Result<Spent, Error> {
+        let (start, before) = (Instant::now(), self.took.device);
         let tiles = self.halves.tiles().clone();
-        let counts = [0, 1].map(|half| match adaptive {
-            true => {
-                let shape = allocate::shape(survey, half, &tiles);
-                allocate::next(survey, &tiles, half, &shape, self.halves.taken(half), 0.5 * more)
+        let mut launches = Launches::default();
+        let work;
+        if adaptive {
+            let shapes = [0, 1].map(|half| allocate::shape(survey, half, &tiles));
+            let within = |launches, most: f64| {
+                let work = 0.5 * (room.work)(launches);
+                [0, 1].map(|half| {
+                    allocate::next(survey, &tiles, half, &shapes[half], self.halves.taken(half), most, work)
+                })
+            };
+            launches.own = 1;
+            let counts = within(launches, f64::MAX);
+            let each = all_have(&counts);
+            let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
+            let chunk = f64::from(CHUNK_SAMPLES);
+            launches.own =
+                ((greatest - f64::from(each)) / chunk).ceil().clamp(1.0, f64::from(room.own)) as u32;
+            launches.chunks = crate::render::chunks(self.next..self.next + each).count() as u32;
+            let mut counts = within(launches, f64::from(each) + f64::from(launches.own) * chunk);
+            let of = |half: usize| allocate::work(survey, &tiles, half, &|tile| counts[half][tile]);
+            work = of(0) + of(1);
+            let each = each.min(all_have(&counts));
+            if each > 0 {
+                self.uniform(each)?;
+                counts.iter_mut().flatten().for_each(|count| *count -= f64::from(each));
             }
-            false => {
-                let one = allocate::work(survey, &tiles, half, &|_| 1.0);
-                vec![0.5 * more / one.max(1.0); tiles.len()]
+            self.own([&counts[0], &counts[1]])?;
+        } else {
+            let one: f64 = (0..2).map(|half| allocate::work(survey, &tiles, half, &|_| 1.0)).sum();
+            let fit = |launches| ((room.work)(launches) / one.max(1.0)).min(f64::from(u32::MAX / 4));
+            for _ in 0..3 {
+                let samples = self.next..self.next + fit(launches) as u32;
+                launches.chunks = crate::render::chunks(samples).count() as u32;
             }
-        });
-        if !adaptive {
-            let even = counts[0].first().copied().unwrap_or(0.0).min(f64::from(u32::MAX / 4));
-            let whole = even.floor();
+            let whole = fit(launches).floor();
             if whole >= 1.0 {
                 self.uniform(whole as u32)?;
             }
             // A part of a sample is one for some tiles; beside many it is not worth a launch.
-            let rest = even - whole;
-            if rest > 0.01 * even {
+            let rest = fit(Launches { own: 1, ..launches }) - whole;
+            let is_worth = rest > 0.01 * whole;
+            work = one * if is_worth { whole + rest } else { whole };
+            if is_worth {
+                launches.own = 1;
                 let rest = vec![rest; tiles.len()];
                 self.own([&rest, &rest])?;
             }
-            return Ok(start.elapsed());
         }
-        self.own([&counts[0], &counts[1]])?;
-        Ok(start.elapsed())
+        let device = (self.took.device - before).as_secs_f64();
+        Ok(Spent { launches, work, seconds: start.elapsed().as_secs_f64(), device })
     }
 }

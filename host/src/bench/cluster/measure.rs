@@ -9,7 +9,7 @@ use crate::film::{PixelTotals, Rows, Target};
 use crate::render::{Parts, Renderer, Screen, Settings, Sums, chunks};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::time::Instant;
 
 /// How pixels come together.
@@ -267,7 +267,8 @@ fn part_of_image(
         });
         Ok(())
     };
-    renderer.each_sums(&Parts { settings, rows, samples: &parts }, image, &take)
+    let parts = Parts { settings, rows, samples: &parts, seeds: &[settings.seed] };
+    renderer.each_sums(&parts, &mut |_| ControlFlow::Continue(()), image, &take)
 }
 
 fn mean(times: &[(f64, f64)], settings: &Settings) -> Point {
