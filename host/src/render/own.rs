@@ -8,7 +8,7 @@ use crate::backend::Launch;
 use crate::film::{Rows, TASK};
 use crate::sampling::Tiles;
 use rayon::prelude::*;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::guides::Guides;
 use trisect_shared::params::{FLAG_FINISH, FLAG_OWN};
@@ -21,6 +21,9 @@ pub(crate) struct Own<'a> {
     /// One past the last sample's index.
     pub end: u32,
 }
+
+/// Submissions of all pixels that take as long as one of tiles' own samples, at most: with fewer pixels the device would idle while those with most samples end.
+const LONGEST: u64 = 8;
 
 impl Renderer {
     /// Renders these samples. A pixel that takes none keeps no sums: what its records hold says nothing.
@@ -48,17 +51,24 @@ impl Renderer {
         self.guides.resize(if settings.guides { self.chunk.len() } else { 0 }, Guides::UNWRITTEN);
         self.backend.write_film(&self.chunk, &self.guides)?;
         let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
-        let of_row: Vec<u64> = (0..tiles.down()).map(|row| tiles.samples_of_row(row, counts)).collect();
-        let total = of_row.iter().sum();
+        // By row of tiles: samples, and pixels that take any.
+        let taking: Vec<u32> = counts.iter().map(|&count| count.min(1)).collect();
+        let of_row: Vec<(u64, u64)> = (0..tiles.down())
+            .map(|row| (tiles.samples_of_row(row, counts), tiles.samples_of_row(row, &taking)))
+            .collect();
+        let total = of_row.iter().map(|row| row.0).sum();
+        let mut left: u64 = of_row.iter().map(|row| row.1).sum();
         let mut next = 0;
         while next < of_row.len() {
-            // Rows of tiles until the device is busy for long enough; those without samples are passed over.
-            let (from, mut samples) = (next, 0);
-            while next < of_row.len() && (samples == 0 || samples + of_row[next] <= self.pace.budget()) {
-                if samples == 0 && of_row[next] == 0 && next > from {
+            // Rows of tiles until the device is busy, and for long enough; none are left that would not keep it busy.
+            let (from, mut samples, mut pixels) = (next, 0, 0);
+            while let Some(row) = of_row.get(next) {
+                let few = pixels.min(left) < self.pace.pixels();
+                let longest = self.pace.budget().saturating_mul(if few { LONGEST } else { 1 });
+                if samples > 0 && samples + row.0 > longest {
                     break;
                 }
-                samples += of_row[next];
+                (samples, pixels, left) = (samples + row.0, pixels + row.1, left - row.1);
                 next += 1;
             }
             if samples == 0 {
@@ -71,9 +81,8 @@ impl Renderer {
             (params.first_row, params.rows) = (band.start, band.len() as u32);
             (params.first_sample, params.end_sample) = (end, end);
             params.flags |= FLAG_OWN | FLAG_FINISH;
-            let wall = Instant::now();
+            // What that takes says little of the device's pace: the pixels with most samples decide.
             let time = self.backend.render(&Launch::new(params))?;
-            self.pace.learn(samples, wall.elapsed().max(time));
             (device, submissions, done) = (device + time, submissions + 1, done + samples);
             if observer.progress(done, total).is_break() {
                 return Err(Error::Cancelled);

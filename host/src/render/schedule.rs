@@ -41,6 +41,11 @@ impl Pace {
         self.budget
     }
 
+    /// Pixels that keep the device busy.
+    pub(super) fn pixels(&self) -> u64 {
+        self.pixels
+    }
+
     /// Learns from a submission of `samples` that took `time`.
     pub(super) fn learn(&mut self, samples: u64, time: Duration) {
         if self.fixed {

@@ -47,7 +47,7 @@ const LEFT: f64 = 0.015;
 const LOOKS_FROM: f64 = 12.0;
 
 /// Passes, at most: each is closer to the end than the one before.
-const MOST_PASSES: usize = 8;
+const MOST_PASSES: usize = 32;
 
 /// What was made in the time.
 pub(super) struct Made<'a> {
@@ -92,8 +92,8 @@ pub(super) fn within<'a>(
     let mut known = Vec::new();
     warm(renderer, &plain, observer)?;
     for way in ways(&plain, plan.free) {
-        // Nobody waits longer for a choice than for the image.
-        if preparing.elapsed() > plan.time {
+        // Nobody waits longer for a choice than for the image, or a second.
+        if preparing.elapsed() > plan.time.max(Duration::from_secs(1)) {
             break;
         }
         warm(renderer, &way, observer)?;
@@ -140,9 +140,8 @@ pub(super) fn within<'a>(
         || pass.beside < pass.each
         || (pass.beside + pass.each) * LOOKS_FROM < whole;
     let more = ((FIRST * whole - pass.beside) / pass.each).clamp(1.0, f64::from(MOST_FIRST)) as u32 - taken;
-    let fits = start.elapsed().as_secs_f64() + f64::from(more) * pass.each + pass.beside < whole;
-    // One at least: else there is no image.
-    let more = if fits { more } else { 1 - taken };
+    let fits = looks && start.elapsed().as_secs_f64() + f64::from(more) * pass.each + pass.beside < whole;
+    let more = if fits { more } else { 0 };
     if more > 0 {
         taker.uniform(more)?;
     }
@@ -163,8 +162,16 @@ pub(super) fn within<'a>(
         let tiles = taker.halves.tiles();
         (0..2).map(|half| allocate::work(&survey, tiles, half, &|_| 1.0)).sum()
     };
+    clock.rate = of_one / pass.each;
+    let first = parts.first().copied().unwrap_or(1.0) * whole - start.elapsed().as_secs_f64();
+    // One at least: else there is no image.
+    if taker.halves.samples() == 0 && clock.fits(first, Launches { chunks: 1, own: 0 }) < of_one {
+        taker.uniform(1)?;
+    }
     let mut work = 0.5 * taker.mean_samples() * of_one;
-    clock.rate = work / taker.took.device.as_secs_f64().max(1e-9);
+    if work > 0.0 {
+        clock.rate = work / taker.took.device.as_secs_f64().max(1e-9);
+    }
     let mut choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
     for index in 0..MOST_PASSES {
         let part = parts.get(index).copied().unwrap_or(1.0);

@@ -20,12 +20,6 @@ pub(super) struct Took {
     pub kernel: &'static str,
 }
 
-/// Samples that all tiles take, if they are enough for launches of their own: those bring all pixels, and are read while the next is rendered.
-fn all_have(counts: &[Vec<f64>; 2]) -> u32 {
-    let least = counts.iter().flatten().copied().fold(f64::from(u32::MAX / 4), f64::min).floor();
-    if least < f64::from(WORTH_ALL) { 0 } else { least as u32 }
-}
-
 /// Launches for each half.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Launches {
@@ -68,9 +62,6 @@ pub(super) struct Taker<'a> {
     /// How far the image is, of 1.
     pub progress: f64,
 }
-
-/// Samples from which on a launch for all pixels is worth its while.
-const WORTH_ALL: u32 = 64;
 
 /// Steps that an observer sees.
 const STEPS: u64 = 1000;
@@ -231,19 +222,23 @@ impl<'a> Taker<'a> {
             };
             launches.own = 1;
             let counts = within(launches, f64::MAX);
-            let each = all_have(&counts);
+            let work_of = |half: usize, counts: &Vec<f64>, least: f64| {
+                allocate::work(survey, &tiles, half, &|tile| counts[tile].max(least))
+            };
+            let beside = |launches| (room.work)(Launches::default()) - (room.work)(launches);
+            let each;
+            (each, launches) = self.for_all(room.own, &counts, &|each, launches| {
+                work_of(0, &counts[0], each) + work_of(1, &counts[1], each) + beside(launches)
+            });
+            let most = f64::from(each) + f64::from(launches.own) * f64::from(CHUNK_SAMPLES);
+            let mut counts = within(launches, most);
+            // With less time, what all take is less, too.
             let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
-            let chunk = f64::from(CHUNK_SAMPLES);
-            launches.own =
-                ((greatest - f64::from(each)) / chunk).ceil().clamp(1.0, f64::from(room.own)) as u32;
-            launches.chunks = crate::render::chunks(self.next..self.next + each).count() as u32;
-            let mut counts = within(launches, f64::from(each) + f64::from(launches.own) * chunk);
-            let of = |half: usize| allocate::work(survey, &tiles, half, &|tile| counts[half][tile]);
-            work = of(0) + of(1);
-            let each = each.min(all_have(&counts));
+            let each = each.min(greatest as u32);
+            work = work_of(0, &counts[0], f64::from(each)) + work_of(1, &counts[1], f64::from(each));
             if each > 0 {
                 self.uniform(each)?;
-                counts.iter_mut().flatten().for_each(|count| *count -= f64::from(each));
+                counts.iter_mut().flatten().for_each(|count| *count = (*count - f64::from(each)).max(0.0));
             }
             self.own([&counts[0], &counts[1]])?;
         } else {
@@ -269,5 +264,32 @@ impl<'a> Taker<'a> {
         }
         let device = (self.took.device - before).as_secs_f64();
         Ok(Spent { launches, work, seconds: start.elapsed().as_secs_f64(), device })
+    }
+
+    /// How many samples all tiles take before those with more take the rest by themselves: launches for all bring more than a chunk at once and are read
+    /// while the next is rendered, but some tiles get more than they should. `cost` is that of so many, with their launches.
+    fn for_all(
+        &self,
+        most: u32,
+        counts: &[Vec<f64>; 2],
+        cost: &dyn Fn(f64, Launches) -> f64,
+    ) -> (u32, Launches) {
+        let greatest = counts.iter().flatten().copied().fold(0.0, f64::max).min(f64::from(u32::MAX / 4));
+        let least = counts.iter().flatten().copied().fold(greatest, f64::min).floor();
+        let mut candidates = vec![least, 0.0];
+        let mut next = f64::from(CHUNK_SAMPLES);
+        while next < greatest {
+            candidates.push(next);
+            next = (1.5 * next / f64::from(CHUNK_SAMPLES)).ceil() * f64::from(CHUNK_SAMPLES);
+        }
+        let with_launches = |each: f64| {
+            let rest = ((greatest - each) / f64::from(CHUNK_SAMPLES)).ceil().max(1.0);
+            let chunks = crate::render::chunks(self.next..self.next + each as u32).count() as u32;
+            (each, Launches { chunks, own: rest.min(f64::from(u32::MAX)) as u32 })
+        };
+        let all = candidates.into_iter().map(with_launches);
+        let cheapest = all.min_by(|a, b| cost(a.0, a.1).total_cmp(&cost(b.0, b.1)));
+        let (each, launches) = cheapest.unwrap_or((0.0, Launches { chunks: 0, own: 1 }));
+        (each as u32, Launches { own: launches.own.min(most), ..launches })
     }
 }
