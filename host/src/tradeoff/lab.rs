@@ -251,7 +251,8 @@ impl<'a> Lab<'a> {
                 Err(error) => return Err(error),
             }
             for &spp in sweep.levels {
-                let (point, first) = self.point(mode, spp, sweep, reference, observer)?;
+                let (mut point, first) = self.point(mode, spp, sweep, reference, observer)?;
+                point.exact = mode.is_exact(base);
                 say(&point.line());
                 if Some(&spp) == sweep.levels.last() {
                     pictures.add(&point, Picture::of(&first, reference)?);
@@ -313,7 +314,8 @@ impl<'a> Lab<'a> {
         };
         let efficiency = errors.efficiency(seconds.all.median);
         let (knob, level) = (mode.knob.to_owned(), mode.level.clone());
-        let point = Point { knob, level, spp, seconds, errors, efficiency, against: None, on_front: false };
+        let (exact, against, on_front) = (false, None, false);
+        let point = Point { knob, level, exact, spp, seconds, errors, efficiency, against, on_front };
         Ok((point, images.swap_remove(0)))
     }
 }

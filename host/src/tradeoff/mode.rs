@@ -70,6 +70,23 @@ impl Mode {
         if self.knob == "base" { self.knob.to_owned() } else { format!("{} {}", self.knob, self.level) }
     }
 
+    /// Whether its image is that of `base` but for noise, by construction: nothing but how samples are taken was changed. What looks like bias then is of
+    /// paths too rare for the samples, or a fault.
+    pub fn is_exact(&self, base: &Self) -> bool {
+        let Settings { sampler, roulette, roulette_depth, light_sampling, traversal, .. } = base.settings;
+        let settings = Settings {
+            sampler,
+            roulette,
+            roulette_depth,
+            light_sampling,
+            traversal,
+            ..self.settings.clone()
+        };
+        let Self { denoise, divisor, nearest, .. } = self;
+        (&settings, denoise, divisor, nearest)
+            == (&base.settings, &base.denoise, &base.divisor, &base.nearest)
+    }
+
     fn with(&self, knob: &'static str, level: impl ToString, change: impl FnOnce(&mut Self)) -> Self {
         let mut mode = Self { knob, level: level.to_string(), ..self.clone() };
         change(&mut mode);
@@ -187,4 +204,22 @@ pub fn modes(scene: &Scene, base: &Mode, knobs: &[String], fast: bool) -> Result
         }
     }
     Ok(modes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_changes_no_mean_is_exact() {
+        let settings = Scene::hello_world().map(|scene| scene.settings());
+        let base = Mode::base(&settings.unwrap_or_else(|error| panic!("{error}")), None);
+        let roulette = base.with("roulette", "on", |m| m.settings.roulette = !m.settings.roulette);
+        let tree = base.with("bvh", "fast", |m| m.quality = Some(BvhQuality::Fast));
+        assert!([&base, &roulette, &tree].iter().all(|mode| mode.is_exact(&base)));
+        let clamp = base.with("clamp", 1, |m| m.settings.clamp = Some(1.0));
+        let half = base.with("scale", "1/2", |m| m.divisor = 2);
+        let both = roulette.with("together", "", |m| m.denoise = Some(Denoise::new(Filter::Svgf)));
+        assert!(![&clamp, &half, &both].iter().any(|mode| mode.is_exact(&base)));
+    }
 }

@@ -126,7 +126,8 @@ fn row(point: &Point) -> String {
         format!("{:.3} ({:.3} to {:.3})", root(all.value), root(all.low), root(all.high)),
         format!("{:.3}", root(errors.variance.value)),
         if errors.biased {
-            format!("{:.3}", root(errors.squared_bias.value))
+            let rare = if point.exact { " (rare paths)" } else { "" };
+            format!("{:.3}{rare}", root(errors.squared_bias.value))
         } else {
             "none seen".to_owned()
         },

@@ -48,6 +48,9 @@ pub struct Point {
     pub knob: String,
     /// As [`Mode::level`](super::Mode::level).
     pub level: String,
+    /// As [`Mode::is_exact`](super::Mode::is_exact).
+    #[serde(default)]
+    pub exact: bool,
     /// Samples a pixel of what was rendered.
     pub spp: u32,
     /// What it takes.
@@ -133,6 +136,7 @@ impl Point {
     /// In a word: what turning the knob did.
     pub fn verdict(&self) -> &'static str {
         match &self.against {
+            _ if self.errors.biased && self.exact => "rare paths",
             _ if self.errors.biased => "biased",
             None if self.knob == "base" => "base",
             None => "measured",

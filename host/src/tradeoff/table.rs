@@ -13,7 +13,13 @@ impl Point {
     pub fn line(&self) -> String {
         let errors = &self.errors;
         let bias = 100.0 * errors.squared_bias.value.max(0.0).sqrt();
-        let bias = if errors.biased { format!("bias {bias:.3} %") } else { "no bias seen".to_owned() };
+        let bias = match errors.biased {
+            true if self.exact => {
+                format!("off by {bias:.3} % (without bias by construction: paths too rare for the samples)")
+            }
+            true => format!("bias {bias:.3} %"),
+            false => "no bias seen".to_owned(),
+        };
         let against = self.against.as_ref().map_or(String::new(), |against| {
             let efficiency = against.efficiency;
             format!(

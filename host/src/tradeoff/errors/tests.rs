@@ -105,6 +105,26 @@ fn a_planted_bias_is_detected() {
     }
 }
 
+/// A reference noisier than what is measured: what it is off by itself is nobody's bias. (Far noisier it would be one: weights are of the reference, too,
+/// and of noise of 30 % the squared bias gets 0.5 %.)
+#[test]
+fn a_noisy_reference_is_no_bias() {
+    let (mut called, mut covered, mut without) = (0, 0, 0);
+    for run in 0..40 {
+        let first = 200_000 + 1000 * run;
+        let images: Vec<Image> = (0..8).map(|s| image(first + s, 0.03, 1.0)).collect();
+        let noisy = reference(first + 500, 0.1);
+        let found = Errors::of(&images, &noisy, 0).unwrap();
+        called += u32::from(found.biased);
+        covered += u32::from(found.squared_bias.covers(0.0));
+        // The twin: one that says that it has no noise.
+        let variance = vec![[0.0; 3]; noisy.variance.len()];
+        without += u32::from(Errors::of(&images, &Reference { variance, ..noisy }, 0).unwrap().biased);
+    }
+    assert!(called <= 1 && covered >= 36, "{called} of 40 called biased, {covered} covered");
+    assert!(without >= 20, "{without}: a comparison that cannot fail");
+}
+
 /// Four times the variance is noise.
 #[test]
 fn a_planted_variance_is_not_called_bias() {
