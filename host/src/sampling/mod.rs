@@ -107,7 +107,7 @@ pub struct Trial {
     pub seconds: f64,
     /// As [`Noise::error`].
     pub error: f64,
-    /// error² × seconds: least is best.
+    /// error² × seconds over the first way's, by this trial and by what is known of such ways: least is best.
     pub cost: f64,
 }
 

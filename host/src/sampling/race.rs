@@ -24,11 +24,50 @@ const ROULETTE_FROM: u32 = 4;
 /// Pixels that keep a GPU busy.
 const BUSY: u64 = 150_000;
 
-/// What another way must cost at most, of what the first does: less is within the noise of a trial.
-const BETTER: f64 = 0.85;
+/// What another way must cost at most, of what the first does: less is not worth its doubts.
+const BETTER: f64 = 0.95;
 
-/// Standard errors by which a way must be better.
-const CLEAR: f64 = 2.5;
+/// What is known of a way before it is tried: the logarithm of its noise over the first way's at as many samples (relMSE), and how far scenes spread around that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Known {
+    mean: f64,
+    spread: f64,
+}
+
+/// Of Sobol's points: 1.0 to 5 times less noise on the scenes of docs/tradeoff.md, 2.2 in the (geometric) mean.
+const SOBOL: Known = Known { mean: -0.8, spread: 0.5 };
+
+/// How far the logarithm of a trial of one sample is off for other points than the first way's.
+const EARLY: f64 = 1.5;
+
+/// Of roulette from the fourth segment on: a little more, for fewer segments.
+const ROULETTE: Known = Known { mean: 0.1, spread: 0.2 };
+
+impl Known {
+    /// Of a way beside the first.
+    fn of(first: &Settings, way: &Settings) -> Self {
+        let mut known = Self { mean: 0.0, spread: 0.0 };
+        for (differs, on, what) in [
+            (first.sampler != way.sampler, way.sampler == Sampler::Sobol, SOBOL),
+            (first.roulette != way.roulette, way.roulette, ROULETTE),
+        ] {
+            if differs {
+                known.mean += if on { what.mean } else { -what.mean };
+                known.spread = known.spread.hypot(what.spread);
+            }
+        }
+        known
+    }
+
+    /// The mean when a trial has shown a logarithm with a standard error. Where a few bright pixels make all the noise, a trial says nothing.
+    fn after(self, shown: f64, error: f64) -> f64 {
+        let (before, now) = (self.spread.powi(-2), error.powi(-2));
+        match (now.is_finite() && shown.is_finite(), before.is_finite()) {
+            (true, true) => (self.mean * before + shown * now) / (before + now),
+            (true, false) | (false, _) => self.mean,
+        }
+    }
+}
 
 /// The ways that are free to choose, beside that of the settings.
 pub(super) fn ways(settings: &Settings, free: Free) -> Vec<Settings> {
@@ -88,11 +127,12 @@ fn some(renderer: &Renderer, settings: &Settings) -> Rows {
     Rows::interleaved(settings.height, 0, of / 2, of)
 }
 
-/// Whether one way's tiles cost less than another's by more than chance: where a few bright pixels make all the noise, a trial says nothing.
-fn is_clear(base: &[f64], other: &[f64]) -> bool {
-    let less: Vec<f64> = base.iter().zip(other).map(|(base, other)| base - other).collect();
-    let (mean, error) = mean_and_error(&less);
-    mean > CLEAR * error
+/// The logarithm of the ratio of two means over tiles, and its standard error (first order in what tiles are off).
+fn log_ratio(of: &[f64], to: &[f64]) -> (f64, f64) {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let (of_mean, to_mean) = (mean(of), mean(to));
+    let off: Vec<f64> = of.iter().zip(to).map(|(a, b)| a / of_mean - b / to_mean).collect();
+    ((of_mean / to_mean).ln(), mean_and_error(&off).1)
 }
 
 /// Tries the first way and the others for about `slice` each. Returns the best, what each showed, and the error that the best should have
@@ -128,35 +168,57 @@ pub(super) fn race(
     let others = if beside > 4 * slice { &[] } else { others };
     let ways: Vec<&Settings> = std::iter::once(first).chain(others).collect();
     let mut trials = Vec::new();
-    let mut costs: Vec<Vec<f64>> = Vec::new();
+    let mut noises: Vec<Vec<f64>> = Vec::new();
     let mut halves = Halves::new(first.width, rows.len());
     for &way in &ways {
         halves.clear();
-        let mut device = Duration::ZERO;
-        for half in 0..2 {
+        let mut device = [Duration::ZERO; 2];
+        for (half, device) in device.iter_mut().enumerate() {
             let sums = renderer.render_sums(&of_half(way, half), &rows, 0..samples, observer)?;
-            device += sums.device;
+            *device = sums.device;
             halves.add(half, sums.pixels, samples);
         }
-        let seconds = device.as_secs_f64();
+        // As much work: what took longer was disturbed.
+        let seconds = 2.0 * device[0].min(device[1]).as_secs_f64();
         let survey = Survey::new(&halves, way.sampler == Sampler::Sobol);
-        costs.push(survey.tiles.iter().map(|tile| tile.error * seconds).collect());
         let error = survey.error;
-        trials.push(Trial {
-            way: name(way),
-            samples: 2 * samples,
-            seconds,
-            error,
-            cost: error * error * seconds,
-        });
+        noises.push(survey.tiles.iter().map(|tile| tile.error).collect());
+        trials.push(Trial { way: name(way), samples: 2 * samples, seconds, error, cost: 0.0 });
     }
-    let base = trials[0].cost;
+    let base = (trials[0].seconds.max(1e-9), trials[0].error * trials[0].error);
+    for ((trial, noise), way) in trials.iter_mut().zip(&noises).zip(&ways) {
+        let (shown, error) = log_ratio(noise, &noises[0]);
+        // What Sobol's points gain grows with samples: few say little of many.
+        let early = if way.sampler == first.sampler { 0.0 } else { EARLY / f64::from(samples).sqrt() };
+        let ratio = Known::of(first, way).after(shown, error.hypot(early)).exp();
+        trial.cost = ratio * trial.seconds / base.0;
+    }
     let best = (0..ways.len()).min_by(|&a, &b| trials[a].cost.total_cmp(&trials[b].cost)).unwrap_or(0);
-    let taken = if trials[best].cost < BETTER * base && is_clear(&costs[0], &costs[best]) { best } else { 0 };
+    let taken = if trials[best].cost < BETTER { best } else { 0 };
     // Of the whole image after `time`, if noise falls as noise does.
     let of_image = f64::from(first.height) / f64::from(rows.len().max(1));
-    let taken_trial = &trials[taken];
-    let passes = time.as_secs_f64() / (taken_trial.seconds * of_image).max(1e-9);
-    let expected = taken_trial.error / passes.max(1e-9).sqrt();
+    let passes = time.as_secs_f64() / (base.0 * of_image);
+    let expected = (base.1 * trials[taken].cost / passes.max(1e-9)).sqrt();
     Ok((ways[taken].clone(), trials, expected))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clear trial counts, one of chance does not.
+    #[test]
+    fn what_is_known_and_what_is_shown() {
+        assert!((SOBOL.after(0.3, 0.01) - 0.3).abs() < 0.01);
+        assert!((SOBOL.after(0.3, 10.0) - SOBOL.mean).abs() < 0.01);
+        assert_eq!(SOBOL.after(f64::NAN, 0.1), SOBOL.mean);
+        let same = Known { mean: 0.0, spread: 0.0 };
+        assert_eq!(same.after(0.0, 0.0), 0.0);
+        let (ratio, error) = log_ratio(&[2.0, 4.0, 6.0], &[1.0, 2.0, 3.0]);
+        assert!((ratio - 2.0f64.ln()).abs() < 1e-12 && error < 1e-12);
+        // One tile makes all of it: off by as much as it is.
+        let mut lamp = vec![0.0; 99];
+        lamp.push(100.0);
+        assert!(log_ratio(&lamp, &[1.0; 100]).1 > 0.9);
+    }
 }
