@@ -68,8 +68,8 @@ fn t14_index_matched_sphere(subject: Subject) {
     report(14, subject, Outcome::Passed, &figure);
 }
 
-/// Roulette changes the noise, not the mean: Welch's test for each pixel and for the whole. Clamping does not exist in this program, so
-/// that there is no bias of it to flag.
+/// Roulette changes the noise, not the mean: Welch's test for each pixel and for the whole. A clamp changes the mean, most where few samples bring most of the
+/// light: the same test flags it.
 fn t35_roulette_keeps_the_mean(subject: Subject) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -89,10 +89,29 @@ fn t35_roulette_keeps_the_mean(subject: Subject) {
         let test = ZTest::new(&film(&mut faulty, &settings), &want);
         assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
     }
+    let (free, clamped) = fireflies(subject);
+    assert!(free < GLOBAL_LIMIT, "{free} sigma between two seeds of the same");
+    assert!(clamped > 2.0 * GLOBAL_LIMIT, "{clamped} sigma: the clamp's bias is not flagged");
     let figure = format!(
-        "roulette from segments 1 and 3: {worst:.1} of {GLOBAL_LIMIT} sigma of the mean; no clamp exists to be flagged"
+        "roulette from segments 1 and 3: {worst:.1} of {GLOBAL_LIMIT} sigma of the mean; fireflies: {free:.1} sigma, clamped {clamped:.0}"
     );
     report(35, subject, Outcome::Passed, &figure);
+}
+
+/// How many sigma two renders of a box whose lamp is found by chance are apart: by different seeds, and where one has a clamp.
+fn fireflies(subject: Subject) -> (f64, f64) {
+    let scene = scene("cornell_box.ron");
+    let mut renderer = subject.renderer(&scene).expect("it was there a moment ago");
+    let samples = if subject.is_software() { 128 } else { 1024 };
+    let plain =
+        Settings { width: 16, height: 16, samples, depth: 6, light_sampling: false, ..scene.settings() };
+    let want = film(&mut renderer, &plain);
+    let mut apart = |settings: Settings| {
+        let test = ZTest::new(&film(&mut renderer, &settings), &want);
+        test.global.iter().fold(0.0f64, |worst, z| worst.max(z.abs()))
+    };
+    let other = Settings { seed: plain.seed + 1, ..plain.clone() };
+    (apart(other.clone()), apart(Settings { clamp: Some(1.0), ..other }))
 }
 
 /// The top of a diffuse sphere under a gradient, through a window so narrow that the normal is +y: the mean of y over the cosine
