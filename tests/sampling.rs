@@ -7,6 +7,7 @@ use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
 use trisect::sampling::{self, Adaptive, Free, Goal, Request, Sampled};
 use trisect::scene::Scene;
+use trisect::statistics::mean_and_error;
 use trisect_tests::renders::{cpu, differing, film};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{Subject, for_each_backend, scene};
@@ -141,11 +142,7 @@ fn stopping_adds_no_bias() {
                 means.push(sum / (3 * film.pixels.len()) as f64);
             }
         }
-        let of = |values: &[f64]| {
-            let (mean, error) = trisect::statistics::mean_and_error(values);
-            (mean, error)
-        };
-        let ((a, ea), (b, eb)) = (of(&means[0]), of(&means[1]));
+        let ((a, ea), (b, eb)) = (mean_and_error(&means[0]), mean_and_error(&means[1]));
         let sigma = ea.hypot(eb);
         eprintln!(
             "{name}: {a} with stopping, {b} without: {:.2} sigma of {:.3} %",
@@ -156,6 +153,21 @@ fn stopping_adds_no_bias() {
         assert!(sigma / b < 0.003, "{sigma}: too wide to see a bias");
         // The twin: a bias of 2 % would be seen.
         assert!((a * 1.02 - b).abs() > 4.0 * sigma, "a comparison that cannot fail");
+    }
+}
+
+/// Few samples go where the noise is, too, and are no more than there may be.
+#[test]
+fn few_samples() {
+    let scene = scene("cornell_box.ron");
+    for most in [2, 4, 8, 16] {
+        let goal = Goal::Error { target: 1e-6, most };
+        let got = sample(&mut cpu(&scene), &small(&scene), goal, Adaptive::On);
+        let sampling = got.stats.sampling.unwrap();
+        // Parts of samples are rounded by chance.
+        assert!(sampling.mean_samples < f64::from(most) + 0.2, "{most}: {}", sampling.mean_samples);
+        let differ = sampling.least_samples < sampling.most_samples;
+        assert_eq!(differ && sampling.adaptive, most >= 8, "{most}: {sampling:?}");
     }
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 /// Offset in the denominator of relMSE; it bounds the weight of dark pixels.
-const REL_MSE_EPSILON: f64 = 0.01;
+pub(crate) const REL_MSE_EPSILON: f64 = 0.01;
 
 /// A borrowed image of linear Rec. 709 radiance.
 ///

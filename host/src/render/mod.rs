@@ -83,6 +83,7 @@ pub struct Renderer {
     spare: HostRecords<PixelSums>,
     /// The same, where a render has them.
     guides: Vec<Guides>,
+    /// Memory for those of the chunk in `spare`.
     spare_guides: Vec<Guides>,
     phases: Phases,
     sight: Sight,

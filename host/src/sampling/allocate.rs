@@ -85,7 +85,8 @@ pub(super) fn next(
     available: f64,
 ) -> Vec<f64> {
     let missing = |level: f64, tile: usize| (level * shape[tile] - f64::from(taken[tile])).clamp(0.0, most);
-    let cost = |level: f64| work(survey, tiles, half, &|tile| missing(level, tile));
+    // The other half's path lengths, too: a half's own samples decide nothing about it.
+    let cost = |level: f64| work(survey, tiles, 1 - half, &|tile| missing(level, tile));
     let (mut low, mut high) = (0.0, 1.0);
     while cost(high) < available && high < 1e9 {
         high *= 2.0;

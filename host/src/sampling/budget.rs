@@ -8,9 +8,10 @@ use super::survey::Survey;
 use super::taker::{Launches, Room, Taker};
 use super::{Adaptive, FilterTrial, Free, Halves, Noise, Trial, allocate};
 use crate::Error;
+use crate::backend::BackendError;
 use crate::denoise::Denoise;
 use crate::image::Image;
-use crate::render::{Observer, Renderer, Settings};
+use crate::render::{Observer, Renderer, Settings, SettingsError};
 use std::time::{Duration, Instant};
 
 /// What of the time each way of sampling is tried for, once for each half.
@@ -103,11 +104,13 @@ pub(super) fn within<'a>(
     let mut halves = Halves::new(settings.width, settings.height);
     let mut filter = None;
     if let Some(denoise) = plan.denoise {
-        for way in std::iter::once(&plain).chain(&known) {
-            warm(renderer, &Settings { guides: true, ..way.clone() }, observer)?;
-        }
-        halves.make_guides();
-        filter = Some(Filter::try_out(renderer, settings, denoise, &halves)?);
+        let ways = std::iter::once(&plain).chain(&known);
+        let guided = ways.map(|way| Settings { guides: true, ..way.clone() }).collect::<Vec<_>>();
+        filter = match ready(renderer, (settings, &guided), denoise, &mut halves, observer) {
+            // An image that only might have been filtered goes without.
+            Err(error) if plan.free.denoise && is_too_large(&error) => None,
+            ready => Some(ready?),
+        };
     }
     let filter = filter.filter(|filter| filter.may_fit(whole, plan.free.denoise));
     let with_guides = Settings { guides: settings.guides || filter.is_some(), ..plain.clone() };
@@ -139,7 +142,7 @@ pub(super) fn within<'a>(
     let looks = plan.adaptive == Adaptive::On
         || pass.beside < pass.each
         || (pass.beside + pass.each) * LOOKS_FROM < whole;
-    let more = ((FIRST * whole - pass.beside) / pass.each).clamp(1.0, f64::from(MOST_FIRST)) as u32 - taken;
+    let more = ((FIRST * whole - pass.beside) / pass.each).clamp(2.0, f64::from(MOST_FIRST)) as u32 - taken;
     let fits = looks && start.elapsed().as_secs_f64() + f64::from(more) * pass.each + pass.beside < whole;
     let more = if fits { more } else { 0 };
     if more > 0 {
@@ -223,6 +226,26 @@ pub(super) fn within<'a>(
     taker.finish();
     let noise = taker.noise();
     Ok(Made { noise, taker, adaptive, gain, trials, filtered, plain, filter: trial, time, preparing })
+}
+
+/// Compiles and measures what a filter needs, with each way of sampling.
+fn ready<'a>(
+    renderer: &mut Renderer,
+    (settings, ways): (&Settings, &[Settings]),
+    denoise: &'a Denoise,
+    halves: &mut Halves,
+    observer: &mut dyn Observer,
+) -> Result<Filter<'a>, Error> {
+    ways.iter().try_for_each(|way| warm(renderer, way, observer))?;
+    halves.make_guides();
+    Filter::try_out(renderer, settings, denoise, halves)
+}
+
+fn is_too_large(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Settings(SettingsError::TooLarge { .. }) | Error::Backend(BackendError::TooLarge { .. })
+    )
 }
 
 /// Making the image of the sums: a few nanoseconds a pixel.

@@ -32,7 +32,7 @@ const REHEARSALS: usize = 12;
 /// What a pass takes over the one before, at least, if the device is as fast as it gets.
 const STEADY: f64 = 0.9;
 
-/// On a GPU, where it takes longer than samples: touches all memory by passes that are thrown away. Returns what the last took.
+/// On a GPU, where the first touch of memory takes longer than samples: touches all by passes that are thrown away. Returns what the last took.
 pub(super) fn rehearse(
     renderer: &mut Renderer,
     plain: &Settings,

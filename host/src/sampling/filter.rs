@@ -1,12 +1,12 @@
 //! Whether a denoiser makes an image better, by two halves of it.
 
-use super::survey::EPSILON;
 use super::taker::Taker;
 use super::{FilterTrial, Halves};
 use crate::Error;
 use crate::denoise::Denoise;
 use crate::film::TASK;
 use crate::image::Image;
+use crate::metrics::REL_MSE_EPSILON as EPSILON;
 use crate::render::{Renderer, Settings};
 use rayon::prelude::*;
 use std::time::Instant;

@@ -34,6 +34,10 @@ pub(super) struct Reached {
 
 /// Whether samples go where the noise is. `left`: what of the time that leaves for rendering, over what as many samples for each pixel would.
 pub(super) fn decide(wanted: Adaptive, survey: &Survey, taker: &Taker, left: f64) -> (bool, f64) {
+    // One sample has no variance: only the halves' difference tells the noise, by which a half would steer itself.
+    if (0..2).any(|half| taker.halves.taken(half).iter().any(|&taken| taken < 2)) {
+        return (false, 1.0);
+    }
     let gain = allocate::gain(survey, taker.halves.tiles());
     let adaptive = match wanted {
         Adaptive::On => true,
@@ -50,7 +54,8 @@ pub(super) fn decide(wanted: Adaptive, survey: &Survey, taker: &Taker, left: f64
 ///
 /// As rendering.
 pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptive) -> Result<Reached, Error> {
-    let first = FIRST.min(most.div_ceil(2)).max(1);
+    // So few that most of them go where the noise is, if that is to be known at all.
+    let first = FIRST.min(most / 4).max(2.min(most / 2)).max(1);
     taker.uniform(first)?;
     loop {
         let survey = taker.survey();

@@ -63,7 +63,7 @@ impl Halves {
     pub fn add(&mut self, half: usize, sums: &[PixelSums], samples: u32) {
         let pixels = self.pixels[half].par_iter_mut().zip(sums).with_min_len(TASK);
         pixels.for_each(|(total, sums)| total.merge(sums, samples));
-        self.taken[half].iter_mut().for_each(|taken| *taken += samples);
+        self.taken[half].iter_mut().for_each(|taken| *taken = taken.saturating_add(samples));
     }
 
     /// Adds the guides of a pass of `samples` samples. They say what a pixel's own samples saw: a film has them of all its samples, or of none.
@@ -136,7 +136,8 @@ impl Halves {
                 total.merge(sums, count);
             }
         });
-        self.taken[half].iter_mut().zip(counts).for_each(|(taken, count)| *taken += count);
+        let taken = self.taken[half].iter_mut().zip(counts);
+        taken.for_each(|(taken, count)| *taken = taken.saturating_add(*count));
     }
 
     /// The image: linear radiance.
@@ -193,9 +194,13 @@ fn both(a: &PixelTotals, b: &PixelTotals) -> PixelTotals {
     let n = sum.samples as f64;
     let means = [a, b].map(PixelTotals::mean);
     let variances = [a, b].map(PixelTotals::variance_of_mean);
+    let apart = a.samples.min(b.samples) < 2;
     for c in 0..3 {
         let mean = 0.5 * (means[0][c] + means[1][c]);
-        let variance = 0.25 * (variances[0][c] + variances[1][c]);
+        let variance = match apart {
+            true => 0.25 * (means[0][c] - means[1][c]).powi(2),
+            false => 0.25 * (variances[0][c] + variances[1][c]),
+        };
         sum.radiance[c] = (mean * n).into();
         sum.squares[c] = (n * (variance * (n - 1.0) + mean * mean)).into();
     }

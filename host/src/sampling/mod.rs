@@ -88,6 +88,9 @@ pub enum SamplingError {
         /// What was asked for.
         target: String,
     },
+    /// All that a seed has.
+    #[error("a pixel has had all 4294967295 samples of a seed: render parts with other seeds (--seed)")]
+    TooMany,
     /// A time too short for anything.
     #[error("--budget is {seconds} s; it must be from 1 ms to 1000000 s")]
     Time {
@@ -292,7 +295,7 @@ pub fn check(goal: Goal) -> Result<(), SamplingError> {
 
 /// What an image's samples say by themselves.
 fn of(taker: &Taker, noise: Noise) -> Sampling {
-    let both = taker.halves.taken(0).iter().zip(taker.halves.taken(1)).map(|(a, b)| a + b);
+    let both = taker.halves.taken(0).iter().zip(taker.halves.taken(1)).map(|(a, b)| a.saturating_add(*b));
     let Settings { sampler, roulette, .. } = taker.settings;
     Sampling {
         goal: "",

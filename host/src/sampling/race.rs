@@ -2,7 +2,7 @@
 
 use super::halves::Halves;
 use super::survey::Survey;
-use super::taker::of_half;
+use super::taker::{Ask, of_half};
 use super::{Free, Trial};
 use crate::Error;
 use crate::backend::DeviceKind;
@@ -20,6 +20,9 @@ const LEAST_ROWS: u32 = 4;
 
 /// The segment from which on roulette is tried: from the first one it makes more noise than it saves (docs/tradeoff.md).
 const ROULETTE_FROM: u32 = 4;
+
+/// Of a trial's random numbers: the image's with these bits turned.
+const TRIAL_SEED: u32 = 0x85eb_ca6b;
 
 /// Pixels that keep a GPU busy.
 const BUSY: u64 = 150_000;
@@ -107,6 +110,11 @@ fn name(way: &Settings) -> String {
     format!("{sampler}, {roulette}")
 }
 
+/// Settings of a trial's half: by random numbers that the image has none of, or the way whose noise they flatter would be taken with that noise.
+fn of_trial(way: &Settings, half: usize) -> Settings {
+    of_half(&Settings { seed: way.seed ^ TRIAL_SEED, ..way.clone() }, half)
+}
+
 /// Compiles what a way needs. The image's size is that of the render, so that its memory is there, too.
 pub(super) fn warm(
     renderer: &mut Renderer,
@@ -114,7 +122,7 @@ pub(super) fn warm(
     observer: &mut dyn Observer,
 ) -> Result<(), Error> {
     let rows = Rows::from(0..way.height.min(WARM));
-    renderer.render_sums(&of_half(way, 0), &rows, 0..1, observer).map(|_| ())
+    renderer.render_sums(&of_half(way, 0), &rows, 0..1, &mut Ask(observer, 0)).map(|_| ())
 }
 
 /// Some rows of the image, evenly spread.
@@ -149,7 +157,7 @@ pub(super) fn race(
     let mut beside;
     loop {
         let start = Instant::now();
-        let sums = renderer.render_sums(&of_half(first, 0), &rows, 0..samples, observer)?;
+        let sums = renderer.render_sums(&of_trial(first, 0), &rows, 0..samples, &mut Ask(observer, 0))?;
         let took = sums.device;
         beside = start.elapsed().saturating_sub(took);
         if took * 3 > slice || samples == CHUNK_SAMPLES {
@@ -174,7 +182,8 @@ pub(super) fn race(
         halves.clear();
         let mut device = [Duration::ZERO; 2];
         for (half, device) in device.iter_mut().enumerate() {
-            let sums = renderer.render_sums(&of_half(way, half), &rows, 0..samples, observer)?;
+            let sums =
+                renderer.render_sums(&of_trial(way, half), &rows, 0..samples, &mut Ask(observer, 0))?;
             *device = sums.device;
             halves.add(half, sums.pixels, samples);
         }

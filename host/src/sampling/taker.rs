@@ -1,10 +1,10 @@
 //! Takes samples for both halves of an image: for all pixels as many, or for each tile its own.
 
-use super::{Halves, Noise, allocate};
+use super::survey::Survey;
+use super::{Halves, Noise, SamplingError, allocate};
 use crate::Error;
 use crate::film::Rows;
 use crate::render::{Observer, Own, Parts, Renderer, Sampler, Settings, Sums};
-use crate::sampling::survey::Survey;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
@@ -67,7 +67,7 @@ pub(super) struct Taker<'a> {
 const STEPS: u64 = 1000;
 
 /// An observer that is asked only whether to stop.
-struct Ask<'a>(&'a mut dyn Observer, u64);
+pub(super) struct Ask<'a>(pub &'a mut dyn Observer, pub u64);
 
 impl Observer for Ask<'_> {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
@@ -120,7 +120,7 @@ impl<'a> Taker<'a> {
         self.halves.samples() as f64 / self.settings.pixels() as f64
     }
 
-    fn asked(&mut self) -> u64 {
+    fn asked(&self) -> u64 {
         (self.progress.clamp(0.0, 0.999) * STEPS as f64) as u64
     }
 
@@ -142,10 +142,16 @@ impl<'a> Taker<'a> {
         self.halves.drop_guides();
     }
 
-    /// Takes `samples` more of each pixel, for each half. After an error the halves are gone.
-    pub fn uniform(&mut self, samples: u32) -> Result<(), Error> {
+    /// The index of the sample after so many more.
+    fn after(&self, samples: u32) -> Result<u32, SamplingError> {
+        self.next.checked_add(samples).ok_or(SamplingError::TooMany)
+    }
+
+    /// Takes `samples` more of each pixel, for each half; returns in how many chunks. After an error the halves are gone.
+    pub fn uniform(&mut self, samples: u32) -> Result<u32, Error> {
         self.check()?;
-        let chunks: Vec<Range<u32>> = crate::render::chunks(self.next..self.next + samples).collect();
+        let end = self.after(samples)?;
+        let chunks: Vec<Range<u32>> = crate::render::chunks(self.next..end).collect();
         let rows = Rows::from(0..self.settings.height);
         let settings = of_half(&self.settings, 0);
         let seeds = [settings.seed, of_half(&self.settings, 1).seed];
@@ -167,23 +173,25 @@ impl<'a> Taker<'a> {
         let state = (std::mem::replace(&mut self.halves, Halves::new(0, 0)), self.took);
         let parts = Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds };
         (self.halves, self.took) = self.renderer.each_sums(&parts, &mut watch, state, &take)?;
-        self.next += samples;
-        Ok(())
+        self.next = end;
+        Ok(chunks.len() as u32)
     }
 
-    /// Takes these numbers of samples of each tile's pixels, rounded by chance.
-    pub fn own(&mut self, counts: [&[f64]; 2]) -> Result<(), Error> {
+    /// Takes these numbers of samples of each tile's pixels, rounded by chance; returns in how many launches of each half.
+    pub fn own(&mut self, counts: [&[f64]; 2]) -> Result<u32, Error> {
         self.own_passes += 1;
         let seed = self.settings.seed;
         let mut left =
             [0, 1].map(|half| allocate::whole(counts[half], seed, 2 * self.own_passes + half as u32));
         let tiles = self.halves.tiles().clone();
+        let mut launches = 0;
         loop {
             let most = left.iter().flatten().copied().max().unwrap_or(0).min(CHUNK_SAMPLES);
             if most == 0 {
-                return Ok(());
+                return Ok(launches);
             }
-            let end = self.next + most;
+            launches += 1;
+            let end = self.after(most)?;
             for (half, left) in left.iter_mut().enumerate() {
                 let now: Vec<u32> = left.iter().map(|&left| left.min(most)).collect();
                 if now.iter().all(|&count| count == 0) {
@@ -236,31 +244,30 @@ impl<'a> Taker<'a> {
             let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
             let each = each.min(greatest as u32);
             work = work_of(0, &counts[0], f64::from(each)) + work_of(1, &counts[1], f64::from(each));
+            launches = Launches::default();
             if each > 0 {
-                self.uniform(each)?;
+                launches.chunks = self.uniform(each)?;
                 counts.iter_mut().flatten().for_each(|count| *count = (*count - f64::from(each)).max(0.0));
             }
-            self.own([&counts[0], &counts[1]])?;
+            launches.own = self.own([&counts[0], &counts[1]])?;
         } else {
             let one: f64 = (0..2).map(|half| allocate::work(survey, &tiles, half, &|_| 1.0)).sum();
             let fit = |launches| ((room.work)(launches) / one.max(1.0)).min(f64::from(u32::MAX / 4));
             for _ in 0..3 {
-                let samples = self.next..self.next + fit(launches) as u32;
+                let samples = self.next..self.next.saturating_add(fit(launches) as u32);
                 launches.chunks = crate::render::chunks(samples).count() as u32;
             }
             let whole = fit(launches).floor();
-            if whole >= 1.0 {
-                self.uniform(whole as u32)?;
-            }
+            let chunks = if whole >= 1.0 { self.uniform(whole as u32)? } else { 0 };
             // A part of a sample is one for some tiles; beside many it is not worth a launch.
             let rest = fit(Launches { own: 1, ..launches }) - whole;
             let is_worth = rest > 0.01 * whole;
             work = one * if is_worth { whole + rest } else { whole };
             if is_worth {
-                launches.own = 1;
                 let rest = vec![rest; tiles.len()];
-                self.own([&rest, &rest])?;
+                launches.own = self.own([&rest, &rest])?;
             }
+            launches.chunks = chunks;
         }
         let device = (self.took.device - before).as_secs_f64();
         Ok(Spent { launches, work, seconds: start.elapsed().as_secs_f64(), device })
@@ -284,7 +291,8 @@ impl<'a> Taker<'a> {
         }
         let with_launches = |each: f64| {
             let rest = ((greatest - each) / f64::from(CHUNK_SAMPLES)).ceil().max(1.0);
-            let chunks = crate::render::chunks(self.next..self.next + each as u32).count() as u32;
+            let chunks =
+                crate::render::chunks(self.next..self.next.saturating_add(each as u32)).count() as u32;
             (each, Launches { chunks, own: rest.min(f64::from(u32::MAX)) as u32 })
         };
         let all = candidates.into_iter().map(with_launches);

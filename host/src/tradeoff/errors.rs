@@ -2,13 +2,10 @@
 
 use super::reference::Reference;
 use crate::image::Image;
-use crate::metrics::{ImageView, MetricsError, flip};
+use crate::metrics::{ImageView, MetricsError, REL_MSE_EPSILON as EPSILON, flip};
 use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-
-/// What bounds the weight of dark pixels (as in relMSE).
-const EPSILON: f64 = 0.01;
 
 /// Least edge in pixels of the blocks whose means are compared.
 const LEAST_BLOCK: u32 = 16;

@@ -21,6 +21,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use trisect_shared::texture::NEAREST;
 
+/// Samples from which on those by noise differ from as many for each pixel.
+const LEAST_ADAPTIVE: u32 = 8;
+
 /// Repetitions that bias can be told from.
 pub const LEAST_SEEDS: usize = 4;
 
@@ -251,8 +254,12 @@ impl<'a> Lab<'a> {
                 Err(error) => return Err(error),
             }
             for &spp in sweep.levels {
+                // Two halves of two samples each say where noise is; what comes after them goes there.
+                if mode.adaptive && spp < LEAST_ADAPTIVE {
+                    continue;
+                }
                 let (mut point, first) = self.point(mode, spp, sweep, reference, observer)?;
-                point.exact = mode.is_exact(base);
+                point.exact = mode.is_exact(base, !self.scene.lights.is_empty());
                 say(&point.line());
                 if Some(&spp) == sweep.levels.last() {
                     pictures.add(&point, Picture::of(&first, reference)?);

@@ -70,21 +70,17 @@ impl Mode {
         if self.knob == "base" { self.knob.to_owned() } else { format!("{} {}", self.knob, self.level) }
     }
 
-    /// Whether its image is that of `base` but for noise, by construction: nothing but how samples are taken was changed. What looks like bias then is of
-    /// paths too rare for the samples, or a fault.
-    pub fn is_exact(&self, base: &Self) -> bool {
-        let Settings { sampler, roulette, roulette_depth, light_sampling, traversal, .. } = base.settings;
-        let settings = Settings {
-            sampler,
-            roulette,
-            roulette_depth,
-            light_sampling,
-            traversal,
-            ..self.settings.clone()
-        };
-        let Self { denoise, divisor, nearest, .. } = self;
-        (&settings, denoise, divisor, nearest)
-            == (&base.settings, &base.denoise, &base.divisor, &base.nearest)
+    /// Whether its image is the reference's but for noise, by construction: it differs in how samples are taken and in nothing else. What looks like bias
+    /// then is of paths too rare for the samples, or a fault. `lights`: whether the scene has lights without extent, which no path finds by chance.
+    pub fn is_exact(&self, base: &Self, lights: bool) -> bool {
+        let Settings { depth, fresnel, light_sampling, .. } = self.settings;
+        (depth, fresnel) == (base.settings.depth, base.settings.fresnel)
+            && self.settings.math == MathMode::Precise
+            && self.settings.clamp.is_none()
+            && (light_sampling || !lights)
+            && self.denoise.is_none()
+            && self.divisor == 1
+            && !self.nearest
     }
 
     fn with(&self, knob: &'static str, level: impl ToString, change: impl FnOnce(&mut Self)) -> Self {
@@ -216,10 +212,16 @@ mod tests {
         let base = Mode::base(&settings.unwrap_or_else(|error| panic!("{error}")), None);
         let roulette = base.with("roulette", "on", |m| m.settings.roulette = !m.settings.roulette);
         let tree = base.with("bvh", "fast", |m| m.quality = Some(BvhQuality::Fast));
-        assert!([&base, &roulette, &tree].iter().all(|mode| mode.is_exact(&base)));
+        assert!([&base, &roulette, &tree].iter().all(|mode| mode.is_exact(&base, true)));
+        let by_chance = base.with("lights", "found by chance", |m| m.settings.light_sampling = false);
+        assert!(by_chance.is_exact(&base, false) && !by_chance.is_exact(&base, true));
         let clamp = base.with("clamp", 1, |m| m.settings.clamp = Some(1.0));
         let half = base.with("scale", "1/2", |m| m.divisor = 2);
         let both = roulette.with("together", "", |m| m.denoise = Some(Denoise::new(Filter::Svgf)));
-        assert!(![&clamp, &half, &both].iter().any(|mode| mode.is_exact(&base)));
+        assert!(![&clamp, &half, &both].iter().any(|mode| mode.is_exact(&base, false)));
+        // A base that is biased itself.
+        assert!(
+            !clamp.with("sampler", "sobol", |m| m.settings.sampler = Sampler::Sobol).is_exact(&clamp, false)
+        );
     }
 }
