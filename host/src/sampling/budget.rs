@@ -57,9 +57,10 @@ pub(super) struct Made<'a> {
     pub adaptive: bool,
     pub gain: f64,
     pub trials: Vec<Trial>,
+    /// Filtered, if that was chosen.
+    pub image: Image,
+    /// By what, if it was.
     pub filtered: Option<Filtered>,
-    /// The image, where it was not filtered.
-    pub plain: Option<Image>,
     pub filter: Option<FilterTrial>,
     /// What the budget is of.
     pub time: Duration,
@@ -221,11 +222,14 @@ pub(super) fn within<'a>(
         (Some(filter), Some(taken)) => filter.finish(&mut taker, &taken)?,
         _ => None,
     };
-    let plain = if filtered.is_none() { Some(taker.halves.image()) } else { None };
+    let (image, filtered) = match filtered {
+        Some((image, filtered)) => (image, Some(filtered)),
+        None => (taker.halves.image(), None),
+    };
     let time = start.elapsed();
     taker.finish();
     let noise = taker.noise();
-    Ok(Made { noise, taker, adaptive, gain, trials, filtered, plain, filter: trial, time, preparing })
+    Ok(Made { noise, taker, adaptive, gain, trials, image, filtered, filter: trial, time, preparing })
 }
 
 /// Compiles and measures what a filter needs, with each way of sampling.

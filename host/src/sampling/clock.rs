@@ -80,6 +80,7 @@ impl Clock {
         ((seconds - self.beside(launches)) * self.rate).max(0.0)
     }
 
+    /// From a pass.
     pub fn learn(&mut self, spent: &Spent) {
         if spent.work <= 0.0 || spent.device <= 0.0 {
             return;

@@ -33,9 +33,8 @@ pub(super) struct Filter<'a> {
     trials: u32,
 }
 
-/// An image that was filtered.
+/// How an image was filtered.
 pub struct Filtered {
-    pub image: Image,
     pub denoise: Denoise,
     /// The root of the relMSE that its halves let expect.
     pub expected: f64,
@@ -197,13 +196,14 @@ impl<'a> Filter<'a> {
     }
 
     /// Filters the image, if that was chosen.
-    pub fn finish(self, taker: &mut Taker, choice: &Choice) -> Result<Option<Filtered>, Error> {
+    pub fn finish(self, taker: &mut Taker, choice: &Choice) -> Result<Option<(Image, Filtered)>, Error> {
         if !choice.taken {
             return Ok(None);
         }
         let (sums, guides) = taker.halves.all_sums();
         let (image, passes) = taker.renderer.denoise_sums((&sums, &guides), &taker.settings, self.denoise)?;
         let seconds = passes.iter().map(std::time::Duration::as_secs_f64).sum();
-        Ok(Some(Filtered { image, denoise: *self.denoise, expected: choice.expected.sqrt(), seconds }))
+        let filtered = Filtered { denoise: *self.denoise, expected: choice.expected.sqrt(), seconds };
+        Ok(Some((image, filtered)))
     }
 }

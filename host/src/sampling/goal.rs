@@ -67,21 +67,19 @@ pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptiv
         if survey.error <= target || is_enough || !survey.error.is_finite() {
             return Ok(Reached { noise: taker.noise(), adaptive, gain });
         }
-        let missing = missing(&survey, taker, target, adaptive);
-        let one = [0, 1].map(|half| allocate::work(&survey, taker.halves.tiles(), half, &|_| 1.0));
-        let left = (f64::from(most) - samples) * 0.5 * (one[0] + one[1]);
-        let now = samples * 0.5 * (one[0] + one[1]);
+        let one: f64 = (0..2).map(|half| allocate::work(&survey, taker.halves.tiles(), half, &|_| 1.0)).sum();
+        let left = (f64::from(most) - samples) * 0.5 * one;
+        let now = samples * 0.5 * one;
+        let missing = missing(&survey, taker, target, adaptive, now);
         let step = if missing < LAST_STEP * now { missing } else { (STEP * missing).min(MOST_STEP * now) };
         let more = step.min(left);
         taker.spend(&survey, adaptive, &Room { work: &|_| more, own: u32::MAX })?;
     }
 }
 
-/// Work until the target, by a survey: at least a fiftieth of what was done, so that it is reached in a few steps.
-fn missing(survey: &Survey, taker: &Taker, target: f64, adaptive: bool) -> f64 {
+/// Work until the target, by a survey: at least a fiftieth of what was done by `now`, so that it is reached in a few steps.
+fn missing(survey: &Survey, taker: &Taker, target: f64, adaptive: bool, now: f64) -> f64 {
     let tiles = taker.halves.tiles();
-    let one: f64 = (0..2).map(|half| allocate::work(survey, tiles, half, &|_| 1.0)).sum();
-    let now = taker.mean_samples() * 0.5 * one;
     let ratio = (survey.error / target).powi(2);
     if !adaptive {
         return (now * (ratio - 1.0)).max(0.02 * now);

@@ -237,6 +237,16 @@ mod tests {
         assert!(((1.0 + 3.0 + 4.0 + 5.0 + 6.0 + 9.0) / 6.0f64 - 4.0).abs() > 0.1);
     }
 
+    /// Of one sample only the other half tells the variance.
+    #[test]
+    fn one_sample_has_no_variance() {
+        let mut halves = Halves::new(1, 1);
+        halves.add(0, &[sums(&[1.0])], 1);
+        halves.add_own(1, &[sums(&[2.0, 4.0, 6.0])], &[3]);
+        let variance = halves.film().pixels[0].variance_of_mean()[0];
+        assert!((variance - 0.25 * 9.0).abs() < 1e-12, "{variance}");
+    }
+
     #[test]
     fn a_tile_without_samples_stays_as_it_was() {
         let mut halves = Halves::new(9, 1);

@@ -239,9 +239,7 @@ pub fn render(
                 ..found
             };
             let done = made.filtered.as_ref().map(|filtered| (filtered.denoise, filtered.seconds));
-            let image = made.filtered.map(|filtered| filtered.image).or(made.plain);
-            let image = image.unwrap_or_else(|| made.taker.halves.image());
-            Ok(sampled(made.taker, sampling, done, image))
+            Ok(sampled(made.taker, sampling, done, made.image))
         }
     }
 }

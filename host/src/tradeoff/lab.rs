@@ -256,6 +256,11 @@ impl<'a> Lab<'a> {
             for &spp in sweep.levels {
                 // Two halves of two samples each say where noise is; what comes after them goes there.
                 if mode.adaptive && spp < LEAST_ADAPTIVE {
+                    let reason =
+                        format!("{spp} samples a pixel; it needs {LEAST_ADAPTIVE} to tell where noise is");
+                    say(&format!("{}: not here: {reason}", mode.name()));
+                    let (knob, level) = (mode.knob.to_owned(), mode.level.clone());
+                    found.missing.push(Missing { knob, level, reason });
                     continue;
                 }
                 let (mut point, first) = self.point(mode, spp, sweep, reference, observer)?;
