@@ -11,7 +11,7 @@ pub use history::History;
 pub use passes::{Kernel, Pass, Shown};
 pub(crate) use passes::{Seen, keep, passes, reach};
 
-use crate::film::Film;
+use crate::film::{Film, TASK};
 use crate::image::Image;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -99,23 +99,27 @@ fn stop(through: f64) -> f32 {
     ((0.5 / through) as f32).clamp(STOPS.0, STOPS.1)
 }
 
-/// A film's sums as kernels write them, but of all its chunks.
+/// Whether a film can be denoised.
 ///
 /// # Errors
 ///
 /// [`DenoiseError::NoGuides`] for a film that has none.
-pub fn sums(film: &Film) -> Result<(Vec<PixelSums>, Vec<Guides>), DenoiseError> {
-    if film.guides.len() != film.pixels.len() {
-        return Err(DenoiseError::NoGuides);
-    }
-    let sums = film.pixels.par_iter().map(|pixel| pixel.sums()).collect();
-    Ok((sums, film.guides.par_iter().map(|guides| guides.sums()).collect()))
+pub fn has_guides(film: &Film) -> Result<(), DenoiseError> {
+    if film.guides.len() == film.pixels.len() { Ok(()) } else { Err(DenoiseError::NoGuides) }
+}
+
+/// Writes a film's sums as kernels do, but of all its chunks, pixel by pixel.
+pub fn sums(film: &Film, sums: &mut [PixelSums], guides: &mut [Guides]) {
+    let pixels = sums.par_iter_mut().zip(&film.pixels).with_min_len(TASK);
+    pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
+    let pixels = guides.par_iter_mut().zip(&film.guides).with_min_len(TASK);
+    pixels.for_each(|(sums, guides)| *sums = guides.sums());
 }
 
 /// The last pass's pixels as an image; NaN where neither a pixel nor any in reach of it has a colour.
 pub fn image(width: u32, height: u32, pixels: &[Lit]) -> Image {
     let color = |pixel: &Lit| if pixel.is_known() { pixel.color.to_array() } else { [f32::NAN; 3] };
-    Image { width, height, pixels: pixels.iter().map(color).collect() }
+    Image { width, height, pixels: pixels.par_iter().with_min_len(TASK).map(color).collect() }
 }
 
 #[cfg(test)]

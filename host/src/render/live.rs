@@ -1,5 +1,6 @@
 //! Denoising: of a film, and of frames that stay on the device.
 
+use super::overlap::make_room;
 use super::schedule::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
@@ -119,19 +120,19 @@ impl Renderer {
         settings: &Settings,
         denoise: &Denoise,
     ) -> Result<(Image, Vec<Duration>), Error> {
-        let (sums, guides) = denoise::sums(film)?;
+        denoise::has_guides(film)?;
         let settings = Settings { width: film.width, height: film.height, ..settings.clone() };
-        self.denoise_sums((&sums, &guides), &settings, denoise)
+        self.denoise_sums(&|sums, guides| denoise::sums(film, sums, guides), &settings, denoise)
     }
 
-    /// The same of sums and guides of an image of the settings' size, as kernels write them.
+    /// The same of sums and guides of an image of the settings' size, as kernels write them: `fill` writes one for each pixel.
     ///
     /// # Errors
     ///
     /// As [`denoise`](Self::denoise).
     pub(crate) fn denoise_sums(
         &mut self,
-        (sums, guides): (&[PixelSums], &[Guides]),
+        fill: &dyn Fn(&mut [PixelSums], &mut [Guides]),
         settings: &Settings,
         denoise: &Denoise,
     ) -> Result<(Image, Vec<Duration>), Error> {
@@ -139,14 +140,18 @@ impl Renderer {
         let settings = Settings { guides: true, ..settings.clone() };
         // The memory was checked before the film was rendered, and much of what is held now was asked for then.
         self.make_film(&settings)?;
-        self.backend.write_film(sums, guides)?;
+        let count = settings.pixels() as usize;
+        make_room(self.backend.as_mut(), &mut self.chunk, count);
+        make_room(self.backend.as_mut(), &mut self.guides, count);
+        fill(&mut self.chunk, &mut self.guides);
+        self.backend.write_film(&self.chunk, &self.guides)?;
         let (width, height) = (settings.width, settings.height);
         let image = Seen::by(&self.camera(&settings), width, height);
         let passes = passes(Some(denoise), &image, &Frames::none(&image), &(0..height));
         let times = self.backend.denoise(&passes)?;
-        let mut pixels = vec![Lit::UNKNOWN; sums.len()];
-        self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut pixels)?;
-        Ok((denoise::image(width, height, &pixels), times))
+        self.lit.resize(count, Lit::UNKNOWN);
+        self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut self.lit)?;
+        Ok((denoise::image(width, height, &self.lit), times))
     }
 
     /// Renders a frame and denoises it where it is: nothing is read back, so that frames follow each other as fast as the device has them.

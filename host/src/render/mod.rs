@@ -37,6 +37,7 @@ use std::ops::{ControlFlow, Range};
 use std::time::Instant;
 use trisect_kernels::Variant;
 use trisect_shared::camera::Camera;
+use trisect_shared::denoise::Lit;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
 use trisect_shared::guides::Guides;
@@ -82,9 +83,11 @@ pub struct Renderer {
     /// Memory for another, where one is rendered while one is summed.
     spare: HostRecords<PixelSums>,
     /// The same, where a render has them.
-    guides: Vec<Guides>,
+    guides: HostRecords<Guides>,
     /// Memory for those of the chunk in `spare`.
-    spare_guides: Vec<Guides>,
+    spare_guides: HostRecords<Guides>,
+    /// A denoised image as the device gives it.
+    lit: Vec<Lit>,
     phases: Phases,
     sight: Sight,
     /// Of which instance of a mesh each triangle is, in the order of the tree.
@@ -143,8 +146,9 @@ impl Renderer {
             pace,
             chunk: HostRecords::default(),
             spare: HostRecords::default(),
-            guides: Vec::new(),
-            spare_guides: Vec::new(),
+            guides: HostRecords::default(),
+            spare_guides: HostRecords::default(),
+            lit: Vec::new(),
             phases,
             instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
             sight: Sight::new(bvh),
@@ -167,8 +171,9 @@ impl Renderer {
             backend,
             chunk: HostRecords::default(),
             spare: HostRecords::default(),
-            guides: Vec::new(),
-            spare_guides: Vec::new(),
+            guides: HostRecords::default(),
+            spare_guides: HostRecords::default(),
+            lit: Vec::new(),
             phases: self.phases.clone(),
             instances: self.instances.clone(),
             sight: self.sight.anew(),

@@ -5,6 +5,7 @@ use super::{Renderer, Settings};
 use crate::Error;
 use crate::backend::{Backend, DeviceKind};
 use crate::film::{HostRecords, Rows};
+use bytemuck::{Pod, Zeroable};
 use std::ops::{ControlFlow, Range};
 use std::thread::ScopedJoinHandle;
 use std::time::{Duration, Instant};
@@ -33,7 +34,7 @@ pub(crate) struct Parts<'a> {
 }
 
 /// What takes chunks, and memory for one.
-type Taker<T> = (T, HostRecords<PixelSums>, Vec<Guides>);
+type Taker<T> = (T, HostRecords<PixelSums>, HostRecords<Guides>);
 
 /// Chunks from which on memory that the device copies to without a detour is worth what making it such takes: at 1920x1080 some 15 ms, for 6 ms a chunk.
 const WORTH: usize = 4;
@@ -53,12 +54,16 @@ impl<T> Held<'_, T> {
     }
 }
 
-/// Gives a chunk so many pixels; the device lets go of memory that is too small.
-pub(super) fn make_room(backend: &mut dyn Backend, chunk: &mut HostRecords<PixelSums>, pixels: usize) {
-    if chunk.memory().bytes() < pixels * size_of::<PixelSums>() {
-        backend.unpin(chunk.memory());
+/// Gives memory room for records of so many pixels; the device lets go of what is too small.
+pub(super) fn make_room<T: Pod + Zeroable>(
+    backend: &mut dyn Backend,
+    records: &mut HostRecords<T>,
+    pixels: usize,
+) {
+    if records.memory().bytes() < pixels * size_of::<T>() {
+        backend.unpin(records.memory());
     }
-    chunk.resize(pixels);
+    records.resize(pixels);
 }
 
 impl Renderer {
@@ -123,7 +128,7 @@ impl Renderer {
         }
         let state = std::thread::scope(|scope| {
             if count >= WORTH {
-                self.pin_chunks(settings.width as usize * rows.len() as usize);
+                self.pin_chunks(settings.width as usize * rows.len() as usize, settings.guides);
             }
             let spare = (std::mem::take(&mut self.spare), std::mem::take(&mut self.spare_guides));
             let mut held = Held::Here((state, spare.0, spare.1));
@@ -150,11 +155,20 @@ impl Renderer {
         Ok((state, all))
     }
 
-    /// Makes memory for two chunks of so many pixels to which the device copies without a detour.
-    pub(crate) fn pin_chunks(&mut self, pixels: usize) {
+    /// Makes memory for two chunks of so many pixels to which a GPU copies without a detour.
+    pub(crate) fn pin_chunks(&mut self, pixels: usize, with_guides: bool) {
+        if self.backend.device().kind != DeviceKind::Gpu {
+            return;
+        }
         for chunk in [&mut self.chunk, &mut self.spare] {
             make_room(self.backend.as_mut(), chunk, pixels);
             self.backend.pin(chunk.memory());
+        }
+        for guides in [&mut self.guides, &mut self.spare_guides] {
+            if with_guides {
+                make_room(self.backend.as_mut(), guides, pixels);
+                self.backend.pin(guides.memory());
+            }
         }
     }
 }

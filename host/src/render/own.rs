@@ -47,8 +47,9 @@ impl Renderer {
         let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
         let pixels = self.chunk.par_iter_mut().enumerate().with_min_len(TASK);
         pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
-        self.guides.clear();
-        self.guides.resize(if settings.guides { self.chunk.len() } else { 0 }, Guides::UNWRITTEN);
+        let guides = if settings.guides { self.chunk.len() } else { 0 };
+        make_room(self.backend.as_mut(), &mut self.guides, guides);
+        self.guides.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = Guides::UNWRITTEN);
         self.backend.write_film(&self.chunk, &self.guides)?;
         let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
         // By row of tiles: samples, and pixels that take any.

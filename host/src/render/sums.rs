@@ -97,7 +97,7 @@ impl Renderer {
         (self.ready, self.framed) = (None, None);
         let pixels = settings.width as usize * rows.len() as usize;
         make_room(self.backend.as_mut(), &mut self.chunk, pixels);
-        self.guides.resize(if settings.guides { pixels } else { 0 }, Guides::UNWRITTEN);
+        make_room(self.backend.as_mut(), &mut self.guides, if settings.guides { pixels } else { 0 });
         let mut took = Took::default();
         let (mut done, count) = (0, samples.len() as u32);
         let mut submissions = Submissions::new(settings.width, rows.clone(), count);

@@ -36,7 +36,11 @@ const COSTLY: f64 = 0.01;
 const LAST: (f64, [f64; 2]) = (3.0, [0.12, 0.4]);
 
 /// What of the time passes between these may cost, where tiles take their own numbers of samples: how fast that is, the first tells.
-const MIDDLE: (f64, f64) = (0.05, 0.55);
+const MIDDLE: (f64, f64) = (0.1, 0.55);
+
+/// What launches in which tiles take their own numbers of samples cost the host, in passes for all pixels: where samples begin is written to the device, and no
+/// half is summed while the other is rendered.
+const OWN: f64 = 3.0;
 
 /// What of a pass several launches for the tiles that take most may cost.
 const LAUNCHES: f64 = 0.06;
@@ -118,27 +122,27 @@ pub(super) fn within<'a>(
     if !with_guides.guides {
         halves.drop_guides();
     }
-    let rehearsed;
-    (halves, rehearsed) = rehearse(renderer, &plain, &with_guides, halves, observer)?;
+    let rehearsal;
+    (halves, rehearsal) = rehearse(renderer, &plain, &with_guides, halves, observer)?;
     let preparing = preparing.elapsed();
 
     let start = Instant::now();
     let (best, trials, expected) =
         race(renderer, (&plain, &known), (plan.time.mul_f64(TRY), plan.time), observer)?;
     let wanted = !plan.free.denoise || expected > FILTER_FROM;
-    let filter = filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected));
+    let slower = rehearsal.map_or(0.0, |rehearsal| rehearsal.guides_share());
+    let filter = filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected, slower));
     let filter = filter.map(|filter| filter.with_trials(whole));
     let asked = settings.guides || filter.is_some();
     if !asked {
         halves.drop_guides();
     }
     let mut taker = Taker::with(renderer, &Settings { guides: asked, ..best }, halves, observer);
-    let (pass, taken) = match rehearsed.filter(|_| !asked) {
+    let (pass, taken) = match rehearsal.and_then(|rehearsal| rehearsal.pass(asked)) {
         Some(pass) => (pass, 0),
         None => (Pass::of_one(&mut taker)?, 1),
     };
-    // Where samples begin is written to the device, too: as long as reading them.
-    let mut clock = Clock { chunk: pass.beside, own: 2.0 * pass.beside, rate: 0.0 };
+    let mut clock = Clock { chunk: pass.beside, own: OWN * pass.beside, rate: 0.0 };
     // Where the host takes long for each pass, there is time for a few only, and none for looking at them.
     let looks = plan.adaptive == Adaptive::On
         || pass.beside < pass.each
@@ -205,6 +209,9 @@ pub(super) fn within<'a>(
         let room = |launches| clock.fits(left, launches);
         let own = (LAUNCHES * left / clock.own.max(1e-9)).clamp(1.0, f64::from(u32::MAX)) as u32;
         let spent = taker.spend(&survey, adaptive, &Room { work: &room, own })?;
+        if spent.work <= 0.0 && index + 1 >= parts.len() {
+            break;
+        }
         clock.learn(&spent);
         work += spent.work;
         if let (Some(filter), Some(taken)) = (&filter, &mut choice)
@@ -214,6 +221,9 @@ pub(super) fn within<'a>(
             taken.decide(filter, &mut taker, final_work / work)?;
             if !taken.may_be() && !settings.guides {
                 taker.drop_guides();
+                if let Some(Pass { each, beside }) = rehearsal.and_then(|rehearsal| rehearsal.pass(false)) {
+                    (clock.chunk, clock.rate) = (beside, of_one / each);
+                }
             }
         }
     }

@@ -32,32 +32,59 @@ const REHEARSALS: usize = 12;
 /// What a pass takes over the one before, at least, if the device is as fast as it gets.
 const STEADY: f64 = 0.9;
 
-/// On a GPU, where the first touch of memory takes longer than samples: touches all by passes that are thrown away. Returns what the last took.
+/// What passes took before a budget began.
+#[derive(Clone, Copy)]
+pub(super) struct Rehearsal {
+    pub plain: Pass,
+    /// With guides, if there will be any.
+    pub guided: Option<Pass>,
+}
+
+impl Rehearsal {
+    pub fn pass(&self, with_guides: bool) -> Option<Pass> {
+        if with_guides { self.guided } else { Some(self.plain) }
+    }
+
+    /// What of a sample's time with guides they take.
+    pub fn guides_share(&self) -> f64 {
+        self.guided.map_or(0.0, |guided| (1.0 - self.plain.each / guided.each).max(0.0))
+    }
+}
+
+/// On a GPU, where the first touch of memory takes longer than samples: touches all by passes that are thrown away. Returns what the last ones took.
 pub(super) fn rehearse(
     renderer: &mut Renderer,
     plain: &Settings,
     with_guides: &Settings,
     mut halves: Halves,
     observer: &mut dyn Observer,
-) -> Result<(Halves, Option<Pass>), Error> {
+) -> Result<(Halves, Option<Rehearsal>), Error> {
     if renderer.backend().device().kind != DeviceKind::Gpu {
         return Ok((halves, None));
     }
-    renderer.pin_chunks(plain.pixels() as usize);
-    let mut pass = None;
+    renderer.pin_chunks(plain.pixels() as usize, with_guides.guides);
+    let mut one = |halves: Halves, settings: &Settings| {
+        let mut taker = Taker::with(renderer, settings, halves, observer);
+        let pass = Pass::of_one(&mut taker)?;
+        Ok::<_, Error>((taker.halves, pass))
+    };
+    let mut guided;
+    (halves, guided) = one(halves, with_guides)?;
+    let mut pass = guided;
     for index in 0..REHEARSALS {
-        let mut taker = Taker::with(renderer, if index == 0 { with_guides } else { plain }, halves, observer);
-        let now = Pass::of_one(&mut taker)?;
-        halves = taker.halves;
+        let before = pass.each;
+        (halves, pass) = one(halves, plain)?;
         // A device that was idle, or a driver that has just compiled, gets faster for a while.
-        let is_steady = pass.is_some_and(|before: Pass| now.each > STEADY * before.each);
-        pass = Some(now);
-        if index > 1 && is_steady {
+        if index > 1 && pass.each > STEADY * before {
             break;
         }
     }
+    if with_guides.guides {
+        (halves, guided) = one(halves, with_guides)?;
+    }
     halves.clear();
-    Ok((halves, pass))
+    let guided = with_guides.guides.then_some(guided);
+    Ok((halves, Some(Rehearsal { plain: pass, guided })))
 }
 
 /// How long passes take.
@@ -86,15 +113,18 @@ impl Clock {
             return;
         }
         self.rate = spent.work / spent.device;
-        let beside = (spent.seconds - spent.device).max(0.0);
+        let expected = self.beside(spent.launches);
+        if expected <= 0.0 {
+            return;
+        }
+        let ratio = (spent.seconds - spent.device).max(0.0) / expected;
         // What took less than ever before may not do so again: a pass that ends early leaves time for another.
-        let learn = |before: f64, now: f64| now.max(0.5 * (before + now));
-        match spent.launches {
-            Launches { chunks: 0, own: 0 } => {}
-            Launches { chunks: 0, own } => self.own = learn(self.own, beside / f64::from(own)),
-            Launches { chunks, own } => {
-                let of_chunks = (beside - f64::from(own) * self.own).max(0.0);
-                self.chunk = learn(self.chunk, of_chunks / f64::from(chunks));
+        let ratio = ratio.max(0.5 * (1.0 + ratio));
+        for (launches, seconds) in
+            [(spent.launches.chunks, &mut self.chunk), (spent.launches.own, &mut self.own)]
+        {
+            if launches > 0 {
+                *seconds *= ratio;
             }
         }
     }

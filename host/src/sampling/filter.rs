@@ -17,9 +17,9 @@ use trisect_shared::guides::Guides;
 const TRIALS: (f64, f64) = (0.12, 0.15);
 
 /// The error above which a filter is worth more of the time.
-const NOISY: f64 = 0.1;
+const NOISY: f64 = 0.04;
 
-/// What of the time the filter may take of an image that is less noisy: what it needs to know of edges takes several times as long.
+/// What of the time the filter may cost an image that is less noisy, with what samples take longer that find the edges for it, until it is decided.
 const SHARE: f64 = 0.06;
 
 /// What the filtered image's squared error must be at most, of the plain one's: an estimate is worth less than a film.
@@ -78,8 +78,9 @@ impl Choice {
         }
         let mut images = Vec::new();
         for half in 0..filter.trials as usize {
-            let (sums, guides) = taker.halves.sums(half);
-            images.push(taker.renderer.denoise_sums((&sums, guides), &taker.settings, filter.denoise)?.0);
+            let halves = &taker.halves;
+            let fill = |sums: &mut [_], guides: &mut [_]| halves.sums(half, sums, guides);
+            images.push(taker.renderer.denoise_sums(&fill, &taker.settings, filter.denoise)?.0);
         }
         // Weights by the filtered images, whose noise is small, and by the samples, without which what only one half saw would count too much.
         let smooth = between(&images, &taker.halves.image());
@@ -146,20 +147,22 @@ fn relative(weights: &Image, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 
 }
 
 impl<'a> Filter<'a> {
-    /// Compiles the filter and measures it on an image of nothing, of halves that have guides.
+    /// Compiles the filter and measures it on halves of nothing that have guides.
     pub fn try_out(
         renderer: &mut Renderer,
         settings: &Settings,
         denoise: &'a Denoise,
         halves: &Halves,
     ) -> Result<Self, Error> {
-        let pixels = settings.pixels() as usize;
-        let sums = vec![PixelSums { samples: 2, ..PixelSums::ZERO }; pixels];
-        let guides = vec![Guides { misses: 2, ..Guides::ZERO }; pixels];
-        renderer.denoise_sums((&sums, &guides), settings, denoise)?;
+        let fill = |sums: &mut [PixelSums], guides: &mut [Guides]| {
+            halves.all_sums(sums, guides);
+            sums.par_iter_mut().with_min_len(TASK).for_each(|sums| sums.samples = 2);
+            guides.par_iter_mut().with_min_len(TASK).for_each(|guides| guides.misses = 2);
+        };
+        renderer.pin_chunks(settings.pixels() as usize, true);
+        renderer.denoise_sums(&fill, settings, denoise)?;
         let start = Instant::now();
-        drop(halves.all_sums());
-        renderer.denoise_sums((&sums, &guides), settings, denoise)?;
+        renderer.denoise_sums(&fill, settings, denoise)?;
         Ok(Self { denoise, seconds: start.elapsed().as_secs_f64(), trials: 0 })
     }
 
@@ -169,9 +172,10 @@ impl<'a> Filter<'a> {
     }
 
     /// Whether there is time for it; one that must be is never left out.
-    pub fn fits(&self, whole: f64, free: bool, expected: f64) -> bool {
-        let share = if expected > NOISY { TRIALS.1 } else { SHARE };
-        !free || self.seconds <= share * whole
+    pub fn fits(&self, whole: f64, free: bool, expected: f64, slower: f64) -> bool {
+        let share = self.seconds / whole;
+        let fits = if expected > NOISY { share <= TRIALS.1 } else { share + 0.5 * slower <= SHARE };
+        !free || fits
     }
 
     /// What it will take, with trials if there will be any.
@@ -200,8 +204,9 @@ impl<'a> Filter<'a> {
         if !choice.taken {
             return Ok(None);
         }
-        let (sums, guides) = taker.halves.all_sums();
-        let (image, passes) = taker.renderer.denoise_sums((&sums, &guides), &taker.settings, self.denoise)?;
+        let halves = &taker.halves;
+        let fill = |sums: &mut [_], guides: &mut [_]| halves.all_sums(sums, guides);
+        let (image, passes) = taker.renderer.denoise_sums(&fill, &taker.settings, self.denoise)?;
         let seconds = passes.iter().map(std::time::Duration::as_secs_f64).sum();
         let filtered = Filtered { denoise: *self.denoise, expected: choice.expected.sqrt(), seconds };
         Ok(Some((image, filtered)))

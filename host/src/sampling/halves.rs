@@ -94,21 +94,25 @@ impl Halves {
         }
     }
 
-    /// Sums and guides of a half as kernels write them.
-    pub fn sums(&self, half: usize) -> (Vec<PixelSums>, &[Guides]) {
-        (self.pixels[half].par_iter().with_min_len(TASK).map(PixelTotals::sums).collect(), &self.guides[half])
+    /// Writes sums and guides of a half as kernels do, pixel by pixel.
+    pub fn sums(&self, half: usize, sums: &mut [PixelSums], guides: &mut [Guides]) {
+        let pixels = sums.par_iter_mut().zip(&self.pixels[half]).with_min_len(TASK);
+        pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
+        let pixels = guides.par_iter_mut().zip(&self.guides[half]).with_min_len(TASK);
+        pixels.for_each(|(to, guides)| *to = *guides);
     }
 
     /// The same of both, as [`film`](Self::film) has them.
-    pub fn all_sums(&self) -> (Vec<PixelSums>, Vec<Guides>) {
+    pub fn all_sums(&self, sums: &mut [PixelSums], guides: &mut [Guides]) {
         let [a, b] = &self.pixels;
-        let sums = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b).sums());
-        let guides = self.guides[0].par_iter().zip(&self.guides[1]).with_min_len(TASK).map(|(a, b)| {
-            let mut sum = *a;
-            merge(&mut sum, b, b.hits + b.misses);
-            sum
+        let pixels = sums.par_iter_mut().zip(a).zip(b).with_min_len(TASK);
+        pixels.for_each(|((sums, a), b)| *sums = both(a, b).sums());
+        let [a, b] = &self.guides;
+        let pixels = guides.par_iter_mut().zip(a).zip(b).with_min_len(TASK);
+        pixels.for_each(|((sum, a), b)| {
+            *sum = *a;
+            merge(sum, b, b.hits + b.misses);
         });
-        (sums.collect(), guides.collect())
     }
 
     /// Lets go of guides that no later pass will have; on another thread, as giving memory back takes time, too.

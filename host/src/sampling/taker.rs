@@ -75,6 +75,23 @@ impl Observer for Ask<'_> {
     }
 }
 
+/// The most samples from `first` on, and in how many chunks, where `fit` tells how many there is time for beside so many chunks.
+fn most_within(first: u32, fit: &dyn Fn(u32) -> u32) -> (u32, u32) {
+    let all = first..first.saturating_add(fit(0));
+    let mut most = (0, 0);
+    for (chunks, chunk) in (1..).zip(crate::render::chunks(all)) {
+        let fits = fit(chunks);
+        let samples = fits.min(chunk.end - first);
+        if samples > most.0 {
+            most = (samples, chunks);
+        }
+        if fits <= chunk.end - first {
+            break;
+        }
+    }
+    most
+}
+
 /// Settings of a half. The number of samples is only known at the end.
 pub(super) fn of_half(settings: &Settings, half: usize) -> Settings {
     let seed = settings.seed ^ if half == 0 { 0 } else { OTHER_SEED };
@@ -253,21 +270,20 @@ impl<'a> Taker<'a> {
         } else {
             let one: f64 = (0..2).map(|half| allocate::work(survey, &tiles, half, &|_| 1.0)).sum();
             let fit = |launches| ((room.work)(launches) / one.max(1.0)).min(f64::from(u32::MAX / 4));
-            for _ in 0..3 {
-                let samples = self.next..self.next.saturating_add(fit(launches) as u32);
-                launches.chunks = crate::render::chunks(samples).count() as u32;
+            let (samples, chunks) = most_within(self.next, &|chunks| fit(Launches { chunks, own: 0 }) as u32);
+            launches.chunks = chunks;
+            let whole = f64::from(samples);
+            if samples > 0 {
+                self.uniform(samples)?;
             }
-            let whole = fit(launches).floor();
-            let chunks = if whole >= 1.0 { self.uniform(whole as u32)? } else { 0 };
             // A part of a sample is one for some tiles; beside many it is not worth a launch.
-            let rest = fit(Launches { own: 1, ..launches }) - whole;
+            let rest = (fit(Launches { own: 1, ..launches }) - whole).min(f64::from(CHUNK_SAMPLES));
             let is_worth = rest > 0.01 * whole;
             work = one * if is_worth { whole + rest } else { whole };
             if is_worth {
                 let rest = vec![rest; tiles.len()];
                 launches.own = self.own([&rest, &rest])?;
             }
-            launches.chunks = chunks;
         }
         let device = (self.took.device - before).as_secs_f64();
         Ok(Spent { launches, work, seconds: start.elapsed().as_secs_f64(), device })
@@ -299,5 +315,23 @@ impl<'a> Taker<'a> {
         let cheapest = all.min_by(|a, b| cost(a.0, a.1).total_cmp(&cost(b.0, b.1)));
         let (each, launches) = cheapest.unwrap_or((0.0, Launches { chunks: 0, own: 1 }));
         (each as u32, Launches { own: launches.own.min(most), ..launches })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where another chunk would cost more than it brings, the samples end with the chunk before.
+    #[test]
+    fn as_many_as_fit() {
+        let within =
+            |first, room: u32, chunk: u32| most_within(first, &|chunks| room.saturating_sub(chunks * chunk));
+        assert_eq!(within(0, 100, 10), (90, 1));
+        assert_eq!(within(0, CHUNK_SAMPLES + 15, 10), (CHUNK_SAMPLES, 1));
+        assert_eq!(within(0, CHUNK_SAMPLES + 50, 10), (CHUNK_SAMPLES + 30, 2));
+        assert_eq!(within(CHUNK_SAMPLES - 5, 100, 60), (5, 1));
+        assert_eq!(within(CHUNK_SAMPLES - 5, 30, 12), (6, 2));
+        assert_eq!(within(7, 10, 10), (0, 0));
     }
 }

@@ -1,10 +1,9 @@
 //! Adapters, and the device behind one: with its errors kept instead of panicking.
 
 use crate::backend::{BackendError, Device, DeviceKind};
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{
-    Adapter, Backends, Buffer, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, MapMode,
-    PollType, Queue,
+    Adapter, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, PollType, Queue,
 };
 
 /// An open device.
@@ -32,34 +31,6 @@ impl Gpu {
             message: error.to_string(),
         })?;
         self.check(action)
-    }
-
-    /// Waits for all submitted work and copies the start of a mappable buffer to `bytes`.
-    pub fn read(&self, buffer: &Buffer, bytes: &mut [u8], action: &'static str) -> Result<(), BackendError> {
-        self.map(buffer, bytes.len() as u64, action, |from| bytes.copy_from_slice(from))
-    }
-
-    /// Waits for all submitted work and shows `take` so many bytes from the start of a mappable buffer.
-    pub fn map(
-        &self,
-        buffer: &Buffer,
-        bytes: u64,
-        action: &'static str,
-        take: impl FnOnce(&[u8]),
-    ) -> Result<(), BackendError> {
-        let failed = |message: String| BackendError::Device { backend: "wgpu", action, message };
-        let (sender, receiver) = mpsc::channel();
-        let slice = buffer.slice(..bytes);
-        slice.map_async(MapMode::Read, move |result| {
-            let _ = sender.send(result);
-        });
-        self.wait(action)?;
-        receiver.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
-        let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
-        take(&view);
-        drop(view);
-        buffer.unmap();
-        Ok(())
     }
 }
 

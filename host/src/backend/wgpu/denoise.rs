@@ -203,14 +203,18 @@ impl Denoiser {
 impl Wgpu {
     /// Sums and guides where a kernel that writes guides has them.
     pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
-        let Some(memory) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let Some(mut memory) = self.film.take() else { return Err(self.misuse("no frame was prepared")) };
         let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
-        if memory.sums.size() < sums.len() as u64 || memory.guides.records.size() < guides.len() as u64 {
-            return Err(self.misuse("sums of another image"));
-        }
-        self.gpu.queue.write_buffer(&memory.sums, 0, sums);
-        self.gpu.queue.write_buffer(&memory.guides.records, 0, guides);
-        self.gpu.check("writing the film")
+        let to = &mut memory.guides;
+        let written = match memory.sums.size() < sums.len() as u64 || to.records.size() < guides.len() as u64
+        {
+            true => Err(self.misuse("sums of another image")),
+            false => self
+                .write(&mut memory.upload, &memory.sums, sums, "writing the film")
+                .and_then(|()| self.write(&mut to.upload, &to.records, guides, "writing the guides")),
+        };
+        self.film = Some(memory);
+        written
     }
 
     /// [`Backend::denoise`](crate::backend::Backend::denoise).

@@ -5,6 +5,7 @@ mod denoise;
 mod display;
 mod memory;
 mod pipeline;
+mod transfer;
 
 pub use adapter::devices;
 
@@ -15,6 +16,7 @@ use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
+use transfer::Upload;
 use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::Lit;
@@ -70,20 +72,22 @@ pub struct Wgpu {
     timer: Option<Timer>,
 }
 
-/// The film on the device, what erases it, and what it is read through.
+/// The film on the device, what erases it, and what it is read and written through.
 struct Film {
     sums: Buffer,
     /// A [`Carry`] for each pixel.
     carries: Buffer,
     unwritten: Buffer,
     staging: Buffer,
+    upload: Upload,
     guides: FilmGuides,
 }
 
-/// [`Guides`] for each pixel, for a kernel that writes them, and what they are read through; else next to nothing.
+/// [`Guides`] for each pixel, for a kernel that writes them, and what they are read and written through; else next to nothing.
 struct FilmGuides {
     records: Buffer,
     staging: Buffer,
+    upload: Upload,
 }
 
 struct Timer {
@@ -285,8 +289,9 @@ impl Backend for Wgpu {
             let guides = FilmGuides {
                 records: self.buffer(guides, device | BufferUsages::STORAGE, "the film's guides")?,
                 staging: self.buffer(guides, read, "the film's guides")?,
+                upload: Upload::default(),
             };
-            self.film = Some(Film { sums, carries, unwritten, staging, guides });
+            self.film = Some(Film { sums, carries, unwritten, staging, upload: Upload::default(), guides });
         }
         let Some(film) = &self.film else { return Err(self.misuse("no film")) };
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
