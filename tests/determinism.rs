@@ -23,6 +23,11 @@ fn frames_repeat(subject: Subject) {
     film(&mut renderer, &Settings { width: 40, height: 30, samples: 1, ..settings.clone() });
     let second = film(&mut renderer, &settings);
     assert_eq!(first, second);
+    // In the memory of another film, and of one that does not fit.
+    for guides in [false, true] {
+        renderer.recycle(second.clone());
+        assert_eq!(film(&mut renderer, &Settings { guides, ..settings.clone() }).pixels, first.pixels);
+    }
     assert_eq!(first.counts().unwritten + first.counts().rejected, 0);
     // The twin: another seed must not give the same film.
     let other = film(&mut renderer, &Settings { seed: settings.seed + 1, ..settings });

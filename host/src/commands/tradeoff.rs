@@ -11,7 +11,9 @@ use trisect::Error;
 use trisect::image::ImageError;
 use trisect::sampling::Goal;
 use trisect::scene::Scene;
-use trisect::tradeoff::{Convergence, Fit, KNOBS, Lab, Mode, Sweep, TradeoffError, converge, fit, modes};
+use trisect::tradeoff::{
+    Convergence, Fit, KNOBS, Lab, Mode, Sweep, TradeoffError, check_seeds, converge, fit, modes,
+};
 
 /// An error that no reference has: it takes all its samples.
 const NEVER: f64 = 1e-9;
@@ -23,7 +25,7 @@ const REFERENCE_OF_COURSE: u32 = 8;
 const LARGE: u64 = 200_000;
 
 /// Nanoseconds that statistics take for a pixel of an image on one thread, and FLIP.
-const NANOSECONDS: (f64, f64) = (300.0, 4000.0);
+const NANOSECONDS: (f64, f64) = (300.0, 2000.0);
 
 /// A scene with its modes, on a device.
 struct Ready {
@@ -61,6 +63,7 @@ fn cache(arguments: &ReferenceArgs) -> PathBuf {
 
 /// Turns each knob, measures what it costs, and writes a report.
 pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
+    check_seeds(arguments.seeds)?;
     let start = Instant::now();
     let ready = Ready::new(&arguments.job)?;
     let modes = ready.modes(&arguments.knobs)?;
@@ -107,6 +110,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
 
 /// Follows the error of ways of rendering, and compares each two of them.
 pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
+    check_seeds(arguments.seeds)?;
     let ready = Ready::new(&arguments.job)?;
     let modes = ready.modes(&arguments.knobs)?;
     if let Some(path) = &arguments.output {

@@ -245,6 +245,13 @@ impl Film {
         Self { guides: guides.collect(), ..film }
     }
 
+    /// Takes all out again; the memory stays.
+    pub fn clear(&mut self) {
+        self.pixels.par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
+        self.guides.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = GuideTotals::EMPTY);
+        self.coverage = Coverage::new(self.height);
+    }
+
     /// Adds a `chunk` of the rows of `part`, each pixel of which should hold `part`'s samples. The order of chunks does not matter.
     ///
     /// A pixel that no kernel wrote in this chunk becomes NaN and stays so.
@@ -319,10 +326,11 @@ impl Film {
 
     /// The mean radiance of each pixel.
     pub fn image(&self) -> Image {
+        let pixels = self.pixels.par_iter().with_min_len(TASK);
         Image {
             width: self.width,
             height: self.height,
-            pixels: self.pixels.iter().map(|total| total.mean().map(|value| value as f32)).collect(),
+            pixels: pixels.map(|total| total.mean().map(|value| value as f32)).collect(),
         }
     }
 

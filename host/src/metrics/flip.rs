@@ -79,15 +79,54 @@ pub fn flip_at(
     reference: &ImageView,
     pixels_per_degree: f32,
 ) -> Result<FlipMap, MetricsError> {
-    check_pair(image, reference)?;
-    if !PIXELS_PER_DEGREE_RANGE.contains(&pixels_per_degree) {
-        return Err(MetricsError::PixelsPerDegree(pixels_per_degree));
-    }
-    let ppd = f64::from(pixels_per_degree);
-    let a = Appearance::new(image, reference, ppd);
-    let b = Appearance::new(reference, image, ppd);
-    let greatest = greatest_colour_difference();
+    FlipReference::new(reference, pixels_per_degree)?.flip(image)
+}
 
+/// A reference that many images are compared with: what is seen of it is found once, which is half of what a comparison takes.
+pub struct FlipReference<'a> {
+    view: ImageView<'a>,
+    pixels_per_degree: f64,
+    /// Beside images that blank none of its pixels; none where it has pixels to blank itself.
+    appearance: Option<Appearance>,
+}
+
+impl<'a> FlipReference<'a> {
+    /// Of a linear image, for a viewer at `pixels_per_degree`.
+    ///
+    /// # Errors
+    /// As [`flip_at`].
+    pub fn new(view: &ImageView<'a>, pixels_per_degree: f32) -> Result<Self, MetricsError> {
+        view.check()?;
+        if !PIXELS_PER_DEGREE_RANGE.contains(&pixels_per_degree) {
+            return Err(MetricsError::PixelsPerDegree(pixels_per_degree));
+        }
+        let pixels_per_degree = f64::from(pixels_per_degree);
+        let appearance = is_finite(view).then(|| Appearance::new(view, view, pixels_per_degree));
+        Ok(Self { view: *view, pixels_per_degree, appearance })
+    }
+
+    /// The same as [`flip_at`] of `image` and this.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn flip(&self, image: &ImageView) -> Result<FlipMap, MetricsError> {
+        check_pair(image, &self.view)?;
+        let ppd = self.pixels_per_degree;
+        let a = Appearance::new(image, &self.view, ppd);
+        match &self.appearance {
+            Some(b) if is_finite(image) => Ok(compare((image, &a), (&self.view, b))),
+            _ => Ok(compare((image, &a), (&self.view, &Appearance::new(&self.view, image, ppd)))),
+        }
+    }
+}
+
+fn is_finite(view: &ImageView) -> bool {
+    view.pixels.par_iter().all(|pixel| pixel.iter().all(|v| v.is_finite()))
+}
+
+fn compare(image: (&ImageView, &Appearance), reference: (&ImageView, &Appearance)) -> FlipMap {
+    let ((image, a), (reference, b)) = (image, reference);
+    let greatest = greatest_colour_difference();
     let colours = a.colours.par_iter().zip(&b.colours);
     let features = a.features.par_iter().zip(&b.features);
     let pixels = image.pixels.par_iter().zip(reference.pixels);
@@ -106,7 +145,7 @@ pub fn flip_at(
     // Summed in order, so that the mean does not depend on the thread count.
     let sum: f64 = errors.iter().map(|&e| f64::from(e)).sum();
     let mean = sum / errors.len() as f64;
-    Ok(FlipMap { width: image.width, height: image.height, errors, mean })
+    FlipMap { width: image.width, height: image.height, errors, mean }
 }
 
 /// One image as the two pipelines see it, one entry per pixel.

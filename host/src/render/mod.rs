@@ -86,6 +86,8 @@ pub struct Renderer {
     guides: HostRecords<Guides>,
     /// Memory for those of the chunk in `spare`.
     spare_guides: HostRecords<Guides>,
+    /// One whose memory the next render may have.
+    film: Option<Film>,
     /// A denoised image as the device gives it.
     lit: Vec<Lit>,
     phases: Phases,
@@ -148,6 +150,7 @@ impl Renderer {
             spare: HostRecords::default(),
             guides: HostRecords::default(),
             spare_guides: HostRecords::default(),
+            film: None,
             lit: Vec::new(),
             phases,
             instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
@@ -173,6 +176,7 @@ impl Renderer {
             spare: HostRecords::default(),
             guides: HostRecords::default(),
             spare_guides: HostRecords::default(),
+            film: None,
             lit: Vec::new(),
             phases: self.phases.clone(),
             instances: self.instances.clone(),
@@ -241,8 +245,7 @@ impl Renderer {
         stats.tiles_refused = self.sight.refused().map(str::to_owned);
 
         let start = Instant::now();
-        let new = if settings.guides { Film::with_guides } else { Film::new };
-        let mut film = new(settings.width, settings.height);
+        let mut film = self.empty_film(settings);
         let rows = Rows::from(part.rows.clone());
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let total = per_sample * part.samples.len() as u64;
@@ -268,6 +271,27 @@ impl Renderer {
         stats.device_seconds += took.device.as_secs_f64();
         stats.finish(film.counts_in(&part.rows), start.elapsed(), took.waited, took.read);
         Ok(Frame { film, stats })
+    }
+
+    /// Takes back a film that is no longer needed: the next render of its size needs no fresh memory, whose first touch takes longer than
+    /// a few samples.
+    pub fn recycle(&mut self, film: Film) {
+        self.film = Some(film);
+    }
+
+    fn empty_film(&mut self, settings: &Settings) -> Film {
+        let Settings { width, height, guides, .. } = *settings;
+        let pixels = settings.pixels() as usize;
+        let all = (width, height, pixels, if guides { pixels } else { 0 });
+        let fits = |film: &Film| (film.width, film.height, film.pixels.len(), film.guides.len()) == all;
+        match self.film.take().filter(fits) {
+            Some(mut film) => {
+                film.clear();
+                film
+            }
+            None if guides => Film::with_guides(width, height),
+            None => Film::new(width, height),
+        }
     }
 
     /// The first hits of one sample of each pixel, row-major.

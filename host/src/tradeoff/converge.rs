@@ -1,9 +1,8 @@
 //! Convergence as evidence: noise falls as the root of the samples, and what does not is bias.
 
 use super::errors::{self, Errors};
-use super::lab::LEAST_SEEDS;
 use super::reference::Facts;
-use super::{Lab, Mode, Reference, TradeoffError};
+use super::{Lab, Mode, Reference, TradeoffError, Truth, check_seeds};
 use crate::Error;
 use crate::bench::Line;
 use crate::film::{Film, Part};
@@ -93,9 +92,7 @@ pub fn converge(
     say: &mut dyn FnMut(&str),
     observer: &mut dyn Observer,
 ) -> Result<Convergence, Error> {
-    if seeds < LEAST_SEEDS {
-        return Err(TradeoffError::TooFew { what: "--seeds", given: seeds, least: LEAST_SEEDS }.into());
-    }
+    check_seeds(seeds)?;
     let counts: Vec<u32> = std::iter::successors(Some(first), |count| count.checked_mul(2))
         .take_while(|&count| count <= last)
         .collect();
@@ -104,9 +101,11 @@ pub fn converge(
             ("the number of doublings from --first to --last", counts.len().saturating_sub(1));
         return Err(TradeoffError::TooFew { what, given, least: 2 }.into());
     }
+    let image = reference.image();
+    let truth = Truth::new(reference, &image)?;
     let (mut courses, mut ends): (Vec<Course>, Vec<Vec<Image>>) = (Vec::new(), Vec::new());
     for mode in modes.iter().filter(|mode| mode.divisor == 1 && !mode.adaptive) {
-        let (captures, images) = follow(lab, mode, &counts, seeds, reference, observer)?;
+        let (captures, images) = follow(lab, mode, &counts, seeds, &truth, observer)?;
         let course = Course::of(mode.name(), captures);
         say(&course.line());
         courses.push(course);
@@ -142,7 +141,7 @@ fn follow(
     mode: &Mode,
     counts: &[u32],
     seeds: usize,
-    reference: &Reference,
+    truth: &Truth,
     observer: &mut dyn Observer,
 ) -> Result<(Vec<Capture>, Vec<Image>), Error> {
     let of_seed = |index: usize| Settings {
@@ -174,7 +173,7 @@ fn follow(
                 None => film.image(),
             });
         }
-        captures.push(Capture { spp: count, errors: Errors::of(&images, reference, 2)? });
+        captures.push(Capture { spp: count, errors: Errors::of(&images, truth, 2)? });
         before = count;
     }
     Ok((captures, images))

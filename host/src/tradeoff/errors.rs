@@ -1,8 +1,8 @@
 //! What repetitions of a render show of its error: how much of it is noise, and how much would stay with any number of samples.
 
-use super::reference::Reference;
+use super::reference::{Reference, Truth};
 use crate::image::Image;
-use crate::metrics::{ImageView, MetricsError, REL_MSE_EPSILON as EPSILON, flip};
+use crate::metrics::{ImageView, MetricsError, REL_MSE_EPSILON as EPSILON};
 use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -133,12 +133,12 @@ impl Errors {
     /// # Errors
     ///
     /// [`MetricsError`] for images of another size, or fewer than two.
-    pub fn of(images: &[Image], reference: &Reference, flips: usize) -> Result<Self, MetricsError> {
+    pub fn of(images: &[Image], truth: &Truth, flips: usize) -> Result<Self, MetricsError> {
         let n = images.len();
         if n < 2 {
             return Err(MetricsError::TooFewImages { count: n });
         }
-        let r = reference.image();
+        let Truth { reference, image: r, seen } = truth;
         for image in images {
             let (size, of) =
                 ((image.width as usize, image.height as usize), (r.width as usize, r.height as usize));
@@ -168,12 +168,12 @@ impl Errors {
         let flips: Vec<f64> = images
             .iter()
             .take(flips)
-            .map(|image| flip::flip(&view(image), &view(&r)).map(|map| map.mean))
+            .map(|image| seen.flip(&view(image)).map(|map| map.mean))
             .collect::<Result<_, _>>()?;
         // One-sided: less than none is none.
         let bias_p = 0.5 * welch((bias, bias_error, freedom), (0.0, 0.0, f64::INFINITY)).p;
         let bias_p = if bias > 0.0 { bias_p } else { 1.0 - bias_p };
-        let (brightness, means_p) = means(images, reference);
+        let (brightness, means_p) = means(images, truth);
         Ok(Self {
             seeds: n,
             rel_mse: Interval::of_mean(&each),
@@ -291,9 +291,9 @@ fn compare(whole: (Measured, Measured), of_blocks: Vec<f64>) -> (Interval, f64) 
 }
 
 /// The mean over all pixels less the reference's, relative; and the chance that means differ as much as they do.
-fn means(images: &[Image], reference: &Reference) -> (Interval, f64) {
+fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
     let own = Means::of(images);
-    let r = reference.image();
+    let Truth { reference, image: r, .. } = truth;
     let of_reference = blocks(r.width, r.height, |pixel| gray(r.pixels[pixel]));
     let noise = blocks(r.width, r.height, |pixel| gray(reference.variance[pixel]));
     let known = |(sum, count): (f64, f64), variance: f64| {

@@ -1,12 +1,12 @@
 //! Measuring: each way of rendering, with each number of samples, by several seeds.
 
-use super::TradeoffError;
 use super::errors::Errors;
 use super::front;
 use super::mode::Mode;
 use super::picture::{Picture, Pictures};
 use super::point::{Against, FORMAT, Missing, Point, Seconds, Tradeoff};
-use super::reference::{self, Reference};
+use super::reference::{self, Reference, Truth};
+use super::{TradeoffError, check_seeds};
 use crate::Error;
 use crate::backend::{Backend, BackendError};
 use crate::bench::Summary;
@@ -23,9 +23,6 @@ use trisect_shared::texture::NEAREST;
 
 /// Samples from which on those by noise differ from as many for each pixel.
 const LEAST_ADAPTIVE: u32 = 8;
-
-/// Repetitions that bias can be told from.
-pub const LEAST_SEEDS: usize = 4;
 
 /// Ways between two looks at the base's time.
 const MODES_OF_AN_EPOCH: usize = 3;
@@ -170,6 +167,7 @@ impl<'a> Lab<'a> {
             image = renderer.denoise(&film, &settings, denoise)?.0;
             took.denoise = start.elapsed().as_secs_f64();
         }
+        renderer.recycle(film);
         if mode.divisor > 1 {
             let start = Instant::now();
             image = enlarge(image, full);
@@ -214,14 +212,13 @@ impl<'a> Lab<'a> {
         say: &mut dyn FnMut(&str),
         observer: &mut dyn Observer,
     ) -> Result<(Tradeoff, Pictures), Error> {
-        if sweep.seeds < LEAST_SEEDS {
-            let (what, given, least) = ("--seeds", sweep.seeds, LEAST_SEEDS);
-            return Err(TradeoffError::TooFew { what, given, least }.into());
-        }
+        check_seeds(sweep.seeds)?;
         let [base, ..] = sweep.modes else {
             return Err(TradeoffError::TooFew { what: "the number of modes", given: 0, least: 1 }.into());
         };
         let start = Instant::now();
+        let image = reference.image();
+        let truth = Truth::new(reference, &image)?;
         let device = self.renderer(base)?.backend().device().clone();
         let mut found = Tradeoff {
             format: FORMAT,
@@ -239,7 +236,7 @@ impl<'a> Lab<'a> {
             missing: Vec::new(),
             seconds: 0.0,
         };
-        let mut pictures = Pictures::new(reference);
+        let mut pictures = Pictures::new(&truth);
         let mut epochs = Vec::new();
         for (index, mode) in sweep.modes.iter().enumerate() {
             // Compiles what this way needs, outside of what is measured.
@@ -263,11 +260,11 @@ impl<'a> Lab<'a> {
                     found.missing.push(Missing { knob, level, reason });
                     continue;
                 }
-                let (mut point, first) = self.point(mode, spp, sweep, reference, observer)?;
+                let (mut point, first) = self.point(mode, spp, sweep, &truth, observer)?;
                 point.exact = mode.is_exact(base, !self.scene.lights.is_empty());
                 say(&point.line());
                 if Some(&spp) == sweep.levels.last() {
-                    pictures.add(&point, Picture::of(&first, reference)?);
+                    pictures.add(&point, Picture::of(&first, &truth)?);
                 }
                 found.points.push(point);
             }
@@ -302,7 +299,7 @@ impl<'a> Lab<'a> {
         mode: &Mode,
         spp: u32,
         sweep: &Sweep,
-        reference: &Reference,
+        truth: &Truth,
         observer: &mut dyn Observer,
     ) -> Result<(Point, Image), Error> {
         let (mut images, mut took) = (Vec::new(), Vec::new());
@@ -311,7 +308,7 @@ impl<'a> Lab<'a> {
             images.push(image);
             took.push(times);
         }
-        let errors = Errors::of(&images, reference, sweep.flips)?;
+        let errors = Errors::of(&images, truth, sweep.flips)?;
         let each: Vec<f64> = took.iter().map(Took::all).collect();
         let all = Summary::of(&each).unwrap_or(Summary::NOTHING);
         let median = |of: fn(&Took) -> f64| {

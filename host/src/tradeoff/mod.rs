@@ -21,7 +21,7 @@ pub use lab::{Fit, Lab, Sweep, fit};
 pub use mode::{KNOBS, Mode, modes};
 pub use picture::Pictures;
 pub use point::{Against, Missing, Point, Seconds, Slope, Tradeoff};
-pub use reference::{Facts, Reference, hash};
+pub use reference::{Facts, Reference, Truth, hash};
 
 use std::path::PathBuf;
 use thiserror::Error;
@@ -71,6 +71,21 @@ pub enum TradeoffError {
         /// Why.
         message: String,
     },
+}
+
+/// Repetitions that bias can be told from.
+pub const LEAST_SEEDS: usize = 4;
+
+/// Whether so many repetitions tell anything.
+///
+/// # Errors
+///
+/// [`TradeoffError::TooFew`] if they do not.
+pub fn check_seeds(given: usize) -> Result<(), TradeoffError> {
+    if given < LEAST_SEEDS {
+        return Err(TradeoffError::TooFew { what: "--seeds", given, least: LEAST_SEEDS });
+    }
+    Ok(())
 }
 
 impl TradeoffError {

@@ -2,10 +2,10 @@
 
 use super::errors::view;
 use super::point::Point;
-use super::reference::Reference;
+use super::reference::Truth;
 use crate::Error;
 use crate::image::Image;
-use crate::metrics::{flip, srgb};
+use crate::metrics::srgb;
 
 /// Pixels across, at most.
 const WIDTH: u32 = 360;
@@ -49,8 +49,8 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    pub(super) fn new(reference: &Reference) -> Self {
-        Self { reference: shown(&reference.image()), shown: Vec::new() }
+    pub(super) fn new(truth: &Truth) -> Self {
+        Self { reference: shown(truth.image), shown: Vec::new() }
     }
 
     pub(super) fn add(&mut self, point: &Point, picture: Picture) {
@@ -59,9 +59,9 @@ impl Pictures {
 }
 
 impl Picture {
-    pub(super) fn of(image: &Image, reference: &Reference) -> Result<Self, Error> {
-        let r = reference.image();
-        let errors = flip::flip(&view(image), &view(&r))?.errors;
+    pub(super) fn of(image: &Image, truth: &Truth) -> Result<Self, Error> {
+        let r = truth.image;
+        let errors = truth.seen.flip(&view(image))?.errors;
         let relative = |pixel: usize| {
             let (x, r) = (image.pixels[pixel], r.pixels[pixel]);
             let of = |c: usize| {

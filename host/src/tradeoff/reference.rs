@@ -1,9 +1,12 @@
 //! What is true of a scene, nearly: an image of many samples, whose own error is known. Rendered once and kept by hash.
 
 use super::TradeoffError;
+use super::errors::view;
 use crate::Error;
 use crate::film::PixelTotals;
 use crate::image::Image;
+use crate::metrics::MetricsError;
+use crate::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
 use crate::render::{MathMode, Observer, Renderer, Sampler, Settings};
 use crate::sampling::{self, Adaptive, Goal, Halves};
 use crate::scene::Scene;
@@ -33,6 +36,28 @@ pub struct Reference {
     pub variance: Vec<[f32; 3]>,
     /// What it is.
     pub facts: Facts,
+}
+
+/// A reference with what is found of it once, for many images.
+pub struct Truth<'a> {
+    /// With its noise.
+    pub reference: &'a Reference,
+    /// The mean of both halves.
+    pub image: &'a Image,
+    /// That, as FLIP sees it.
+    pub seen: FlipReference<'a>,
+}
+
+impl<'a> Truth<'a> {
+    /// Of a reference and its [image](Reference::image).
+    ///
+    /// # Errors
+    ///
+    /// [`MetricsError`] for one of no pixels.
+    pub fn new(reference: &'a Reference, image: &'a Image) -> Result<Self, MetricsError> {
+        let seen = FlipReference::new(&view(image), DEFAULT_PIXELS_PER_DEGREE)?;
+        Ok(Self { reference, image, seen })
+    }
 }
 
 /// What a reference is of.

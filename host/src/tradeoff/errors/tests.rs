@@ -50,10 +50,14 @@ fn weight() -> f64 {
     (0..SIZE * SIZE).map(of).sum::<f64>() / f64::from(SIZE * SIZE)
 }
 
+fn errors_of(images: &[Image], reference: &Reference, flips: usize) -> Result<Errors, MetricsError> {
+    Errors::of(images, &Truth::new(reference, &reference.image())?, flips)
+}
+
 fn errors(run: u32, noise: f64, factor: f64) -> Errors {
     let first = 1000 * run;
     let images: Vec<Image> = (0..8).map(|s| image(first + s, noise, factor)).collect();
-    Errors::of(&images, &reference(first + 500, 0.02), 2).unwrap()
+    errors_of(&images, &reference(first + 500, 0.02), 2).unwrap()
 }
 
 /// 200 runs of noise alone, of 20 %: each interval covers the truth in 90 of 100 or more, and one in a thousand is called biased.
@@ -114,12 +118,12 @@ fn a_noisy_reference_is_no_bias() {
         let first = 200_000 + 1000 * run;
         let images: Vec<Image> = (0..8).map(|s| image(first + s, 0.03, 1.0)).collect();
         let noisy = reference(first + 500, 0.1);
-        let found = Errors::of(&images, &noisy, 0).unwrap();
+        let found = errors_of(&images, &noisy, 0).unwrap();
         called += u32::from(found.biased);
         covered += u32::from(found.squared_bias.covers(0.0));
         // The twin: one that says that it has no noise.
         let variance = vec![[0.0; 3]; noisy.variance.len()];
-        without += u32::from(Errors::of(&images, &Reference { variance, ..noisy }, 0).unwrap().biased);
+        without += u32::from(errors_of(&images, &Reference { variance, ..noisy }, 0).unwrap().biased);
     }
     assert!(called <= 1 && covered >= 36, "{called} of 40 called biased, {covered} covered");
     assert!(without >= 20, "{without}: a comparison that cannot fail");
@@ -157,5 +161,5 @@ fn two_ways_are_compared_without_a_reference() {
 #[test]
 fn other_sizes_are_refused() {
     let small = Image { width: 1, height: 1, pixels: vec![[0.0; 3]] };
-    assert!(Errors::of(&[small], &reference(1, 0.1), 1).is_err());
+    assert!(errors_of(&[small], &reference(1, 0.1), 1).is_err());
 }
