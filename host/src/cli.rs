@@ -4,6 +4,7 @@ mod bench;
 mod cluster;
 mod denoise;
 mod goal;
+mod keep;
 mod render;
 mod tradeoff;
 mod view;
@@ -16,6 +17,7 @@ pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
+pub use keep::{KeepArgs, MergeArgs, ResumeArgs, Samples};
 pub use render::RenderArgs;
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
@@ -31,7 +33,7 @@ use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
 #[command(
     version,
     about,
-    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range."
+    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range, 7 --time-limit ended a render, 130 interrupted."
 )]
 pub struct Cli {
     /// What to do.
@@ -44,6 +46,10 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to an image file.
     Render(RenderArgs),
+    /// Go on with a render where its checkpoint ended: to the same bits as if it had never been interrupted.
+    Resume(ResumeArgs),
+    /// Add checkpoints of one image that were rendered apart: to the same bits as if they had been rendered together.
+    Merge(MergeArgs),
     /// Render a scene several times and print phases, device time, samples and segments a second; or draw a report of charts.
     Bench(BenchArgs),
     /// Turn each knob that trades accuracy for speed, and measure what it costs: a report with error, bias and time.

@@ -2,6 +2,7 @@
 
 use crate::backend::BackendError;
 use crate::bench::BenchError;
+use crate::checkpoint::CheckpointError;
 use crate::denoise::DenoiseError;
 use crate::distribute::DistributeError;
 use crate::film::FilmError;
@@ -50,6 +51,9 @@ pub enum Error {
     /// The trade-off lab could not measure, or write it down.
     #[error(transparent)]
     Tradeoff(#[from] TradeoffError),
+    /// A checkpoint could not be read, written or used.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// A benchmark could not be set up or written down.
     #[error(transparent)]
     Bench(#[from] BenchError),
@@ -80,6 +84,12 @@ impl Error {
                 }
             }
             Self::Distribute(error) => error.exit_code(),
+            Self::Checkpoint(
+                CheckpointError::NoText { .. }
+                | CheckpointError::Unsupported { .. }
+                | CheckpointError::Exists { .. }
+                | CheckpointError::SameFile { .. },
+            ) => 2,
             Self::Image(ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. })
             | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
             Self::Image(_)
@@ -87,6 +97,7 @@ impl Error {
             | Self::Film(_)
             | Self::Bench(_)
             | Self::Tradeoff(_)
+            | Self::Checkpoint(_)
             | Self::Cancelled => 1,
         }
     }

@@ -1,7 +1,8 @@
 //! The `trisect` program: parses, dispatches, maps errors to exit codes.
 //!
 //! Data goes to standard output, progress and messages to standard error. Exit codes: 0 ok, 1 run time, 2 usage,
-//! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range.
+//! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range, 7 `--time-limit` ended a render,
+//! 130 interrupted.
 
 mod cli;
 mod commands;
@@ -15,6 +16,8 @@ fn main() -> ExitCode {
     let start = Instant::now();
     let outcome = match cli::Cli::parse().command {
         cli::Command::Render(arguments) => commands::render::run(&arguments),
+        cli::Command::Resume(arguments) => commands::resume::run(&arguments),
+        cli::Command::Merge(arguments) => commands::resume::merge(&arguments),
         cli::Command::Bench(arguments) => commands::bench::run(&arguments, start),
         cli::Command::Tradeoff(arguments) => commands::tradeoff::run(&arguments),
         cli::Command::Converge(arguments) => commands::tradeoff::follow(&arguments),

@@ -133,6 +133,21 @@ impl RenderStats {
         self.msegments_per_second = segments as f64 / seconds * 1e-6;
     }
 
+    /// The same where there were samples before, which took no time.
+    pub(crate) fn finish_from(
+        &mut self,
+        before: FilmCounts,
+        counts: FilmCounts,
+        render: Duration,
+        (merge, read): (Duration, Duration),
+    ) {
+        self.finish(counts, render, merge, read);
+        let seconds = self.device_seconds.max(1e-9);
+        let samples = (counts.samples + counts.rejected).saturating_sub(before.samples + before.rejected);
+        self.msamples_per_second = samples as f64 / seconds * 1e-6;
+        self.msegments_per_second = counts.segments.saturating_sub(before.segments) as f64 / seconds * 1e-6;
+    }
+
     /// A line for people.
     pub fn summary(&self) -> String {
         format!(

@@ -1,6 +1,6 @@
 //! `trisect render`.
 
-use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs};
+use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, KeepArgs};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::output::layers::Aov;
@@ -19,6 +19,10 @@ pub struct RenderArgs {
     /// When to stop.
     #[command(flatten)]
     pub goal: GoalArgs,
+
+    /// Not to lose it.
+    #[command(flatten)]
+    pub keep: KeepArgs,
 
     /// Layers of what the pixels see, beside the image, in an .exr: normal, position, albedo, depth, id, variance, samples; several
     /// with commas between.

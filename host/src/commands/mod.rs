@@ -6,8 +6,10 @@ pub mod check;
 pub mod cluster;
 pub mod compare;
 pub mod info;
+mod keep;
 pub mod render;
 pub mod report;
+pub mod resume;
 pub mod tradeoff;
 pub mod view;
 
@@ -29,6 +31,8 @@ pub struct Session {
     pub settings: Settings,
     /// Of the scene.
     pub name: String,
+    /// Of the scene with all that it refers to, where that is asked for.
+    pub digest: Option<[u8; 32]>,
     /// Where it is computed.
     pub space: Space,
     /// Why this backend; empty where the user named it.
@@ -93,11 +97,22 @@ impl Loaded {
         let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
         let renderer = Renderer::with_quality(selection.backend, &scene, quality)?;
         let (name, choice) = (scene.name, selection.why);
-        Ok(Session { renderer, settings, name, space, choice, load_seconds, open_seconds })
+        Ok(Session { renderer, settings, name, digest: None, space, choice, load_seconds, open_seconds })
     }
 }
 
 impl Session {
+    /// The same with the scene's digest.
+    pub fn open_with_digest(job: &JobArgs) -> Result<Self, Error> {
+        let loaded = Loaded::read(job)?;
+        let digest = loaded.scene.digest();
+        let start = Instant::now();
+        let selection = open(job.backend, job.device, job.threads)?;
+        loaded.warn();
+        let session = loaded.on(selection, start.elapsed().as_secs_f64(), job)?;
+        Ok(Self { digest: Some(digest), ..session })
+    }
+
     /// Reads the scene, checks the settings, opens the backend.
     pub fn open(job: &JobArgs) -> Result<Self, Error> {
         let loaded = Loaded::read(job)?;
@@ -133,6 +148,11 @@ pub fn open(backend: BackendArg, device: Option<usize>, threads: Option<u32>) ->
     }
     let threads = threads.map(|threads| threads as usize);
     Ok(backend::open(backend.choice(), device, threads)?)
+}
+
+/// Says something to people. Whether anyone hears it does not matter to a render.
+pub fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }
 
 /// Writes a command's data to standard output. A reader that went away wants no more: that is no error.

@@ -1,16 +1,20 @@
 //! `trisect render`.
 
 use super::Session;
-use crate::cli::RenderArgs;
+use super::keep::{Begun, Ended, Told, Watch, fallback, is_same};
+use super::say;
+use crate::cli::{KeepArgs, RenderArgs};
 use crate::progress::Bar;
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use trisect::checkpoint::{Checkpoint, CheckpointError, Saver};
 use trisect::denoise::Denoise;
 use trisect::distribute::DistributeError;
-use trisect::film::Film;
+use trisect::film::{Film, Part};
 use trisect::image::{Image, ImageError};
-use trisect::output::layers;
+use trisect::output::layers::{self, Aov};
 use trisect::render::SettingsError;
 use trisect::sampling::{self, Goal, Request, Sampled};
 use trisect::stats::RenderStats;
@@ -18,10 +22,15 @@ use trisect::{Error, output};
 
 /// Renders a scene to a file.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    let start = Instant::now();
     if arguments.cluster.distribute.is_some() {
         if arguments.request()?.is_some() {
             let what = "--budget, --target-error and --quality are for one process".to_owned();
             return Err(DistributeError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
+        }
+        if arguments.keep.checkpoint.is_some() || arguments.keep.time_limit.is_some() {
+            let what = "--checkpoint and --time-limit are for one process".to_owned();
+            return Err(DistributeError::Unsupported { what, remedy: "leave them out".to_owned() }.into());
         }
         #[cfg(feature = "mpi")]
         return super::cluster::render::run(arguments);
@@ -35,9 +44,19 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let denoise = arguments.denoise.denoise()?;
     if let Some(request) = &request {
         sampling::check(request.goal)?;
+        if arguments.keep.checkpoint.is_some() || arguments.keep.time_limit.is_some() {
+            let what = if arguments.keep.checkpoint.is_some() { "--checkpoint" } else { "--time-limit" };
+            return Err(CheckpointError::Unsupported { what }.into());
+        }
+    }
+    if let Some(path) = arguments.keep.checkpoint.as_ref().filter(|path| path.exists()) {
+        return Err(CheckpointError::Exists { path: path.clone() }.into());
     }
 
-    let mut session = Session::open(&arguments.job)?;
+    let mut session = match arguments.keep.checkpoint {
+        Some(_) => Session::open_with_digest(&arguments.job)?,
+        None => Session::open(&arguments.job)?,
+    };
     session.settings.guides = needs_guides(arguments, denoise.as_ref());
     if !arguments.quiet {
         announce(&session, &aim(&session, request.as_ref()));
@@ -46,9 +65,54 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     if let Some(request) = request {
         return reach(arguments, session, &request, denoise);
     }
-    let mut frame = session.renderer.render(&session.settings, &mut Bar::new(arguments.quiet))?;
-    frame.stats.phases.load_seconds = session.load_seconds;
-    finish(arguments, session, Drawn::Film(&frame.film), frame.stats, denoise)
+    go(arguments, session, denoise, None, start)
+}
+
+/// Renders what is missing, keeps it, and writes the image, of whatever there is. The command began at `start`.
+pub fn go(
+    arguments: &RenderArgs,
+    mut session: Session,
+    denoise: Option<Denoise>,
+    before: Option<(PathBuf, Checkpoint)>,
+    start: Instant,
+) -> Result<ExitCode, Error> {
+    let Begun { mut film, samples, header } = Begun::new(arguments, &session, before)?;
+    let KeepArgs { checkpoint, every, .. } = &arguments.keep;
+    let saver = checkpoint.as_ref().zip(header);
+    let saver = saver.map(|(path, header)| Saver::new(path, header, every.unwrap_or_default()));
+    let watch = Watch::new(arguments, saver, start);
+    let bar = Bar::new(arguments.quiet);
+    let mut told = Told { bar, watch: &watch, told: arguments.quiet };
+    let rendered = session.renderer.render_onto(&mut film, &session.settings, &samples, &watch, &mut told);
+    // What failed at once leaves nothing behind.
+    let is_nothing = rendered.is_err() && film.coverage.parts().is_empty();
+    let kept = if is_nothing { Ok(true) } else { watch.finish(&film, arguments.quiet) };
+    if let (Err(_), Err(error)) = (&rendered, &kept) {
+        say(&format!("error: {error}"));
+    }
+    let mut stats = rendered?;
+    stats.phases.load_seconds = session.load_seconds;
+    let lacking = film.coverage.missing(&samples);
+    let ended = watch.ended().filter(|_| !lacking.is_empty());
+    if let Some(part) = lacking.first() {
+        let Part { rows, samples } = part;
+        let of = (rows.start, rows.end, samples.start);
+        say(&format!(
+            "ended before it was complete: rows {} to {} lack samples from {} on",
+            of.0, of.1, of.2
+        ));
+    }
+    // A filter would smear what is there over what is not.
+    let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
+    let (code, in_place) = finish(arguments, session, Drawn::Film(&film), stats, denoise)?;
+    let in_place = kept? && in_place;
+    // Who queues the rest must know that it is elsewhere.
+    Ok(match ended {
+        Some(Ended::OutOfTime) if !in_place => ExitCode::FAILURE,
+        Some(ended) => ended.exit_code(),
+        None if !in_place => ExitCode::FAILURE,
+        None => code,
+    })
 }
 
 /// Renders until a goal is reached.
@@ -63,9 +127,9 @@ fn reach(
         sampling::render(&mut session.renderer, &session.settings, request, bar)?;
     stats.phases.load_seconds = session.load_seconds;
     if matches!(request.goal, Goal::Error { .. }) {
-        return finish(arguments, session, Drawn::Film(&film), stats, denoise);
+        return Ok(finish(arguments, session, Drawn::Film(&film), stats, denoise)?.0);
     }
-    conclude(arguments, session, Drawn::Film(&film), stats, Some(image))
+    Ok(conclude(arguments, session, Drawn::Film(&film), stats, Some(image))?.0)
 }
 
 /// Whether the render must write what tells edges.
@@ -84,6 +148,13 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
             return Err(SettingsError::SameFile { path: stats.display().to_string() }.into());
         }
         output::probe(stats)?;
+    }
+    if let Some(path) = &arguments.keep.checkpoint {
+        let others = std::iter::once(&arguments.output).chain(&arguments.stats);
+        if others.into_iter().any(|other| is_same(path, other)) {
+            return Err(CheckpointError::SameFile { path: path.clone() }.into());
+        }
+        output::probe(path)?;
     }
     Ok(())
 }
@@ -126,7 +197,7 @@ pub fn finish(
     drawn: Drawn,
     mut stats: RenderStats,
     denoise: Option<Denoise>,
-) -> Result<ExitCode, Error> {
+) -> Result<(ExitCode, bool), Error> {
     let mut image = None;
     if let (Drawn::Film(film), Some(denoise)) = (&drawn, &denoise) {
         let denoised = session.renderer.denoise(film, &session.settings, denoise);
@@ -153,9 +224,17 @@ fn conclude(
     drawn: Drawn,
     mut stats: RenderStats,
     denoised: Option<Image>,
-) -> Result<ExitCode, Error> {
+) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
-    write(arguments, &session, &drawn, denoised)?;
+    let mut path = arguments.output.clone();
+    if let Err(error) = write(&path, &arguments.aov, &session, &drawn, denoised.as_ref()) {
+        // A disk that is full, a folder that is gone: what was rendered is not lost by it.
+        path = fallback(&arguments.output);
+        let written = write(&path, &arguments.aov, &session, &drawn, denoised.as_ref());
+        say(&format!("error: {error}"));
+        written?;
+    }
+    let moved = path != arguments.output;
 
     let stats = &mut stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
@@ -167,29 +246,32 @@ fn conclude(
         fs::write(path, text + "\n").map_err(|source| ImageError::Io { path: path.clone(), source })?;
     }
     if !arguments.quiet {
-        eprintln!("{}", stats.summary());
+        say(&stats.summary());
         if let Some(cluster) = &stats.cluster {
-            eprintln!("{}", cluster.summary());
+            say(&cluster.summary());
         }
         if let Some(sampling) = &stats.sampling {
-            eprintln!("{}", sampling.summary());
+            say(&sampling.summary());
         }
-        eprintln!("wrote {}", arguments.output.display());
+        say(&format!("wrote {}", path.display()));
+    } else if moved {
+        say(&format!("wrote {} instead", path.display()));
     }
     for warning in stats.warnings() {
-        eprintln!("warning: {warning}");
+        say(&format!("warning: {warning}"));
     }
-    Ok(if stats.unwritten_pixels == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let code = if stats.unwritten_pixels == 0 && !moved { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    Ok((code, !moved))
 }
 
 /// Writes the image that was denoised, or what was drawn, with its layers.
-pub fn write(
-    arguments: &RenderArgs,
+fn write(
+    path: &Path,
+    aov: &[Aov],
     session: &Session,
     drawn: &Drawn,
-    denoised: Option<Image>,
+    denoised: Option<&Image>,
 ) -> Result<(), Error> {
-    let path = &arguments.output;
     #[cfg_attr(
         not(feature = "mpi"),
         allow(clippy::infallible_destructuring_match, reason = "ranks bring the others")
@@ -201,11 +283,18 @@ pub fn write(
         Drawn::Image(image) => return Ok(output::write(image, path)?),
         Drawn::Film(film) => film,
     };
-    let image = denoised.unwrap_or_else(|| film.image());
-    if arguments.aov.is_empty() {
-        return Ok(output::write(&image, path)?);
+    let plain;
+    let image = match denoised {
+        Some(image) => image,
+        None => {
+            plain = film.image();
+            &plain
+        }
+    };
+    if aov.is_empty() {
+        return Ok(output::write(image, path)?);
     }
     let camera = session.renderer.camera(&session.settings);
     let object = |primitive| session.renderer.object(primitive);
-    Ok(layers::write(&image, film, &camera, object, &arguments.aov, path)?)
+    Ok(layers::write(image, film, &camera, object, aov, path)?)
 }

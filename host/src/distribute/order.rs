@@ -118,7 +118,7 @@ pub(super) fn render(
         }
         Ok(())
     };
-    let parts = Parts { settings, rows: &rows, samples: &parts, seeds: &[settings.seed] };
+    let parts = Parts { settings, rows: &rows, samples: &parts, seeds: &[settings.seed], goes_on: &|| true };
     renderer.each_sums(&parts, &mut |_| ControlFlow::Continue(()), desk, &take)?;
     Ok(())
 }

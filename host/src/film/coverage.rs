@@ -1,9 +1,10 @@
 //! Which samples of which rows a film holds.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A part of a frame: some rows, and some samples of each of their pixels.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// Rows of the whole image, the top one 0.
     pub rows: Range<u32>,
@@ -33,9 +34,25 @@ impl Coverage {
         Self { rows: vec![Vec::new(); height as usize] }
     }
 
+    /// Rows of the image.
+    pub fn height(&self) -> u32 {
+        self.rows.len() as u32
+    }
+
     /// Ranges of sample indices that row `row` holds, in order; none of a row that is not there.
     pub fn samples(&self, row: u32) -> &[Range<u32>] {
         self.rows.get(row as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// All that is held: by samples, then rows; rows that hold the same are together.
+    pub fn parts(&self) -> Vec<Part> {
+        together(self.rows.iter().map(Vec::as_slice))
+    }
+
+    /// What of `samples` is not held, in the same order.
+    pub fn missing(&self, samples: &Range<u32>) -> Vec<Part> {
+        let gaps: Vec<Vec<Range<u32>>> = self.rows.iter().map(|held| gaps(held, samples)).collect();
+        together(gaps.iter().map(Vec::as_slice))
     }
 
     /// Adds `part`; rows that are not there do not count.
@@ -63,8 +80,12 @@ impl Coverage {
     ) -> Result<(), Overlap> {
         for (row, ranges) in rows.clone() {
             for new in ranges {
+                // Of ranges in order, only those before and after may have some of it.
+                let held = self.samples(row);
+                let at = held.partition_point(|old| old.start < new.start);
                 let common = |old: &Range<u32>| old.start.max(new.start)..old.end.min(new.end);
-                if let Some(samples) = self.samples(row).iter().map(common).find(|r| !r.is_empty()) {
+                let mut beside = held[at.saturating_sub(1)..].iter().take(2).map(common);
+                if let Some(samples) = beside.find(|range| !range.is_empty()) {
                     return Err(Overlap { row, samples });
                 }
             }
@@ -85,6 +106,42 @@ impl Coverage {
         }
         Ok(())
     }
+}
+
+/// What of `within` none of some ranges hold, which are in order.
+fn gaps(held: &[Range<u32>], within: &Range<u32>) -> Vec<Range<u32>> {
+    let mut gaps = Vec::new();
+    let mut next = within.start;
+    for range in held {
+        if next < range.start.min(within.end) {
+            gaps.push(next..range.start.min(within.end));
+        }
+        next = next.max(range.end);
+    }
+    if next < within.end {
+        gaps.push(next..within.end);
+    }
+    gaps
+}
+
+/// Ranges of samples of each row as parts: neighbouring rows with the same ranges together.
+fn together<'a>(rows: impl Iterator<Item = &'a [Range<u32>]>) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::new();
+    let mut open: (u32, &[Range<u32>]) = (0, &[]);
+    let mut close = |rows: Range<u32>, ranges: &[Range<u32>]| {
+        parts.extend(ranges.iter().map(|samples| Part { rows: rows.clone(), samples: samples.clone() }));
+    };
+    let mut end = 0;
+    for (row, ranges) in (0u32..).zip(rows) {
+        end = row + 1;
+        if ranges != open.1 {
+            close(open.0..row, open.1);
+            open = (row, ranges);
+        }
+    }
+    close(open.0..end, open.1);
+    parts.sort_by_key(|part| (part.samples.start, part.rows.start));
+    parts
 }
 
 #[cfg(test)]
@@ -114,6 +171,24 @@ mod tests {
         assert_eq!(a, whole);
         assert_eq!(a.samples(3), std::slice::from_ref(&(0..1024)));
         assert!(a.samples(4).is_empty());
+    }
+
+    #[test]
+    fn what_is_there_and_what_is_not() {
+        let mut one = Coverage::new(4);
+        assert_eq!((one.parts(), one.missing(&(0..512))), (vec![], vec![part(0..4, 0..512)]));
+        one.insert(&part(0..4, 0..256)).unwrap();
+        one.insert(&part(1..3, 256..512)).unwrap();
+        one.insert(&part(3..4, 768..1024)).unwrap();
+        let held = [part(0..1, 0..256), part(1..3, 0..512), part(3..4, 0..256), part(3..4, 768..1024)];
+        assert_eq!(one.parts(), held);
+        let missing = [part(0..1, 256..1024), part(3..4, 256..768), part(1..3, 512..1024)];
+        assert_eq!(one.missing(&(0..1024)), missing);
+        assert_eq!(one.missing(&(300..400)), [part(0..1, 300..400), part(3..4, 300..400)]);
+        assert_eq!(one.missing(&(0..256)), []);
+        // Both together are all of it.
+        missing.iter().for_each(|part| one.insert(part).unwrap());
+        assert_eq!(one.parts(), [part(0..4, 0..1024)]);
     }
 
     #[test]

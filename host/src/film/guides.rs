@@ -1,11 +1,13 @@
 //! What a film knows of the surfaces that its pixels see.
 
 use super::ExactSum;
+use bytemuck::{Pod, Zeroable};
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::guides::Guides;
 
 /// [`Guides`] over all samples of one pixel. As the radiance, they do not depend on the order or grouping of chunks and films.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GuideTotals {
     /// Of the unit normals on the camera's side, over what was hit.
     normal: [ExactSum; 3],

@@ -16,6 +16,7 @@ pub use target::{FrameMemory, HostFrame, Target};
 pub(crate) use target::{Grid, span};
 
 use crate::image::Image;
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use std::ops::Range;
 use thiserror::Error;
@@ -24,7 +25,8 @@ use trisect_shared::film::{Carry, PixelSums};
 use trisect_shared::guides::Guides;
 
 /// Sums over all samples of one pixel so far. They do not depend on the order or grouping of chunks and films; [`ExactSum`] says when.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PixelTotals {
     /// Of the radiance, by channel. NaN until the first chunk is merged, so that a pixel no one wrote shows.
     pub radiance: [ExactSum; 3],
@@ -58,7 +60,7 @@ impl PixelTotals {
     }
 
     fn is_empty(&self) -> bool {
-        self.samples + self.rejected + self.unwritten == 0
+        [self.samples, self.rejected, self.unwritten] == [0; 3]
     }
 
     /// Adds a chunk that should hold `samples` samples.
@@ -245,6 +247,24 @@ impl Film {
         Self { guides: guides.collect(), ..film }
     }
 
+    /// Of one without guides, or with.
+    pub fn bytes_per_pixel(guides: bool) -> u64 {
+        (size_of::<PixelTotals>() + if guides { size_of::<GuideTotals>() } else { 0 }) as u64
+    }
+
+    /// Of pixels and guides.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(&self.pixels[..]) + size_of_val(&self.guides[..])) as u64
+    }
+
+    /// Becomes a copy of another; the memory stays, where it is enough.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.width, self.height) = (other.width, other.height);
+        copy(&mut self.pixels, &other.pixels, PixelTotals::EMPTY);
+        copy(&mut self.guides, &other.guides, GuideTotals::EMPTY);
+        self.coverage = other.coverage.clone();
+    }
+
     /// Takes all out again; the memory stays.
     pub fn clear(&mut self) {
         self.pixels.par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
@@ -350,12 +370,20 @@ impl std::ops::Add for FilmCounts {
 
     fn add(self, other: Self) -> Self {
         Self {
-            samples: self.samples + other.samples,
-            rejected: self.rejected + other.rejected,
-            segments: self.segments + other.segments,
-            unwritten: self.unwritten + other.unwritten,
+            samples: self.samples.saturating_add(other.samples),
+            rejected: self.rejected.saturating_add(other.rejected),
+            segments: self.segments.saturating_add(other.segments),
+            unwritten: self.unwritten.saturating_add(other.unwritten),
         }
     }
+}
+
+/// By all threads: the first touch of fresh memory is what takes the time.
+fn copy<T: Copy + Send + Sync>(to: &mut Vec<T>, from: &[T], empty: T) {
+    if to.len() != from.len() {
+        *to = rayon::iter::repeat_n(empty, from.len()).with_min_len(TASK).collect();
+    }
+    to.par_chunks_mut(TASK).zip(from.par_chunks(TASK)).for_each(|(to, from)| to.copy_from_slice(from));
 }
 
 fn count(pixels: &[PixelTotals]) -> FilmCounts {

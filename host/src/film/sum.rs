@@ -1,5 +1,7 @@
 //! Sums that do not depend on the order or the grouping of what is added.
 
+use bytemuck::{Pod, Zeroable};
+
 /// A sum as an unevaluated pair of f64: `high` is the whole rounded to nearest, `low` what the rounding left.
 ///
 /// Each addition is Knuth's TwoSum (The Art of Computer Programming, vol. 2, section 4.2.2, theorem B), which gives the rounded sum
@@ -20,7 +22,8 @@
 /// grouped. Beyond that ratio each addition may be off by 2^-106 of the sum, which two groupings may share differently.
 ///
 /// Zero is +0. An infinite or NaN summand makes the sum infinite or NaN (one bit pattern) with a `low` of 0, in any order, too.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ExactSum {
     high: f64,
     low: f64,

@@ -4,6 +4,7 @@ mod camera;
 mod frame;
 mod live;
 mod method;
+mod onto;
 mod overlap;
 mod own;
 mod scene_params;
@@ -16,7 +17,8 @@ pub use crate::film::Part;
 pub use frame::Framed;
 pub use live::{Live, MOST_KEPT, Screen};
 pub use method::{Schedule, Traversal};
-pub use settings::{Fresnel, MathMode, Sampler, Settings, SettingsError};
+pub use onto::Keeper;
+pub use settings::{Fresnel, GREATEST_DEPTH, MathMode, Sampler, Settings, SettingsError};
 pub use sums::{Sums, chunks};
 
 use crate::Error;
@@ -232,25 +234,16 @@ impl Renderer {
         part: &Part,
         observer: &mut dyn Observer,
     ) -> Result<Frame, Error> {
-        let start = Instant::now();
-        let variant = self.prepare(settings)?;
+        let (variant, mut stats) = self.begin(settings, 0)?;
         settings.check_part(part)?;
-        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
-        stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let camera = self.camera(settings);
-        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
-        stats.phases.view_seconds = start.elapsed().as_secs_f64();
-        stats.tile = self.sight.tile();
-        stats.tiles_refused = self.sight.refused().map(str::to_owned);
-
         let start = Instant::now();
         let mut film = self.empty_film(settings);
         let rows = Rows::from(part.rows.clone());
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let total = per_sample * part.samples.len() as u64;
         let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
-        let parts = Parts { settings, rows: &rows, samples: &samples, seeds: &[settings.seed] };
+        let parts =
+            Parts { settings, rows: &rows, samples: &samples, seeds: &[settings.seed], goes_on: &|| true };
         let mut watch = |done: u64| observer.progress(done, total);
         let took;
         (film, took) = self.each_chunk(
@@ -271,6 +264,21 @@ impl Renderer {
         stats.device_seconds += took.device.as_secs_f64();
         stats.finish(film.counts_in(&part.rows), start.elapsed(), took.waited, took.read);
         Ok(Frame { film, stats })
+    }
+
+    /// Makes all ready for a frame, of whose memory so many bytes are there already; what that took.
+    fn begin(&mut self, settings: &Settings, held: u64) -> Result<(Variant, RenderStats), Error> {
+        let start = Instant::now();
+        let variant = self.prepare_holding(settings, held)?;
+        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
+        stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let camera = self.camera(settings);
+        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        stats.phases.view_seconds = start.elapsed().as_secs_f64();
+        stats.tile = self.sight.tile();
+        stats.tiles_refused = self.sight.refused().map(str::to_owned);
+        Ok((variant, stats))
     }
 
     /// Takes back a film that is no longer needed: the next render of its size needs no fresh memory, whose first touch takes longer than
@@ -319,6 +327,10 @@ impl Renderer {
 
     /// Checks the settings, memory among them, chooses the kernel and makes the film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
+        self.prepare_holding(settings, 0)
+    }
+
+    fn prepare_holding(&mut self, settings: &Settings, held: u64) -> Result<Variant, Error> {
         // A film that is ready is so for any seed and number of samples.
         let alike = |ready: &Settings| {
             let Settings { seed, samples, .. } = *settings;
@@ -329,7 +341,7 @@ impl Renderer {
         {
             return Ok(*variant);
         }
-        settings.check()?;
+        settings.check_holding(held)?;
         self.make_film(settings)
     }
 

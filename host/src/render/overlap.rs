@@ -24,6 +24,16 @@ pub(crate) struct Chunks {
     pub submissions: u64,
 }
 
+impl Chunks {
+    /// Those of others, too.
+    pub fn add(&mut self, other: &Self) {
+        self.device += other.device;
+        self.read += other.read;
+        self.waited += other.waited;
+        self.submissions += other.submissions;
+    }
+}
+
 /// Samples of some rows, cut into chunks.
 pub(crate) struct Parts<'a> {
     pub settings: &'a Settings,
@@ -31,6 +41,8 @@ pub(crate) struct Parts<'a> {
     pub samples: &'a [Range<u32>],
     /// Each chunk is taken by each of these seeds in turn, whatever the settings' own.
     pub seeds: &'a [u32],
+    /// Asked before each chunk: with no, those that are left are not taken.
+    pub goes_on: &'a dyn Fn() -> bool,
 }
 
 /// What takes chunks, and memory for one.
@@ -97,7 +109,7 @@ impl Renderer {
         state: T,
         take: &(impl Fn(&mut T, &Range<u32>, &Sums<'_>) -> Result<(), Error> + Sync),
     ) -> Result<(T, Chunks), Error> {
-        let Parts { settings, rows, samples, seeds } = *parts;
+        let Parts { settings, rows, samples, seeds, goes_on } = *parts;
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let kernel = variant.name;
         let mut before = 0;
@@ -117,7 +129,7 @@ impl Renderer {
         let samples = samples.iter().flat_map(|samples| seeds.iter().map(move |&seed| (seed, samples)));
         if count < 2 || self.backend.device().kind != DeviceKind::Gpu {
             let mut state = state;
-            for (seed, samples) in samples {
+            for (seed, samples) in samples.take_while(|_| goes_on()) {
                 let Took { device, submissions, .. } = render(self, &mut all, seed, samples)?;
                 let start = Instant::now();
                 let (pixels, guides) = (&self.chunk[..], &self.guides[..]);
@@ -132,7 +144,7 @@ impl Renderer {
             }
             let spare = (std::mem::take(&mut self.spare), std::mem::take(&mut self.spare_guides));
             let mut held = Held::Here((state, spare.0, spare.1));
-            for (seed, samples) in samples {
+            for (seed, samples) in samples.take_while(|_| goes_on()) {
                 let Took { device, submissions, .. } = render(self, &mut all, seed, samples)?;
                 let start = Instant::now();
                 let (mut state, pixels, guides) = held.wait()?;

@@ -285,8 +285,17 @@ impl Settings {
         self.check_within(memory::available(), 0)
     }
 
+    /// The same of a render that has so many bytes of its memory already.
+    pub(crate) fn check_holding(&self, held: u64) -> Result<(), SettingsError> {
+        self.check_within(memory::available().saturating_add(held), 0)
+    }
+
     /// The same of a render that holds so many more bytes a pixel.
-    pub(crate) fn check_with(&self, more: u64) -> Result<(), SettingsError> {
+    ///
+    /// # Errors
+    ///
+    /// As [`check`](Self::check).
+    pub fn check_with(&self, more: u64) -> Result<(), SettingsError> {
         self.check_within(memory::available(), more)
     }
 

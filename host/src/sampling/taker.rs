@@ -188,7 +188,8 @@ impl<'a> Taker<'a> {
         let observer = &mut *self.observer;
         let mut watch = |_| observer.progress(at, STEPS);
         let state = (std::mem::replace(&mut self.halves, Halves::new(0, 0)), self.took);
-        let parts = Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds };
+        let parts =
+            Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds, goes_on: &|| true };
         (self.halves, self.took) = self.renderer.each_sums(&parts, &mut watch, state, &take)?;
         self.next = end;
         Ok(chunks.len() as u32)

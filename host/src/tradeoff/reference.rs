@@ -10,22 +10,20 @@ use crate::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
 use crate::render::{MathMode, Observer, Renderer, Sampler, Settings};
 use crate::sampling::{self, Adaptive, Goal, Halves};
 use crate::scene::Scene;
+use crate::sealed::{self, Contents, SealError};
 use bytemuck::cast_slice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::{Read, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Of the random numbers: others than any that is measured.
 const SEED: u32 = 0x7e57_5eed;
 
 /// First bytes of a file.
-const MAGIC: &[u8; 8] = b"TRISREF1";
-
-/// Bytes of a header, at most.
-const GREATEST_HEADER: u64 = 1 << 16;
+const MAGIC: &[u8; 8] = b"TRISREF2";
 
 /// Two images by different random numbers, and how much their mean varies.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,26 +169,15 @@ impl Reference {
     /// [`TradeoffError`] for a file that is none, is cut off or was changed.
     pub fn read(folder: &Path, hash: &str) -> Result<Option<Self>, TradeoffError> {
         let path = Self::path(folder, hash);
-        let mut file = match fs::File::open(&path) {
-            Ok(file) => file,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(TradeoffError::Io { path, source }),
+        let wrong =
+            |message: &str| TradeoffError::Reference { path: path.clone(), message: message.to_owned() };
+        let Contents { header, data } = match sealed::read(&path, MAGIC) {
+            Ok(contents) => contents,
+            Err(SealError::Io(error)) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(SealError::Io(source)) => return Err(TradeoffError::Io { path, source }),
+            Err(error) => return Err(wrong(&error.to_string())),
         };
-        let wrong = |what: &str| TradeoffError::Reference { path: path.clone(), message: what.to_owned() };
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(|source| TradeoffError::Io { path: path.clone(), source })?;
-        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| wrong("it does not begin as one"))?;
-        let (sum, rest) = rest.split_at_checked(32).ok_or_else(|| wrong("it is cut off"))?;
-        if Sha256::digest(rest)[..] != *sum {
-            return Err(wrong("its checksum is another: it was cut off or changed"));
-        }
-        let (length, rest) = rest.split_at_checked(8).ok_or_else(|| wrong("it is cut off"))?;
-        let length = length.try_into().map_or(u64::MAX, u64::from_le_bytes);
-        if length > GREATEST_HEADER {
-            return Err(wrong("its header is too long"));
-        }
-        let (header, data) = rest.split_at_checked(length as usize).ok_or_else(|| wrong("it is cut off"))?;
-        let facts: Facts = serde_json::from_slice(header).map_err(|error| wrong(&error.to_string()))?;
+        let facts: Facts = serde_json::from_slice(&header).map_err(|error| wrong(&error.to_string()))?;
         let pixels = u64::from(facts.width) * u64::from(facts.height);
         if facts.hash != hash || data.len() as u64 != pixels.saturating_mul(36) {
             return Err(wrong("it is of another scene or size"));
@@ -218,23 +205,12 @@ impl Reference {
         fs::create_dir_all(folder).map_err(io)?;
         let header = serde_json::to_vec(&self.facts)
             .map_err(|error| TradeoffError::Reference { path: path.clone(), message: error.to_string() })?;
-        let mut rest = (header.len() as u64).to_le_bytes().to_vec();
-        rest.extend_from_slice(&header);
-        for plane in [&self.halves[0].pixels, &self.halves[1].pixels, &self.variance] {
-            let values: &[f32] = cast_slice(plane);
-            rest.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        }
-        let temporary = folder.join(format!(".{}.{}", self.facts.hash, std::process::id()));
-        let written = fs::File::create(&temporary).and_then(|mut file| {
-            file.write_all(MAGIC)?;
-            file.write_all(&Sha256::digest(&rest))?;
-            file.write_all(&rest)?;
-            file.sync_all()
-        });
-        let moved = written.and_then(|()| fs::rename(&temporary, &path));
-        if moved.is_err() {
-            let _ = fs::remove_file(&temporary);
-        }
-        moved.map_err(io)
+        let bytes = |plane: &[[f32; 3]]| -> Vec<u8> {
+            cast_slice::<_, f32>(plane).iter().flat_map(|value| value.to_le_bytes()).collect()
+        };
+        let planes =
+            [&self.halves[0].pixels, &self.halves[1].pixels, &self.variance].map(|plane| bytes(plane));
+        let parts: Vec<&[u8]> = planes.iter().map(Vec::as_slice).collect();
+        sealed::write(&path, MAGIC, &header, &parts).map_err(io)
     }
 }

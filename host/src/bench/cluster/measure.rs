@@ -267,7 +267,7 @@ fn part_of_image(
         });
         Ok(())
     };
-    let parts = Parts { settings, rows, samples: &parts, seeds: &[settings.seed] };
+    let parts = Parts { settings, rows, samples: &parts, seeds: &[settings.seed], goes_on: &|| true };
     renderer.each_sums(&parts, &mut |_| ControlFlow::Continue(()), image, &take)
 }
 

@@ -38,7 +38,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     if !quiet {
         single::announce(&session, &single::aim(&session, None));
     }
-    let Session { renderer, settings, name, space, choice, load_seconds, open_seconds } = session;
+    let Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds } = session;
     let plan = cluster.plan();
     let travel = travels(arguments, &settings, &plan, ranks);
     let mut work = Work { settings: settings.clone(), plan, travels: travel, choice: String::new() };
@@ -73,13 +73,13 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let Some(finished) = finished else { return Ok(ExitCode::SUCCESS) };
     let mut stats = finished.stats(renderer.backend().device(), &settings);
     stats.phases.load_seconds = load_seconds;
-    let session = Session { renderer, settings, name, space, choice, load_seconds, open_seconds };
+    let session = Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds };
     let drawn = match &finished.picture {
         Picture::Bytes { width, height, bytes } => Drawn::Bytes(*width, *height, bytes),
         Picture::Color(image) => Drawn::Image(image),
         Picture::Film(film) => Drawn::Film(film),
     };
-    single::finish(arguments, session, drawn, stats, denoise)
+    Ok(single::finish(arguments, session, drawn, stats, denoise)?.0)
 }
 
 /// What travels of each pixel: the least that the output needs.

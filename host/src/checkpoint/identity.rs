@@ -1,0 +1,110 @@
+//! What films must have in common that are of one image.
+
+use crate::backend::Device;
+use crate::bvh::BvhQuality;
+use crate::render::{MathMode, Settings};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use std::fmt;
+
+/// All that decides the bits of a pixel's chunks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// SHA-256 of the scene with all that it refers to; its first half.
+    pub scene: String,
+    /// The same of the kernels.
+    pub kernels: String,
+    /// Whose rounding: devices that round alike have the same.
+    pub arithmetic: String,
+    /// Those of the settings that the image depends on.
+    pub settings: Value,
+}
+
+/// A field in which two differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Its path.
+    pub field: String,
+    /// What the first has.
+    pub one: String,
+    /// What the other has.
+    pub other: String,
+}
+
+impl Difference {
+    pub(super) fn new(field: &str, one: &impl ToString, other: &impl ToString) -> Self {
+        Self { field: field.to_owned(), one: one.to_string(), other: other.to_string() }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{} is {} there, and {} here", self.field, self.other, self.one)
+    }
+}
+
+fn hex(digest: &[u8]) -> String {
+    digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Identity {
+    /// Of a render of a scene with this [digest](crate::scene::Scene::digest).
+    pub fn new(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>, device: &Device) -> Self {
+        let Settings { width, height, depth, seed, roulette, roulette_depth, fresnel, .. } = settings;
+        let Settings { math, sampler, light_sampling, clamp, .. } = settings;
+        let arithmetic = match (device.backend, math) {
+            // The CPU's bits, on any device.
+            ("cpu" | "cuda", MathMode::Precise) => "precise".to_owned(),
+            // What a driver makes of the rest, another may make otherwise.
+            (backend, MathMode::Precise) => {
+                format!("{backend}, precise, by {} ({})", device.name, device.details)
+            }
+            (backend, MathMode::Fast) => format!("{backend}, fast, by {} ({})", device.name, device.details),
+        };
+        let settings = serde_json::json!({
+            "width": width,
+            "height": height,
+            "depth": depth,
+            "seed": seed,
+            "roulette": roulette,
+            "roulette_depth": if *roulette { *roulette_depth } else { 1 },
+            "fresnel": fresnel,
+            "sampler": sampler,
+            "light_sampling": light_sampling,
+            "clamp": clamp,
+            // Which of two surfaces in one place is hit may depend on it.
+            "bvh_quality": quality,
+        });
+        Self {
+            scene: hex(scene),
+            kernels: hex(&Sha256::digest(trisect_kernels::MANIFEST)),
+            arithmetic,
+            settings,
+        }
+    }
+
+    /// Whether another is of the same image.
+    ///
+    /// # Errors
+    ///
+    /// The first field in which they differ.
+    pub fn check(&self, other: &Self) -> Result<(), Difference> {
+        let fields = [
+            ("scene", &self.scene, &other.scene),
+            ("kernels", &self.kernels, &other.kernels),
+            ("arithmetic", &self.arithmetic, &other.arithmetic),
+        ];
+        if let Some((field, one, other)) = fields.into_iter().find(|(_, one, other)| one != other) {
+            return Err(Difference::new(field, one, other));
+        }
+        let empty = serde_json::Map::new();
+        let of = |value: &Value| value.as_object().cloned().unwrap_or_else(|| empty.clone());
+        let (one, two) = (of(&self.settings), of(&other.settings));
+        let text = |value: Option<&Value>| value.map_or_else(|| "nothing".to_owned(), Value::to_string);
+        match one.keys().chain(two.keys()).find(|key| one.get(*key) != two.get(*key)) {
+            Some(key) => Err(Difference::new(key, &text(one.get(key)), &text(two.get(key)))),
+            None => Ok(()),
+        }
+    }
+}

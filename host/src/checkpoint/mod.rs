@@ -1,0 +1,230 @@
+//! Renders that survive: a film in a file, with what it is of, from which a render goes on, or to which others are added.
+//!
+//! [`Checkpoint`] is the file, [`Identity`] what films must have in common that belong together, [`Saver`] writes while the render goes on. The film that is
+//! complete in the end has the same bits as that of a render that was never interrupted ([`Renderer::render_onto`](crate::render::Renderer::render_onto)).
+
+mod error;
+mod identity;
+mod saver;
+
+pub use error::CheckpointError;
+pub use identity::Identity;
+pub use saver::{Every, Saver};
+
+use crate::film::{Coverage, Film, GuideTotals, Part, PixelTotals};
+use crate::render::GREATEST_DEPTH;
+use crate::sealed::{self, Contents, SealError};
+use bytemuck::cast_slice;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use trisect_shared::film::CHUNK_SAMPLES;
+
+/// First bytes of a file.
+const MAGIC: &[u8; 8] = b"TRISCKP1";
+
+/// Of a sample: what more would a path have that was traced.
+const MOST_SEGMENTS: u64 = GREATEST_DEPTH as u64;
+
+/// Version of the header. A field that changes its meaning, or goes, raises it.
+pub const FORMAT: u32 = 1;
+
+/// What a film is of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// See [`FORMAT`].
+    pub format: u32,
+    /// Of the program.
+    pub version: String,
+    /// What others must have in common with it.
+    pub identity: Identity,
+    /// Name of the scene.
+    pub scene: String,
+    /// Arguments of the command that began it, without the program's name.
+    pub command: Vec<String>,
+    /// Where relative paths among them begin.
+    pub folder: PathBuf,
+    /// Samples a pixel of the whole image.
+    pub spp: u32,
+    /// Those that the command was to render.
+    pub samples: Range<u32>,
+    /// That rendering has taken so far.
+    pub seconds: f64,
+}
+
+/// The same in the file, with what the bytes after it are.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    width: u32,
+    height: u32,
+    guides: bool,
+    parts: Vec<Part>,
+    #[serde(flatten)]
+    header: Header,
+}
+
+/// A film and what it is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// What.
+    pub header: Header,
+    /// All samples so far.
+    pub film: Film,
+}
+
+impl Checkpoint {
+    /// Reads one.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckpointError`] names the file: one that is none, was cut off or damaged, or is of another version.
+    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        let io = |source| CheckpointError::Io { path: path.to_owned(), source };
+        match sealed::read(path, MAGIC) {
+            Ok(contents) => Self::of(contents, path),
+            Err(SealError::Io(source)) => Err(io(source)),
+            Err(error) => Err(CheckpointError::NotOne { path: path.to_owned(), message: error.to_string() }),
+        }
+    }
+
+    /// The same of a file's bytes; `path` is its name, for errors.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Self, CheckpointError> {
+        let wrong = |message: String| CheckpointError::NotOne { path: path.to_owned(), message };
+        Self::of(sealed::open(bytes, MAGIC).map_err(|error| wrong(error.to_string()))?, path)
+    }
+
+    fn of(contents: Contents, path: &Path) -> Result<Self, CheckpointError> {
+        let wrong = |message: String| CheckpointError::NotOne { path: path.to_owned(), message };
+        let Contents { header, data } = contents;
+        let format: Format = serde_json::from_slice(&header).map_err(|error| wrong(error.to_string()))?;
+        if format.format != FORMAT {
+            return Err(CheckpointError::Format { path: path.to_owned(), format: format.format });
+        }
+        let stored: Stored = serde_json::from_slice(&header).map_err(|error| wrong(error.to_string()))?;
+        let film = film(&stored, &data).map_err(wrong)?;
+        Ok(Self { header: stored.header, film })
+    }
+
+    /// Writes it in place of an earlier one, which stays until this one is complete.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckpointError::Io`] names the file.
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
+        write(path, &self.header, &self.film)
+    }
+
+    /// Adds what another of the same image holds.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckpointError::Differs`] names the field in which they differ, [`CheckpointError::Film`] what both hold; then nothing is added.
+    pub fn merge(&mut self, path: &Path, other: &Self) -> Result<(), CheckpointError> {
+        let path = || path.to_owned();
+        self.header
+            .identity
+            .check(&other.header.identity)
+            .map_err(|difference| CheckpointError::Differs { path: path(), difference })?;
+        if self.header.spp != other.header.spp {
+            let difference = identity::Difference::new("spp", &self.header.spp, &other.header.spp);
+            return Err(CheckpointError::Differs { path: path(), difference });
+        }
+        self.film.add(&other.film).map_err(|source| CheckpointError::Film { path: path(), source })?;
+        self.header.seconds += other.header.seconds;
+        let (a, b) = (&self.header.samples, &other.header.samples);
+        self.header.samples = a.start.min(b.start)..a.end.max(b.end);
+        Ok(())
+    }
+}
+
+/// The film of a file's data, or what is wrong with it.
+fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
+    let Stored { width, height, guides, ref parts, .. } = *stored;
+    let pixels = u64::from(width) * u64::from(height);
+    let each = size_of::<PixelTotals>() + if guides { size_of::<GuideTotals>() } else { 0 };
+    if pixels == 0 || pixels.checked_mul(each as u64) != Some(data.len() as u64) {
+        return Err(format!("{} bytes are no film of {width}x{height}", data.len()));
+    }
+    let (spp, of) = (stored.header.spp, &stored.header.samples);
+    if of.is_empty() || of.end > spp {
+        return Err(format!("samples {} to {} of {spp} are none", of.start, of.end));
+    }
+    // As they are written: then each row's are added at its end.
+    if !parts.is_sorted_by_key(|part| (part.samples.start, part.rows.start)) {
+        return Err("its parts are in another order".to_owned());
+    }
+    let rows: u64 = parts.iter().map(|part| part.rows.len() as u64).sum();
+    if rows > data.len() as u64 {
+        return Err(format!("it is in {} parts", parts.len()));
+    }
+    let mut coverage = Coverage::new(height);
+    for part in parts {
+        let Range { start, end } = part.samples;
+        let whole = start % CHUNK_SAMPLES == 0 && (end % CHUNK_SAMPLES == 0 || end == spp) && end <= spp;
+        let inside = part.rows.start < part.rows.end && part.rows.end <= height && start < end;
+        if !inside || !whole || coverage.insert(part).is_err() {
+            return Err(format!("it cannot hold {part:?}"));
+        }
+    }
+    let (totals, of_guides) = data.split_at(pixels as usize * size_of::<PixelTotals>());
+    let totals: Vec<PixelTotals> = bytemuck::pod_collect_to_vec(totals);
+    let held =
+        |row: usize| -> u64 { coverage.samples(row as u32).iter().map(|samples| samples.len() as u64).sum() };
+    let is_sound = |(row, pixels): (usize, &[PixelTotals])| {
+        let held = held(row);
+        pixels.iter().all(|pixel| {
+            let counts = [pixel.samples, pixel.rejected, pixel.unwritten];
+            let sum = counts.iter().try_fold(0u64, |sum, &count| sum.checked_add(count));
+            sum == Some(held) && pixel.segments <= held.saturating_mul(MOST_SEGMENTS)
+        })
+    };
+    let rows = totals.par_chunks(width as usize).enumerate();
+    if let Some(row) = rows.position_first(|row| !is_sound(row)) {
+        return Err(format!("row {row} does not have the samples that it says"));
+    }
+    let guides: Vec<GuideTotals> = bytemuck::pod_collect_to_vec(of_guides);
+    let rows = guides.par_chunks(width as usize).enumerate();
+    let wrong = |(row, pixels): (usize, &[GuideTotals])| {
+        let held = held(row);
+        pixels.iter().any(|guides| guides.hits.checked_add(guides.misses).is_none_or(|count| count > held))
+    };
+    if let Some(row) = rows.position_first(wrong) {
+        return Err(format!("row {row} has guides of more samples than it has"));
+    }
+    Ok(Film { width, height, pixels: totals, guides, coverage })
+}
+
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+}
+
+/// As [`Checkpoint::write`], of a film that someone else has.
+///
+/// # Errors
+///
+/// As there.
+pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), CheckpointError> {
+    let io = |source: io::Error| CheckpointError::Io { path: path.to_owned(), source };
+    let stored = Stored {
+        width: film.width,
+        height: film.height,
+        guides: !film.guides.is_empty(),
+        parts: film.coverage.parts(),
+        header: header.clone(),
+    };
+    let header = serde_json::to_vec(&stored).map_err(|error| io(error.into()))?;
+    sealed::write(path, MAGIC, &header, &[cast_slice(&film.pixels), cast_slice(&film.guides)]).map_err(io)
+}
+
+/// Numbers are written as this processor has them.
+const _: () = assert!(cfg!(target_endian = "little"), "checkpoints are little-endian");
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,216 @@
+//! Writes a film now and then while it grows, on a thread of its own.
+
+use super::{CheckpointError, Header, write};
+use crate::film::{Coverage, Film};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How often.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Every {
+    /// After so long.
+    Time(Duration),
+    /// After so many samples of each pixel.
+    Samples(u32),
+}
+
+impl Default for Every {
+    fn default() -> Self {
+        Self::Time(Duration::from_secs(30))
+    }
+}
+
+impl FromStr for Every {
+    type Err = String;
+
+    /// `30s`, `5m`, `2h`, `500ms` or `1024spp`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+        let (number, unit) = (text[..split].trim(), text[split..].trim());
+        if unit == "spp" {
+            return match number.parse::<u32>() {
+                Ok(samples) if samples > 0 => Ok(Self::Samples(samples)),
+                _ => Err(format!("{number} is no number of samples")),
+            };
+        }
+        let unit = match unit {
+            "ms" => 1e-3,
+            "s" => 1.0,
+            "m" | "min" => 60.0,
+            "h" => 3600.0,
+            _ => return Err("write it as 30s, 5m, 2h or 1024spp".to_owned()),
+        };
+        let seconds = number.parse::<f64>().map_err(|error| error.to_string())? * unit;
+        match Duration::try_from_secs_f64(seconds) {
+            Ok(time) if time > Duration::ZERO => Ok(Self::Time(time)),
+            _ => Err(format!("{text} is no time")),
+        }
+    }
+}
+
+/// A copy of a film on its way to the disk, and its way back.
+struct Writer {
+    to: Option<Sender<(Film, f64)>>,
+    back: Receiver<(Film, Result<(), CheckpointError>)>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// When the last one was, and memory for the next.
+struct State {
+    writer: Writer,
+    /// None while it is being written.
+    spare: Option<Film>,
+    last: Instant,
+    samples: f64,
+    failed: Option<CheckpointError>,
+}
+
+/// Writes checkpoints of a render. A film is copied, which takes a few milliseconds for a million pixels, and written while the render goes on; what was not yet
+/// written when the next one is due is waited for, not for the render.
+pub struct Saver {
+    path: PathBuf,
+    header: Header,
+    every: Every,
+    start: Instant,
+    state: Mutex<State>,
+}
+
+impl Saver {
+    /// For a render that begins now.
+    pub fn new(path: &Path, header: Header, every: Every) -> Self {
+        let (to, films) = channel::<(Film, f64)>();
+        let (done, back) = channel();
+        let (place, template) = (path.to_owned(), header.clone());
+        let thread = std::thread::spawn(move || {
+            for (film, seconds) in films {
+                let header = Header { seconds, ..template.clone() };
+                let written = write(&place, &header, &film);
+                if done.send((film, written)).is_err() {
+                    return;
+                }
+            }
+        });
+        let writer = Writer { to: Some(to), back, thread: Some(thread) };
+        let state =
+            State { writer, spare: Some(Film::new(0, 0)), last: Instant::now(), samples: 0.0, failed: None };
+        Self { path: path.to_owned(), header, every, start: Instant::now(), state: Mutex::new(state) }
+    }
+
+    /// Where.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What it writes.
+    pub fn header(&self) -> Header {
+        Header { seconds: self.seconds(), ..self.header.clone() }
+    }
+
+    fn seconds(&self) -> f64 {
+        self.header.seconds + self.start.elapsed().as_secs_f64()
+    }
+
+    /// Copies the film and has it written, if that is due and the last one is on the disk.
+    pub fn look(&self, film: &Film) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let samples = || held(&film.coverage);
+        let due = match self.every {
+            Every::Time(time) => state.last.elapsed() >= time,
+            Every::Samples(count) => samples() - state.samples >= f64::from(count),
+        };
+        if !due {
+            return;
+        }
+        state.take_back(false);
+        let Some(mut copy) = state.spare.take() else { return };
+        copy.copy_from(film);
+        state.last = Instant::now();
+        state.samples = samples();
+        let seconds = self.seconds();
+        if let Some(to) = &state.writer.to
+            && let Err(lost) = to.send((copy, seconds))
+        {
+            state.spare = Some(lost.0.0);
+        }
+    }
+
+    /// What went wrong since this was asked last: the render goes on, and tries again when the next is due.
+    pub fn failure(&self) -> Option<CheckpointError> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.take_back(false);
+        state.failed.take()
+    }
+
+    /// Waits for what is being written, and writes the film as it is at the end.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckpointError::Io`]; the one before is still there, if there was one.
+    pub fn finish(&self, film: &Film) -> Result<(), CheckpointError> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.take_back(true);
+        state.failed = None;
+        state.last = Instant::now();
+        write(&self.path, &self.header(), film)
+    }
+}
+
+/// Samples of a pixel, in the mean.
+fn held(coverage: &Coverage) -> f64 {
+    let parts = coverage.parts();
+    let rows = parts.iter().map(|part| part.rows.end).max().unwrap_or(0).max(coverage.height());
+    let samples: f64 = parts.iter().map(|part| part.rows.len() as f64 * part.samples.len() as f64).sum();
+    samples / f64::from(rows.max(1))
+}
+
+impl State {
+    fn take_back(&mut self, wait: bool) {
+        while self.spare.is_none() {
+            let back = match wait {
+                true => self.writer.back.recv().map_err(|_| TryRecvError::Disconnected),
+                false => self.writer.back.try_recv(),
+            };
+            match back {
+                Ok((film, written)) => {
+                    self.spare = Some(film);
+                    self.failed = written.err().or(self.failed.take());
+                }
+                Err(TryRecvError::Empty) => return,
+                Err(TryRecvError::Disconnected) => {
+                    self.spare = Some(Film::new(0, 0));
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        // No more films: the thread ends after the one that it has.
+        self.to = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn how_often() {
+        let of = |text: &str| text.parse::<Every>();
+        assert_eq!(of("30s"), Ok(Every::default()));
+        assert_eq!(of("1.5min"), Ok(Every::Time(Duration::from_secs(90))));
+        assert_eq!(of("250ms"), Ok(Every::Time(Duration::from_millis(250))));
+        assert_eq!(of("1024spp"), Ok(Every::Samples(1024)));
+        for bad in ["", "30", "s", "0s", "-1s", "1e400h", "soon", "0spp", "-1spp", "1.5spp", "NaNs"] {
+            assert!(of(bad).is_err(), "{bad}");
+        }
+    }
+}

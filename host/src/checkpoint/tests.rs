@@ -1,0 +1,192 @@
+use super::*;
+use crate::film::FilmError;
+use glam::Vec3;
+use std::fs;
+use trisect_shared::film::PixelSums;
+
+fn sums(value: f32, samples: u32) -> PixelSums {
+    let radiance = Vec3::splat(value * samples as f32);
+    PixelSums { radiance, samples, squares: radiance * value, segments: 2 * samples }
+}
+
+fn part(rows: Range<u32>, samples: Range<u32>) -> Part {
+    Part { rows, samples }
+}
+
+/// A film of 3x4 pixels with some parts.
+fn film(parts: &[Part]) -> Film {
+    let mut film = Film::new(3, 4);
+    for part in parts {
+        let chunk: Vec<PixelSums> =
+            (0..3 * part.rows.len()).map(|i| sums(0.1 * i as f32, part.samples.len() as u32)).collect();
+        film.merge(part, &chunk).unwrap();
+    }
+    film
+}
+
+fn checkpoint(parts: &[Part]) -> Checkpoint {
+    let identity = Identity {
+        scene: "5ce3e".to_owned(),
+        kernels: "cafe".to_owned(),
+        arithmetic: "precise".to_owned(),
+        settings: serde_json::json!({ "seed": 5, "clamp": null }),
+    };
+    let header = Header {
+        format: FORMAT,
+        version: "0.1.0".to_owned(),
+        identity,
+        scene: "a scene".to_owned(),
+        command: vec!["render".to_owned(), "scene.ron".to_owned()],
+        folder: "/tmp".into(),
+        spp: 1024,
+        samples: 0..1024,
+        seconds: 1.5,
+    };
+    Checkpoint { header, film: film(parts) }
+}
+
+fn path(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("trisect-checkpoint-{}-{name}", std::process::id()))
+}
+
+#[test]
+fn what_was_written_comes_back() {
+    let path = path("back");
+    for parts in [vec![], vec![part(0..4, 0..256)], vec![part(1..3, 256..512), part(0..2, 0..256)]] {
+        let one = checkpoint(&parts);
+        one.write(&path).unwrap();
+        let other = Checkpoint::read(&path).unwrap();
+        // Bits: a pixel without samples is NaN.
+        let bits = |film: &Film| cast_slice::<_, u8>(&film.pixels).to_vec();
+        assert_eq!((&other.header, &other.film.coverage), (&one.header, &one.film.coverage));
+        assert_eq!(bits(&other.film), bits(&one.film));
+    }
+    fs::remove_file(path).unwrap();
+}
+
+/// Cut anywhere, or with a bit flipped, none is read.
+#[test]
+fn damage_shows() {
+    let path = path("damage");
+    checkpoint(&[part(0..4, 0..256)]).write(&path).unwrap();
+    let whole = fs::read(&path).unwrap();
+    for at in 0..whole.len() {
+        fs::write(&path, &whole[..at]).unwrap();
+        assert!(matches!(Checkpoint::read(&path), Err(CheckpointError::NotOne { .. })), "cut at {at}");
+        let mut flipped = whole.clone();
+        flipped[at] ^= 4;
+        fs::write(&path, &flipped).unwrap();
+        assert!(matches!(Checkpoint::read(&path), Err(CheckpointError::NotOne { .. })), "bit of byte {at}");
+    }
+    fs::remove_file(path).unwrap();
+}
+
+/// Whole files that say what cannot be.
+#[test]
+fn what_cannot_be_is_refused() {
+    let path = path("cannot");
+    let good = checkpoint(&[part(0..4, 0..256)]);
+    good.write(&path).unwrap();
+    let Contents { header, data } = sealed::read(&path, MAGIC).unwrap();
+    let header = String::from_utf8(header).unwrap();
+    let read = |header: &str, data: &[u8]| {
+        sealed::write(&path, MAGIC, header.as_bytes(), &[data]).unwrap();
+        Checkpoint::read(&path).map_err(|error| error.to_string())
+    };
+    assert!(read(&header, &data).is_ok());
+    for (from, to) in [
+        ("\"width\":3", "\"width\":4"),
+        ("\"height\":4", "\"height\":4294967295"),
+        ("\"guides\":false", "\"guides\":true"),
+        ("\"end\":4}", "\"end\":5}"),
+        ("\"end\":256}", "\"end\":512}"),
+        ("\"start\":0,\"end\":256", "\"start\":9,\"end\":256"),
+        ("\"seconds\"", "\"hours\""),
+        ("\"end\":256}", "\"end\":100}"),
+        ("\"spp\":1024", "\"spp\":100"),
+        ("{", ""),
+    ] {
+        assert!(header.contains(from), "{from} in {header}");
+        let found = read(&header.replacen(from, to, 1), &data);
+        assert!(found.as_ref().is_err_and(|error| error.contains("not a checkpoint")), "{from}: {found:?}");
+    }
+    let other = read(&header.replacen("\"format\":1", "\"format\":2", 1), &data);
+    assert!(other.as_ref().is_err_and(|error| error.contains("format 2")), "{other:?}");
+    let mut counts = data.clone();
+    counts[96] ^= 1;
+    assert!(read(&header, &counts).is_err_and(|error| error.contains("row 0")));
+    fs::remove_file(path).unwrap();
+}
+
+#[test]
+fn parts_that_belong_together() {
+    let of = Path::new("other");
+    let mut one = checkpoint(&[part(0..4, 0..512)]);
+    one.header.samples = 0..512;
+    let mut other = checkpoint(&[part(0..4, 512..1024)]);
+    other.header.samples = 512..1024;
+    one.merge(of, &other).unwrap();
+    assert_eq!((one.header.samples.clone(), one.header.seconds), (0..1024, 3.0));
+    assert_eq!(one.film.coverage.missing(&(0..1024)), []);
+    // Once more is twice.
+    let before = one.clone();
+    let twice = one.merge(of, &other);
+    assert!(matches!(twice, Err(CheckpointError::Film { source: FilmError::Overlap { .. }, .. })));
+    assert_eq!(one, before);
+    for (field, change) in [
+        ("scene", (|it: &mut Header| it.identity.scene.push('f')) as fn(&mut Header)),
+        ("kernels", |it| it.identity.kernels.push('f')),
+        ("arithmetic", |it| it.identity.arithmetic.push('f')),
+        ("seed", |it| it.identity.settings["seed"] = 6.into()),
+        ("clamp", |it| it.identity.settings["clamp"] = 1.into()),
+        ("depth", |it| it.identity.settings["depth"] = 1.into()),
+        ("spp", |it| it.spp = 2048),
+    ] {
+        let mut stranger = checkpoint(&[]);
+        change(&mut stranger.header);
+        let found = one.merge(of, &stranger).unwrap_err().to_string();
+        assert!(found.starts_with(&format!("other: {field} is ")), "{found}");
+        assert_eq!(one, before);
+    }
+}
+
+/// A saver writes when it is due, and at the end what there is.
+#[test]
+fn a_saver_writes() {
+    let path = path("saver");
+    let _ = fs::remove_file(&path);
+    let header = checkpoint(&[]).header;
+    let film = film(&[part(0..4, 0..256)]);
+    let saver = Saver::new(&path, header.clone(), Every::Samples(512));
+    saver.look(&film);
+    drop(saver);
+    assert!(!path.exists(), "256 samples are not due");
+    let saver = Saver::new(&path, header.clone(), Every::Samples(256));
+    saver.look(&film);
+    drop(saver); // waits
+    assert_eq!(Checkpoint::read(&path).unwrap().film, film);
+    let more = self::film(&[part(0..4, 0..256), part(0..4, 256..512)]);
+    let saver = Saver::new(&path, header.clone(), Every::default());
+    saver.look(&more);
+    saver.finish(&more).unwrap();
+    let found = Checkpoint::read(&path).unwrap();
+    assert_eq!(found.film, more);
+    assert!(found.header.seconds > header.seconds);
+    fs::remove_file(path).unwrap();
+}
+
+/// What cannot be written is said, and the render goes on.
+#[test]
+fn a_saver_fails_aloud() {
+    let path = path("nowhere").join("file");
+    let film = film(&[part(0..4, 0..256)]);
+    let saver = Saver::new(&path, checkpoint(&[]).header, Every::Samples(1));
+    saver.look(&film);
+    let error = saver.finish(&film).unwrap_err();
+    assert!(matches!(&error, CheckpointError::Io { path: named, .. } if *named == path), "{error}");
+    // As soon as the folder is there, the next is written.
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    saver.finish(&film).unwrap();
+    assert_eq!(Checkpoint::read(&path).unwrap().film, film);
+    fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}

@@ -1,0 +1,214 @@
+//! What keeps a render from being lost: checkpoints, and an end that was asked for.
+
+use super::{Session, say};
+use crate::cli::RenderArgs;
+use std::ops::{ControlFlow, Range};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use trisect::Error;
+use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity, Saver};
+use trisect::film::Film;
+use trisect::render::{Keeper, Observer};
+
+/// Exit code of what the user ended, as shells give it for an interrupt.
+const INTERRUPTED: i32 = 130;
+
+/// Exit code of what --time-limit ended.
+const OUT_OF_TIME: u8 = 7;
+
+/// Why a render ended before it was complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// By an interrupt, or what a queue sends when time is over.
+    Interrupted,
+    /// By --time-limit.
+    OutOfTime,
+}
+
+impl Ended {
+    /// Of the process, where what there is is where it should be.
+    pub fn exit_code(self) -> ExitCode {
+        match self {
+            Self::Interrupted => ExitCode::from(INTERRUPTED as u8),
+            Self::OutOfTime => ExitCode::from(OUT_OF_TIME),
+        }
+    }
+}
+
+/// Sets a flag at the first SIGINT or SIGTERM, and ends the process at the second. SIGHUP stays as it is: `nohup` has it ignored.
+fn interrupts() -> Arc<AtomicBool> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::flag::{register, register_conditional_shutdown};
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: the first signal finds no flag yet. What cannot be registered ends the process, as it does without.
+        let _ = register_conditional_shutdown(signal, INTERRUPTED, interrupted.clone())
+            .and_then(|_| register(signal, interrupted.clone()));
+    }
+    interrupted
+}
+
+/// Watches a render.
+pub struct Watch {
+    interrupted: Arc<AtomicBool>,
+    end: Option<Instant>,
+    saver: Option<Saver>,
+}
+
+/// Shows a bar, and says that an interrupt was seen.
+pub struct Told<'a, O: Observer> {
+    /// The bar.
+    pub bar: O,
+    /// Who sees it.
+    pub watch: &'a Watch,
+    /// Whether it was said.
+    pub told: bool,
+}
+
+impl<O: Observer> Observer for Told<'_, O> {
+    fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
+        if !self.told && self.watch.interrupted.load(Ordering::Relaxed) {
+            self.told = true;
+            say("interrupted: this part is finished, and what there is written; once more ends at once");
+        }
+        self.bar.progress(done, total)
+    }
+}
+
+impl Watch {
+    /// Of a command that began at `start`.
+    pub fn new(arguments: &RenderArgs, saver: Option<Saver>, start: Instant) -> Self {
+        // A limit that no clock reaches is none.
+        let end = arguments.keep.time_limit.and_then(|limit| start.checked_add(limit));
+        Self { interrupted: interrupts(), end, saver }
+    }
+
+    /// Why the render should end, if it should.
+    pub fn ended(&self) -> Option<Ended> {
+        let late = self.end.is_some_and(|end| Instant::now() >= end);
+        match self.interrupted.load(Ordering::Relaxed) {
+            true => Some(Ended::Interrupted),
+            false => late.then_some(Ended::OutOfTime),
+        }
+    }
+
+    /// Writes the last checkpoint, elsewhere if it cannot be where it should; whether it is.
+    pub fn finish(&self, film: &Film, quiet: bool) -> Result<bool, Error> {
+        let Some(saver) = &self.saver else { return Ok(true) };
+        let Err(error) = saver.finish(film) else {
+            if !quiet {
+                say(&format!("wrote {}", saver.path().display()));
+            }
+            return Ok(true);
+        };
+        let fallback = fallback(saver.path());
+        let written = trisect::checkpoint::write(&fallback, &saver.header(), film);
+        say(&format!("error: {error}"));
+        written?;
+        say(&format!("wrote the checkpoint to {} instead", fallback.display()));
+        Ok(false)
+    }
+}
+
+/// Where a file goes that cannot be where it should: the folder for temporary files.
+pub fn fallback(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    std::env::temp_dir().join(format!("trisect-{}-{name}", std::process::id()))
+}
+
+impl Keeper for Watch {
+    fn goes_on(&self) -> bool {
+        self.ended().is_none()
+    }
+
+    fn added(&self, film: &Film) {
+        let Some(saver) = &self.saver else { return };
+        saver.look(film);
+        if let Some(error) = saver.failure() {
+            say(&format!("warning: {error}; the render goes on, and the next checkpoint tries again"));
+        }
+    }
+}
+
+/// What a render begins with.
+pub struct Begun {
+    /// Empty, or what was there before.
+    pub film: Film,
+    /// Those that are to be in it.
+    pub samples: Range<u32>,
+    /// Of the checkpoint, if there is to be one.
+    pub header: Option<Header>,
+}
+
+impl Begun {
+    /// Anew, or where a checkpoint ended.
+    pub fn new(
+        arguments: &RenderArgs,
+        session: &Session,
+        before: Option<(PathBuf, Checkpoint)>,
+    ) -> Result<Self, Error> {
+        let settings = &session.settings;
+        let spp = settings.samples;
+        let samples = arguments.keep.samples.as_ref().map_or(0..spp, |samples| samples.0.clone());
+        settings.check_part(&trisect::film::Part { rows: 0..settings.height, samples: samples.clone() })?;
+        // A copy of the film on its way to the disk.
+        let copy =
+            if arguments.keep.checkpoint.is_some() { Film::bytes_per_pixel(settings.guides) } else { 0 };
+        let device = session.renderer.backend().device();
+        let quality = arguments.job.bvh_quality.map(crate::cli::QualityArg::quality);
+        let identity = session.digest.map(|digest| Identity::new(&digest, settings, quality, device));
+        if let (Some((path, Checkpoint { header, film })), Some(identity)) = (before, &identity) {
+            let differs = |difference| CheckpointError::Differs { path, difference };
+            identity.check(&header.identity).map_err(differs)?;
+            return Ok(Self { film, samples, header: Some(header) });
+        }
+        settings.check_with(copy)?;
+        let header = match identity {
+            Some(identity) => Some(Header {
+                format: FORMAT,
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                identity,
+                scene: session.name.clone(),
+                command: command()?,
+                folder: folder()?,
+                spp,
+                samples: samples.clone(),
+                seconds: 0.0,
+            }),
+            None => None,
+        };
+        let new = if settings.guides { Film::with_guides } else { Film::new };
+        Ok(Self { film: new(settings.width, settings.height), samples, header })
+    }
+}
+
+/// The arguments of this process.
+fn command() -> Result<Vec<String>, CheckpointError> {
+    let text = |argument: std::ffi::OsString| {
+        argument
+            .into_string()
+            .map_err(|argument| CheckpointError::NoText { what: argument.to_string_lossy().into_owned() })
+    };
+    std::env::args_os().skip(1).map(text).collect()
+}
+
+fn folder() -> Result<PathBuf, CheckpointError> {
+    let folder = std::env::current_dir().unwrap_or_default();
+    match folder.to_str() {
+        Some(_) => Ok(folder),
+        None => Err(CheckpointError::NoText { what: folder.display().to_string() }),
+    }
+}
+
+/// Whether two paths are one file, also where neither is there yet.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+        path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()))
+    };
+    place(a) == place(b)
+}

@@ -1,0 +1,117 @@
+//! `trisect resume` and `trisect merge`.
+
+use super::{Session, render};
+use crate::cli::{Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
+use clap::Parser;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+use trisect::checkpoint::{Checkpoint, CheckpointError, Header};
+use trisect::image::ImageError;
+use trisect::output::{self, Format};
+use trisect::{Error, film::Film};
+
+/// Goes on with a render where its checkpoint ended.
+pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
+    let start = Instant::now();
+    let checkpoint = Checkpoint::read(&arguments.file)?;
+    let command = command(arguments, &checkpoint.header)?;
+    render::check(&command)?;
+    let denoise = command.denoise.denoise()?;
+    let mut session = Session::open_with_digest(&command.job)?;
+    session.settings.guides = !checkpoint.film.guides.is_empty();
+    // The scene may say another number now, which does not matter to the samples that are there.
+    session.settings.samples = checkpoint.header.spp;
+    if !command.quiet {
+        let of = checkpoint.header.samples.clone();
+        render::announce(&session, &render::aim(&session, None));
+        eprintln!(
+            "  {} of samples {} to {} are there",
+            share(&checkpoint.film, &checkpoint.header),
+            of.start,
+            of.end
+        );
+    }
+    render::go(&command, session, denoise, Some((arguments.file.clone(), checkpoint)), start)
+}
+
+/// What of the samples that there should be there is.
+fn share(film: &Film, header: &Header) -> String {
+    let size = |parts: Vec<trisect::film::Part>| -> f64 {
+        parts.iter().map(|part| part.rows.len() as f64 * part.samples.len() as f64).sum()
+    };
+    let all = f64::from(film.height) * header.samples.len() as f64;
+    format!("{:.1} %", 100.0 * (1.0 - size(film.coverage.missing(&header.samples)) / all.max(1.0)))
+}
+
+/// The command that began it, with what the new one says instead.
+fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error> {
+    let wrong = |message: String| CheckpointError::NotOne { path: arguments.file.clone(), message };
+    let words = std::iter::once("trisect".to_owned()).chain(header.command.iter().cloned());
+    let parsed = Cli::try_parse_from(words).map_err(|error| {
+        wrong(format!("the command that began it, {}, is none: {error}", header.command.join(" ")))
+    })?;
+    let Command::Render(mut command) = parsed.command else {
+        return Err(wrong(format!("{} does not begin one", header.command.join(" "))).into());
+    };
+    let at = |path: PathBuf| header.folder.join(path);
+    command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
+    command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
+    command.stats = arguments.stats.clone().or(command.stats.map(at));
+    if let Some(backend) = arguments.backend {
+        (command.job.backend, command.job.device) = (backend, arguments.device);
+        // What the image does not depend on, and another backend may not have.
+        (command.job.variant, command.job.schedule, command.job.traversal, command.job.tile) =
+            (None, None, None, None);
+    }
+    command.job.threads = arguments.threads.or(command.job.threads);
+    command.keep.checkpoint = Some(arguments.file.clone());
+    command.keep.every = arguments.every.or(command.keep.every);
+    command.keep.time_limit = arguments.time_limit;
+    command.keep.samples = Some(Samples(header.samples.clone()));
+    command.quiet = arguments.quiet;
+    Ok(command)
+}
+
+/// Adds checkpoints of one image.
+pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
+    let as_image = Format::of(&arguments.output).is_ok();
+    if !as_image && is_other_image(&arguments.output) {
+        return Err(ImageError::UnknownExtension { path: arguments.output.clone() }.into());
+    }
+    output::probe(&arguments.output)?;
+    let (first, others) = arguments.files.split_first().map_or((None, &[][..]), |(a, b)| (Some(a), b));
+    let Some(first) = first else { return Ok(ExitCode::SUCCESS) };
+    let mut sum = Checkpoint::read(first)?;
+    for path in others {
+        sum.merge(path, &Checkpoint::read(path)?)?;
+    }
+    if as_image {
+        output::write(&sum.film.image(), &arguments.output)?;
+    } else {
+        sum.write(&arguments.output)?;
+    }
+    let count = arguments.files.len();
+    eprintln!(
+        "{count} checkpoints: {} of {} samples a pixel",
+        share(&sum.film, &sum.header),
+        sum.header.samples.len()
+    );
+    let missing = sum.film.coverage.missing(&(0..sum.header.spp));
+    for part in &missing {
+        let (rows, samples) = (&part.rows, &part.samples);
+        eprintln!(
+            "  without rows {} to {} of samples {} to {}",
+            rows.start, rows.end, samples.start, samples.end
+        );
+    }
+    eprintln!("wrote {}", arguments.output.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// By its extension: a checkpoint of such a name would not be what was meant.
+fn is_other_image(path: &Path) -> bool {
+    const OTHERS: [&str; 8] = ["jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "tga"];
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    extension.is_some_and(|extension| OTHERS.contains(&extension.as_str()))
+}

@@ -1,0 +1,380 @@
+//! Renders that survive: what was interrupted, killed or rendered apart has the bits of what was not.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::fs;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+use trisect::checkpoint::Checkpoint;
+use trisect::film::{Film, Part};
+use trisect::render::{Keeper, Settings};
+use trisect_shared::rng::PathKey;
+use trisect_tests::program::{Temporary, check_failure, trisect};
+use trisect_tests::{Subject, binary, for_each_backend, root, scene};
+
+/// Ends a render after so many parts.
+struct After(AtomicU32);
+
+impl Keeper for After {
+    fn goes_on(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > 0
+    }
+
+    fn added(&self, film: &Film) {
+        assert!(!film.coverage.parts().is_empty());
+        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+    }
+}
+
+/// A film that was ended after each part, by a renderer of its own each time, is that of one piece.
+fn ends_do_not_show(subject: Subject) {
+    let scene = scene("rtiow_final.ron");
+    for guides in [false, true] {
+        let settings = Settings { width: 40, height: 24, samples: 600, depth: 8, guides, ..scene.settings() };
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let whole = renderer.render(&settings, &mut ()).unwrap();
+        let mut film = if guides { Film::with_guides(40, 24) } else { Film::new(40, 24) };
+        let mut runs = 0;
+        while !film.coverage.missing(&(0..600)).is_empty() {
+            let mut renderer = subject.renderer(&scene).unwrap();
+            let once = After(AtomicU32::new(1));
+            let stats = renderer.render_onto(&mut film, &settings, &(0..600), &once, &mut ()).unwrap();
+            assert_eq!(stats.samples, film.counts().samples);
+            runs += 1;
+        }
+        assert!(runs >= 2, "{runs}");
+        assert_eq!(film, whole.film);
+        // Nothing is left: nothing is rendered.
+        let stats = renderer.render_onto(&mut film, &settings, &(0..600), &(), &mut ()).unwrap();
+        assert_eq!((stats.submissions, &film), (0, &whole.film));
+        // The twin: a chunk of another seed in the place of one.
+        let mut other = if guides { Film::with_guides(40, 24) } else { Film::new(40, 24) };
+        let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
+        renderer.render_onto(&mut other, &strange, &(0..256), &(), &mut ()).unwrap();
+        renderer.render_onto(&mut other, &settings, &(0..600), &(), &mut ()).unwrap();
+        assert_ne!(other, whole.film, "a comparison that cannot fail");
+    }
+}
+
+/// Whatever parts are there, the rest is rendered.
+fn any_part_may_be_there(subject: Subject) {
+    let scene = scene("three_spheres.ron");
+    let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..scene.settings() };
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let whole = renderer.render(&settings, &mut ()).unwrap().film;
+    let mut film = Film::new(24, 32);
+    for (rows, samples) in [(3..5, 0..256), (5..20, 256..512), (0..1, 0..512)] {
+        let part = renderer.render_part(&settings, &Part { rows, samples }, &mut ()).unwrap();
+        film.add(&part.film).unwrap();
+    }
+    renderer.render_onto(&mut film, &settings, &(0..512), &(), &mut ()).unwrap();
+    assert_eq!(film, whole);
+    for wrong in [Film::new(24, 31), Film::with_guides(24, 32)] {
+        assert!(renderer.render_onto(&mut wrong.clone(), &settings, &(0..512), &(), &mut ()).is_err());
+    }
+    let split = renderer.render_onto(&mut Film::new(24, 32), &settings, &(0..300), &(), &mut ());
+    assert!(split.is_err(), "a chunk in two");
+}
+
+for_each_backend!(ends_do_not_show, any_part_may_be_there);
+
+const IMAGE: &[&str] = &["--backend", "cpu", "--resolution", "96x54", "--spp", "1024", "--depth", "8"];
+
+static BOOK: LazyLock<String> =
+    LazyLock::new(|| root().join("scenes/rtiow_final.ron").to_str().unwrap().to_owned());
+
+/// A render that is going on. It does not outlive its test.
+struct Running(Option<Child>);
+
+impl Running {
+    fn start(command: &mut Command) -> Self {
+        Self(Some(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()))
+    }
+
+    fn signal(&self, name: &str) {
+        let id = self.0.as_ref().unwrap().id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
+    }
+
+    /// Kills it; whether it was still going on.
+    fn kill(mut self) -> bool {
+        let mut child = self.0.take().unwrap();
+        let going = child.try_wait().unwrap().is_none();
+        let _ = child.kill();
+        child.wait().unwrap();
+        going
+    }
+
+    fn end(mut self) -> Output {
+        self.0.take().unwrap().wait_with_output().unwrap()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// Waits for a checkpoint that was written after `after`.
+fn wait_for(file: &str, after: SystemTime) {
+    let start = Instant::now();
+    while !fs::metadata(file).is_ok_and(|facts| facts.modified().unwrap() >= after) {
+        assert!(start.elapsed() < Duration::from_secs(120), "no {file}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// More samples than anyone waits for.
+const LONG: &[&str] =
+    &["--backend", "cpu", "--resolution", "96x54", "--spp", "10000000", "--depth", "8", "--every", "1ms"];
+
+fn program(arguments: &[&str]) -> Command {
+    let mut command = Command::new(binary());
+    command.args(arguments);
+    command
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The film of one piece.
+fn uninterrupted(folder: &Temporary) -> Film {
+    let file = folder.file("whole.ckpt");
+    let image = folder.file("whole.pfm");
+    let output = trisect(&[&["render", &BOOK, "-o", &image, "--checkpoint", &file], IMAGE].concat());
+    assert!(output.status.success(), "{}", text(&output));
+    Checkpoint::read(file.as_ref()).unwrap().film
+}
+
+/// `kill -9` at 20 random moments: each time there is a checkpoint that loads or none, and from it the film comes out the same.
+#[test]
+fn killed_at_any_moment() {
+    let folder = Temporary::new("checkpoint", "killed");
+    let whole = uninterrupted(&folder);
+    let image = fs::read(folder.file("whole.pfm")).unwrap();
+    let (file, out) = (folder.file("a.ckpt"), folder.file("a.pfm"));
+    let begin = [&["render", &BOOK, "-o", &out, "--checkpoint", &file, "--every", "1ms"], IMAGE].concat();
+    let time = |_| {
+        let _ = fs::remove_file(&file);
+        let clock = Instant::now();
+        assert!(trisect(&begin).status.success());
+        clock.elapsed()
+    };
+    let once = (0..3).map(time).min().unwrap();
+    let (mut kills, mut resumed) = (0, 0);
+    for attempt in 0..60 {
+        let _ = fs::remove_file(&file);
+        let mut arguments = begin.clone();
+        // Killed again and again, also while it goes on.
+        for again in 0..4 {
+            let word = PathKey { seed: 9, pixel: attempt, sample: again }.words(0).x;
+            let running = Running::start(&mut program(&arguments));
+            std::thread::sleep(once.mul_f64(f64::from(word) / 2f64.powi(32)));
+            let killed = running.kill();
+            kills += u32::from(killed);
+            if fs::exists(&file).unwrap() {
+                let found = Checkpoint::read(file.as_ref()).expect("whole or not there");
+                resumed += u32::from(!found.film.coverage.missing(&(0..1024)).is_empty());
+                arguments = vec!["resume", &file, "--every", "1ms"];
+            }
+            if !killed {
+                break;
+            }
+        }
+        let output = trisect(&arguments);
+        assert!(output.status.success(), "{}", text(&output));
+        assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, whole);
+        assert_eq!(fs::read(&out).unwrap(), image);
+        if kills >= 20 {
+            break;
+        }
+    }
+    eprintln!("{kills} kills, {resumed} checkpoints of a part, a render takes {once:?}");
+    assert!(kills >= 20 && resumed > 3, "{kills}, {resumed}");
+}
+
+/// The first interrupt, or what a queue sends when time is over: exit code 130, image and checkpoint are there.
+#[test]
+fn interrupts() {
+    let folder = Temporary::new("checkpoint", "interrupts");
+    let whole = uninterrupted(&folder);
+    for name in ["INT", "TERM"] {
+        let (file, out) = (folder.file(&format!("{name}.ckpt")), folder.file(&format!("{name}.pfm")));
+        let start = SystemTime::now();
+        let begin = [&["render", &BOOK, "-o", &out, "--checkpoint", &file], LONG].concat();
+        let running = Running::start(&mut program(&begin));
+        wait_for(&file, start);
+        running.signal(name);
+        let output = running.end();
+        assert_eq!(output.status.code(), Some(130), "{}", text(&output));
+        assert!(text(&output).contains("interrupted"), "{}", text(&output));
+        let found = Checkpoint::read(file.as_ref()).unwrap();
+        assert!(!found.film.coverage.parts().is_empty() && fs::exists(&out).unwrap());
+        // Twice: at once, and the last checkpoint is as it was.
+        let start = SystemTime::now();
+        let running = Running::start(&mut program(&["resume", &file]));
+        wait_for(&file, start);
+        running.signal(name);
+        running.signal(name);
+        let output = running.end();
+        assert_eq!(output.status.code(), Some(130), "{}", text(&output));
+        assert!(Checkpoint::read(file.as_ref()).is_ok());
+    }
+    // By --time-limit: exit code 7, and resumed, limited again, at last complete.
+    let (file, out) = (folder.file("late.ckpt"), folder.file("late.pfm"));
+    let begin = ["render", &BOOK, "-o", &out, "--checkpoint", &file, "--time-limit", "1ms"];
+    let output = trisect(&[&begin[..], IMAGE].concat());
+    assert_eq!(output.status.code(), Some(7), "{}", text(&output));
+    let output = trisect(&["resume", &file]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, whole);
+}
+
+/// Four ranges of samples rendered apart are one render; what overlaps or is of another image is refused.
+#[test]
+fn rendered_apart() {
+    let folder = Temporary::new("checkpoint", "apart");
+    let whole = uninterrupted(&folder);
+    let render = |name: &str, samples: &str, more: &[&str]| {
+        let (file, out) = (folder.file(name), folder.file("part.pfm"));
+        let fixed = ["render", &BOOK, "-o", &out, "--checkpoint", &file, "--samples", samples];
+        let output = trisect(&[&fixed[..], IMAGE, more].concat());
+        assert!(output.status.success(), "{}", text(&output));
+        file
+    };
+    let files = ["0..256", "768..1024", "256..512", "512..768"].map(|part| render(part, part, &[]));
+    let of = files.each_ref().map(String::as_str);
+    let sum = folder.file("sum.ckpt");
+    assert!(trisect(&[&["merge"], &of[..], &["-o", &sum]].concat()).status.success());
+    assert_eq!(Checkpoint::read(sum.as_ref()).unwrap().film, whole);
+    let image = folder.file("sum.pfm");
+    assert!(trisect(&[&["merge"], &of[..], &["-o", &image]].concat()).status.success());
+    assert_eq!(fs::read(&image).unwrap(), fs::read(folder.file("whole.pfm")).unwrap());
+    // Of two, the rest is rendered.
+    let part = folder.file("two.ckpt");
+    let two = trisect(&["merge", of[0], of[1], "-o", &part]);
+    assert!(two.status.success() && text(&two).contains("samples 256 to 768"), "{}", text(&two));
+    assert!(trisect(&["resume", &part, "-o", &image]).status.success());
+    assert_eq!(Checkpoint::read(part.as_ref()).unwrap().film, whole);
+
+    let refused = |files: [&str; 2], words: &[&str]| {
+        let arguments = ["merge", files[0], files[1], "-o", &sum];
+        check_failure(&trisect(&arguments), &arguments, 1, words);
+    };
+    refused([of[0], of[0]], &["samples 0 to 256 of row 0", "both"]);
+    let double = render("double", "256..1024", &[]);
+    refused([of[3], &double], &["samples 512 to 768"]);
+    let other = render("other", "256..512", &["--seed", "6"]);
+    refused([of[0], &other], &["seed is 6 there"]);
+    // The refusals left the sum as it was.
+    assert_eq!(Checkpoint::read(sum.as_ref()).unwrap().film, whole);
+}
+
+/// What a resumed render is not: of another scene; written over; a goal whose samples depend on each other.
+#[test]
+fn mistakes_are_named() {
+    let folder = Temporary::new("checkpoint", "mistakes");
+    let (file, out, copy) = (folder.file("a.ckpt"), folder.file("a.png"), folder.file("scene.ron"));
+    fs::copy(root().join("scenes/three_spheres.ron"), &copy).unwrap();
+    let small = ["--backend", "cpu", "--resolution", "16x9", "--spp", "256"];
+    let begin = [&["render", &copy, "-o", &out, "--checkpoint", &file], &small[..]].concat();
+    assert!(trisect(&begin).status.success());
+    check_failure(&trisect(&begin), &begin, 2, &["a.ckpt", "is there already", "trisect resume"]);
+    let fails = |arguments: &[&str], code: i32, words: &[&str]| {
+        check_failure(&trisect(arguments), arguments, code, words);
+    };
+    let text = fs::read_to_string(&copy).unwrap();
+    fs::write(&copy, text.replacen("0.5", "0.25", 1)).unwrap();
+    fails(&["resume", &file], 1, &["a.ckpt", "scene is"]);
+    fs::remove_file(&copy).unwrap();
+    fails(&["resume", &file], 4, &["scene.ron"]);
+    fails(&["resume", &copy], 1, &["scene.ron"]);
+    fails(&["resume", &out], 1, &["a.png", "not a checkpoint"]);
+    fails(&["render", "--checkpoint", &out, "-o", &out], 2, &["a.png", "name two"]);
+    let new = folder.file("b.ckpt");
+    fails(&["render", "--checkpoint", &new, "--budget", "1s"], 2, &["--checkpoint", "--budget"]);
+    fails(&["render", "--checkpoint", &new, "--every", "often"], 2, &["--every"]);
+    fails(&["render", "--samples", "0..256"], 2, &["--checkpoint"]);
+    let split = ["render", "--checkpoint", &new, "--spp", "512", "--samples", "0..100", "-o", &out];
+    fails(&split, 2, &["split a chunk"]);
+    assert!(!fs::exists(&new).unwrap(), "what failed at once leaves nothing behind");
+    fails(&["merge", &file, "-o", &folder.file("sum.jpg")], 2, &["sum.jpg"]);
+    fails(&["render", "--checkpoint", "/nowhere/a.ckpt"], 1, &["/nowhere/a.ckpt"]);
+}
+
+/// What was written elsewhere, by the words that say it.
+fn elsewhere(said: &str, words: &str) -> std::path::PathBuf {
+    let line = said.lines().find(|line| line.starts_with("wrote ") && line.contains(words));
+    let line = line.unwrap_or_else(|| panic!("no {words}: {said}"));
+    line.split(' ').find(|word| word.contains('/')).unwrap().into()
+}
+
+/// A folder that goes while the render runs: image and checkpoint are where the program says, and the render goes on from there.
+#[test]
+fn a_target_that_goes() {
+    let folder = Temporary::new("checkpoint", "goes");
+    let (there, safe) = (folder.path("there"), folder.path("safe"));
+    [&there, &safe].into_iter().for_each(|path| fs::create_dir_all(path).unwrap());
+    let (file, out) = (there.join("a.ckpt"), there.join("a.pfm"));
+    let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let begin = [&["render", &BOOK, "-o", out, "--checkpoint", file], LONG].concat();
+    let start = SystemTime::now();
+    let running = Running::start(program(&begin).env("TMPDIR", &safe));
+    wait_for(file, start);
+    fs::rename(&there, folder.path("gone")).unwrap();
+    // Long enough for another part, whose checkpoint fails: a part takes some two seconds.
+    std::thread::sleep(Duration::from_secs(8));
+    running.signal("INT");
+    let output = running.end();
+    let said = text(&output);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("a.ckpt") && said.contains("a.pfm") && said.contains("tries again"), "{said}");
+    let found = Checkpoint::read(&elsewhere(&said, "a.ckpt")).unwrap();
+    assert!(found.film.coverage.parts()[0].samples.len() >= 256);
+    assert_eq!(trisect::image::Image::read(&elsewhere(&said, "a.pfm")).unwrap().width, 96);
+    // Who would queue the rest is told that it is not where it should be: 1, and not 7.
+    let begin = [
+        "render",
+        &BOOK,
+        "--checkpoint",
+        "/proc/self/a.ckpt",
+        "--time-limit",
+        "1ms",
+        "-o",
+        &folder.file("b.pfm"),
+    ];
+    assert_eq!(trisect(&begin).status.code(), Some(1));
+}
+
+/// A disk that is full: the checkpoint that does not fit is written elsewhere, and the exit code is not 0.
+#[test]
+fn a_full_disk() {
+    let folder = Temporary::new("checkpoint", "full");
+    let (small, safe) = (folder.file("small"), folder.path("safe"));
+    [small.as_ref(), safe.as_path()].into_iter().for_each(|path| fs::create_dir_all(path).unwrap());
+    // 663 kB of checkpoint, 62 of image.
+    let script = format!(
+        "mount -t tmpfs -o size=200k none {small} && exec {} render {} -o {small}/a.pfm --checkpoint {small}/a.ckpt \
+         --every 1ms {}",
+        binary().display(),
+        *BOOK,
+        IMAGE.join(" ")
+    );
+    let mut command = Command::new("unshare");
+    command.args(["-r", "-m", "sh", "-c", &script]).env("TMPDIR", &safe);
+    let output = match command.output() {
+        Ok(output) if !text(&output).contains("unshare") && !text(&output).contains("mount:") => output,
+        other => return eprintln!("SKIPPED: no file system of its own: {other:?}"),
+    };
+    let said = text(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("No space left on device"), "{said}");
+    let found = Checkpoint::read(&elsewhere(&said, "a.ckpt")).unwrap();
+    assert_eq!(found.film, uninterrupted(&folder));
+}
