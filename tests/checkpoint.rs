@@ -10,7 +10,7 @@ use trisect::checkpoint::Checkpoint;
 use trisect::film::{Film, Part};
 use trisect::render::{Keeper, Settings};
 use trisect_shared::rng::PathKey;
-use trisect_tests::program::{Temporary, check_failure, trisect};
+use trisect_tests::program::{Temporary, check_failure, trisect, wait_for};
 use trisect_tests::{Subject, binary, for_each_backend, root, scene};
 
 /// Ends a render after so many parts.
@@ -117,15 +117,6 @@ impl Drop for Running {
             let _ = child.kill();
             let _ = child.wait();
         }
-    }
-}
-
-/// Waits for a checkpoint that was written after `after`.
-fn wait_for(file: &str, after: SystemTime) {
-    let start = Instant::now();
-    while !fs::metadata(file).is_ok_and(|facts| facts.modified().unwrap() >= after) {
-        assert!(start.elapsed() < Duration::from_secs(120), "no {file}");
-        std::thread::sleep(Duration::from_millis(5));
     }
 }
 

@@ -4,6 +4,6 @@
 
 use libfuzzer_sys::fuzz_target;
 use trisect::scene::import::ply;
-use trisect_fuzz::model;
+use trisect_fuzz::{bounded, model};
 
-fuzz_target!(|bytes: &[u8]| model(ply::parse(bytes, "fuzz.ply")));
+fuzz_target!(|bytes: &[u8]| bounded(bytes.len(), || model(ply::parse(bytes, "fuzz.ply"))));

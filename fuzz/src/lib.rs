@@ -1,7 +1,9 @@
 //! What the targets share: files in memory, a folder, and what becomes of a description.
 
+use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{ErrorKind, Result};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use trisect::bvh::Bvh;
 use trisect::lights::Lights;
 use trisect::scene::description::{Description, Texels};
@@ -12,6 +14,56 @@ use trisect::scene::{Scene, SceneError};
 const TRIANGLES: usize = 20_000;
 const TREE: usize = 2_000;
 pub const TEXELS: u64 = 1 << 20;
+
+/// Counts what is allocated.
+struct Counted;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+impl Counted {
+    fn more(bytes: usize) {
+        let now = NOW.fetch_add(bytes, Relaxed) + bytes;
+        PEAK.fetch_max(now, Relaxed);
+    }
+}
+
+// SAFETY: each call goes to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counted {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        Self::more(layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        Self::more(layout.size());
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        Self::more(size);
+        NOW.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.realloc(memory, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counted = Counted;
+
+/// Reads an input of so many bytes, and checks that it never takes more than 64 MiB and 20 bytes for each of its own. A reallocation counts twice, as it
+/// may be a copy.
+pub fn bounded(input: usize, read: impl FnOnce()) {
+    let before = NOW.load(Relaxed);
+    PEAK.store(before, Relaxed);
+    read();
+    let taken = PEAK.load(Relaxed).saturating_sub(before);
+    assert!(taken <= (64 << 20) + 20 * input, "{input} bytes took {taken} bytes of memory");
+}
 
 /// Gives the same bytes whatever is asked for.
 pub struct Same<'a>(pub &'a [u8]);

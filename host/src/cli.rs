@@ -6,6 +6,7 @@ mod denoise;
 mod goal;
 mod keep;
 mod render;
+mod shell;
 mod tradeoff;
 mod view;
 
@@ -17,8 +18,9 @@ pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
-pub use keep::{KeepArgs, MergeArgs, ResumeArgs, Samples};
+pub use keep::{FallbackArg, KeepArgs, MergeArgs, ResumeArgs, Samples};
 pub use render::RenderArgs;
+pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, ManArgs};
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
 
@@ -63,7 +65,13 @@ pub enum Command {
     /// Say what in a scene is outside the range that single precision supports, by how much, and what helps.
     Check(CheckArgs),
     /// List backends and devices, and for a missing one why.
-    Info,
+    Info(InfoArgs),
+    /// Try what works here: each device by an image, processes, window, folders; and say what mends the rest.
+    Doctor(DoctorArgs),
+    /// Print what makes a shell complete commands and options.
+    Completions(CompletionsArgs),
+    /// Write manual pages.
+    Man(ManArgs),
 }
 
 /// What and where to render.

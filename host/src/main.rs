@@ -24,7 +24,10 @@ fn main() -> ExitCode {
         cli::Command::View(arguments) => commands::view::run(&arguments),
         cli::Command::Compare(arguments) => commands::compare::run(&arguments),
         cli::Command::Check(arguments) => commands::check::run(&arguments),
-        cli::Command::Info => commands::info::run(),
+        cli::Command::Info(arguments) => commands::info::run(&arguments),
+        cli::Command::Doctor(arguments) => commands::doctor::run(&arguments),
+        cli::Command::Completions(arguments) => commands::shell::completions(&arguments),
+        cli::Command::Man(arguments) => commands::shell::man(&arguments),
     };
     match outcome {
         Ok(code) => code,

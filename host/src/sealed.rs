@@ -234,7 +234,7 @@ mod tests {
     }
 
     fn bytes(count: usize) -> Vec<u8> {
-        (0..count).map(|i| (i * i >> 3) as u8).collect()
+        (0..count).map(|i| ((i * i) >> 3) as u8).collect()
     }
 
     #[test]

@@ -109,6 +109,16 @@ impl Job {
         assert!(sent.is_ok_and(|status| status.success()), "rank 1 had ended before it got {name}");
     }
 
+    /// Sends mpirun a signal.
+    ///
+    /// # Panics
+    ///
+    /// If it is not there any more.
+    pub fn end_by(&self, name: &str) {
+        let sent = Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status();
+        assert!(sent.is_ok_and(|status| status.success()), "mpirun had ended before it got {name}");
+    }
+
     /// Waits for the job's end, and says how long that took.
     ///
     /// # Panics

@@ -1,7 +1,9 @@
 //! The program as people run it, and what it must say when it fails.
 
+use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
+use std::time::{Duration, Instant, SystemTime};
 
 /// A folder of a test's own.
 ///
@@ -10,7 +12,7 @@ use std::process::{Command, Output};
 /// If it cannot be made.
 pub fn folder(file: &str, name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("trisect-{file}-{}-{name}", std::process::id()));
-    match std::fs::create_dir_all(&path) {
+    match fs::create_dir_all(&path) {
         Ok(()) => path,
         Err(error) => panic!("{}: {error}", path.display()),
     }
@@ -102,6 +104,19 @@ impl Temporary {
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Waits for a file that was written after `after`.
+///
+/// # Panics
+///
+/// If none is within two minutes.
+pub fn wait_for(file: &str, after: SystemTime) {
+    let start = Instant::now();
+    while !fs::metadata(file).and_then(|facts| facts.modified()).is_ok_and(|time| time >= after) {
+        assert!(start.elapsed() < Duration::from_secs(120), "no {file}");
+        std::thread::sleep(Duration::from_millis(5));
     }
 }

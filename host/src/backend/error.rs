@@ -72,6 +72,11 @@ pub enum BackendError {
 }
 
 impl BackendError {
+    /// Whether it is for want of a device that works or is large enough: another backend may do.
+    pub fn is_of_device(&self) -> bool {
+        !matches!(self, Self::Settings(_) | Self::NoSuchDevice { .. })
+    }
+
     /// Whether another machine or another `--device` would help, rather than another try.
     pub fn is_unavailable(&self) -> bool {
         matches!(self, Self::Unavailable { .. } | Self::NoSuchDevice { .. })

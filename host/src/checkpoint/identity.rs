@@ -8,6 +8,9 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fmt;
 
+/// Between the roundings of a film of several devices.
+const AND: &str = " and ";
+
 /// All that decides the bits of a pixel's chunks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
@@ -15,7 +18,7 @@ pub struct Identity {
     pub scene: String,
     /// The same of the kernels.
     pub kernels: String,
-    /// Whose rounding: devices that round alike have the same.
+    /// Whose rounding: devices that round alike have the same. Of several, where one went on for another.
     pub arithmetic: String,
     /// Those of the settings that the image depends on.
     pub settings: Value,
@@ -48,20 +51,24 @@ fn hex(digest: &[u8]) -> String {
     digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// Whose rounding a device has: those that round alike have the same.
+pub fn arithmetic(device: &Device, math: MathMode) -> String {
+    match (device.backend, math) {
+        // The CPU's bits, on any device.
+        ("cpu" | "cuda", MathMode::Precise) => "precise".to_owned(),
+        // What a driver makes of the rest, another may make otherwise.
+        (backend, MathMode::Precise) => {
+            format!("{backend}, precise, by {} ({})", device.name, device.details)
+        }
+        (backend, MathMode::Fast) => format!("{backend}, fast, by {} ({})", device.name, device.details),
+    }
+}
+
 impl Identity {
     /// Of a render of a scene with this [digest](crate::scene::Scene::digest).
     pub fn new(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>, device: &Device) -> Self {
         let Settings { width, height, depth, seed, roulette, roulette_depth, fresnel, .. } = settings;
         let Settings { math, sampler, light_sampling, clamp, .. } = settings;
-        let arithmetic = match (device.backend, math) {
-            // The CPU's bits, on any device.
-            ("cpu" | "cuda", MathMode::Precise) => "precise".to_owned(),
-            // What a driver makes of the rest, another may make otherwise.
-            (backend, MathMode::Precise) => {
-                format!("{backend}, precise, by {} ({})", device.name, device.details)
-            }
-            (backend, MathMode::Fast) => format!("{backend}, fast, by {} ({})", device.name, device.details),
-        };
         let settings = serde_json::json!({
             "width": width,
             "height": height,
@@ -79,9 +86,23 @@ impl Identity {
         Self {
             scene: hex(scene),
             kernels: hex(&Sha256::digest(trisect_kernels::MANIFEST)),
-            arithmetic,
+            arithmetic: arithmetic(device, *math),
             settings,
         }
+    }
+
+    /// Who goes on rounds otherwise: then the film is what either of both goes on with.
+    pub fn also(&mut self, arithmetic: &str) {
+        if !self.arithmetic.split(AND).any(|one| one == arithmetic) {
+            self.arithmetic = format!("{}{AND}{arithmetic}", self.arithmetic);
+        }
+    }
+
+    /// Whether one of both has no rounding that the other has not.
+    fn rounds_like(&self, other: &Self) -> bool {
+        let among =
+            |some: &str, all: &str| some.split(AND).all(|one| all.split(AND).any(|other| one == other));
+        among(&self.arithmetic, &other.arithmetic) || among(&other.arithmetic, &self.arithmetic)
     }
 
     /// Whether another is of the same image.
@@ -91,11 +112,11 @@ impl Identity {
     /// The first field in which they differ.
     pub fn check(&self, other: &Self) -> Result<(), Difference> {
         let fields = [
-            ("scene", &self.scene, &other.scene),
-            ("kernels", &self.kernels, &other.kernels),
-            ("arithmetic", &self.arithmetic, &other.arithmetic),
+            ("scene", &self.scene, &other.scene, self.scene == other.scene),
+            ("kernels", &self.kernels, &other.kernels, self.kernels == other.kernels),
+            ("arithmetic", &self.arithmetic, &other.arithmetic, self.rounds_like(other)),
         ];
-        if let Some((field, one, other)) = fields.into_iter().find(|(_, one, other)| one != other) {
+        if let Some((field, one, other, _)) = fields.into_iter().find(|(.., is_same)| !is_same) {
             return Err(Difference::new(field, one, other));
         }
         let empty = serde_json::Map::new();

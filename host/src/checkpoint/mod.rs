@@ -8,7 +8,7 @@ mod identity;
 mod saver;
 
 pub use error::CheckpointError;
-pub use identity::Identity;
+pub use identity::{Identity, arithmetic};
 pub use saver::{Every, Saver};
 
 use crate::film::{Coverage, Film, GuideTotals, Part, PixelTotals};

@@ -54,7 +54,7 @@ impl FromStr for Every {
 
 /// A copy of a film on its way to the disk, and its way back.
 struct Writer {
-    to: Option<Sender<(Film, f64)>>,
+    to: Option<Sender<(Film, Header)>>,
     back: Receiver<(Film, Result<(), CheckpointError>)>,
     thread: Option<JoinHandle<()>>,
 }
@@ -73,7 +73,7 @@ struct State {
 /// written when the next one is due is waited for, not for the render.
 pub struct Saver {
     path: PathBuf,
-    header: Header,
+    header: Mutex<Header>,
     every: Every,
     start: Instant,
     state: Mutex<State>,
@@ -82,12 +82,11 @@ pub struct Saver {
 impl Saver {
     /// For a render that begins now.
     pub fn new(path: &Path, header: Header, every: Every) -> Self {
-        let (to, films) = channel::<(Film, f64)>();
+        let (to, films) = channel::<(Film, Header)>();
         let (done, back) = channel();
-        let (place, template) = (path.to_owned(), header.clone());
+        let place = path.to_owned();
         let thread = std::thread::spawn(move || {
-            for (film, seconds) in films {
-                let header = Header { seconds, ..template.clone() };
+            for (film, header) in films {
                 let written = write(&place, &header, &film);
                 if done.send((film, written)).is_err() {
                     return;
@@ -97,7 +96,8 @@ impl Saver {
         let writer = Writer { to: Some(to), back, thread: Some(thread) };
         let state =
             State { writer, spare: Some(Film::new(0, 0)), last: Instant::now(), samples: 0.0, failed: None };
-        Self { path: path.to_owned(), header, every, start: Instant::now(), state: Mutex::new(state) }
+        let (header, start) = (Mutex::new(header), Instant::now());
+        Self { path: path.to_owned(), header, every, start, state: Mutex::new(state) }
     }
 
     /// Where.
@@ -107,11 +107,13 @@ impl Saver {
 
     /// What it writes.
     pub fn header(&self) -> Header {
-        Header { seconds: self.seconds(), ..self.header.clone() }
+        let header = self.header.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        Header { seconds: header.seconds + self.start.elapsed().as_secs_f64(), ..header }
     }
 
-    fn seconds(&self) -> f64 {
-        self.header.seconds + self.start.elapsed().as_secs_f64()
+    /// From now on what is rendered is rounded so, too.
+    pub fn also(&self, arithmetic: &str) {
+        self.header.lock().unwrap_or_else(PoisonError::into_inner).identity.also(arithmetic);
     }
 
     /// Copies the film and has it written, if that is due and the last one is on the disk.
@@ -130,9 +132,8 @@ impl Saver {
         copy.copy_from(film);
         state.last = Instant::now();
         state.samples = samples();
-        let seconds = self.seconds();
         if let Some(to) = &state.writer.to
-            && let Err(lost) = to.send((copy, seconds))
+            && let Err(lost) = to.send((copy, self.header()))
         {
             state.spare = Some(lost.0.0);
         }

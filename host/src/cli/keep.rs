@@ -1,6 +1,6 @@
 //! What keeps a render from being lost.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -24,6 +24,26 @@ pub struct KeepArgs {
     /// End after so long, as 30s, 5m or 2h, with what there is then: exit code 7.
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub time_limit: Option<Duration>,
+
+    /// Who goes on where the device is not there, is too small or fails.
+    #[arg(long, value_enum)]
+    pub fallback: Option<FallbackArg>,
+}
+
+/// `--fallback`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FallbackArg {
+    /// This machine's threads.
+    Cpu,
+}
+
+impl KeepArgs {
+    /// The first of them that is given: then a render ends with a film.
+    pub fn given(&self) -> Option<&'static str> {
+        let given =
+            [("--checkpoint", self.checkpoint.is_some()), ("--time-limit", self.time_limit.is_some())];
+        given.into_iter().find(|given| given.1).map(|given| given.0)
+    }
 }
 
 /// `--samples`.
@@ -78,6 +98,10 @@ pub struct ResumeArgs {
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub time_limit: Option<Duration>,
 
+    /// Who goes on where the device is not there, is too small or fails.
+    #[arg(long, value_enum)]
+    pub fallback: Option<FallbackArg>,
+
     /// Write what the render took as JSON.
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
@@ -85,6 +109,10 @@ pub struct ResumeArgs {
     /// Print errors only.
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Over several processes.
+    #[command(flatten)]
+    pub cluster: super::ClusterArgs,
 }
 
 /// `trisect merge`.

@@ -51,6 +51,10 @@ pub struct TradeoffArgs {
     /// Print the summary only.
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Print what is in tradeoff.json in place of the summary.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `trisect converge`.

@@ -1,12 +1,29 @@
 //! `trisect info`.
 
+use crate::cli::InfoArgs;
 use std::fmt::Write;
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{self, DeviceKind};
 
 /// Lists backends and devices; for a missing one, why and what would help.
-pub fn run() -> Result<ExitCode, Error> {
+pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
+    if arguments.json {
+        let backends = backend::list().into_iter().map(|(backend, devices)| match devices {
+            Ok(devices) => serde_json::json!({ "backend": backend, "devices": devices }),
+            Err(error) => {
+                serde_json::json!({ "backend": backend, "devices": [], "missing": error.to_string() })
+            }
+        });
+        let all = serde_json::json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "backends": backends.collect::<Vec<_>>(),
+            "mpi": cfg!(feature = "mpi"),
+            "window": cfg!(feature = "window"),
+        });
+        super::print(&format!("{all:#}\n"))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut text = String::new();
     let _ = writeln!(text, "trisect {}", env!("CARGO_PKG_VERSION"));
     for (name, devices) in backend::list() {

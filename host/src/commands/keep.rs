@@ -1,7 +1,7 @@
 //! What keeps a render from being lost: checkpoints, and an end that was asked for.
 
 use super::{Session, say};
-use crate::cli::RenderArgs;
+use crate::cli::{KeepArgs, RenderArgs};
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -39,7 +39,7 @@ impl Ended {
 }
 
 /// Sets a flag at the first SIGINT or SIGTERM, and ends the process at the second. SIGHUP stays as it is: `nohup` has it ignored.
-fn interrupts() -> Arc<AtomicBool> {
+pub fn interrupts() -> Arc<AtomicBool> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::flag::{register, register_conditional_shutdown};
     let interrupted = Arc::new(AtomicBool::new(false));
@@ -79,11 +79,19 @@ impl<O: Observer> Observer for Told<'_, O> {
 }
 
 impl Watch {
-    /// Of a command that began at `start`.
-    pub fn new(arguments: &RenderArgs, saver: Option<Saver>, start: Instant) -> Self {
+    /// Of a command that began at `start`, and has such a checkpoint. `interrupted` is set when it should end.
+    pub fn new(
+        arguments: &RenderArgs,
+        header: Option<Header>,
+        start: Instant,
+        interrupted: Arc<AtomicBool>,
+    ) -> Self {
+        let KeepArgs { checkpoint, every, time_limit, .. } = &arguments.keep;
+        let saver = checkpoint.as_ref().zip(header);
+        let saver = saver.map(|(path, header)| Saver::new(path, header, every.unwrap_or_default()));
         // A limit that no clock reaches is none.
-        let end = arguments.keep.time_limit.and_then(|limit| start.checked_add(limit));
-        Self { interrupted: interrupts(), end, saver }
+        let end = time_limit.and_then(|limit| start.checked_add(limit));
+        Self { interrupted, end, saver }
     }
 
     /// Why the render should end, if it should.
@@ -92,6 +100,22 @@ impl Watch {
         match self.interrupted.load(Ordering::Relaxed) {
             true => Some(Ended::Interrupted),
             false => late.then_some(Ended::OutOfTime),
+        }
+    }
+
+    /// Notes that another device goes on.
+    pub fn also(&self, arithmetic: &str) {
+        if let Some(saver) = &self.saver {
+            saver.also(arithmetic);
+        }
+    }
+
+    /// Keeps what there is after an error, which is said later. What failed at once leaves nothing behind.
+    pub fn rescue(&self, film: &Film, quiet: bool) {
+        if !film.coverage.parts().is_empty()
+            && let Err(error) = self.finish(film, quiet)
+        {
+            say(&format!("error: {error}"));
         }
     }
 

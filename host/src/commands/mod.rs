@@ -5,22 +5,24 @@ pub mod check;
 #[cfg(feature = "mpi")]
 pub mod cluster;
 pub mod compare;
+pub mod doctor;
 pub mod info;
 mod keep;
 pub mod render;
 pub mod report;
 pub mod resume;
+pub mod shell;
 pub mod tradeoff;
 pub mod view;
 
-use crate::cli::{BackendArg, ClusterArgs, JobArgs};
+use crate::cli::{BackendArg, ClusterArgs, FallbackArg, JobArgs, KeepArgs};
 use std::io::Write;
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Selection};
 use trisect::distribute::DistributeError;
 use trisect::limits;
-use trisect::render::{Renderer, Settings};
+use trisect::render::{MathMode, Renderer, Settings};
 use trisect::scene::{Described, Scene, Space};
 
 /// A scene on a backend with the command line's settings.
@@ -41,6 +43,8 @@ pub struct Session {
     pub load_seconds: f64,
     /// Opening the device.
     pub open_seconds: f64,
+    /// The scene, for who goes on where the device fails.
+    pub spare: Option<Loaded>,
 }
 
 /// A scene that was read, with the command line's settings.
@@ -92,25 +96,50 @@ impl Loaded {
     }
 
     /// Puts it on a backend.
-    pub fn on(self, selection: Selection, open_seconds: f64, job: &JobArgs) -> Result<Session, Error> {
-        let Self { scene, settings, space, seconds: load_seconds, .. } = self;
+    pub fn on(&self, selection: Selection, open_seconds: f64, job: &JobArgs) -> Result<Session, Error> {
+        let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
         let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
-        let renderer = Renderer::with_quality(selection.backend, &scene, quality)?;
-        let (name, choice) = (scene.name, selection.why);
-        Ok(Session { renderer, settings, name, digest: None, space, choice, load_seconds, open_seconds })
+        let renderer = Renderer::with_quality(selection.backend, scene, quality)?;
+        let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
+        let (digest, spare) = (None, None);
+        Ok(Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds, spare })
+    }
+
+    /// Puts it on this machine's threads, whatever the command line said of a device.
+    pub fn on_cpu(&self, job: &JobArgs) -> Result<Session, Error> {
+        let start = Instant::now();
+        let selection = open(BackendArg::Cpu, None, job.threads)?;
+        let mut session = self.on(selection, start.elapsed().as_secs_f64(), job)?;
+        fit_to_cpu(&mut session.settings);
+        Ok(session)
     }
 }
 
+/// Leaves out what is for devices, on none of which the image depends but for its rounding.
+pub fn fit_to_cpu(settings: &mut Settings) {
+    let Settings { variant, traversal, schedule, tile, math, .. } = settings;
+    (*variant, *traversal, *schedule, *tile, *math) = (None, None, None, None, MathMode::Precise);
+}
+
 impl Session {
-    /// The same with the scene's digest.
-    pub fn open_with_digest(job: &JobArgs) -> Result<Self, Error> {
+    /// The same for a render that is not to be lost: with the scene's digest for a checkpoint, and on the fallback where the device cannot be had.
+    pub fn open_kept(job: &JobArgs, keep: &KeepArgs) -> Result<Self, Error> {
         let loaded = Loaded::read(job)?;
-        let digest = loaded.scene.digest();
-        let start = Instant::now();
-        let selection = open(job.backend, job.device, job.threads)?;
         loaded.warn();
-        let session = loaded.on(selection, start.elapsed().as_secs_f64(), job)?;
-        Ok(Self { digest: Some(digest), ..session })
+        let digest = keep.checkpoint.is_some().then(|| loaded.scene.digest());
+        let start = Instant::now();
+        let opened = open(job.backend, job.device, job.threads)
+            .and_then(|selection| loaded.on(selection, start.elapsed().as_secs_f64(), job));
+        let session = match (opened, keep.fallback) {
+            (Err(Error::Backend(error)), Some(FallbackArg::Cpu)) if error.is_of_device() => {
+                say(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
+                loaded.on_cpu(job)?
+            }
+            (opened, _) => opened?,
+        };
+        let spare =
+            keep.fallback.map(|_| loaded).filter(|_| session.renderer.backend().device().backend != "cpu");
+        Ok(Self { digest, spare, ..session })
     }
 
     /// Reads the scene, checks the settings, opens the backend.

@@ -1,21 +1,23 @@
 //! `trisect render`.
 
-use super::Session;
-use super::keep::{Begun, Ended, Told, Watch, fallback, is_same};
+use super::keep::{Begun, Ended, Told, Watch, fallback, interrupts, is_same};
 use super::say;
-use crate::cli::{KeepArgs, RenderArgs};
+use super::{Session, fit_to_cpu};
+use crate::cli::RenderArgs;
 use crate::progress::Bar;
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trisect::checkpoint::{Checkpoint, CheckpointError, Saver};
+use trisect::backend::BackendError;
+use trisect::checkpoint::{Checkpoint, CheckpointError, arithmetic};
 use trisect::denoise::Denoise;
 use trisect::distribute::DistributeError;
 use trisect::film::{Film, Part};
 use trisect::image::{Image, ImageError};
 use trisect::output::layers::{self, Aov};
-use trisect::render::SettingsError;
+use trisect::render::{Settings, SettingsError};
 use trisect::sampling::{self, Goal, Request, Sampled};
 use trisect::stats::RenderStats;
 use trisect::{Error, output};
@@ -27,10 +29,6 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         if arguments.request()?.is_some() {
             let what = "--budget, --target-error and --quality are for one process".to_owned();
             return Err(DistributeError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
-        }
-        if arguments.keep.checkpoint.is_some() || arguments.keep.time_limit.is_some() {
-            let what = "--checkpoint and --time-limit are for one process".to_owned();
-            return Err(DistributeError::Unsupported { what, remedy: "leave them out".to_owned() }.into());
         }
         #[cfg(feature = "mpi")]
         return super::cluster::render::run(arguments);
@@ -44,19 +42,13 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let denoise = arguments.denoise.denoise()?;
     if let Some(request) = &request {
         sampling::check(request.goal)?;
-        if arguments.keep.checkpoint.is_some() || arguments.keep.time_limit.is_some() {
-            let what = if arguments.keep.checkpoint.is_some() { "--checkpoint" } else { "--time-limit" };
+        if let Some(what) = arguments.keep.given() {
             return Err(CheckpointError::Unsupported { what }.into());
         }
     }
-    if let Some(path) = arguments.keep.checkpoint.as_ref().filter(|path| path.exists()) {
-        return Err(CheckpointError::Exists { path: path.clone() }.into());
-    }
+    check_new(arguments)?;
 
-    let mut session = match arguments.keep.checkpoint {
-        Some(_) => Session::open_with_digest(&arguments.job)?,
-        None => Session::open(&arguments.job)?,
-    };
+    let mut session = Session::open_kept(&arguments.job, &arguments.keep)?;
     session.settings.guides = needs_guides(arguments, denoise.as_ref());
     if !arguments.quiet {
         announce(&session, &aim(&session, request.as_ref()));
@@ -77,22 +69,45 @@ pub fn go(
     start: Instant,
 ) -> Result<ExitCode, Error> {
     let Begun { mut film, samples, header } = Begun::new(arguments, &session, before)?;
-    let KeepArgs { checkpoint, every, .. } = &arguments.keep;
-    let saver = checkpoint.as_ref().zip(header);
-    let saver = saver.map(|(path, header)| Saver::new(path, header, every.unwrap_or_default()));
-    let watch = Watch::new(arguments, saver, start);
+    let watch = Watch::new(arguments, header, start, interrupts());
     let bar = Bar::new(arguments.quiet);
     let mut told = Told { bar, watch: &watch, told: arguments.quiet };
-    let rendered = session.renderer.render_onto(&mut film, &session.settings, &samples, &watch, &mut told);
-    // What failed at once leaves nothing behind.
-    let is_nothing = rendered.is_err() && film.coverage.parts().is_empty();
-    let kept = if is_nothing { Ok(true) } else { watch.finish(&film, arguments.quiet) };
-    if let (Err(_), Err(error)) = (&rendered, &kept) {
-        say(&format!("error: {error}"));
-    }
-    let mut stats = rendered?;
+    let mut spare = session.spare.take();
+    let mut elsewhere = |error: &BackendError, film: &Film, settings: &mut Settings| {
+        let loaded = spare.take()?;
+        say(&format!("warning: {error}\n  the CPU goes on (--fallback)"));
+        watch.rescue(film, arguments.quiet);
+        fit_to_cpu(settings);
+        let session = loaded.on_cpu(&arguments.job);
+        if let Ok(session) = &session {
+            watch.also(&arithmetic(session.renderer.backend().device(), settings.math));
+        }
+        Some(session.map(|session| session.renderer))
+    };
+    let Session { renderer, settings, .. } = &mut session;
+    let rendered = renderer.render_onto_or(&mut film, settings, &samples, &watch, &mut told, &mut elsewhere);
+    let mut stats = match rendered {
+        Ok(stats) => stats,
+        Err(error) => {
+            watch.rescue(&film, arguments.quiet);
+            return Err(error);
+        }
+    };
     stats.phases.load_seconds = session.load_seconds;
-    let lacking = film.coverage.missing(&samples);
+    wrap_up(arguments, session, (&film, &samples), &watch, stats, denoise)
+}
+
+/// Writes checkpoint and image of a film that should have these samples, and says what it lacks of them.
+pub fn wrap_up(
+    arguments: &RenderArgs,
+    session: Session,
+    (film, samples): (&Film, &Range<u32>),
+    watch: &Watch,
+    stats: RenderStats,
+    denoise: Option<Denoise>,
+) -> Result<ExitCode, Error> {
+    let kept = watch.finish(film, arguments.quiet);
+    let lacking = film.coverage.missing(samples);
     let ended = watch.ended().filter(|_| !lacking.is_empty());
     if let Some(part) = lacking.first() {
         let Part { rows, samples } = part;
@@ -104,7 +119,7 @@ pub fn go(
     }
     // A filter would smear what is there over what is not.
     let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
-    let (code, in_place) = finish(arguments, session, Drawn::Film(&film), stats, denoise)?;
+    let (code, in_place) = finish(arguments, session, Drawn::Film(film), stats, denoise)?;
     let in_place = kept? && in_place;
     // Who queues the rest must know that it is elsewhere.
     Ok(match ended {
@@ -157,6 +172,14 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
         output::probe(path)?;
     }
     Ok(())
+}
+
+/// Finds out whether a render that begins would write over another's checkpoint.
+pub fn check_new(arguments: &RenderArgs) -> Result<(), Error> {
+    match arguments.keep.checkpoint.as_ref().filter(|path| path.exists()) {
+        Some(path) => Err(CheckpointError::Exists { path: path.clone() }.into()),
+        None => Ok(()),
+    }
 }
 
 /// How much is rendered.

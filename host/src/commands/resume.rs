@@ -1,6 +1,6 @@
 //! `trisect resume` and `trisect merge`.
 
-use super::{Session, render};
+use super::{Session, render, say};
 use crate::cli::{Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
 use std::path::{Path, PathBuf};
@@ -13,26 +13,33 @@ use trisect::{Error, film::Film};
 
 /// Goes on with a render where its checkpoint ended.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
+    if arguments.cluster.distribute.is_some() {
+        #[cfg(feature = "mpi")]
+        return super::cluster::resume::run(arguments);
+        #[cfg(not(feature = "mpi"))]
+        return Err(trisect::distribute::DistributeError::NotBuilt.into());
+    }
+    super::refuse_ranks(&arguments.cluster)?;
     let start = Instant::now();
     let checkpoint = Checkpoint::read(&arguments.file)?;
     let command = command(arguments, &checkpoint.header)?;
     render::check(&command)?;
     let denoise = command.denoise.denoise()?;
-    let mut session = Session::open_with_digest(&command.job)?;
+    let mut session = Session::open_kept(&command.job, &command.keep)?;
     session.settings.guides = !checkpoint.film.guides.is_empty();
     // The scene may say another number now, which does not matter to the samples that are there.
     session.settings.samples = checkpoint.header.spp;
     if !command.quiet {
-        let of = checkpoint.header.samples.clone();
         render::announce(&session, &render::aim(&session, None));
-        eprintln!(
-            "  {} of samples {} to {} are there",
-            share(&checkpoint.film, &checkpoint.header),
-            of.start,
-            of.end
-        );
+        say(&there(&checkpoint));
     }
     render::go(&command, session, denoise, Some((arguments.file.clone(), checkpoint)), start)
+}
+
+/// What a checkpoint has, for people.
+pub fn there(Checkpoint { header, film }: &Checkpoint) -> String {
+    let of = &header.samples;
+    format!("  {} of samples {} to {} are there", share(film, header), of.start, of.end)
 }
 
 /// What of the samples that there should be there is.
@@ -45,7 +52,7 @@ fn share(film: &Film, header: &Header) -> String {
 }
 
 /// The command that began it, with what the new one says instead.
-fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error> {
+pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error> {
     let wrong = |message: String| CheckpointError::NotOne { path: arguments.file.clone(), message };
     let words = std::iter::once("trisect".to_owned()).chain(header.command.iter().cloned());
     let parsed = Cli::try_parse_from(words).map_err(|error| {
@@ -68,7 +75,9 @@ fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error>
     command.keep.checkpoint = Some(arguments.file.clone());
     command.keep.every = arguments.every.or(command.keep.every);
     command.keep.time_limit = arguments.time_limit;
+    command.keep.fallback = arguments.fallback.or(command.keep.fallback);
     command.keep.samples = Some(Samples(header.samples.clone()));
+    command.cluster = arguments.cluster.clone();
     command.quiet = arguments.quiet;
     Ok(command)
 }

@@ -51,14 +51,16 @@ impl Ready {
     }
 }
 
-/// The user's cache.
-fn cache(arguments: &ReferenceArgs) -> PathBuf {
+/// The user's cache, by the XDG base directory specification; none without a home.
+pub fn user_cache() -> Option<PathBuf> {
     let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
-    let user = || std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home);
-    arguments
-        .cache
-        .clone()
-        .unwrap_or_else(|| user().unwrap_or_else(std::env::temp_dir).join("trisect/references"))
+    std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home)
+}
+
+/// Where references are kept.
+fn cache(arguments: &ReferenceArgs) -> PathBuf {
+    let user = || user_cache().unwrap_or_else(std::env::temp_dir).join("trisect/references");
+    arguments.cache.clone().unwrap_or_else(user)
 }
 
 /// Turns each knob, measures what it costs, and writes a report.
@@ -103,7 +105,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     let (mut found, pictures) = lab.measure(&sweep, &reference, &mut say, &mut bar)?;
     found.seconds = start.elapsed().as_secs_f64();
     let files = found.write(&pictures, &arguments.output)?;
-    print(&found.summary())?;
+    print(&if arguments.json { found.json()? } else { found.summary() })?;
     files.iter().for_each(|file| say(&format!("wrote {}", file.display())));
     Ok(ExitCode::SUCCESS)
 }

@@ -63,6 +63,23 @@ impl Canvas {
         Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
     }
 
+    /// For what a film lacks of some samples.
+    pub fn onto(film: Film, samples: &Range<u32>) -> Self {
+        let missing = film.coverage.missing(samples);
+        let of = |part: &Part| part.rows.len() as u64 * part.samples.len() as u64 * u64::from(film.width);
+        let (width, height, total) = (film.width, film.height, missing.iter().map(of).sum());
+        let store = Store::Film(Box::new(film));
+        Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
+    }
+
+    /// Where it is all sums.
+    pub fn film(&self) -> Option<&Film> {
+        match &self.store {
+            Store::Film(film) => Some(film),
+            _ => None,
+        }
+    }
+
     /// Whether all came.
     pub fn is_complete(&self) -> bool {
         self.done >= self.total

@@ -4,7 +4,6 @@ use super::DistributeError;
 use super::link::Link;
 use super::network::{Network, Tag};
 use crate::render::Settings;
-use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -20,13 +19,13 @@ struct Hello {
     facts: Result<Facts, (u8, String)>,
 }
 
-/// What decides the image: the program's version, its kernels, the scene, and each setting of which the image depends.
-pub fn facts(scene: &Scene, settings: &Settings) -> Facts {
+/// What decides the image: the program's version, its kernels, the scene by its [digest](crate::scene::Scene::digest), and each setting of which the image depends.
+pub fn facts(scene: &[u8; 32], settings: &Settings) -> Facts {
     let fact = |name: &str, value: &dyn std::fmt::Debug| (name.to_owned(), format!("{value:?}"));
     vec![
         ("the program's version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ("the kernels' hash".to_owned(), hex(&Sha256::digest(trisect_kernels::MANIFEST))),
-        ("the scene's hash".to_owned(), hex(&scene.digest())),
+        ("the scene's hash".to_owned(), hex(scene)),
         fact("the width", &settings.width),
         fact("the height", &settings.height),
         fact("spp", &settings.samples),
@@ -151,6 +150,7 @@ mod tests {
     use super::super::link::PATIENCE;
     use super::super::local::Local;
     use super::*;
+    use crate::scene::Scene;
 
     fn meet(of: Vec<Result<Facts, (u8, String)>>) -> Vec<Result<Vec<String>, DistributeError>> {
         let ranks = Local::ranks(of.len() as u32).into_iter().zip(of).map(|(local, facts)| {
@@ -163,12 +163,12 @@ mod tests {
     #[test]
     fn who_differs_is_named() {
         let scene = Scene::hello_world().unwrap();
-        let same = facts(&scene, &scene.settings());
+        let same = facts(&scene.digest(), &scene.settings());
         let all = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(same.clone())]);
         assert_eq!(all[0], Ok(vec!["a device".to_owned(); 3]));
         assert!(all[1..].iter().all(|rank| *rank == Ok(Vec::new())));
 
-        let other = facts(&scene, &Settings { seed: 7, ..scene.settings() });
+        let other = facts(&scene.digest(), &Settings { seed: 7, ..scene.settings() });
         let mixed = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(other)]);
         let text = mixed[0].as_ref().unwrap_err().to_string();
         assert!(text.contains("rank 2 on thread-2: the seed is 7, rank 0 has 0"), "{text}");
@@ -176,7 +176,7 @@ mod tests {
 
         let mut moved = scene.clone();
         moved.spheres[0].center.x += 1e-3;
-        let mixed = meet(vec![Ok(same.clone()), Ok(facts(&moved, &scene.settings()))]);
+        let mixed = meet(vec![Ok(same.clone()), Ok(facts(&moved.digest(), &scene.settings()))]);
         assert!(mixed[0].as_ref().unwrap_err().to_string().contains("the scene's hash"));
 
         let missing = (4, "a.ron: no such file".to_owned());

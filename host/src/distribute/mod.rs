@@ -24,6 +24,7 @@ mod piece;
 pub mod plan;
 mod reduce;
 mod report;
+mod root;
 mod series;
 mod still;
 #[cfg(feature = "mpi")]
@@ -41,5 +42,6 @@ pub use network::{Message, Network, Tag};
 pub use piece::{Piece, Travels};
 pub use plan::{Balance, Mode, Plan};
 pub use report::{ClusterReport, RankReport};
+pub use root::Kept;
 pub use series::{FrameCost, Render, Series, SeriesReport, Show, series};
-pub use still::{Failure, Finished, Work, still};
+pub use still::{Failure, Finished, Work, onto, still};

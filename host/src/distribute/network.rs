@@ -27,11 +27,13 @@ pub enum Tag {
     Done = 9,
     /// Measures the network.
     Ping = 10,
+    /// What a checkpoint is of.
+    Resume = 11,
 }
 
 impl Tag {
     /// All of them.
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::Pulse,
         Self::Hello,
         Self::Go,
@@ -42,6 +44,7 @@ impl Tag {
         Self::Report,
         Self::Done,
         Self::Ping,
+        Self::Resume,
     ];
 
     /// That a number stands for.

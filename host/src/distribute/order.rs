@@ -3,8 +3,8 @@
 use super::means::{MeanSum, add_chunk};
 use super::piece::{Piece, Rendered, Travels};
 use crate::Error;
-use crate::film::{FilmCounts, Rows};
-use crate::render::{Parts, Renderer, Settings, Sums, chunks};
+use crate::film::{FilmCounts, Part, Rows};
+use crate::render::{Parts, Renderer, Settings, Speed, Sums, chunks};
 use rayon::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
@@ -136,8 +136,8 @@ fn strips(rows: &Rows, strip: u32, width: u32) -> impl Iterator<Item = (Rows, Ra
 pub(super) enum Source {
     /// Its own rows, so many at a time.
     Own { rows: Rows, next: u32, at_once: u32, whole: u32, samples: Range<u32>, strip: u32 },
-    /// The root.
-    Root { asked: bool, over: bool, ready: Option<Order> },
+    /// The root, as much as this rank's speed allows.
+    Root { asked: bool, over: bool, ready: Option<Order>, speed: Speed },
 }
 
 impl Source {
@@ -165,7 +165,14 @@ impl Source {
 
     /// Fits the next piece to the speed of the last.
     pub fn learn(&mut self, piece: &Piece) {
-        let Self::Own { at_once, whole, .. } = self else { return };
+        let (at_once, whole) = match self {
+            Self::Own { at_once, whole, .. } => (at_once, whole),
+            Self::Root { speed, .. } => {
+                let samples =
+                    u64::from(piece.rows.len()) * u64::from(piece.width) * piece.samples.len() as u64;
+                return speed.learn(samples, Duration::from_secs_f64(piece.render_seconds));
+            }
+        };
         let rows = f64::from(piece.rows.len()) * PIECE.as_secs_f64() / piece.render_seconds.max(1e-6);
         // Whole blocks, so that tiles stay whole, too.
         *at_once = (rows.min(f64::from(u32::MAX / 2)) as u32 / *whole * *whole).max(*whole);
@@ -173,8 +180,8 @@ impl Source {
 }
 
 /// Hands over what the root says.
-pub(super) fn give(source: &mut Source, rows: Option<Range<u32>>, samples: u32) {
-    if let (Source::Root { ready, .. }, Some(rows)) = (source, rows) {
-        *ready = Some(Order { rows: rows.into(), samples: 0..samples, strip: u32::MAX });
+pub(super) fn give(source: &mut Source, part: Option<Part>) {
+    if let (Source::Root { ready, .. }, Some(Part { rows, samples })) = (source, part) {
+        *ready = Some(Order { rows: rows.into(), samples, strip: u32::MAX });
     }
 }

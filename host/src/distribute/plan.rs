@@ -1,6 +1,7 @@
 //! Which rank renders what.
 
-use crate::film::Rows;
+use crate::film::{Part, Rows};
+use std::collections::VecDeque;
 use std::ops::Range;
 use trisect_shared::film::CHUNK_SAMPLES;
 
@@ -110,35 +111,85 @@ pub fn children(rank: u32, ranks: u32) -> u32 {
     (0..below).filter(|&bit| u64::from(rank) + (1u64 << bit) < u64::from(ranks)).count() as u32
 }
 
-/// Hands out rows: half of an even share of what is left at a time, so that ranks that are fast get more and all end together (guided
-/// self-scheduling: Polychronopoulos and Kuck, IEEE Transactions on Computers C-36(12), 1987).
+/// Hands out what is missing of an image: half of an even share of what is left at a time, so that ranks that are fast get more and all end together
+/// (guided self-scheduling: Polychronopoulos and Kuck, IEEE Transactions on Computers C-36(12), 1987).
 #[derive(Clone, Debug)]
 pub struct Dispenser {
-    next: u32,
-    height: u32,
+    /// Not handed out, the next first.
+    parts: VecDeque<Part>,
+    /// Samples that are handed out together; none: all of a row.
+    together: Option<u32>,
     least: u32,
     ranks: u32,
+    left: u64,
+    handed: u64,
+}
+
+/// Samples of a row's pixels, each pixel's counted once.
+fn size(part: &Part) -> u64 {
+    part.rows.len() as u64 * part.samples.len() as u64
 }
 
 impl Dispenser {
-    /// For an image of so many rows.
-    pub fn new(height: u32, least: u32, ranks: u32) -> Self {
-        Self { next: 0, height, least: least.max(1), ranks: ranks.max(1) }
+    /// Of an image of so many rows, all samples of a row at once.
+    pub fn rows(height: u32, samples: u32, least: u32, ranks: u32) -> Self {
+        Self::new(vec![Part { rows: 0..height, samples: 0..samples }], None, least, ranks)
     }
 
-    /// Rows for the next who asks; none when all are handed out.
-    pub fn take(&mut self) -> Option<Range<u32>> {
-        let left = self.height - self.next;
-        let share = (left / (2 * self.ranks)).max(self.least) / self.least * self.least;
-        let rows = self.next..(self.next + share.min(left));
-        self.next = rows.end;
-        (!rows.is_empty()).then_some(rows)
+    /// Of parts that begin with a chunk: some chunks of some rows at once.
+    pub fn chunks(parts: Vec<Part>, least: u32, ranks: u32) -> Self {
+        Self::new(parts, Some(CHUNK_SAMPLES), least, ranks)
+    }
+
+    fn new(parts: Vec<Part>, together: Option<u32>, least: u32, ranks: u32) -> Self {
+        let left = parts.iter().map(size).sum();
+        Self { parts: parts.into(), together, least: least.max(1), ranks: ranks.max(1), left, handed: 0 }
+    }
+
+    /// Something for the next who asks, who would have no more than `most` samples of a row's pixels; none when all is handed out. All samples of
+    /// a row, where they stay together, are as many as they are.
+    pub fn take(&mut self, most: u64) -> Option<Part> {
+        let all = self.parts.pop_front()?;
+        let (step, most) = match self.together {
+            Some(step) => (step.min(all.samples.len() as u32), most),
+            None => (all.samples.len() as u32, u64::MAX),
+        };
+        let share = (self.left / (2 * u64::from(self.ranks))).min(most) / u64::from(step.max(1));
+        let height = all.rows.len() as u64;
+        let rows =
+            (share.max(u64::from(self.least)) / u64::from(self.least) * u64::from(self.least)).min(height);
+        let steps = if rows < height { 1 } else { (share / height.max(1)).max(1) };
+        let end = steps.saturating_mul(u64::from(step)).saturating_add(u64::from(all.samples.start));
+        let end = end.min(u64::from(all.samples.end)) as u32;
+        let part =
+            Part { rows: all.rows.start..all.rows.start + rows as u32, samples: all.samples.start..end };
+        // First the same samples of the rows below, then what comes after them.
+        let later = Part { rows: all.rows.clone(), samples: end..all.samples.end };
+        let below = Part { rows: part.rows.end..all.rows.end, samples: part.samples.clone() };
+        [later, below].into_iter().filter(|part| size(part) > 0).for_each(|part| self.parts.push_front(part));
+        self.left -= size(&part);
+        self.handed += size(&part);
+        Some(part)
+    }
+
+    /// Hands out no more.
+    pub fn stop(&mut self) {
+        self.parts.clear();
+        self.left = 0;
+    }
+
+    /// Samples of a row's pixels that were handed out, once no more are.
+    pub fn all_handed(&self) -> Option<u64> {
+        self.parts.is_empty().then_some(self.handed)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
     use super::*;
+    use crate::film::Coverage;
 
     #[test]
     fn all_samples_once() {
@@ -180,16 +231,52 @@ mod tests {
     #[test]
     fn rows_are_handed_out_once() {
         for (height, least, ranks) in [(1, 8, 3), (225, 8, 2), (1080, 16, 7), (5, 1, 100)] {
-            let mut all = Dispenser::new(height, least, ranks);
+            let mut all = Dispenser::rows(height, 1000, least, ranks);
             let mut next = 0;
             let mut last = u32::MAX;
-            while let Some(rows) = all.take() {
-                assert_eq!(rows.start, next);
+            while let Some(Part { rows, samples }) = all.take(1) {
+                assert_eq!((rows.start, samples), (next, 0..1000));
                 assert!(rows.len() as u32 <= last);
                 last = rows.len() as u32;
                 next = rows.end;
             }
             assert_eq!(next, height);
+            assert_eq!(all.all_handed(), Some(1000 * u64::from(height)));
         }
+    }
+
+    #[test]
+    fn chunks_are_handed_out_once_and_in_bounds() {
+        let parts = [
+            Part { rows: 3..40, samples: 0..1000 },
+            Part { rows: 0..3, samples: 256..512 },
+            Part { rows: 0..40, samples: 1024..3000 },
+        ];
+        for (least, ranks, most) in [(8, 3, 5000), (1, 1, u64::MAX), (16, 100, 0), (8, 2, 40 * 512)] {
+            let mut all = Dispenser::chunks(parts.to_vec(), least, ranks);
+            let mut held = Coverage::new(40);
+            let mut handed = 0;
+            while let Some(part) = all.take(most) {
+                assert!(part.samples.start % CHUNK_SAMPLES == 0, "{part:?}");
+                assert!(part.samples.end % CHUNK_SAMPLES == 0 || [1000, 3000].contains(&part.samples.end));
+                assert!(size(&part) <= most.max(u64::from(least) * u64::from(CHUNK_SAMPLES)), "{part:?}");
+                held.insert(&part).unwrap();
+                handed += size(&part);
+            }
+            assert!(parts.iter().all(|part| {
+                part.rows.clone().all(|row| {
+                    held.samples(row)
+                        .iter()
+                        .any(|held| held.start <= part.samples.start && held.end >= part.samples.end)
+                })
+            }));
+            assert_eq!(handed, parts.iter().map(size).sum::<u64>());
+            assert_eq!(all.all_handed(), Some(handed));
+        }
+        let mut stopped = Dispenser::chunks(parts.to_vec(), 8, 2);
+        let first = stopped.take(5000).map(|part| size(&part));
+        assert_eq!(stopped.all_handed(), None);
+        stopped.stop();
+        assert_eq!((stopped.take(5000), stopped.all_handed()), (None, first));
     }
 }

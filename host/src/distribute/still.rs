@@ -4,19 +4,20 @@
 //! rendered.
 
 use super::DistributeError;
-use super::canvas::{Canvas, Picture};
+use super::canvas::Picture;
 use super::link::Link;
 use super::network::{Message, Network, Tag};
 use super::order::{Bench, Source, give, render};
 use super::piece::{Piece, Travels};
-use super::plan::{self, Balance, Dispenser, Mode, Plan};
+use super::plan::{self, Balance, Mode, Plan};
 use super::reduce::Reduce;
 use super::report::{ClusterReport, RankReport};
+use super::root::{Kept, Root};
 use super::workshop::Workshop;
 use crate::Error;
 use crate::backend::{Device, DeviceKind};
-use crate::film::FilmCounts;
-use crate::render::{Observer, Renderer, Settings};
+use crate::film::{FilmCounts, Part};
+use crate::render::{Observer, Renderer, Settings, Speed};
 use crate::stats::{Phases, RenderStats};
 use std::time::{Duration, Instant};
 use trisect_kernels::{VARIANTS, variant_by_name};
@@ -34,6 +35,15 @@ pub struct Work {
     pub choice: String,
 }
 
+impl Work {
+    /// That of a film which the root keeps while it grows: rows on demand, so many of them a block as a power of two, and all sums travel.
+    pub fn kept(settings: Settings, block_shift: u32) -> Self {
+        let plan = Plan { mode: Mode::Rows, balance: Balance::Dynamic, block_shift };
+        let travels = Self::kept_as(settings.guides);
+        Self { settings, plan, travels, choice: String::new() }
+    }
+}
+
 /// An image that came.
 #[derive(Clone, Debug)]
 pub struct Finished {
@@ -43,6 +53,8 @@ pub struct Finished {
     pub report: ClusterReport,
     /// Over all pixels.
     pub counts: FilmCounts,
+    /// What of them was there before.
+    pub before: FilmCounts,
     /// Of all ranks.
     pub submissions: u64,
     /// The root's kernel.
@@ -57,7 +69,7 @@ impl Finished {
         stats.submissions = self.submissions;
         stats.device_seconds = self.report.ranks.iter().map(|rank| rank.device_seconds).sum();
         let seconds = Duration::from_secs_f64(self.report.seconds);
-        stats.finish(self.counts, seconds, Duration::ZERO, Duration::ZERO);
+        stats.finish_from(self.before, self.counts, seconds, (Duration::ZERO, Duration::ZERO));
         stats.cluster = Some(self.report.clone());
         stats
     }
@@ -86,15 +98,6 @@ enum Route {
     Tree(Reduce),
 }
 
-/// The root's side.
-struct Root {
-    canvas: Canvas,
-    dispenser: Option<Dispenser>,
-    reports: Vec<Option<RankReport>>,
-    submissions: u64,
-    came: Option<Instant>,
-}
-
 /// Renders an image over all ranks, each of which calls this with the same work. On the root the image comes back, on others none; and the renderer,
 /// for the next. `ended` says whether the process was asked to end.
 ///
@@ -106,6 +109,23 @@ pub fn still<N: Network>(
     link: &mut Link<N>,
     renderer: Renderer,
     work: &Work,
+    observer: &mut dyn Observer,
+    ended: &dyn Fn() -> bool,
+) -> Result<(Option<Finished>, Renderer), Failure> {
+    onto(link, renderer, work, None, observer, ended)
+}
+
+/// The same of [`Work::kept`], where the root gives a film that others go on with: what it lacks is rendered, chunk by chunk, until the keeper ends it. The
+/// film that is complete has the bits of one process's.
+///
+/// # Errors
+///
+/// As [`still`], and for a film that does not fit; the film comes back in [`Failure::partial`], but where it never fitted.
+pub fn onto<N: Network>(
+    link: &mut Link<N>,
+    renderer: Renderer,
+    work: &Work,
+    kept: Option<Kept<'_>>,
     observer: &mut dyn Observer,
     ended: &dyn Fn() -> bool,
 ) -> Result<(Option<Finished>, Renderer), Failure> {
@@ -144,16 +164,10 @@ pub fn still<N: Network>(
         let at_once = if averages { whole } else { (at_once / whole * whole).max(whole) };
         Source::Own { rows, next: 0, at_once, whole, samples, strip }
     } else {
-        Source::Root { asked: false, over: false, ready: None }
+        let speed = Speed::unknown(device.kind, settings.pixels());
+        Source::Root { asked: false, over: false, ready: None, speed }
     };
-    let mut root = (rank == 0).then(|| Root {
-        canvas: Canvas::new(settings.width, settings.height, settings.samples, travels),
-        dispenser: (!averages && plan.balance == Balance::Dynamic)
-            .then(|| Dispenser::new(settings.height, block, ranks)),
-        reports: vec![None; ranks as usize],
-        submissions: 0,
-        came: None,
-    });
+    let mut root = if rank == 0 { Some(Root::new(work, ranks, kept)?) } else { None };
 
     let phases = if tree { plan::phases(settings.samples, averaging) } else { 1 };
     let bench = Bench { renderer, settings: settings.clone(), travels, phases };
@@ -168,9 +182,10 @@ pub fn still<N: Network>(
     macro_rules! fail {
         ($error:expr) => {{
             let error: Error = $error.into();
-            let partial =
-                root.filter(|root| root.canvas.done > 0).map(|root| Box::new(root.canvas.picture()));
-            return Err(Failure { error, partial });
+            return Err(match root {
+                Some(root) => root.failed(error),
+                None => error.into(),
+            });
         }};
     }
     macro_rules! attempt {
@@ -186,19 +201,18 @@ pub fn still<N: Network>(
         let mut busy = false;
         // One order is rendered, the next one waits.
         while workshop.open() < 2 && !source.is_over() {
-            if let Source::Root { asked, over, ready: None } = &mut source
+            if let Source::Root { asked, over, ready: None, speed } = &mut source
                 && !*asked
                 && !*over
             {
-                match root.as_mut().and_then(|root| root.dispenser.as_mut()) {
-                    Some(dispenser) => {
-                        let rows = dispenser.take();
-                        *over = rows.is_none();
-                        give(&mut source, rows, settings.samples);
+                match root.as_mut().and_then(|root| root.hand_out(speed.samples)) {
+                    Some(part) => {
+                        *over = part.is_none();
+                        give(&mut source, part);
                     }
                     None => {
                         *asked = true;
-                        attempt!(link.send(0, Tag::Want, Vec::new()));
+                        attempt!(link.send(0, Tag::Want, speed.samples.to_le_bytes().to_vec()));
                     }
                 }
             }
@@ -241,24 +255,16 @@ pub fn still<N: Network>(
                     attempt!(deliver(link, &mut route, root.as_mut(), from, piece, work));
                 }
                 Tag::Want => {
-                    let dispenser = root.as_mut().and_then(|root| root.dispenser.as_mut());
-                    let rows = dispenser.and_then(Dispenser::take).unwrap_or(0..0);
-                    attempt!(link.send(
-                        from,
-                        Tag::Work,
-                        bytemuck::cast_slice(&[rows.start, rows.end]).to_vec()
-                    ));
+                    let most = <[u8; 8]>::try_from(bytes.as_slice()).map_or(u64::MAX, u64::from_le_bytes);
+                    let part = root.as_mut().and_then(|root| root.hand_out(most)).flatten();
+                    attempt!(link.send(from, Tag::Work, words(part.as_ref())));
                 }
                 Tag::Work => {
-                    let rows: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes[..bytes.len() / 4 * 4]);
-                    let rows = match rows[..] {
-                        [start, end] if start < end && end <= settings.height => Some(start..end),
-                        _ => None,
-                    };
+                    let part = part(&bytes, &settings);
                     if let Source::Root { asked, over, .. } = &mut source {
-                        (*asked, *over) = (false, rows.is_none());
+                        (*asked, *over) = (false, part.is_none());
                     }
-                    give(&mut source, rows, settings.samples);
+                    give(&mut source, part);
                 }
                 Tag::Report => match decode(&bytes) {
                     Ok(Ok(report)) => {
@@ -294,9 +300,7 @@ pub fn still<N: Network>(
             if observer.progress(root.canvas.done, root.canvas.total).is_break() {
                 fail!(Error::Cancelled)
             }
-            if root.canvas.is_complete() {
-                root.came.get_or_insert_with(Instant::now);
-            }
+            root.look();
         }
         if rendered && !reported && link.network().unsent() == 0 {
             let now = root.as_ref().map_or_else(|| Some(Instant::now()), |root| root.came);
@@ -319,13 +323,28 @@ pub fn still<N: Network>(
             link.send_all(Tag::Done, &[])?;
             link.flush()?;
             let seconds = root.came.unwrap_or(start).duration_since(start).as_secs_f64();
-            let reports = root.reports.into_iter().flatten().collect();
+            let reports = root.reports.iter().flatten().cloned().collect();
             let report = ClusterReport::new(plan, work.choice.clone(), seconds, reports);
-            let (counts, submissions) = (root.canvas.counts, root.submissions);
-            let finished = Finished { picture: root.canvas.picture(), report, counts, submissions, kernel };
+            let (counts, before, submissions) = (root.counts(), root.before, root.submissions);
+            let picture = root.picture();
+            let finished = Finished { picture, report, counts, before, submissions, kernel };
             return Ok((Some(finished), workshop.end().renderer));
         }
     }
+}
+
+/// Work on its way; none is no rows.
+fn words(part: Option<&Part>) -> Vec<u8> {
+    let words =
+        part.map_or([0; 4], |Part { rows, samples }| [rows.start, rows.end, samples.start, samples.end]);
+    bytemuck::cast_slice(&words).to_vec()
+}
+
+fn part(bytes: &[u8], settings: &Settings) -> Option<Part> {
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes[..bytes.len() / 4 * 4]);
+    let [first, end, from, to] = words[..] else { return None };
+    let part = Part { rows: first..end, samples: from..to };
+    (first < end && end <= settings.height && from < to && to <= settings.samples).then_some(part)
 }
 
 type Told = Result<RankReport, (u8, String)>;
@@ -342,7 +361,7 @@ fn decode(bytes: &[u8]) -> Result<Told, String> {
 fn deliver<N: Network>(
     link: &mut Link<N>,
     route: &mut Route,
-    root: Option<&mut Root>,
+    root: Option<&mut Root<'_>>,
     from: u32,
     piece: Piece,
     work: &Work,
@@ -350,8 +369,7 @@ fn deliver<N: Network>(
     let own = from == link.rank();
     let mut root = root;
     if let Some(root) = root.as_mut() {
-        root.canvas.counts = root.canvas.counts + piece.counts;
-        root.submissions += u64::from(piece.submissions);
+        root.count(&piece);
     }
     match route {
         Route::Tree(reduce) => {
@@ -376,7 +394,7 @@ fn deliver<N: Network>(
             Ok(())
         }
         Route::Direct => match root {
-            Some(root) => root.canvas.take(from, &piece),
+            Some(root) => root.take(from, &piece),
             None if own => Ok(link.send(0, Tag::Part, piece.into_bytes())?),
             None => {
                 Err(DistributeError::Protocol { rank: from, message: "a piece for the root".to_owned() }

@@ -1,6 +1,7 @@
 //! Renders a scene on a backend: cuts the work into submissions, merges chunks into the film.
 
 mod camera;
+mod fallback;
 mod frame;
 mod live;
 mod method;
@@ -14,6 +15,7 @@ mod sight;
 mod sums;
 
 pub use crate::film::Part;
+pub use fallback::Elsewhere;
 pub use frame::Framed;
 pub use live::{Live, MOST_KEPT, Screen};
 pub use method::{Schedule, Traversal};
@@ -30,6 +32,7 @@ use crate::scene::{CameraPose, Scene, SceneError};
 use crate::stats::{Phases, RenderStats};
 use glam::Vec3;
 use live::Series;
+pub(crate) use onto::{Speed, fits};
 pub(crate) use overlap::Parts;
 pub(crate) use own::Own;
 use scene_params::SceneParams;

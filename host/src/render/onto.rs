@@ -10,6 +10,7 @@ use crate::stats::RenderStats;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use trisect_kernels::Variant;
+use trisect_shared::film::CHUNK_SAMPLES;
 
 /// What goes on between the parts of a render.
 pub trait Keeper: Sync {
@@ -35,12 +36,18 @@ const FIRST: u64 = 1 << 21;
 const ROWS: u32 = 16;
 
 /// How fast parts are.
-struct Speed {
+#[derive(Clone, Debug)]
+pub(crate) struct Speed {
     /// Samples of a part.
-    samples: u64,
+    pub samples: u64,
 }
 
 impl Speed {
+    /// Before any part: a GPU is busy with whole frames only.
+    pub fn unknown(kind: DeviceKind, frame: u64) -> Self {
+        Self { samples: if kind == DeviceKind::Gpu { frame * u64::from(CHUNK_SAMPLES) } else { FIRST } }
+    }
+
     /// Rows of a part, of so many that are left.
     fn rows(&self, left: u32, samples_of_row: u64) -> u32 {
         let rows = u32::try_from(self.samples / samples_of_row.max(1)).unwrap_or(u32::MAX).max(1);
@@ -49,7 +56,7 @@ impl Speed {
         if rows.saturating_add(rows / 2) >= left { left } else { rows }
     }
 
-    fn learn(&mut self, samples: u64, took: Duration) {
+    pub fn learn(&mut self, samples: u64, took: Duration) {
         let fits = samples as f64 * PART_SECONDS / took.as_secs_f64().max(1e-6);
         // What was much faster or slower was disturbed, or is another part of the image.
         let (least, most) = (self.samples as f64 / 4.0, self.samples as f64 * 8.0);
@@ -83,7 +90,7 @@ impl Renderer {
         let of = |part: &Part| part.rows.len() as u64 * part.samples.len() as u64 * u64::from(settings.width);
         let total: u64 = missing.iter().map(of).sum();
         let whole_frames = self.backend.device().kind == DeviceKind::Gpu;
-        let mut speed = Speed { samples: FIRST };
+        let mut speed = Speed::unknown(DeviceKind::Cpu, settings.pixels());
         let (mut done, mut took) = (0, Chunks::default());
         for part in &missing {
             let all: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
@@ -138,7 +145,11 @@ impl Renderer {
 }
 
 /// Whether a film is one of the settings' frame.
-fn fits(film: &Film, settings: &Settings) -> Result<(), FilmError> {
+///
+/// # Errors
+///
+/// [`FilmError`] says in what it differs.
+pub(crate) fn fits(film: &Film, settings: &Settings) -> Result<(), FilmError> {
     let (has, of) = ((film.width, film.height), (settings.width, settings.height));
     if has != of || film.pixels.len() as u64 != settings.pixels() {
         return Err(FilmError::Size { film: has, other: of });

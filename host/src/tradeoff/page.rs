@@ -19,6 +19,16 @@ td:first-child,th:first-child,td:last-child{text-align:left}tr.front{background:
 svg{max-width:100%;height:auto}figcaption{font-size:13px}";
 
 impl Tradeoff {
+    /// All of it.
+    ///
+    /// # Errors
+    ///
+    /// [`TradeoffError`] for what has no JSON.
+    pub fn json(&self) -> Result<String, TradeoffError> {
+        let text = serde_json::to_string_pretty(self);
+        text.map(|text| text + "\n").map_err(|error| TradeoffError::encode(Path::new("tradeoff.json"), error))
+    }
+
     /// Writes `report.html`, `tradeoff.json`, `tradeoff.csv` and the charts into a folder, which it makes if need be. Returns the files.
     ///
     /// # Errors
@@ -33,9 +43,7 @@ impl Tradeoff {
             files.push(path);
             Ok::<(), TradeoffError>(())
         };
-        let path = folder.join("tradeoff.json");
-        let json = serde_json::to_string_pretty(self).map_err(|error| TradeoffError::encode(&path, error))?;
-        save("tradeoff.json", (json + "\n").as_bytes())?;
+        save("tradeoff.json", self.json()?.as_bytes())?;
         save("tradeoff.csv", table::csv(self).as_bytes())?;
         let drawn = [("error_over_time", charts::over_time(self)), ("front", charts::front(self))];
         let mut inline = Vec::new();

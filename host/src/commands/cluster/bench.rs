@@ -4,9 +4,10 @@ use super::Crew;
 use crate::cli::{ClusterBenchArgs, SyncArg};
 use std::process::ExitCode;
 use trisect::Error;
-use trisect::backend::DeviceKind;
+use trisect::backend::{Device, DeviceKind};
 use trisect::bench::BenchError;
 use trisect::bench::cluster::{ClusterBench, Plan, Way};
+use trisect::render::Settings;
 
 fn way(sync: SyncArg) -> Way {
     match sync {
@@ -35,7 +36,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
             arguments.frames
         )
     );
-    let adjust = move |_: &mut _| Ok(vec![("what is measured".to_owned(), asked)]);
+    let adjust = move |_: &mut Settings, _: &Device| Ok(vec![("what is measured".to_owned(), asked)]);
     let session = match crew.assemble(&arguments.job, &arguments.ranks, check, adjust) {
         Ok(session) => session,
         Err(code) => return Ok(code),

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod render;
+pub mod resume;
 pub mod view;
 
 use super::{Loaded, Session};
@@ -11,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use trisect::Error;
-use trisect::backend;
+use trisect::backend::{self, Device};
 use trisect::distribute::hello::{Facts, facts, join};
 use trisect::distribute::mpi::Mpi;
 use trisect::distribute::{DistributeError, Link, Network, Tag, devices};
@@ -61,6 +62,11 @@ impl Crew {
         Ok(Self { link: Link::new(mpi, ranks.patience()), ended })
     }
 
+    /// The same for who sets nothing.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        self.ended.clone()
+    }
+
     /// For those who watch it.
     pub fn ended(&self) -> impl Fn() -> bool + 'static {
         let ended = self.ended.clone();
@@ -86,13 +92,13 @@ impl Crew {
     }
 
     /// Reads the scene on each rank, or on the root for all, opens each rank's device, and finds out whether all would render the same: `check` is
-    /// what the root must know before, and `adjust` fits the settings and says what else must be the same. On all ranks a session, or the end.
+    /// what the root must know before, and `adjust` fits the settings to the device and says what else must be the same. On all ranks a session, or the end.
     pub fn assemble(
         &mut self,
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<(), Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings) -> Result<Facts, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
     ) -> Result<Session, ExitCode> {
         match self.gather(job, ranks, check, adjust) {
             Ok(session) => Ok(session),
@@ -105,7 +111,7 @@ impl Crew {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<(), Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings) -> Result<Facts, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
     ) -> Result<Session, GivenUp> {
         // What this rank lacks is no error yet: the root must hear of it.
         let ready = match self.load(job, ranks, check)? {
@@ -167,7 +173,7 @@ impl Crew {
         loaded: Loaded,
         job: &JobArgs,
         ranks: &RankArgs,
-        adjust: impl FnOnce(&mut Settings) -> Result<Facts, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
     ) -> Result<Result<(Session, Facts), Error>, GivenUp> {
         let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local());
         let open = move || {
@@ -178,13 +184,13 @@ impl Crew {
             let (choice, device) = devices::for_rank(job.backend.choice(), job.device, local, spare)?;
             let selection = backend::open(choice, device, job.threads.map(|threads| threads as usize))?;
             let mut settings = loaded.settings.clone();
-            let more = adjust(&mut settings)?;
+            let more = adjust(&mut settings, selection.backend.device())?;
             settings.check()?;
-            let mut facts = facts(&loaded.scene, &settings);
+            let digest = loaded.scene.digest();
+            let mut facts = facts(&digest, &settings);
             facts.extend(more);
-            let mut session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;
-            session.settings = settings;
-            Ok((session, facts))
+            let session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;
+            Ok((Session { settings, digest: Some(digest), ..session }, facts))
         };
         Ok(self.link.during(open)?)
     }

@@ -1,34 +1,72 @@
 //! `trisect render --distribute`.
 
-use super::super::Session;
+use super::super::keep::{Begun, Watch};
 use super::super::render::{self as single, Drawn};
+use super::super::resume::there;
+use super::super::{Session, say};
 use super::Crew;
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
+use std::path::PathBuf;
 use std::process::ExitCode;
-use trisect::distribute::{Failure, Mode, Picture, Plan, Travels, Work, choose, plan, still};
+use std::time::Instant;
+use trisect::backend::Device;
+use trisect::checkpoint::{Checkpoint, Header, arithmetic};
+use trisect::distribute::{
+    DistributeError, Failure, Kept, Mode, Picture, Plan, Travels, Work, choose, onto, plan,
+};
 use trisect::output::{self, Format};
 use trisect::render::Settings;
 use trisect::{Error, Error::Cancelled};
 
+/// Of a render that goes on.
+#[derive(Clone)]
+pub struct Before {
+    /// Its checkpoint, which the root has.
+    pub path: PathBuf,
+    /// What it is of.
+    pub header: Header,
+    /// Whether its film has guides.
+    pub guides: bool,
+    /// It, on the root.
+    pub checkpoint: Option<Checkpoint>,
+}
+
 /// Renders an image over all ranks.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    go(Crew::start(&arguments.cluster.ranks)?, arguments, None)
+}
+
+/// The same, or goes on with one.
+pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Result<ExitCode, Error> {
+    let start = Instant::now();
     let cluster = &arguments.cluster;
-    let mut crew = Crew::start(&cluster.ranks)?;
     let ranks = crew.link.ranks();
     let (own, checked) = (arguments.clone(), arguments.clone());
-    let adjust = move |settings: &mut Settings| {
+    let resumed = before.as_ref().map(|before| (before.header.spp, before.guides));
+    let adjust = move |settings: &mut Settings, device: &Device| {
         let denoise = own.denoise.denoise()?;
         settings.guides = single::needs_guides(&own, denoise.as_ref());
-        let plan = own.cluster.plan();
-        let travels = travels(&own, settings, &plan, ranks);
+        if let Some((spp, guides)) = resumed {
+            (settings.samples, settings.guides) = (spp, guides);
+        }
+        let Work { plan, travels, .. } = work(&own, settings, ranks)?;
         let distribute = format!("{plan:?}, {:?}", own.cluster.distribute);
-        Ok(vec![
+        let mut facts = vec![
             ("--distribute with its parameters".to_owned(), distribute),
             ("what travels, by the output's format".to_owned(), format!("{travels:?}")),
-        ])
+        ];
+        if own.keep.given().is_some() {
+            // What is kept must be what any of them would render.
+            facts.push(("the device's arithmetic".to_owned(), arithmetic(device, settings.math)));
+        }
+        Ok(facts)
     };
-    let check = move || single::check(&checked);
+    let is_new = before.is_none();
+    let check = move || {
+        single::check(&checked)?;
+        if is_new { single::check_new(&checked) } else { Ok(()) }
+    };
     let session = match crew.assemble(&arguments.job, &cluster.ranks, check, adjust) {
         Ok(session) => session,
         Err(code) => return Ok(code),
@@ -38,12 +76,26 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     if !quiet {
         single::announce(&session, &single::aim(&session, None));
     }
-    let Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds } = session;
-    let plan = cluster.plan();
-    let travel = travels(arguments, &settings, &plan, ranks);
-    let mut work = Work { settings: settings.clone(), plan, travels: travel, choice: String::new() };
-    let mut renderer = renderer;
-    if cluster.distribute == Some(DistributeArg::Auto) {
+    let mut work = work(arguments, &session.settings, ranks)?;
+    // The root keeps the film, where someone does.
+    let (mut kept, mut held) = (None, None);
+    if arguments.keep.given().is_some() && crew.link.is_root() {
+        let before = before.and_then(|before| Some((before.path, before.checkpoint?)));
+        if let Some((_, checkpoint)) = before.as_ref().filter(|_| !quiet) {
+            say(&there(checkpoint));
+        }
+        match Begun::new(arguments, &session, before) {
+            Ok(Begun { film, samples, header }) => {
+                let watch = Watch::new(arguments, header, start, crew.flag());
+                let (watch, of) = held.insert((watch, samples));
+                kept = Some(Kept { film, samples: of.clone(), keeper: &*watch });
+            }
+            Err(error) => return Ok(crew.give_up(&error)),
+        }
+    }
+    let Session { mut renderer, settings, name, digest, space, choice, load_seconds, open_seconds, spare } =
+        session;
+    if cluster.distribute == Some(DistributeArg::Auto) && arguments.keep.given().is_none() {
         let chosen;
         (renderer, chosen) = match choose(&mut crew.link, renderer, &work) {
             Ok(chosen) => chosen,
@@ -52,19 +104,22 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         (work.plan.mode, work.choice) = chosen;
         work.travels = travels(arguments, &settings, &work.plan, ranks);
         if !quiet {
-            eprintln!("  {}", work.choice);
+            say(&format!("  {}", work.choice));
         }
     }
     let ended = crew.ended();
-    let done = still(&mut crew.link, renderer, &work, &mut Bar::new(quiet), &ended);
+    let done = onto(&mut crew.link, renderer, &work, kept, &mut Bar::new(quiet), &ended);
     let (finished, renderer) = match done {
         Ok(done) => done,
         Err(Failure { error, partial }) => {
-            let partial = partial.filter(|_| cluster.write_partial && !matches!(error, Cancelled));
-            if let Some(partial) = partial {
+            if let (Some((watch, _)), Some(Picture::Film(film))) = (&held, partial.as_deref()) {
+                watch.rescue(film, quiet);
+            }
+            let is_asked = cluster.write_partial || held.is_some();
+            if let Some(partial) = partial.filter(|_| is_asked && !matches!(error, Cancelled)) {
                 match write_partial(arguments, &partial) {
-                    Ok(()) => eprintln!("wrote what there is to {}", arguments.output.display()),
-                    Err(error) => eprintln!("error: {error}"),
+                    Ok(()) => say(&format!("wrote what there is to {}", arguments.output.display())),
+                    Err(error) => say(&format!("error: {error}")),
                 }
             }
             return Ok(crew.give_up(&error));
@@ -73,13 +128,41 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let Some(finished) = finished else { return Ok(ExitCode::SUCCESS) };
     let mut stats = finished.stats(renderer.backend().device(), &settings);
     stats.phases.load_seconds = load_seconds;
-    let session = Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds };
+    let session =
+        Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds, spare };
     let drawn = match &finished.picture {
         Picture::Bytes { width, height, bytes } => Drawn::Bytes(*width, *height, bytes),
         Picture::Color(image) => Drawn::Image(image),
-        Picture::Film(film) => Drawn::Film(film),
+        Picture::Film(film) => match &held {
+            Some((watch, samples)) => {
+                return single::wrap_up(arguments, session, (film, samples), watch, stats, denoise);
+            }
+            None => Drawn::Film(film),
+        },
     };
     Ok(single::finish(arguments, session, drawn, stats, denoise)?.0)
+}
+
+/// What ranks render.
+fn work(arguments: &RenderArgs, settings: &Settings, ranks: u32) -> Result<Work, Error> {
+    let cluster = &arguments.cluster;
+    if arguments.keep.fallback.is_some() {
+        let (what, remedy) = ("--fallback is for one process", "use --spare cpu");
+        return Err(DistributeError::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() }.into());
+    }
+    if let Some(what) = arguments.keep.given() {
+        if cluster.distribute == Some(DistributeArg::Average) {
+            let what = format!(
+                "{what} keeps a film that grows by rows and chunks, and --distribute average has none"
+            );
+            let remedy = "share it by --distribute rows".to_owned();
+            return Err(DistributeError::Unsupported { what, remedy }.into());
+        }
+        return Ok(Work::kept(settings.clone(), cluster.ranks.block_shift()));
+    }
+    let plan = cluster.plan();
+    let travels = travels(arguments, settings, &plan, ranks);
+    Ok(Work { settings: settings.clone(), plan, travels, choice: String::new() })
 }
 
 /// What travels of each pixel: the least that the output needs.

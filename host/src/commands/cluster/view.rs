@@ -6,7 +6,7 @@ use super::Crew;
 use crate::cli::{DistributeArg, ViewArgs};
 use std::process::ExitCode;
 use trisect::Error;
-use trisect::backend::DeviceKind;
+use trisect::backend::{Device, DeviceKind};
 use trisect::bench::{Row, Summary, table};
 use trisect::distribute::{DistributeError, FrameCost, Series, SeriesReport, plan, series};
 use trisect::film::{Rows, Target};
@@ -26,7 +26,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     let cluster = &arguments.cluster;
     let mut crew = Crew::start(&cluster.ranks)?;
     let (own, checked) = (arguments.clone(), arguments.clone());
-    let adjust = move |settings: &mut Settings| {
+    let adjust = move |settings: &mut Settings, _: &Device| {
         let look = look(&own, settings)?;
         *settings = look.settings.clone();
         Ok(vec![("what is shown".to_owned(), format!("{look:?}"))])

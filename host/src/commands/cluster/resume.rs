@@ -1,0 +1,46 @@
+//! `trisect resume --distribute`.
+
+use super::super::resume::command;
+use super::Crew;
+use super::render::{self, Before};
+use crate::cli::ResumeArgs;
+use serde::{Deserialize, Serialize};
+use std::process::ExitCode;
+use trisect::Error;
+use trisect::checkpoint::{Checkpoint, Header};
+use trisect::distribute::{DistributeError, Tag};
+
+/// What ranks must know of the root's checkpoint.
+#[derive(Serialize, Deserialize)]
+struct Told {
+    header: Header,
+    guides: bool,
+}
+
+/// Goes on over all ranks, of which the root alone reads the file.
+pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
+    let mut crew = Crew::start(&arguments.cluster.ranks)?;
+    let begun =
+        begin(&mut crew, arguments).and_then(|before| Ok((command(arguments, &before.header)?, before)));
+    match begun {
+        Ok((command, before)) => render::go(crew, &command, Some(before)),
+        Err(error) => Ok(crew.give_up(&error)),
+    }
+}
+
+/// Reads the file, on the root, and hears of it elsewhere.
+fn begin(crew: &mut Crew, arguments: &ResumeArgs) -> Result<Before, Error> {
+    let path = arguments.file.clone();
+    if crew.link.is_root() {
+        let file = path.clone();
+        let checkpoint = crew.link.during(move || Checkpoint::read(&file))??;
+        let told = Told { header: checkpoint.header.clone(), guides: !checkpoint.film.guides.is_empty() };
+        crew.link.send_all(Tag::Resume, &serde_json::to_vec(&told).unwrap_or_default())?;
+        return Ok(Before { path, header: told.header, guides: told.guides, checkpoint: Some(checkpoint) });
+    }
+    let message = crew.link.expect(Tag::Resume)?;
+    let Told { header, guides } = serde_json::from_slice(&message.bytes).map_err(|error| {
+        DistributeError::Protocol { rank: message.from, message: format!("no checkpoint: {error}") }
+    })?;
+    Ok(Before { path, header, guides, checkpoint: None })
+}

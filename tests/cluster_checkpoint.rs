@@ -1,0 +1,190 @@
+//! Films that the root keeps while ranks render them: whoever ended or was lost, and however many go on, the film is that of one process.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::fs;
+use std::process::Output;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
+use std::time::SystemTime;
+use trisect::backend::cpu::Cpu;
+use trisect::checkpoint::Checkpoint;
+use trisect::distribute::local::Local;
+use trisect::distribute::{Kept, Link, PATIENCE, Picture, Plan, Work, onto};
+use trisect::film::Film;
+use trisect::render::{Keeper, Renderer, Settings};
+use trisect::scene::Scene;
+use trisect_tests::mpi::{self, Job};
+use trisect_tests::program::{Temporary, trisect, wait_for};
+use trisect_tests::{root, scene};
+
+fn renderer(scene: &Scene) -> Renderer {
+    Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
+}
+
+/// Ends a render after so many pieces.
+struct After(AtomicU32);
+
+impl Keeper for After {
+    fn goes_on(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > 0
+    }
+
+    fn added(&self, _: &Film) {
+        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+    }
+}
+
+/// Goes on with a film over so many ranks, the last of which has a scene of its own.
+fn grown(ranks: u32, scenes: [&Scene; 2], settings: &Settings, film: Film, pieces: u32) -> Film {
+    let keeper = After(AtomicU32::new(pieces));
+    let work = Work::kept(settings.clone(), 3);
+    let mut kept = Some(Kept { film, samples: 0..settings.samples, keeper: &keeper });
+    thread::scope(|scope| {
+        let mut threads = Vec::new();
+        for local in Local::ranks(ranks) {
+            let (work, kept) = (&work, kept.take());
+            let scene = scenes[usize::from(threads.len() as u32 + 1 == ranks)];
+            threads.push(scope.spawn(move || {
+                let mut link = Link::new(local, PATIENCE);
+                onto(&mut link, renderer(scene), work, kept, &mut (), &|| false).unwrap().0
+            }));
+        }
+        let mut films: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
+        let finished = films.swap_remove(0).unwrap();
+        assert_eq!(finished.report.ranks.len(), ranks as usize);
+        match finished.picture {
+            Picture::Film(film) => {
+                assert_eq!(finished.counts, film.counts());
+                *film
+            }
+            other => panic!("{other:?}"),
+        }
+    })
+}
+
+#[test]
+fn any_number_of_ranks_goes_on() {
+    let scene = scene("three_spheres.ron");
+    for guides in [false, true] {
+        let settings =
+            Settings { width: 12, height: 19, samples: 5000, depth: 8, guides, ..scene.settings() };
+        let empty = || if guides { Film::with_guides(12, 19) } else { Film::new(12, 19) };
+        let want = renderer(&scene).render(&settings, &mut ()).unwrap().film;
+        let (mut film, mut runs) = (empty(), 0);
+        while !film.coverage.missing(&(0..5000)).is_empty() {
+            film = grown(1 + runs % 4, [&scene; 2], &settings, film, 1);
+            runs += 1;
+        }
+        assert!(runs >= 2, "{runs}");
+        assert_eq!(film, want);
+        // Nothing is left: nothing is rendered.
+        assert_eq!(grown(3, [&scene; 2], &settings, film, 1), want);
+        // The twin: one rank has another scene.
+        let mut other = scene.clone();
+        other.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
+        assert_ne!(
+            grown(3, [&scene, &other], &settings, empty(), u32::MAX),
+            want,
+            "a comparison that cannot fail"
+        );
+    }
+}
+
+#[test]
+fn what_is_not_kept_so_is_refused() {
+    let scene = scene("three_spheres.ron");
+    let settings = Settings { width: 8, height: 8, samples: 256, ..scene.settings() };
+    let refuse = |work: Work, film: Film, words: &str| {
+        let local = Local::ranks(1).into_iter().next().unwrap();
+        let kept = Kept { film, samples: 0..256, keeper: &() };
+        let result =
+            onto(&mut Link::new(local, PATIENCE), renderer(&scene), &work, Some(kept), &mut (), &|| false);
+        let text = result.map(|_| ()).unwrap_err().error.to_string();
+        assert!(text.contains(words), "{text}");
+    };
+    let work = Work::kept(settings, 3);
+    refuse(work.clone(), Film::new(8, 9), "8x9");
+    refuse(work.clone(), Film::with_guides(8, 8), "the same --aov and --denoise");
+    refuse(Work { plan: Plan::default(), ..work }, Film::new(8, 8), "Work::kept");
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A job that loses a rank, that is told to end, or whose time is over leaves a checkpoint, from which other numbers of ranks go on, or one process.
+#[test]
+fn a_job_survives_its_ranks() {
+    if !mpi::available() {
+        return;
+    }
+    let folder = Temporary::new("cluster", "survives");
+    let book = root().join("scenes/rtiow_final.ron").to_str().unwrap().to_owned();
+    let image = ["--backend", "cpu", "--resolution", "64x36", "--spp", "16384", "--depth", "8"];
+    let (whole, one) = (folder.file("whole.ckpt"), folder.file("one.pfm"));
+    let output = trisect(&[&["render", &book, "-o", &one, "--checkpoint", &whole], &image[..]].concat());
+    assert!(output.status.success(), "{}", text(&output));
+    let want = Checkpoint::read(whole.as_ref()).unwrap().film;
+    let (file, many) = (folder.file("a.ckpt"), folder.file("many.pfm"));
+    let missing = || {
+        let film = Checkpoint::read(file.as_ref()).expect("whole or not there").film;
+        film.coverage
+            .missing(&(0..16384))
+            .iter()
+            .map(|part| part.rows.len() * part.samples.len())
+            .sum::<usize>()
+    };
+    let rows = ["--distribute", "rows"];
+    let begin = ["render", &book, "-o", &many, "--checkpoint", &file, "--every", "1ms"];
+
+    let start = SystemTime::now();
+    let job = Job::start(&folder, &[&begin[..], &image, &rows].concat());
+    wait_for(&file, start);
+    job.signal("KILL");
+    let output = job.end().0;
+    assert!(!output.status.success(), "{}", text(&output));
+    let mut left = missing();
+    assert!((1..36 * 16384).contains(&left), "{left}");
+
+    // Begun again: refused.
+    let output = mpi::run(2, &[&begin[..], &image, &rows].concat());
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+    assert!(text(&output).contains("is there already"), "{}", text(&output));
+
+    let resume = ["resume", &file, "--every", "1ms"];
+    let output = mpi::run(3, &[&resume[..], &rows, &["--time-limit", "1ms"]].concat());
+    assert_eq!(output.status.code(), Some(7), "{}", text(&output));
+    assert!(text(&output).contains("% of samples 0 to 16384 are there"), "{}", text(&output));
+    assert!((1..=left).contains(&missing()), "{}", missing());
+    left = missing();
+
+    // What a queue sends, to all ranks by mpirun.
+    let start = SystemTime::now();
+    let job = Job::start(&folder, &[&resume[..], &rows].concat());
+    wait_for(&file, start);
+    job.end_by("TERM");
+    let output = job.end().0;
+    assert!(!output.status.success(), "{}", text(&output));
+    assert!((1..=left).contains(&missing()), "{}", missing());
+
+    let output = match missing() % 2 {
+        0 => mpi::run(2, &[&resume[..], &rows].concat()),
+        _ => trisect(&resume),
+    };
+    assert!(output.status.success(), "{}", text(&output));
+    assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, want);
+    assert!(fs::read(&many).unwrap() == fs::read(&one).unwrap());
+
+    let new = folder.file("b.ckpt");
+    let average = ["render", &book, "-o", &many, "--checkpoint", &new, "--distribute", "average"];
+    let average = [&average[..], &image].concat();
+    let output = mpi::run(2, &average);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+    assert!(text(&output).contains("--distribute rows"), "{}", text(&output));
+    let output = mpi::run(2, &resume);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+    let output = mpi::run(2, &[&["resume", "/nowhere/a.ckpt"], &rows[..]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert_eq!(text(&output).matches("error: ").count(), 1, "{}", text(&output));
+    assert!(text(&output).contains("/nowhere/a.ckpt"), "{}", text(&output));
+}

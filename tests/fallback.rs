@@ -1,0 +1,200 @@
+//! Where a device fails or is not there, another goes on, and nothing that was rendered is lost.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use std::time::Duration;
+use trisect::backend::cpu::Cpu;
+use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
+use trisect::denoise::{Pass, Shown};
+use trisect::film::{Film, Rows, Target};
+use trisect::render::{MathMode, Renderer, Settings};
+use trisect::{Error, scene::Scene};
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::Lit;
+use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
+use trisect_shared::path::FirstHit;
+use trisect_tests::program::{Temporary, check_failure, trisect};
+use trisect_tests::scene;
+
+/// A processor that is lost after so many launches, in the middle of what it renders.
+struct Failing {
+    inner: Cpu,
+    left: u32,
+}
+
+impl Backend for Failing {
+    fn device(&self) -> &Device {
+        self.inner.device()
+    }
+
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.inner.upload(scene)
+    }
+
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.inner.view(nodes)
+    }
+
+    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        self.inner.prepare(job)
+    }
+
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
+        let took = self.inner.render(launch)?;
+        self.left = self.left.checked_sub(1).ok_or_else(|| BackendError::Device {
+            backend: "cpu",
+            action: "waiting for a launch",
+            message: "the device is lost".to_owned(),
+        })?;
+        Ok(took)
+    }
+
+    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        self.inner.read_film(rows, film)
+    }
+
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+        self.inner.read_guides(rows, guides)
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        self.inner.write_film(film, guides)
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        self.inner.denoise(passes)
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        self.inner.read_denoised(image, pixels)
+    }
+
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+        self.inner.display(frame, to)
+    }
+
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        self.inner.first_hits(launch, hits)
+    }
+}
+
+fn renderer(scene: &Scene) -> Renderer {
+    Renderer::new(Box::new(Cpu::open(None).unwrap()), scene).unwrap()
+}
+
+fn failing(scene: &Scene, left: u32) -> Renderer {
+    Renderer::new(Box::new(Failing { inner: Cpu::open(None).unwrap(), left }), scene).unwrap()
+}
+
+#[test]
+fn a_device_that_is_lost() {
+    let scene = scene("three_spheres.ron");
+    for guides in [false, true] {
+        let settings = Settings { width: 32, height: 20, samples: 700, depth: 8, guides, ..scene.settings() };
+        let empty = || if guides { Film::with_guides(32, 20) } else { Film::new(32, 20) };
+        let whole = renderer(&scene).render(&settings, &mut ()).unwrap().film;
+        for left in 0..4 {
+            let (mut film, mut asked) = (empty(), Vec::new());
+            let mut render = |elsewhere: &mut trisect::render::Elsewhere<'_>| {
+                let mut settings = settings.clone();
+                failing(&scene, left).render_onto_or(
+                    &mut film,
+                    &mut settings,
+                    &(0..700),
+                    &(),
+                    &mut (),
+                    elsewhere,
+                )
+            };
+            let mut elsewhere = |error: &BackendError, film: &Film, _: &mut Settings| {
+                asked.push((error.to_string(), film.coverage.parts().len()));
+                // The first that goes on fails, too.
+                Some(Ok(if asked.len() < 2 { failing(&scene, 0) } else { renderer(&scene) }))
+            };
+            let stats = render(&mut elsewhere).unwrap();
+            // How many launches there are is the processor's affair.
+            if left == 0 {
+                assert!(asked[0].0.contains("the device is lost") && asked[0].1 == 0, "{asked:?}");
+                assert_eq!(asked.len(), 2);
+            }
+            assert_eq!(film, whole, "{left}");
+            assert_eq!(stats.samples, whole.counts().samples);
+
+            // Without another: an error, and all that was there.
+            let mut film = empty();
+            let mut given_up = |_: &BackendError, _: &Film, _: &mut Settings| None;
+            let result = failing(&scene, left).render_onto_or(
+                &mut film,
+                &mut settings.clone(),
+                &(0..700),
+                &(),
+                &mut (),
+                &mut given_up,
+            );
+            assert!(matches!(result, Err(Error::Backend(BackendError::Device { .. }))) || film == whole);
+            renderer(&scene).render_onto(&mut film, &settings, &(0..700), &(), &mut ()).unwrap();
+            assert_eq!(film, whole);
+        }
+        // The twin: who goes on has other random numbers.
+        let mut film = empty();
+        let mut other = |_: &BackendError, _: &Film, settings: &mut Settings| {
+            settings.seed += 1;
+            Some(Ok(renderer(&scene)))
+        };
+        let settings = &mut settings.clone();
+        let mut lost = failing(&scene, 1);
+        lost.render_onto_or(&mut film, settings, &(0..700), &(), &mut (), &mut other).unwrap();
+        assert_ne!(film, whole, "a comparison that cannot fail");
+    }
+}
+
+/// What a film of two devices goes on with: either of both, and nothing else.
+#[test]
+fn roundings_of_several_devices() {
+    let scene = scene("three_spheres.ron");
+    let device = |backend: &'static str, name: &str| {
+        let cpu = Cpu::open(None).unwrap().device().clone();
+        Device { backend, name: name.to_owned(), ..cpu }
+    };
+    let of = |device: &Device| Identity::new(&scene.digest(), &scene.settings(), None, device);
+    let (cpu, one, other) = (device("cpu", ""), device("wgpu", "one"), device("wgpu", "other"));
+    let mut both = of(&one);
+    both.also(&arithmetic(&cpu, MathMode::Precise));
+    both.also(&arithmetic(&cpu, MathMode::Precise));
+    assert_eq!(both.arithmetic.matches("precise").count(), 2);
+    for goes_on in [&cpu, &one] {
+        assert_eq!((both.check(&of(goes_on)), of(goes_on).check(&both)), (Ok(()), Ok(())));
+    }
+    let refused = of(&other).check(&both).unwrap_err();
+    assert_eq!(refused.field, "arithmetic");
+    assert!(of(&one).check(&of(&cpu)).is_err());
+    // A device with the bits of the processor is no other one.
+    let mut same = of(&device("cuda", "any"));
+    same.also(&arithmetic(&cpu, MathMode::Precise));
+    assert_eq!(same, of(&cpu));
+}
+
+#[test]
+fn a_device_that_is_not_there() {
+    let info = trisect(&["info"]);
+    if String::from_utf8_lossy(&info.stdout).contains("cuda  --device 0") {
+        return eprintln!("SKIPPED: this machine has what should be missing");
+    }
+    let folder = Temporary::new("fallback", "missing");
+    let (one, other, file) = (folder.file("one.pfm"), folder.file("other.pfm"), folder.file("a.ckpt"));
+    let image = ["--resolution", "32x18", "--spp", "8", "-o"];
+    assert!(trisect(&[&["render", "--backend", "cpu"], &image[..], &[&one]].concat()).status.success());
+    let lost = ["render", "--backend", "cuda", "--math", "fast", "--schedule", "persistent"];
+    let asked = [&lost[..], &image, &[&other]].concat();
+    check_failure(&trisect(&asked), &asked, 3, &["cuda is not available"]);
+    let output = trisect(&[&asked[..], &["--fallback", "cpu", "--checkpoint", &file]].concat());
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && text.contains("the CPU renders instead"), "{text}");
+    assert_eq!(std::fs::read(&one).unwrap(), std::fs::read(&other).unwrap());
+    assert_eq!(Checkpoint::read(file.as_ref()).unwrap().header.identity.arithmetic, "precise");
+    // A place that names no device is a mistake, not a failure.
+    let none = [&["render", "--backend", "cpu", "--device", "7", "--fallback", "cpu"], &image[..], &[&other]]
+        .concat();
+    check_failure(&trisect(&none), &none, 3, &["--device 7"]);
+}

@@ -1,0 +1,122 @@
+//! What makes the program fit a shell: completions, manual pages, the doctor, JSON, colours.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use serde_json::Value;
+use std::fs;
+use std::process::Command;
+use trisect_tests::binary;
+use trisect_tests::program::{Temporary, trisect};
+
+fn printed(arguments: &[&str]) -> String {
+    let output = trisect(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&printed(arguments)).unwrap()
+}
+
+/// Names of all commands, as the help lists them.
+fn commands() -> Vec<String> {
+    let help = printed(&["help"]);
+    let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let names = lines.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("    "));
+    names.filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
+}
+
+#[test]
+fn completions_know_each_command() {
+    let all = commands();
+    assert!(all.len() > 10 && all.contains(&"resume".to_owned()), "{all:?}");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = printed(&["completions", shell]);
+        for name in &all {
+            assert!(script.contains(name.as_str()), "{shell}: no {name}");
+        }
+    }
+    // A shell's own opinion: what it would offer.
+    let folder = Temporary::new("shell", "completions");
+    let script = folder.file("trisect.bash");
+    fs::write(&script, printed(&["completions", "bash"])).unwrap();
+    let ask = format!(
+        "source {script}; COMP_WORDS=(trisect render --back); COMP_CWORD=2; _trisect trisect --back render; echo \"${{COMPREPLY[@]}}\""
+    );
+    let output = Command::new("bash").args(["-c", &ask]).output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "--backend", "{output:?}");
+}
+
+#[test]
+fn a_manual_page_each() {
+    let folder = Temporary::new("shell", "man");
+    let out = folder.file("man1");
+    assert!(trisect(&["man", "-o", &out]).status.success());
+    for name in commands().iter().filter(|name| *name != "help") {
+        let page = fs::read_to_string(format!("{out}/trisect-{name}.1")).unwrap();
+        assert!(page.contains(".TH") && page.contains(".SH SYNOPSIS"), "{name}");
+    }
+    assert!(fs::read_to_string(format!("{out}/trisect.1")).unwrap().contains("Exit codes"));
+    assert!(printed(&["man"]).contains(".SH NAME"));
+    assert_eq!(trisect(&["man", "-o", "/proc/nowhere"]).status.code(), Some(1));
+}
+
+#[test]
+fn the_doctor_tries_what_is_here() {
+    let text = printed(&["doctor"]);
+    assert!(text.contains("the image is the processor's, bit for bit"), "{text}");
+    let found = json(&["doctor", "--json"]);
+    let found = found.as_array().unwrap();
+    let state = |part: &str| {
+        let of = |one: &&Value| one["part"] == part;
+        found.iter().find(of).map_or("", |one| one["state"].as_str().unwrap())
+    };
+    assert_eq!((state("cpu 0"), state("temporary files")), ("works", "works"));
+    // What is missing says what mends it.
+    assert!(
+        found
+            .iter()
+            .all(|one| one["state"] == "works" || one["mend"].as_str().is_some_and(|mend| !mend.is_empty()))
+    );
+    let broken = Command::new(binary()).arg("doctor").env("TMPDIR", "/proc").output().unwrap();
+    let text = String::from_utf8_lossy(&broken.stdout);
+    assert!(
+        broken.status.code() == Some(1) && text.contains("BROKEN") && text.contains("set TMPDIR"),
+        "{text}"
+    );
+}
+
+#[test]
+fn reports_are_json_where_asked() {
+    let info = json(&["info", "--json"]);
+    let names: Vec<&str> =
+        info["backends"].as_array().unwrap().iter().filter_map(|one| one["backend"].as_str()).collect();
+    assert_eq!(names, ["cuda", "wgpu", "cpu"]);
+    for backend in info["backends"].as_array().unwrap() {
+        assert!(!backend["devices"].as_array().unwrap().is_empty() || backend["missing"].is_string());
+    }
+    let help = |name: &str| printed(&["help", name]);
+    for name in ["info", "doctor", "check", "compare", "converge", "tradeoff", "bench", "view"] {
+        assert!(help(name).contains("--json"), "{name}");
+    }
+    assert!(help("render").contains("--stats"));
+}
+
+/// Colours on a terminal, unless NO_COLOR says otherwise; none elsewhere.
+#[test]
+fn colours_are_for_terminals() {
+    let escapes = |of: &[u8]| of.contains(&0x1b);
+    assert!(!escapes(&trisect(&["render", "--nothing"]).stderr));
+    let on_a_terminal = |no_color: &str| {
+        let line = format!("{} render --nothing", binary().display());
+        let mut command = Command::new("script");
+        command.args(["-qec", &line, "/dev/null"]).env("TERM", "xterm").env_remove("NO_COLOR");
+        if !no_color.is_empty() {
+            command.env("NO_COLOR", no_color);
+        }
+        command.output()
+    };
+    match (on_a_terminal(""), on_a_terminal("1")) {
+        (Ok(with), Ok(without)) => assert!(escapes(&with.stdout) && !escapes(&without.stdout), "{without:?}"),
+        _ => eprintln!("SKIPPED: no script(1), which makes a terminal"),
+    }
+}
