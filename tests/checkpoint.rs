@@ -227,6 +227,36 @@ fn interrupts() {
     assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, whole);
 }
 
+/// A goal that is far away ends with the image that there is, too.
+#[test]
+fn goals_end() {
+    let folder = Temporary::new("checkpoint", "goals");
+    let (out, stats) = (folder.file("a.pfm"), folder.file("a.json"));
+    let place = ["render", &BOOK, "--backend", "cpu", "--resolution", "96x54", "-o", &out, "--stats", &stats];
+    let check = |output: &Output, code: i32| {
+        assert_eq!(output.status.code(), Some(code), "{}", text(output));
+        assert!(!text(output).contains("--max-spp"), "{}", text(output));
+        let image = trisect::image::Image::read(out.as_ref()).unwrap();
+        assert!(image.pixels.iter().flatten().all(|value| value.is_finite()));
+        let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(&stats).unwrap()).unwrap();
+        assert_eq!((&stats["sampling"]["ended"], &stats["sampling"]["met"]), (&true.into(), &false.into()));
+        fs::remove_file(&out).unwrap();
+    };
+    for adaptive in ["off", "on"] {
+        let far = ["--target-error", "0.001%", "--max-spp", "100000000", "--adaptive", adaptive];
+        check(&trisect(&[&place[..], &far, &["--time-limit", "1s"]].concat()), 7);
+        for goal in [&far[..], &["--budget", "1h", "--adaptive", adaptive]] {
+            let running = Running::start(&mut program(&[&place[..], goal].concat()));
+            std::thread::sleep(Duration::from_secs(3));
+            running.signal("INT");
+            check(&running.end(), 130);
+        }
+    }
+    // What is reached before is as it was.
+    let near = [&place[..], &["--target-error", "20%", "--time-limit", "1h"]].concat();
+    assert_eq!(trisect(&near).status.code(), Some(0));
+}
+
 /// Four ranges of samples rendered apart are one render; what overlaps or is of another image is refused.
 #[test]
 fn rendered_apart() {

@@ -97,6 +97,13 @@ fn without_a_scene_the_hello_world_is_drawn() {
     assert!(Image::read(&image).unwrap().pixels.iter().flatten().any(|&value| value > 0.5));
 }
 
+/// The package has a copy of what it builds in, as its folder ends where others' begin.
+#[test]
+fn the_hello_world_is_that_of_the_scenes() {
+    let of = |path: &str| std::fs::read(root().join(path)).unwrap();
+    assert!(of("host/assets/three_spheres.ron") == of("scenes/three_spheres.ron"));
+}
+
 #[test]
 fn auto_says_what_it_took() {
     let image = folder("auto").join("a.png");

@@ -76,6 +76,10 @@ impl<O: Observer> Observer for Told<'_, O> {
         }
         self.bar.progress(done, total)
     }
+
+    fn goes_on(&self) -> bool {
+        self.watch.ended().is_none()
+    }
 }
 
 impl Watch {

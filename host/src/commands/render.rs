@@ -42,8 +42,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let denoise = arguments.denoise.denoise()?;
     if let Some(request) = &request {
         sampling::check(request.goal)?;
-        if let Some(what) = arguments.keep.given() {
-            return Err(CheckpointError::Unsupported { what }.into());
+        if arguments.keep.checkpoint.is_some() {
+            return Err(CheckpointError::Unsupported { what: "--checkpoint" }.into());
         }
     }
     check_new(arguments)?;
@@ -55,7 +55,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
 
     if let Some(request) = request {
-        return reach(arguments, session, &request, denoise);
+        return reach(arguments, session, &request, denoise, start);
     }
     go(arguments, session, denoise, None, start)
 }
@@ -130,21 +130,25 @@ pub fn wrap_up(
     })
 }
 
-/// Renders until a goal is reached.
+/// Renders until a goal is reached, or it is told to end.
 fn reach(
     arguments: &RenderArgs,
     mut session: Session,
     request: &Request,
     denoise: Option<Denoise>,
+    start: Instant,
 ) -> Result<ExitCode, Error> {
-    let bar = &mut Bar::of_goal(arguments.quiet);
+    let watch = Watch::new(arguments, None, start, interrupts());
+    let mut told = Told { bar: Bar::of_goal(arguments.quiet), watch: &watch, told: arguments.quiet };
     let Sampled { film, image, mut stats } =
-        sampling::render(&mut session.renderer, &session.settings, request, bar)?;
+        sampling::render(&mut session.renderer, &session.settings, request, &mut told)?;
     stats.phases.load_seconds = session.load_seconds;
-    if matches!(request.goal, Goal::Error { .. }) {
-        return Ok(finish(arguments, session, Drawn::Film(&film), stats, denoise)?.0);
-    }
-    Ok(conclude(arguments, session, Drawn::Film(&film), stats, Some(image))?.0)
+    let ended = watch.ended().filter(|_| stats.sampling.as_ref().is_some_and(|sampling| sampling.ended));
+    let (code, in_place) = match request.goal {
+        Goal::Error { .. } => finish(arguments, session, Drawn::Film(&film), stats, denoise)?,
+        Goal::Time(_) => conclude(arguments, session, Drawn::Film(&film), stats, Some(image))?,
+    };
+    Ok(ended.filter(|_| in_place).map_or(code, Ended::exit_code))
 }
 
 /// Whether the render must write what tells edges.

@@ -54,6 +54,11 @@ use trisect_shared::view::NO_VIEW;
 pub trait Observer {
     /// Called after each submission: samples done and samples in all.
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
+
+    /// Asked between parts by a render that has no number of samples to take ([`sampling`](crate::sampling)): with no, it ends with the image that it has.
+    fn goes_on(&self) -> bool {
+        true
+    }
 }
 
 /// Watches nothing.

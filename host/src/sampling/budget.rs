@@ -182,6 +182,9 @@ pub(super) fn within<'a>(
     }
     let mut choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
     for index in 0..MOST_PASSES {
+        if !taker.goes_on() {
+            break;
+        }
         let part = parts.get(index).copied().unwrap_or(1.0);
         let reserve = match (&filter, &choice) {
             (Some(filter), Some(taken)) => filter.reserve(taken),

@@ -63,7 +63,7 @@ pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptiv
         let samples = taker.mean_samples();
         taker.progress = (target / survey.error).powi(2);
         // A hundredth of a sample is not worth another pass.
-        let is_enough = samples + 0.01 >= f64::from(most);
+        let is_enough = samples + 0.01 >= f64::from(most) || !taker.goes_on();
         if survey.error <= target || is_enough || !survey.error.is_finite() {
             return Ok(Reached { noise: taker.noise(), adaptive, gain });
         }

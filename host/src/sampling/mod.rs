@@ -132,6 +132,8 @@ pub struct Sampling {
     pub asked: f64,
     /// Whether it was met: an error at most, a time within 5 %.
     pub met: bool,
+    /// Whether the observer ended it.
+    pub ended: bool,
     /// Estimated, of the samples.
     pub noise: Noise,
     /// The root of the relMSE that the image, as it was written, should have.
@@ -179,7 +181,7 @@ pub struct Sampled {
     pub stats: RenderStats,
 }
 
-/// Renders until the goal is reached. `settings.samples` says nothing here.
+/// Renders until the goal is reached, or the observer says that it does not go on: then with what there is. `settings.samples` says nothing here.
 ///
 /// # Errors
 ///
@@ -203,6 +205,7 @@ pub fn render(
                 goal: "error",
                 asked: target,
                 met,
+                ended: !met && !taker.goes_on(),
                 adaptive: reached.adaptive,
                 adaptive_gain: reached.gain,
                 seconds: start.elapsed().as_secs_f64(),
@@ -221,13 +224,15 @@ pub fn render(
             let made = budget::within(renderer, settings, plan, observer)?;
             let seconds = made.time.as_secs_f64();
             let found = of(&made.taker, made.noise);
+            let met = (seconds / time.as_secs_f64() - 1.0).abs() <= 0.05;
             let denoise = made.filtered.as_ref().map(|filtered| filtered.denoise);
             // What no trial told is not known to be better than the samples.
             let expected = made.filtered.as_ref().map(|f| f.expected).filter(|e| e.is_finite());
             let sampling = Sampling {
                 goal: "time",
                 asked: time.as_secs_f64(),
-                met: (seconds / time.as_secs_f64() - 1.0).abs() <= 0.05,
+                met,
+                ended: !met && found.ended,
                 expected_error: expected.unwrap_or(made.noise.error),
                 adaptive: made.adaptive,
                 adaptive_gain: made.gain,
@@ -299,6 +304,7 @@ fn of(taker: &Taker, noise: Noise) -> Sampling {
         goal: "",
         asked: 0.0,
         met: false,
+        ended: !taker.goes_on(),
         noise,
         expected_error: noise.error,
         mean_samples: taker.mean_samples(),
@@ -366,7 +372,7 @@ impl Sampling {
     pub fn warning(&self) -> Option<String> {
         let percent = |error: f64| format!("{:.3} %", 100.0 * error);
         match self.goal {
-            _ if self.met => None,
+            _ if self.met || self.ended => None,
             "error" => Some(format!(
                 "the error is {}, not {}: pixels have {:.0} samples, and more need a greater --max-spp",
                 percent(self.noise.error),

@@ -5,6 +5,7 @@ use super::{Halves, Noise, SamplingError, allocate};
 use crate::Error;
 use crate::film::Rows;
 use crate::render::{Observer, Own, Parts, Renderer, Sampler, Settings, Sums};
+use std::cell::Cell;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
@@ -72,6 +73,10 @@ pub(super) struct Ask<'a>(pub &'a mut dyn Observer, pub u64);
 impl Observer for Ask<'_> {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         self.0.progress(self.1, STEPS)
+    }
+
+    fn goes_on(&self) -> bool {
+        self.0.goes_on()
     }
 }
 
@@ -149,6 +154,11 @@ impl<'a> Taker<'a> {
         }
     }
 
+    /// Whether the image should get more samples.
+    pub fn goes_on(&self) -> bool {
+        self.observer.goes_on()
+    }
+
     pub fn finish(&mut self) {
         let _ = self.observer.progress(STEPS, STEPS);
     }
@@ -164,7 +174,8 @@ impl<'a> Taker<'a> {
         self.next.checked_add(samples).ok_or(SamplingError::TooMany)
     }
 
-    /// Takes `samples` more of each pixel, for each half; returns in how many chunks. After an error the halves are gone.
+    /// Takes `samples` more of each pixel, for each half, or whole chunks of them if it should not go on; returns how many chunks. After an error the halves
+    /// are gone.
     pub fn uniform(&mut self, samples: u32) -> Result<u32, Error> {
         self.check()?;
         let end = self.after(samples)?;
@@ -172,8 +183,9 @@ impl<'a> Taker<'a> {
         let rows = Rows::from(0..self.settings.height);
         let settings = of_half(&self.settings, 0);
         let seeds = [settings.seed, of_half(&self.settings, 1).seed];
-        let take = |state: &mut (Halves, Took), range: &Range<u32>, sums: &Sums<'_>| {
-            let (halves, took) = state;
+        let take = |state: &mut (Halves, Took, usize), range: &Range<u32>, sums: &Sums<'_>| {
+            let (halves, took, taken) = state;
+            *taken += 1;
             let (half, count) = (usize::from(sums.seed != seeds[0]), range.len() as u32);
             halves.add(half, sums.pixels, count);
             if settings.guides {
@@ -186,12 +198,24 @@ impl<'a> Taker<'a> {
         };
         let at = self.asked();
         let observer = &mut *self.observer;
-        let mut watch = |_| observer.progress(at, STEPS);
-        let state = (std::mem::replace(&mut self.halves, Halves::new(0, 0)), self.took);
+        let (ends, begun) = (Cell::new(false), Cell::new(0));
+        let mut watch = |_| {
+            let flow = observer.progress(at, STEPS);
+            ends.set(!observer.goes_on());
+            flow
+        };
+        // Both halves of a chunk, of one at least.
+        let goes_on = || {
+            let before: usize = begun.replace(begun.get() + 1);
+            before < 2 || before % 2 == 1 || !ends.get()
+        };
+        let state = (std::mem::replace(&mut self.halves, Halves::new(0, 0)), self.took, 0);
         let parts =
-            Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds, goes_on: &|| true };
-        (self.halves, self.took) = self.renderer.each_sums(&parts, &mut watch, state, &take)?;
-        self.next = end;
+            Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds, goes_on: &goes_on };
+        let taken;
+        (self.halves, self.took, taken) = self.renderer.each_sums(&parts, &mut watch, state, &take)?;
+        let chunks = &chunks[..(taken / 2).min(chunks.len())];
+        self.next = chunks.last().map_or(self.next, |last| last.end);
         Ok(chunks.len() as u32)
     }
 
@@ -205,7 +229,7 @@ impl<'a> Taker<'a> {
         let mut launches = 0;
         loop {
             let most = left.iter().flatten().copied().max().unwrap_or(0).min(CHUNK_SAMPLES);
-            if most == 0 {
+            if most == 0 || launches > 0 && !self.goes_on() {
                 return Ok(launches);
             }
             launches += 1;

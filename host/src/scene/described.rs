@@ -8,8 +8,8 @@ use crate::render::{Fresnel, MathMode, Sampler, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The scene that `trisect render` draws when none is named.
-const HELLO_WORLD: &str = include_str!("../../../scenes/three_spheres.ron");
+/// The scene that `trisect render` draws when none is named: that of `scenes`, which a published crate does not have.
+const HELLO_WORLD: &str = include_str!("../../assets/three_spheres.ron");
 
 /// What to render unless the command line says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
