@@ -105,6 +105,19 @@ fn the_hello_world_is_that_of_the_scenes() {
 }
 
 #[test]
+fn quiet_and_verbose() {
+    let image = folder("verbose").join("a.png");
+    let arguments =
+        ["render", "--resolution", "16x9", "--spp", "2", "--backend", "cpu", "-o", image.to_str().unwrap()];
+    let said = |more: &[&str]| String::from_utf8(trisect(&[&arguments[..], more].concat()).stderr).unwrap();
+    let (usual, verbose) = (said(&[]), said(&["--verbose"]));
+    assert!(said(&["--quiet"]).is_empty());
+    assert!(usual.contains("wrote") && !usual.contains("build the BVH"), "{usual}");
+    assert!(verbose.contains("kernel render") && verbose.contains("build the BVH"), "{verbose}");
+    assert!(said(&["-q", "-v"]).contains("cannot be used with"));
+}
+
+#[test]
 fn auto_says_what_it_took() {
     let image = folder("auto").join("a.png");
     let arguments = ["render", "--resolution", "16x9", "--spp", "1", "-o"];

@@ -163,6 +163,40 @@ impl RenderStats {
         )
     }
 
+    /// More lines for people: how it was rendered, and what each phase took.
+    pub fn details(&self) -> String {
+        let Phases {
+            load_seconds,
+            bvh_seconds,
+            upload_seconds,
+            prepare_seconds,
+            view_seconds,
+            render_seconds,
+            merge_seconds,
+            read_seconds,
+            write_seconds,
+        } = self.phases;
+        let tile = self.tile.map_or_else(|| "no tiles".to_owned(), |tile| format!("tiles of {tile}"));
+        let (traversal, schedule) = (self.traversal, self.schedule);
+        let method = format!("{traversal:?} traversal, {schedule:?} schedule").to_lowercase();
+        let mut text = format!("kernel {}: {method}, {tile}; {} submissions", self.kernel, self.submissions);
+        let phases = [
+            ("load the scene", load_seconds),
+            ("build the BVH", bvh_seconds),
+            ("upload", upload_seconds),
+            ("compile, make the film", prepare_seconds),
+            ("the camera's tree", view_seconds),
+            ("render", render_seconds),
+            ("  of that merge", merge_seconds),
+            ("  of that read back", read_seconds),
+            ("  of that the device", self.device_seconds),
+            ("denoise", self.denoise_seconds),
+            ("write", write_seconds),
+        ];
+        phases.iter().for_each(|(name, seconds)| text += &format!("\n  {name:<22} {seconds:>9.3} s"));
+        text
+    }
+
     /// What is wrong with the image, or made it take longer, for people: a quiet render says it, too.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();

@@ -15,9 +15,9 @@ use bounds::{Bounds, bounds, shifted};
 use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::ploc::PlocBuilder;
 use serde::Serialize;
-use std::time::Duration;
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
@@ -54,6 +54,22 @@ pub struct Bvh {
 /// From so many primitives on, boxes are shifted for the builder.
 const SHIFT_FROM: usize = 4096;
 
+/// The tree that obvhs's `build_bvh2` makes where a primitive stands in one leaf: its test costs about as much as that of its box. Without what that function
+/// checks in debug builds: that its own traversal, which is not used here, has room for a tree that reinsertion made deep.
+fn make(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
+    let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } = *preset;
+    let indices = (0..boxes.len() as u32).collect();
+    let builder = &mut PlocBuilder::with_capacity(boxes.len());
+    let mut tree =
+        builder.build(ploc_search_distance, boxes, indices, sort_precision, search_depth_threshold);
+    let (first, then) =
+        (preset.reinsertion_batch_ratio, preset.post_collapse_reinsertion_batch_ratio_multiplier);
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut tree, first, None);
+    optimizer.run(&mut tree, first * then, None);
+    tree
+}
+
 impl Bvh {
     /// Builds the tree, with one primitive a leaf, and puts the triangles in its order.
     ///
@@ -72,14 +88,12 @@ impl Bvh {
                     BvhQuality::Medium => BvhBuildParams::medium_build(),
                     BvhQuality::High => BvhBuildParams::very_slow_build(),
                 };
-                // A primitive stands in one leaf: no splits. Its test costs about as much as that of its box.
-                let params = BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..preset };
                 if count < SHIFT_FROM {
-                    Self::flatten(&build_bvh2(&boxes, params, &mut Duration::default()))
+                    Self::flatten(&make(&boxes, &preset))
                 } else {
                     let shifted: Vec<Bounds> =
                         (0u32..).zip(&boxes).map(|(i, bounds)| shifted(i, bounds)).collect();
-                    let mut bvh = Self::flatten(&build_bvh2(&shifted, params, &mut Duration::default()));
+                    let mut bvh = Self::flatten(&make(&shifted, &preset));
                     bvh.refit(&boxes);
                     bvh
                 }

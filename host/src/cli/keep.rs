@@ -37,8 +37,9 @@ pub enum FallbackArg {
     Cpu,
 }
 
+#[cfg(feature = "mpi")]
 impl KeepArgs {
-    /// The first of them that is given: then a render ends with a film.
+    /// The first of them that is given: then the root keeps a film.
     pub fn given(&self) -> Option<&'static str> {
         let given =
             [("--checkpoint", self.checkpoint.is_some()), ("--time-limit", self.time_limit.is_some())];
@@ -109,6 +110,10 @@ pub struct ResumeArgs {
     /// Print errors only.
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Print also how it was rendered, and what each phase took.
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
 
     /// Over several processes.
     #[command(flatten)]

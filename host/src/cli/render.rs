@@ -41,6 +41,10 @@ pub struct RenderArgs {
     #[arg(short, long)]
     pub quiet: bool,
 
+    /// Print also how it was rendered, and what each phase took.
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+
     /// Several processes.
     #[command(flatten)]
     pub cluster: ClusterArgs,

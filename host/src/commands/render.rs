@@ -274,6 +274,9 @@ fn conclude(
     }
     if !arguments.quiet {
         say(&stats.summary());
+        if arguments.verbose {
+            say(&stats.details());
+        }
         if let Some(cluster) = &stats.cluster {
             say(&cluster.summary());
         }

@@ -78,7 +78,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.keep.fallback = arguments.fallback.or(command.keep.fallback);
     command.keep.samples = Some(Samples(header.samples.clone()));
     command.cluster = arguments.cluster.clone();
-    command.quiet = arguments.quiet;
+    (command.quiet, command.verbose) = (arguments.quiet, arguments.verbose);
     Ok(command)
 }
 
