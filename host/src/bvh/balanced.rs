@@ -2,8 +2,7 @@
 
 use super::Bvh;
 use super::bounds::Bounds;
-use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
+use glam::Vec3A;
 use std::ops::Range;
 use trisect_shared::bvh::{BvhNode, Child};
 
@@ -18,16 +17,16 @@ pub(super) fn build(bounds: &[Bounds]) -> Bvh {
     let mut pending: Vec<(Range<usize>, Slot, usize)> = vec![(0..bounds.len(), None, 1)];
     while let Some((range, slot, level)) = pending.pop() {
         let part = &mut order[range.clone()];
-        let axis = widest_axis(part.iter().map(|&i| bounds[i as usize].0.center()));
+        let axis = widest_axis(part.iter().map(|&i| bounds[i as usize].center()));
         let middle = part.len() / 2;
-        let key = |i: &u32| bounds[*i as usize].0.center()[axis];
+        let key = |i: &u32| bounds[*i as usize].center()[axis];
         part.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
         let (first, second) = part.split_at(middle);
         let (box_a, box_b) = (union(bounds, first), union(bounds, second));
         let leaf = |part: &[u32]| if let [one] = part { Child::leaf(*one).0 } else { 0 };
         let me = nodes.len();
-        let corners = |b: Aabb| (Vec3::from(b.min), Vec3::from(b.max));
-        nodes.push(BvhNode::new(Child(leaf(first)), corners(box_a), Child(leaf(second)), corners(box_b)));
+        let (box_a, box_b) = (box_a.corners(), box_b.corners());
+        nodes.push(BvhNode::new(Child(leaf(first)), box_a, Child(leaf(second)), box_b));
         if let Some((parent, is_second)) = slot {
             let parent = &mut nodes[parent];
             *(if is_second { &mut parent.second } else { &mut parent.first }) = Child::inner(me as u32).0;
@@ -43,8 +42,8 @@ pub(super) fn build(bounds: &[Bounds]) -> Bvh {
     Bvh { nodes, depth, ..Bvh::leaf(Child::inner(0)) }
 }
 
-fn union(bounds: &[Bounds], part: &[u32]) -> Aabb {
-    part.iter().fold(Aabb::INVALID, |all, &i| all.union(&bounds[i as usize].0))
+fn union(bounds: &[Bounds], part: &[u32]) -> Bounds {
+    Bounds::union(part.iter().map(|&i| bounds[i as usize]))
 }
 
 fn widest_axis(centers: impl Iterator<Item = Vec3A>) -> usize {

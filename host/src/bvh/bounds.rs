@@ -10,29 +10,57 @@ use trisect_shared::rng::PathKey;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
 
-/// A box, as the builder wants it.
-pub(super) struct Bounds(pub Aabb);
+/// A box. The builder's own has the vectors of another version of glam where someone builds without this project's lock file: between both go numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub min: Vec3A,
+    pub max: Vec3A,
+}
+
+impl Bounds {
+    /// What is in no box.
+    const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
+
+    /// Of the builder's.
+    pub fn of(aabb: &Aabb) -> Self {
+        Self { min: Vec3A::from_array(aabb.min.to_array()), max: Vec3A::from_array(aabb.max.to_array()) }
+    }
+
+    /// As nodes have them.
+    pub fn corners(&self) -> (Vec3, Vec3) {
+        (self.min.into(), self.max.into())
+    }
+
+    pub fn center(&self) -> Vec3A {
+        (self.max + self.min) * 0.5
+    }
+
+    /// Of several.
+    pub fn union(all: impl Iterator<Item = Self>) -> Self {
+        all.fold(Self::EMPTY, |a, b| Self { min: a.min.min(b.min), max: a.max.max(b.max) })
+    }
+}
 
 impl Boundable for Bounds {
     fn aabb(&self) -> Aabb {
-        self.0
+        Aabb::new(self.min.to_array().into(), self.max.to_array().into())
     }
 }
 
 /// A box padded so that it contains the primitive whatever rounding does to its corners and to a ray that touches
 /// one: by 2 ULP of the farthest coordinate, and of the greatest extent, which keeps the pad above zero at the origin.
-fn padded(low: Vec3, high: Vec3) -> Aabb {
+fn padded(low: Vec3, high: Vec3) -> Bounds {
     let (low, high) = (Vec3A::from(low), Vec3A::from(high));
     let extent = Vec3A::splat((high - low).max_element());
     let pad = (low.abs().max(high.abs()) + extent) * (2.0 * f32::EPSILON);
-    Aabb::new(low - pad, high + pad)
+    Bounds { min: low - pad, max: high + pad }
 }
 
-pub(super) fn sphere_bounds(sphere: &Sphere) -> Aabb {
+pub(super) fn sphere_bounds(sphere: &Sphere) -> Bounds {
     padded(sphere.center - sphere.radius, sphere.center + sphere.radius)
 }
 
-fn flat_bounds(flat: &Flat) -> Aabb {
+fn flat_bounds(flat: &Flat) -> Bounds {
     let (u, v) = (flat.edge_u, flat.edge_v);
     if flat.kind == DISC {
         let reach = Vec3::from_array(std::array::from_fn(|i| u[i].hypot(v[i])));
@@ -43,17 +71,17 @@ fn flat_bounds(flat: &Flat) -> Aabb {
     padded(low, corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max))
 }
 
-fn triangle_bounds(t: &Triangle) -> Aabb {
+fn triangle_bounds(t: &Triangle) -> Bounds {
     padded(t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c))
 }
 
 /// The box moved by up to a 1000th of its size, each by another amount: PLOC joins boxes that are each other's best neighbours, and
 /// in a row of equal ones only the first two are, so that it would take a pass for each.
 pub(super) fn shifted(index: u32, bounds: &Bounds) -> Bounds {
-    let size = bounds.0.max - bounds.0.min;
+    let size = bounds.max - bounds.min;
     let w = PathKey { seed: 0, pixel: index, sample: 0 }.words(0);
     let shift = size * 1e-3 * Vec3A::new(unit_f32(w.x), unit_f32(w.y), unit_f32(w.z));
-    Bounds(Aabb::new(bounds.0.min + shift, bounds.0.max + shift))
+    Bounds { min: bounds.min + shift, max: bounds.max + shift }
 }
 
 /// One box for each primitive, in their order.
@@ -61,7 +89,7 @@ pub(super) fn bounds(scene: &Scene) -> Vec<Bounds> {
     let spheres = scene.spheres.iter().map(sphere_bounds);
     let flats = scene.flats.iter().map(flat_bounds);
     let triangles = scene.triangles.iter().map(triangle_bounds);
-    spheres.chain(flats).chain(triangles).map(Bounds).collect()
+    spheres.chain(flats).chain(triangles).collect()
 }
 
 #[cfg(test)]

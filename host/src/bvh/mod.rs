@@ -12,9 +12,7 @@ pub use wide::Wide;
 
 use crate::scene::{Scene, SceneError};
 use bounds::{Bounds, bounds, shifted};
-use glam::Vec3;
 use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::PlocBuilder;
 use serde::Serialize;
@@ -113,7 +111,7 @@ impl Bvh {
         let of = |nodes: &[BvhNode], child: Child| {
             let index = child.index() as usize;
             if child.is_leaf() {
-                return (Vec3::from(boxes[index].0.min), Vec3::from(boxes[index].0.max));
+                return boxes[index].corners();
             }
             let [(low, high), (low2, high2)] = nodes[index].boxes();
             (low.min(low2), high.max(high2))
@@ -170,8 +168,8 @@ impl Bvh {
                     0 // filled in when the child is visited
                 }
             };
-            let corners = |b: &Aabb| (Vec3::from(b.min), Vec3::from(b.max));
-            nodes.push(BvhNode::new(Child(child(a)), corners(box_a), Child(child(b)), corners(box_b)));
+            let (box_a, box_b) = (Bounds::of(box_a).corners(), Bounds::of(box_b).corners());
+            nodes.push(BvhNode::new(Child(child(a)), box_a, Child(child(b)), box_b));
             if let Some((parent, is_second)) = slot {
                 let parent: &mut BvhNode = &mut nodes[parent];
                 *(if is_second { &mut parent.second } else { &mut parent.first }) = Child::inner(me as u32).0;
@@ -227,6 +225,7 @@ impl Bvh {
 mod tests {
     use super::bounds::sphere_bounds;
     use super::*;
+    use glam::Vec3;
     use trisect_shared::sphere::Sphere;
 
     fn tree() -> Bvh {
@@ -284,7 +283,7 @@ mod tests {
             let boxes: Vec<Bounds> = (0..count)
                 .map(|i| {
                     let center = Vec3::new(i as f32, (i * i % 7) as f32, 0.0);
-                    Bounds(sphere_bounds(&Sphere { center, ..scene.spheres[0] }))
+                    sphere_bounds(&Sphere { center, ..scene.spheres[0] })
                 })
                 .collect();
             assert_eq!(balanced::build(&boxes).prove(count), Ok(()));
@@ -302,8 +301,7 @@ mod tests {
         for node in &bvh.nodes {
             for (child, (low, high)) in [node.first, node.second].into_iter().zip(node.boxes()) {
                 let (least, greatest) = if Child(child).is_leaf() {
-                    let b = boxes[Child(child).index() as usize].0;
-                    (Vec3::from(b.min), Vec3::from(b.max))
+                    boxes[Child(child).index() as usize].corners()
                 } else {
                     let [a, b] = bvh.nodes[child as usize].boxes();
                     (a.0.min(b.0), a.1.max(b.1))
