@@ -253,7 +253,8 @@ fn without_a_screen() {
         .output()
         .unwrap();
     let arguments = ["view"];
-    trisect_tests::program::check_failure(&output, &arguments, 3, &["window", "--headless"]);
+    trisect_tests::program::check_failure(&output, &arguments, 3, &["window", "DISPLAY", "--headless"]);
+    assert!(!String::from_utf8_lossy(&output.stderr).contains(".rs:"), "a place in someone's source");
 }
 
 /// A capture as a PNG.

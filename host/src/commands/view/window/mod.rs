@@ -35,9 +35,14 @@ struct Woken;
 
 /// Opens a window and shows the scene until it is closed.
 pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCode, Error> {
+    // winit says first where in its own source it is.
+    let said = |text: String| match text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")) {
+        Some((_, said)) => said.to_owned(),
+        None => text,
+    };
     let refused = |error: &dyn std::fmt::Display| BackendError::Unavailable {
         backend: "window",
-        reason: error.to_string(),
+        reason: said(error.to_string()),
         remedy: "start from a desktop (X11 or Wayland), or use trisect view --headless".to_owned(),
     };
     let event_loop = EventLoop::<Woken>::with_user_event().build().map_err(|error| refused(&error))?;
