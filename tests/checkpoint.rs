@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
+use std::io::Read;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -90,6 +91,17 @@ struct Running(Option<Child>);
 impl Running {
     fn start(command: &mut Command) -> Self {
         Self(Some(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()))
+    }
+
+    /// Reads what it says until it says these words.
+    fn until(&mut self, words: &str) {
+        let mut said = String::new();
+        let out = self.0.as_mut().unwrap().stderr.as_mut().unwrap();
+        while !said.contains(words) {
+            let mut byte = [0];
+            assert!(out.read(&mut byte).unwrap() > 0, "ended without {words:?}: {said}");
+            said.push(byte[0] as char);
+        }
     }
 
     fn signal(&self, name: &str) {
@@ -207,16 +219,37 @@ fn interrupts() {
         assert!(text(&output).contains("interrupted"), "{}", text(&output));
         let found = Checkpoint::read(file.as_ref()).unwrap();
         assert!(!found.film.coverage.parts().is_empty() && fs::exists(&out).unwrap());
-        // Twice: at once, and the last checkpoint is as it was.
+        // Twice: at once, and the last checkpoint is as it was. A part takes two seconds.
         let start = SystemTime::now();
-        let running = Running::start(&mut program(&["resume", &file]));
-        wait_for(&file, start);
+        let mut running = Running::start(&mut program(&["resume", &file, "--every", "1h"]));
+        running.until("are there");
+        std::thread::sleep(Duration::from_millis(3000));
+        let before = fs::read(&file).unwrap();
         running.signal(name);
+        std::thread::sleep(Duration::from_millis(100));
         running.signal(name);
+        let clock = Instant::now();
         let output = running.end();
         assert_eq!(output.status.code(), Some(130), "{}", text(&output));
-        assert!(Checkpoint::read(file.as_ref()).is_ok());
+        let wrote = text(&output).contains("wrote");
+        // Or the part had just ended.
+        assert!(
+            !wrote && clock.elapsed() < Duration::from_secs(1)
+                || fs::metadata(&file).unwrap().modified().unwrap() > start
+        );
+        assert!(wrote || fs::read(&file).unwrap() == before, "{}", text(&output));
     }
+    // Before anything was rendered: an image that is there stays.
+    let (none, earlier) = (folder.file("none.ckpt"), folder.file("INT.pfm"));
+    let before = fs::read(&earlier).unwrap();
+    let begin = ["render", &BOOK, "-o", &earlier, "--checkpoint", &none, "--time-limit", "0.001ms"];
+    let output = trisect(&[&begin[..], IMAGE].concat());
+    assert!(
+        output.status.code() == Some(7) && text(&output).contains("nothing was rendered"),
+        "{}",
+        text(&output)
+    );
+    assert!(fs::read(&earlier).unwrap() == before);
     // By --time-limit: exit code 7, and resumed, limited again, at last complete.
     let (file, out) = (folder.file("late.ckpt"), folder.file("late.pfm"));
     let begin = ["render", &BOOK, "-o", &out, "--checkpoint", &file, "--time-limit", "1ms"];
@@ -360,17 +393,15 @@ fn a_target_that_goes() {
     assert!(found.film.coverage.parts()[0].samples.len() >= 256);
     assert_eq!(trisect::image::Image::read(&elsewhere(&said, "a.pfm")).unwrap().width, 96);
     // Who would queue the rest is told that it is not where it should be: 1, and not 7.
-    let begin = [
-        "render",
-        &BOOK,
-        "--checkpoint",
-        "/proc/self/a.ckpt",
-        "--time-limit",
-        "1ms",
-        "-o",
-        &folder.file("b.pfm"),
-    ];
-    assert_eq!(trisect(&begin).status.code(), Some(1));
+    fs::create_dir_all(&there).unwrap();
+    let limited = [&begin[..], &["--time-limit", "6s"]].concat();
+    let start = SystemTime::now();
+    let running = Running::start(program(&limited).env("TMPDIR", &safe));
+    wait_for(file, start);
+    fs::rename(&there, folder.path("gone too")).unwrap();
+    let output = running.end();
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert!(Checkpoint::read(&elsewhere(&text(&output), "a.ckpt")).is_ok());
 }
 
 /// A disk that is full: the checkpoint that does not fit is written elsewhere, and the exit code is not 0.

@@ -167,13 +167,16 @@ fn a_job_survives_its_ranks() {
     assert!(!output.status.success(), "{}", text(&output));
     assert!((1..=left).contains(&missing()), "{}", missing());
 
-    let output = match missing() % 2 {
-        0 => mpi::run(2, &[&resume[..], &rows].concat()),
-        _ => trisect(&resume),
-    };
-    assert!(output.status.success(), "{}", text(&output));
-    assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, want);
-    assert!(fs::read(&many).unwrap() == fs::read(&one).unwrap());
+    // Ranks go on, and one process with the same.
+    let (copy, alone) = (folder.file("copy.ckpt"), folder.file("alone.pfm"));
+    fs::copy(&file, &copy).unwrap();
+    let by_ranks = mpi::run(2, &[&resume[..], &rows].concat());
+    let by_one = trisect(&["resume", &copy, "-o", &alone]);
+    for (output, file, image) in [(by_ranks, &file, &many), (by_one, &copy, &alone)] {
+        assert!(output.status.success(), "{}", text(&output));
+        assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, want);
+        assert!(fs::read(image).unwrap() == fs::read(&one).unwrap());
+    }
 
     let new = folder.file("b.ckpt");
     let average = ["render", &book, "-o", &many, "--checkpoint", &new, "--distribute", "average"];

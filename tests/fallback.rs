@@ -157,7 +157,11 @@ fn roundings_of_several_devices() {
         let cpu = Cpu::open(None).unwrap().device().clone();
         Device { backend, name: name.to_owned(), ..cpu }
     };
-    let of = |device: &Device| Identity::new(&scene.digest(), &scene.settings(), None, device);
+    let renderer = renderer(&scene);
+    let of = |device: &Device| {
+        let any = Identity::new(&scene.digest(), &scene.settings(), None, &renderer);
+        Identity { arithmetic: arithmetic(device, MathMode::Precise), ..any }
+    };
     let (cpu, one, other) = (device("cpu", ""), device("wgpu", "one"), device("wgpu", "other"));
     let mut both = of(&one);
     both.also(&arithmetic(&cpu, MathMode::Precise));

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use thiserror::Error;
 
 /// Bytes that share a CRC.
@@ -150,6 +151,7 @@ pub fn write(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io:
         let _ = fs::remove_file(&temporary);
     }
     written?;
+    sweep(path);
     // The name, too, is on the disk then. Where folders cannot be opened, it is not asked for.
     match File::open(folder(path)) {
         Ok(folder) => folder.sync_all().or(Ok(())),
@@ -161,10 +163,29 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// In the same folder, so that it can be moved; one name, so that what a killed process left is written over.
+/// In the same folder, so that it can be moved; of this process alone, as two may write the same file.
 fn beside(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    folder(path).join(format!(".{name}.part"))
+    folder(path).join(format!("{}{}.part", prefix(path), std::process::id()))
+}
+
+fn prefix(path: &Path) -> String {
+    format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy())
+}
+
+/// What no one has written to for so long was left by a process that was killed.
+const LEFT: Duration = Duration::from_secs(3600);
+
+/// Removes what killed processes left.
+fn sweep(path: &Path) {
+    for entry in fs::read_dir(folder(path)).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let process = name.to_str().and_then(|name| name.strip_prefix(&prefix(path))?.strip_suffix(".part"));
+        let is_one = process.is_some_and(|process| process.parse::<u32>().is_ok());
+        let time = entry.metadata().and_then(|facts| facts.modified()).ok();
+        if is_one && time.and_then(|time| time.elapsed().ok()).is_some_and(|age| age > LEFT) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 fn write_to(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {

@@ -2,7 +2,7 @@
 
 use crate::backend::Device;
 use crate::bvh::BvhQuality;
-use crate::render::{MathMode, Settings};
+use crate::render::{MathMode, Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -14,10 +14,14 @@ const AND: &str = " and ";
 /// All that decides the bits of a pixel's chunks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
+    /// Of the program.
+    pub version: String,
     /// SHA-256 of the scene with all that it refers to; its first half.
     pub scene: String,
     /// The same of the kernels.
     pub kernels: String,
+    /// CRC-32 of what the host makes of the scene: the camera's record, trees and lights, of which libraries have a part.
+    pub prepared: String,
     /// Whose rounding: devices that round alike have the same. Of several, where one went on for another.
     pub arithmetic: String,
     /// Those of the settings that the image depends on.
@@ -66,9 +70,15 @@ pub fn arithmetic(device: &Device, math: MathMode) -> String {
 
 impl Identity {
     /// Of a render of a scene with this [digest](crate::scene::Scene::digest).
-    pub fn new(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>, device: &Device) -> Self {
+    pub fn new(
+        scene: &[u8; 32],
+        settings: &Settings,
+        quality: Option<BvhQuality>,
+        renderer: &Renderer,
+    ) -> Self {
         let Settings { width, height, depth, seed, roulette, roulette_depth, fresnel, .. } = settings;
         let Settings { math, sampler, light_sampling, clamp, .. } = settings;
+        let prepared = renderer.prepared(*width, *height);
         let settings = serde_json::json!({
             "width": width,
             "height": height,
@@ -84,17 +94,21 @@ impl Identity {
             "bvh_quality": quality,
         });
         Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: hex(scene),
             kernels: hex(&Sha256::digest(trisect_kernels::MANIFEST)),
-            arithmetic: arithmetic(device, *math),
+            arithmetic: arithmetic(renderer.backend().device(), *math),
+            prepared: format!("{prepared:08x}"),
             settings,
         }
     }
 
     /// Who goes on rounds otherwise: then the film is what either of both goes on with.
     pub fn also(&mut self, arithmetic: &str) {
-        if !self.arithmetic.split(AND).any(|one| one == arithmetic) {
-            self.arithmetic = format!("{}{AND}{arithmetic}", self.arithmetic);
+        for new in arithmetic.split(AND) {
+            if !self.arithmetic.split(AND).any(|one| one == new) {
+                self.arithmetic = format!("{}{AND}{new}", self.arithmetic);
+            }
         }
     }
 
@@ -112,8 +126,10 @@ impl Identity {
     /// The first field in which they differ.
     pub fn check(&self, other: &Self) -> Result<(), Difference> {
         let fields = [
+            ("version", &self.version, &other.version, self.version == other.version),
             ("scene", &self.scene, &other.scene, self.scene == other.scene),
             ("kernels", &self.kernels, &other.kernels, self.kernels == other.kernels),
+            ("prepared", &self.prepared, &other.prepared, self.prepared == other.prepared),
             ("arithmetic", &self.arithmetic, &other.arithmetic, self.rounds_like(other)),
         ];
         if let Some((field, one, other, _)) = fields.into_iter().find(|(.., is_same)| !is_same) {

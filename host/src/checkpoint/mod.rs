@@ -36,8 +36,6 @@ pub const FORMAT: u32 = 1;
 pub struct Header {
     /// See [`FORMAT`].
     pub format: u32,
-    /// Of the program.
-    pub version: String,
     /// What others must have in common with it.
     pub identity: Identity,
     /// Name of the scene.
@@ -136,6 +134,7 @@ impl Checkpoint {
             return Err(CheckpointError::Differs { path: path(), difference });
         }
         self.film.add(&other.film).map_err(|source| CheckpointError::Film { path: path(), source })?;
+        self.header.identity.also(&other.header.identity.arithmetic);
         self.header.seconds += other.header.seconds;
         let (a, b) = (&self.header.samples, &other.header.samples);
         self.header.samples = a.start.min(b.start)..a.end.max(b.end);

@@ -2,6 +2,7 @@
 
 use super::{CheckpointError, Header, write};
 use crate::film::{Coverage, Film};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -61,6 +62,7 @@ struct Writer {
 
 /// When the last one was, and memory for the next.
 struct State {
+    path: PathBuf,
     writer: Writer,
     /// None while it is being written.
     spare: Option<Film>,
@@ -94,8 +96,14 @@ impl Saver {
             }
         });
         let writer = Writer { to: Some(to), back, thread: Some(thread) };
-        let state =
-            State { writer, spare: Some(Film::new(0, 0)), last: Instant::now(), samples: 0.0, failed: None };
+        let state = State {
+            path: path.to_owned(),
+            writer,
+            spare: Some(Film::new(0, 0)),
+            last: Instant::now(),
+            samples: 0.0,
+            failed: None,
+        };
         let (header, start) = (Mutex::new(header), Instant::now());
         Self { path: path.to_owned(), header, every, start, state: Mutex::new(state) }
     }
@@ -135,7 +143,10 @@ impl Saver {
         if let Some(to) = &state.writer.to
             && let Err(lost) = to.send((copy, self.header()))
         {
-            state.spare = Some(lost.0.0);
+            let (film, header) = lost.0;
+            // Without that thread, by this one.
+            state.failed = write(&self.path, &header, &film).err().or(state.failed.take());
+            state.spare = Some(film);
         }
     }
 
@@ -183,6 +194,8 @@ impl State {
                 Err(TryRecvError::Empty) => return,
                 Err(TryRecvError::Disconnected) => {
                     self.spare = Some(Film::new(0, 0));
+                    let source = io::Error::other("the thread that writes it ended");
+                    self.failed = Some(CheckpointError::Io { path: self.path.clone(), source });
                 }
             }
         }

@@ -26,6 +26,8 @@ fn film(parts: &[Part]) -> Film {
 
 fn checkpoint(parts: &[Part]) -> Checkpoint {
     let identity = Identity {
+        version: "0.1.0".to_owned(),
+        prepared: "00000000".to_owned(),
         scene: "5ce3e".to_owned(),
         kernels: "cafe".to_owned(),
         arithmetic: "precise".to_owned(),
@@ -33,7 +35,6 @@ fn checkpoint(parts: &[Part]) -> Checkpoint {
     };
     let header = Header {
         format: FORMAT,
-        version: "0.1.0".to_owned(),
         identity,
         scene: "a scene".to_owned(),
         command: vec!["render".to_owned(), "scene.ron".to_owned()],
@@ -128,6 +129,15 @@ fn parts_that_belong_together() {
     one.merge(of, &other).unwrap();
     assert_eq!((one.header.samples.clone(), one.header.seconds), (0..1024, 3.0));
     assert_eq!(one.film.coverage.missing(&(0..1024)), []);
+    // Of several roundings, all are kept, in any order.
+    for (a, b) in [("precise", "precise and fast"), ("fast and precise", "precise")] {
+        let mut both = checkpoint(&[part(0..4, 0..512)]);
+        let mut rest = checkpoint(&[part(0..4, 512..1024)]);
+        (both.header.identity.arithmetic, rest.header.identity.arithmetic) = (a.to_owned(), b.to_owned());
+        both.merge(of, &rest).unwrap();
+        let all = both.header.identity.arithmetic;
+        assert!(all.contains("fast") && all.matches("precise").count() == 1, "{all}");
+    }
     // Once more is twice.
     let before = one.clone();
     let twice = one.merge(of, &other);
@@ -135,6 +145,8 @@ fn parts_that_belong_together() {
     assert_eq!(one, before);
     for (field, change) in [
         ("scene", (|it: &mut Header| it.identity.scene.push('f')) as fn(&mut Header)),
+        ("version", |it| it.identity.version.push('f')),
+        ("prepared", |it| it.identity.prepared.push('f')),
         ("kernels", |it| it.identity.kernels.push('f')),
         ("arithmetic", |it| it.identity.arithmetic.push('f')),
         ("seed", |it| it.identity.settings["seed"] = 6.into()),

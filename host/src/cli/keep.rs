@@ -59,9 +59,9 @@ fn parse_samples(text: &str) -> Result<Samples, String> {
 }
 
 fn parse_time(text: &str) -> Result<Duration, String> {
-    match text.parse::<Every>()? {
-        Every::Time(time) => Ok(time),
-        Every::Samples(_) => Err("write it as 30s, 5m or 2h".to_owned()),
+    match text.parse::<Every>() {
+        Ok(Every::Time(time)) => Ok(time),
+        _ => Err("write it as 500ms, 30s, 5m or 2h".to_owned()),
     }
 }
 

@@ -185,10 +185,14 @@ impl Begun {
         // A copy of the film on its way to the disk.
         let copy =
             if arguments.keep.checkpoint.is_some() { Film::bytes_per_pixel(settings.guides) } else { 0 };
-        let device = session.renderer.backend().device();
         let quality = arguments.job.bvh_quality.map(crate::cli::QualityArg::quality);
-        let identity = session.digest.map(|digest| Identity::new(&digest, settings, quality, device));
-        if let (Some((path, Checkpoint { header, film })), Some(identity)) = (before, &identity) {
+        let identity =
+            session.digest.map(|digest| Identity::new(&digest, settings, quality, &session.renderer));
+        if let (Some((path, Checkpoint { mut header, film })), Some(identity)) = (before, &identity) {
+            if session.fell_back {
+                // As in the middle of a render: who goes on is noted.
+                header.identity.also(&identity.arithmetic);
+            }
             let differs = |difference| CheckpointError::Differs { path, difference };
             identity.check(&header.identity).map_err(differs)?;
             return Ok(Self { film, samples, header: Some(header) });
@@ -197,7 +201,6 @@ impl Begun {
         let header = match identity {
             Some(identity) => Some(Header {
                 format: FORMAT,
-                version: env!("CARGO_PKG_VERSION").to_owned(),
                 identity,
                 scene: session.name.clone(),
                 command: command()?,

@@ -45,6 +45,8 @@ pub struct Session {
     pub open_seconds: f64,
     /// The scene, for who goes on where the device fails.
     pub spare: Option<Loaded>,
+    /// Whether the device could not be had, and another has its place.
+    pub fell_back: bool,
 }
 
 /// A scene that was read, with the command line's settings.
@@ -101,8 +103,18 @@ impl Loaded {
         let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
         let renderer = Renderer::with_quality(selection.backend, scene, quality)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
-        let (digest, spare) = (None, None);
-        Ok(Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds, spare })
+        Ok(Session {
+            renderer,
+            settings,
+            name,
+            digest: None,
+            space,
+            choice,
+            load_seconds,
+            open_seconds,
+            spare: None,
+            fell_back: false,
+        })
     }
 
     /// Puts it on this machine's threads, whatever the command line said of a device.
@@ -133,7 +145,7 @@ impl Session {
         let session = match (opened, keep.fallback) {
             (Err(Error::Backend(error)), Some(FallbackArg::Cpu)) if error.is_of_device() => {
                 say(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
-                loaded.on_cpu(job)?
+                Self { fell_back: true, ..loaded.on_cpu(job)? }
             }
             (opened, _) => opened?,
         };

@@ -76,12 +76,12 @@ pub fn go(
     let mut elsewhere = |error: &BackendError, film: &Film, settings: &mut Settings| {
         let loaded = spare.take()?;
         say(&format!("warning: {error}\n  the CPU goes on (--fallback)"));
-        watch.rescue(film, arguments.quiet);
         fit_to_cpu(settings);
         let session = loaded.on_cpu(&arguments.job);
         if let Ok(session) = &session {
             watch.also(&arithmetic(session.renderer.backend().device(), settings.math));
         }
+        watch.rescue(film, arguments.quiet);
         Some(session.map(|session| session.renderer))
     };
     let Session { renderer, settings, .. } = &mut session;
@@ -116,6 +116,11 @@ pub fn wrap_up(
             "ended before it was complete: rows {} to {} lack samples from {} on",
             of.0, of.1, of.2
         ));
+    }
+    if let Some(ended) = ended.filter(|_| film.coverage.parts().is_empty()) {
+        // An earlier image stays.
+        say(&format!("nothing was rendered: {} is as it was", arguments.output.display()));
+        return Ok(if kept? { ended.exit_code() } else { ExitCode::FAILURE });
     }
     // A filter would smear what is there over what is not.
     let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
@@ -232,8 +237,10 @@ pub fn finish(
             Ok(denoised) => denoised,
             Err(error) => {
                 // Nothing that was rendered is lost.
-                output::write(&film.image(), &arguments.output)?;
-                eprintln!("warning: wrote {} without denoising", arguments.output.display());
+                match or_elsewhere(&arguments.output, |path| Ok(output::write(&film.image(), path)?)) {
+                    Ok(path) => say(&format!("warning: wrote {} without denoising", path.display())),
+                    Err(error) => say(&format!("error: {error}")),
+                }
                 return Err(error);
             }
         };
@@ -253,14 +260,9 @@ fn conclude(
     denoised: Option<Image>,
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
-    let mut path = arguments.output.clone();
-    if let Err(error) = write(&path, &arguments.aov, &session, &drawn, denoised.as_ref()) {
-        // A disk that is full, a folder that is gone: what was rendered is not lost by it.
-        path = fallback(&arguments.output);
-        let written = write(&path, &arguments.aov, &session, &drawn, denoised.as_ref());
-        say(&format!("error: {error}"));
-        written?;
-    }
+    let path = or_elsewhere(&arguments.output, |path| {
+        write(path, &arguments.aov, &session, &drawn, denoised.as_ref())
+    })?;
     let moved = path != arguments.output;
 
     let stats = &mut stats;
@@ -292,6 +294,16 @@ fn conclude(
     }
     let code = if stats.unwritten_pixels == 0 && !moved { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     Ok((code, !moved))
+}
+
+/// Writes a file, elsewhere if it cannot be where it should, and says where it is: a disk that is full, a folder that is gone, and what was rendered is not
+/// lost by it.
+pub fn or_elsewhere(path: &Path, write: impl Fn(&Path) -> Result<(), Error>) -> Result<PathBuf, Error> {
+    let Err(error) = write(path) else { return Ok(path.to_owned()) };
+    let elsewhere = fallback(path);
+    let written = write(&elsewhere);
+    say(&format!("error: {error}"));
+    written.map(|()| elsewhere)
 }
 
 /// Writes the image that was denoised, or what was drawn, with its layers.

@@ -1,7 +1,7 @@
 //! `trisect resume` and `trisect merge`.
 
 use super::{Session, render, say};
-use crate::cli::{Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
+use crate::cli::{BackendArg, Cli, Command, MathArg, MergeArgs, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -70,12 +70,18 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
         // What the image does not depend on, and another backend may not have.
         (command.job.variant, command.job.schedule, command.job.traversal, command.job.tile) =
             (None, None, None, None);
+        if backend == BackendArg::Cpu {
+            // It has no other: whether that goes together, the checkpoint says.
+            command.job.math = MathArg::Precise;
+        }
     }
     command.job.threads = arguments.threads.or(command.job.threads);
     command.keep.checkpoint = Some(arguments.file.clone());
     command.keep.every = arguments.every.or(command.keep.every);
     command.keep.time_limit = arguments.time_limit;
-    command.keep.fallback = arguments.fallback.or(command.keep.fallback);
+    // Over ranks there is none, whatever the first command had.
+    let before = command.keep.fallback.filter(|_| arguments.cluster.distribute.is_none());
+    command.keep.fallback = arguments.fallback.or(before);
     command.keep.samples = Some(Samples(header.samples.clone()));
     command.cluster = arguments.cluster.clone();
     (command.quiet, command.verbose) = (arguments.quiet, arguments.verbose);

@@ -98,6 +98,9 @@ enum Route {
     Tree(Reduce),
 }
 
+/// How long a rank that was told to end waits for the root to do so.
+const FAREWELL: Duration = Duration::from_secs(60);
+
 /// Renders an image over all ranks, each of which calls this with the same work. On the root the image comes back, on others none; and the renderer,
 /// for the next. `ended` says whether the process was asked to end.
 ///
@@ -177,6 +180,7 @@ pub fn onto<N: Network>(
     let mut own = RankReport { rank, host: link.host_of(rank), device: device_name, ..RankReport::default() };
     let mut last_piece = start;
     let mut reported = false;
+    let mut told = None;
     let mut kernel = "";
 
     macro_rules! fail {
@@ -287,7 +291,8 @@ pub fn onto<N: Network>(
                 }
             }
         }
-        if ended() {
+        // The root says it, and writes what there is, for which others stay: who ends would end it, too.
+        if ended() && (rank == 0 || told.get_or_insert_with(Instant::now).elapsed() > FAREWELL) {
             let (done, total) = root.as_ref().map_or((0, 0), |root| root.canvas.pixels());
             fail!(DistributeError::Ended { done, total })
         }
@@ -320,8 +325,9 @@ pub fn onto<N: Network>(
         if root.as_ref().is_some_and(|root| root.reports.iter().all(Option::is_some))
             && let Some(root) = root.take()
         {
-            link.send_all(Tag::Done, &[])?;
-            link.flush()?;
+            if let Err(error) = link.send_all(Tag::Done, &[]).and_then(|()| link.flush()) {
+                return Err(root.failed(error.into()));
+            }
             let seconds = root.came.unwrap_or(start).duration_since(start).as_secs_f64();
             let reports = root.reports.iter().flatten().cloned().collect();
             let report = ClusterReport::new(plan, work.choice.clone(), seconds, reports);

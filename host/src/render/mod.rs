@@ -111,6 +111,8 @@ pub struct Renderer {
     /// The frame before, if nothing was rendered since.
     framed: Option<(Settings, Variant)>,
     /// How far from the world's origin along each axis a ray may start for which the boxes have room.
+    /// Of trees and lights.
+    made: u32,
     reach: Vec3,
 }
 
@@ -118,6 +120,21 @@ impl AsMut<Renderer> for Renderer {
     fn as_mut(&mut self) -> &mut Renderer {
         self
     }
+}
+
+/// CRC-32 of trees and lights.
+fn made(bvh: &Bvh, lights: &Lights) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    let parts: [&[u8]; 6] = [
+        bytemuck::bytes_of(&bvh.root.0),
+        bytemuck::cast_slice(&bvh.nodes),
+        bytemuck::cast_slice(&bvh.triangles),
+        bytemuck::cast_slice(&bvh.shading),
+        bytemuck::cast_slice(&lights.lights),
+        bytemuck::bytes_of(&lights.environment_probability),
+    ];
+    parts.into_iter().for_each(|part| crc.update(part));
+    crc.finalize()
 }
 
 impl Renderer {
@@ -142,6 +159,7 @@ impl Renderer {
         let camera = camera::record(&scene.camera, 1, 1);
         let reach = bvh.widen(camera.origin, camera.lens_x.length());
         let lights = Lights::new(scene, &bvh.triangles);
+        let made = made(&bvh, &lights);
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         backend.upload(&SceneRecords::new(scene, &bvh, wide.as_ref(), &lights))?;
@@ -155,6 +173,7 @@ impl Renderer {
             wide: wide.is_some(),
             scene: SceneParams::new(scene, &bvh, &lights, reach.is_some()),
             reach: reach.unwrap_or(Vec3::ZERO),
+            made,
             pace,
             chunk: HostRecords::default(),
             spare: HostRecords::default(),
@@ -363,6 +382,14 @@ impl Renderer {
                 self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
             }
         }
+    }
+
+    /// CRC-32 of what the host made of the scene, for an image of this size: trees, lights and the camera's record. Films of which it differs do not belong
+    /// together, though scene and settings be the same: another library may have built another tree.
+    pub fn prepared(&self, width: u32, height: u32) -> u32 {
+        let mut crc = crc32fast::Hasher::new_with_initial(self.made);
+        crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));
+        crc.finalize()
     }
 
     /// Where the camera is.

@@ -229,7 +229,8 @@ impl<'a> Taker<'a> {
         let mut launches = 0;
         loop {
             let most = left.iter().flatten().copied().max().unwrap_or(0).min(CHUNK_SAMPLES);
-            if most == 0 || launches > 0 && !self.goes_on() {
+            let has_any = launches > 0 || self.halves.samples() > 0;
+            if most == 0 || has_any && !self.goes_on() {
                 return Ok(launches);
             }
             launches += 1;

@@ -82,6 +82,16 @@ pub(super) fn describe(index: usize) -> Result<Device, BackendError> {
     use sys::CUdevice_attribute_enum as Attribute;
     let major = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)?;
     let minor = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR)?;
-    let details = format!("compute capability {major}.{minor}, {}", memory::display(bytes as u64));
+    let mut version = 0;
+    // SAFETY: writes one integer; every driver has this function.
+    unsafe { sys::cuDriverGetVersion(&raw mut version) }
+        .result()
+        .map_err(failed("asking for the version"))?;
+    let details = format!(
+        "compute capability {major}.{minor}, {}, driver for CUDA {}.{}",
+        memory::display(bytes as u64),
+        version / 1000,
+        version % 1000 / 10
+    );
     Ok(Device { backend: "cuda", index, name, kind: DeviceKind::Gpu, details, timer: "CUDA events" })
 }

@@ -87,13 +87,13 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
         match Begun::new(arguments, &session, before) {
             Ok(Begun { film, samples, header }) => {
                 let watch = Watch::new(arguments, header, start, crew.flag());
-                let (watch, of) = held.insert((watch, samples));
-                kept = Some(Kept { film, samples: of.clone(), keeper: &*watch });
+                let held = held.insert((watch, samples));
+                kept = Some(Kept { film, samples: held.1.clone(), keeper: &held.0 });
             }
             Err(error) => return Ok(crew.give_up(&error)),
         }
     }
-    let Session { mut renderer, settings, name, digest, space, choice, load_seconds, open_seconds, spare } =
+    let Session { mut renderer, settings, name, digest, space, choice, load_seconds, open_seconds, .. } =
         session;
     if cluster.distribute == Some(DistributeArg::Auto) && arguments.keep.given().is_none() {
         let chosen;
@@ -112,14 +112,14 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
     let (finished, renderer) = match done {
         Ok(done) => done,
         Err(Failure { error, partial }) => {
-            if let (Some((watch, _)), Some(Picture::Film(film))) = (&held, partial.as_deref()) {
-                watch.rescue(film, quiet);
-            }
-            let is_asked = cluster.write_partial || held.is_some();
-            if let Some(partial) = partial.filter(|_| is_asked && !matches!(error, Cancelled)) {
-                match write_partial(arguments, &partial) {
-                    Ok(()) => say(&format!("wrote what there is to {}", arguments.output.display())),
-                    Err(error) => say(&format!("error: {error}")),
+            let is_asked = (cluster.write_partial || held.is_some()) && !matches!(error, Cancelled);
+            if let Some(partial) = partial.filter(|_| is_asked) {
+                let arguments = arguments.clone();
+                // Others hear of the root meanwhile, and stay.
+                let kept =
+                    crew.link.during(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
+                if let Err(error) = kept {
+                    say(&format!("error: {error}"));
                 }
             }
             return Ok(crew.give_up(&error));
@@ -128,8 +128,18 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
     let Some(finished) = finished else { return Ok(ExitCode::SUCCESS) };
     let mut stats = finished.stats(renderer.backend().device(), &settings);
     stats.phases.load_seconds = load_seconds;
-    let session =
-        Session { renderer, settings, name, digest, space, choice, load_seconds, open_seconds, spare };
+    let session = Session {
+        renderer,
+        settings,
+        name,
+        digest,
+        space,
+        choice,
+        load_seconds,
+        open_seconds,
+        spare: None,
+        fell_back: false,
+    };
     let drawn = match &finished.picture {
         Picture::Bytes { width, height, bytes } => Drawn::Bytes(*width, *height, bytes),
         Picture::Color(image) => Drawn::Image(image),
@@ -182,13 +192,21 @@ fn travels(arguments: &RenderArgs, settings: &Settings, plan: &Plan, ranks: u32)
     }
 }
 
-/// The image without layers and filters: time is short.
-fn write_partial(arguments: &RenderArgs, partial: &Picture) -> Result<(), Error> {
-    let path = &arguments.output;
-    match partial {
-        Picture::Bytes { width, height, bytes } => output::write_bytes(*width, *height, bytes, path)?,
-        Picture::Color(image) => output::write(image, path)?,
-        Picture::Film(film) => output::write(&film.image(), path)?,
+/// Keeps what there is of an image: its checkpoint, and the image without layers and filters, as time is short.
+fn keep(arguments: &RenderArgs, watch: Option<Watch>, partial: &Picture, quiet: bool) {
+    if let (Some(watch), Picture::Film(film)) = (watch, partial) {
+        watch.rescue(film, quiet);
+        if film.coverage.parts().is_empty() {
+            return;
+        }
     }
-    Ok(())
+    let written = single::or_elsewhere(&arguments.output, |path| match partial {
+        Picture::Bytes { width, height, bytes } => Ok(output::write_bytes(*width, *height, bytes, path)?),
+        Picture::Color(image) => Ok(output::write(image, path)?),
+        Picture::Film(film) => Ok(output::write(&film.image(), path)?),
+    });
+    match written {
+        Ok(path) => say(&format!("wrote what there is to {}", path.display())),
+        Err(error) => say(&format!("error: {error}")),
+    }
 }
