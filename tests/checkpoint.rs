@@ -2,145 +2,23 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
-use std::io::Read;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::sync::LazyLock;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 use trisect::checkpoint::Checkpoint;
-use trisect::film::{Film, Part};
-use trisect::render::{Keeper, Settings};
-use trisect_shared::rng::PathKey;
+use trisect::film::Film;
 use trisect_tests::program::{Temporary, check_failure, trisect, wait_for};
-use trisect_tests::{Subject, binary, for_each_backend, root, scene};
-
-/// Ends a render after so many parts.
-struct After(AtomicU32);
-
-impl Keeper for After {
-    fn goes_on(&self) -> bool {
-        self.0.load(Ordering::Relaxed) > 0
-    }
-
-    fn added(&self, film: &Film) {
-        assert!(!film.coverage.parts().is_empty());
-        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
-    }
-}
-
-/// A film that was ended after each part, by a renderer of its own each time, is that of one piece.
-fn ends_do_not_show(subject: Subject) {
-    let scene = scene("rtiow_final.ron");
-    for guides in [false, true] {
-        let settings = Settings { width: 40, height: 24, samples: 600, depth: 8, guides, ..scene.settings() };
-        let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let whole = renderer.render(&settings, &mut ()).unwrap();
-        let mut film = if guides { Film::with_guides(40, 24) } else { Film::new(40, 24) };
-        let mut runs = 0;
-        while !film.coverage.missing(&(0..600)).is_empty() {
-            let mut renderer = subject.renderer(&scene).unwrap();
-            let once = After(AtomicU32::new(1));
-            let stats = renderer.render_onto(&mut film, &settings, &(0..600), &once, &mut ()).unwrap();
-            assert_eq!(stats.samples, film.counts().samples);
-            runs += 1;
-        }
-        assert!(runs >= 2, "{runs}");
-        assert_eq!(film, whole.film);
-        // Nothing is left: nothing is rendered.
-        let stats = renderer.render_onto(&mut film, &settings, &(0..600), &(), &mut ()).unwrap();
-        assert_eq!((stats.submissions, &film), (0, &whole.film));
-        // The twin: a chunk of another seed in the place of one.
-        let mut other = if guides { Film::with_guides(40, 24) } else { Film::new(40, 24) };
-        let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
-        renderer.render_onto(&mut other, &strange, &(0..256), &(), &mut ()).unwrap();
-        renderer.render_onto(&mut other, &settings, &(0..600), &(), &mut ()).unwrap();
-        assert_ne!(other, whole.film, "a comparison that cannot fail");
-    }
-}
-
-/// Whatever parts are there, the rest is rendered.
-fn any_part_may_be_there(subject: Subject) {
-    let scene = scene("three_spheres.ron");
-    let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..scene.settings() };
-    let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let whole = renderer.render(&settings, &mut ()).unwrap().film;
-    let mut film = Film::new(24, 32);
-    for (rows, samples) in [(3..5, 0..256), (5..20, 256..512), (0..1, 0..512)] {
-        let part = renderer.render_part(&settings, &Part { rows, samples }, &mut ()).unwrap();
-        film.add(&part.film).unwrap();
-    }
-    renderer.render_onto(&mut film, &settings, &(0..512), &(), &mut ()).unwrap();
-    assert_eq!(film, whole);
-    for wrong in [Film::new(24, 31), Film::with_guides(24, 32)] {
-        assert!(renderer.render_onto(&mut wrong.clone(), &settings, &(0..512), &(), &mut ()).is_err());
-    }
-    let split = renderer.render_onto(&mut Film::new(24, 32), &settings, &(0..300), &(), &mut ());
-    assert!(split.is_err(), "a chunk in two");
-}
-
-for_each_backend!(ends_do_not_show, any_part_may_be_there);
+use trisect_tests::running::{Running, program};
+use trisect_tests::{binary, root};
 
 const IMAGE: &[&str] = &["--backend", "cpu", "--resolution", "96x54", "--spp", "1024", "--depth", "8"];
 
 static BOOK: LazyLock<String> =
     LazyLock::new(|| root().join("scenes/rtiow_final.ron").to_str().unwrap().to_owned());
 
-/// A render that is going on. It does not outlive its test.
-struct Running(Option<Child>);
-
-impl Running {
-    fn start(command: &mut Command) -> Self {
-        Self(Some(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()))
-    }
-
-    /// Reads what it says until it says these words.
-    fn until(&mut self, words: &str) {
-        let mut said = String::new();
-        let out = self.0.as_mut().unwrap().stderr.as_mut().unwrap();
-        while !said.contains(words) {
-            let mut byte = [0];
-            assert!(out.read(&mut byte).unwrap() > 0, "ended without {words:?}: {said}");
-            said.push(byte[0] as char);
-        }
-    }
-
-    fn signal(&self, name: &str) {
-        let id = self.0.as_ref().unwrap().id().to_string();
-        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
-    }
-
-    /// Kills it; whether it was still going on.
-    fn kill(mut self) -> bool {
-        let mut child = self.0.take().unwrap();
-        let going = child.try_wait().unwrap().is_none();
-        let _ = child.kill();
-        child.wait().unwrap();
-        going
-    }
-
-    fn end(mut self) -> Output {
-        self.0.take().unwrap().wait_with_output().unwrap()
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.0 {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
 /// More samples than anyone waits for.
 const LONG: &[&str] =
     &["--backend", "cpu", "--resolution", "96x54", "--spp", "10000000", "--depth", "8", "--every", "1ms"];
-
-fn program(arguments: &[&str]) -> Command {
-    let mut command = Command::new(binary());
-    command.args(arguments);
-    command
-}
 
 fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
@@ -153,53 +31,6 @@ fn uninterrupted(folder: &Temporary) -> Film {
     let output = trisect(&[&["render", &BOOK, "-o", &image, "--checkpoint", &file], IMAGE].concat());
     assert!(output.status.success(), "{}", text(&output));
     Checkpoint::read(file.as_ref()).unwrap().film
-}
-
-/// `kill -9` at 20 random moments: each time there is a checkpoint that loads or none, and from it the film comes out the same.
-#[test]
-fn killed_at_any_moment() {
-    let folder = Temporary::new("checkpoint", "killed");
-    let whole = uninterrupted(&folder);
-    let image = fs::read(folder.file("whole.pfm")).unwrap();
-    let (file, out) = (folder.file("a.ckpt"), folder.file("a.pfm"));
-    let begin = [&["render", &BOOK, "-o", &out, "--checkpoint", &file, "--every", "1ms"], IMAGE].concat();
-    let time = |_| {
-        let _ = fs::remove_file(&file);
-        let clock = Instant::now();
-        assert!(trisect(&begin).status.success());
-        clock.elapsed()
-    };
-    let once = (0..3).map(time).min().unwrap();
-    let (mut kills, mut resumed) = (0, 0);
-    for attempt in 0..60 {
-        let _ = fs::remove_file(&file);
-        let mut arguments = begin.clone();
-        // Killed again and again, also while it goes on.
-        for again in 0..4 {
-            let word = PathKey { seed: 9, pixel: attempt, sample: again }.words(0).x;
-            let running = Running::start(&mut program(&arguments));
-            std::thread::sleep(once.mul_f64(f64::from(word) / 2f64.powi(32)));
-            let killed = running.kill();
-            kills += u32::from(killed);
-            if fs::exists(&file).unwrap() {
-                let found = Checkpoint::read(file.as_ref()).expect("whole or not there");
-                resumed += u32::from(!found.film.coverage.missing(&(0..1024)).is_empty());
-                arguments = vec!["resume", &file, "--every", "1ms"];
-            }
-            if !killed {
-                break;
-            }
-        }
-        let output = trisect(&arguments);
-        assert!(output.status.success(), "{}", text(&output));
-        assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, whole);
-        assert_eq!(fs::read(&out).unwrap(), image);
-        if kills >= 20 {
-            break;
-        }
-    }
-    eprintln!("{kills} kills, {resumed} checkpoints of a part, a render takes {once:?}");
-    assert!(kills >= 20 && resumed > 3, "{kills}, {resumed}");
 }
 
 /// The first interrupt, or what a queue sends when time is over: exit code 130, image and checkpoint are there.

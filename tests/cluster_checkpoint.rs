@@ -3,7 +3,6 @@
 
 use std::fs;
 use std::process::Output;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::SystemTime;
 use trisect::backend::cpu::Cpu;
@@ -11,32 +10,20 @@ use trisect::checkpoint::Checkpoint;
 use trisect::distribute::local::Local;
 use trisect::distribute::{Kept, Link, PATIENCE, Picture, Plan, Work, onto};
 use trisect::film::Film;
-use trisect::render::{Keeper, Renderer, Settings};
+use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
 use trisect_tests::mpi::{self, Job};
 use trisect_tests::program::{Temporary, trisect, wait_for};
+use trisect_tests::renders::After;
 use trisect_tests::{root, scene};
 
 fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
 }
 
-/// Ends a render after so many pieces.
-struct After(AtomicU32);
-
-impl Keeper for After {
-    fn goes_on(&self) -> bool {
-        self.0.load(Ordering::Relaxed) > 0
-    }
-
-    fn added(&self, _: &Film) {
-        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
-    }
-}
-
 /// Goes on with a film over so many ranks, the last of which has a scene of its own.
 fn grown(ranks: u32, scenes: [&Scene; 2], settings: &Settings, film: Film, pieces: u32) -> Film {
-    let keeper = After(AtomicU32::new(pieces));
+    let keeper = After::new(pieces);
     let work = Work::kept(settings.clone(), 3);
     let mut kept = Some(Kept { film, samples: 0..settings.samples, keeper: &keeper });
     thread::scope(|scope| {

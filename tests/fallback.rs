@@ -1,90 +1,31 @@
 //! Where a device fails or is not there, another goes on, and nothing that was rendered is lost.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
-use std::time::Duration;
 use trisect::backend::cpu::Cpu;
-use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use trisect::backend::{Backend, BackendError, Device};
 use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
-use trisect::denoise::{Pass, Shown};
-use trisect::film::{Film, Rows, Target};
+use trisect::film::Film;
 use trisect::render::{MathMode, Renderer, Settings};
 use trisect::{Error, scene::Scene};
-use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::Lit;
-use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
-use trisect_shared::path::FirstHit;
+use trisect_tests::hooked::Hooked;
 use trisect_tests::program::{Temporary, check_failure, trisect};
 use trisect_tests::scene;
-
-/// A processor that is lost after so many launches, in the middle of what it renders.
-struct Failing {
-    inner: Cpu,
-    left: u32,
-}
-
-impl Backend for Failing {
-    fn device(&self) -> &Device {
-        self.inner.device()
-    }
-
-    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
-        self.inner.upload(scene)
-    }
-
-    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
-        self.inner.view(nodes)
-    }
-
-    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
-        self.inner.prepare(job)
-    }
-
-    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
-        let took = self.inner.render(launch)?;
-        self.left = self.left.checked_sub(1).ok_or_else(|| BackendError::Device {
-            backend: "cpu",
-            action: "waiting for a launch",
-            message: "the device is lost".to_owned(),
-        })?;
-        Ok(took)
-    }
-
-    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
-        self.inner.read_film(rows, film)
-    }
-
-    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
-        self.inner.read_guides(rows, guides)
-    }
-
-    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
-        self.inner.write_film(film, guides)
-    }
-
-    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        self.inner.denoise(passes)
-    }
-
-    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
-        self.inner.read_denoised(image, pixels)
-    }
-
-    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
-        self.inner.display(frame, to)
-    }
-
-    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        self.inner.first_hits(launch, hits)
-    }
-}
 
 fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(Box::new(Cpu::open(None).unwrap()), scene).unwrap()
 }
 
-fn failing(scene: &Scene, left: u32) -> Renderer {
-    Renderer::new(Box::new(Failing { inner: Cpu::open(None).unwrap(), left }), scene).unwrap()
+/// On a processor that is lost after so many launches, in the middle of what it renders.
+fn failing(scene: &Scene, mut left: u32) -> Renderer {
+    let lost = move || {
+        left = left.checked_sub(1).ok_or_else(|| BackendError::Device {
+            backend: "cpu",
+            action: "waiting for a launch",
+            message: "the device is lost".to_owned(),
+        })?;
+        Ok(())
+    };
+    Renderer::new(Box::new(Hooked::new(lost)), scene).unwrap()
 }
 
 #[test]

@@ -20,7 +20,7 @@ pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
 pub use keep::{FallbackArg, KeepArgs, MergeArgs, ResumeArgs, Samples};
 pub use render::RenderArgs;
-pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, ManArgs};
+pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, ManArgs, TellArgs};
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
 

@@ -118,6 +118,7 @@ pub mod metrics;
 pub mod output;
 mod plot;
 pub mod render;
+mod replace;
 pub mod sampling;
 pub mod scene;
 mod sealed;

@@ -3,11 +3,11 @@
 //! Eight bytes that say what it is; the lengths of header and data, eight bytes each; a CRC-32 of these; header and data; a CRC-32 of each 64 KiB of these two. Numbers
 //! are little-endian. In 64 KiB a CRC-32 finds each change of up to three bits, and each within 32 neighbouring ones (Koopman 2002, table 1).
 
+use crate::replace::replace;
 use rayon::prelude::*;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::Path;
 use thiserror::Error;
 
 /// Bytes that share a CRC.
@@ -139,53 +139,7 @@ pub fn write(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io:
     if header.len() as u64 > GREATEST_HEADER {
         return Err(invalid("its header would be too long"));
     }
-    // Through links; and what is no file, such as a device, is not replaced.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if fs::metadata(&target).is_ok_and(|facts| !facts.is_file()) {
-        return Err(invalid("it is there, and no regular file"));
-    }
-    let path = &target;
-    let temporary = beside(path);
-    let written = write_to(&temporary, magic, header, data).and_then(|()| fs::rename(&temporary, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&temporary);
-    }
-    written?;
-    sweep(path);
-    // The name, too, is on the disk then. Where folders cannot be opened, it is not asked for.
-    match File::open(folder(path)) {
-        Ok(folder) => folder.sync_all().or(Ok(())),
-        Err(_) => Ok(()),
-    }
-}
-
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// In the same folder, so that it can be moved; of this process alone, as two may write the same file.
-fn beside(path: &Path) -> PathBuf {
-    folder(path).join(format!("{}{}.part", prefix(path), std::process::id()))
-}
-
-fn prefix(path: &Path) -> String {
-    format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy())
-}
-
-/// What no one has written to for so long was left by a process that was killed.
-const LEFT: Duration = Duration::from_secs(3600);
-
-/// Removes what killed processes left.
-fn sweep(path: &Path) {
-    for entry in fs::read_dir(folder(path)).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let process = name.to_str().and_then(|name| name.strip_prefix(&prefix(path))?.strip_suffix(".part"));
-        let is_one = process.is_some_and(|process| process.parse::<u32>().is_ok());
-        let time = entry.metadata().and_then(|facts| facts.modified()).ok();
-        if is_one && time.and_then(|time| time.elapsed().ok()).is_some_and(|age| age > LEFT) {
-            let _ = fs::remove_file(entry.path());
-        }
-    }
+    replace(path, |temporary| write_to(temporary, magic, header, data))
 }
 
 fn write_to(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
@@ -247,6 +201,8 @@ impl Crcs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+    use std::path::PathBuf;
 
     const MAGIC: &[u8; 8] = b"TRISTEST";
 

@@ -11,12 +11,14 @@
 
 #[cfg(target_os = "linux")]
 pub mod desktop;
+pub mod hooked;
 pub mod hosts;
 pub mod mpi;
 pub mod probe;
 pub mod program;
 pub mod renders;
 pub mod report;
+pub mod running;
 pub mod statistics;
 pub mod ulp;
 

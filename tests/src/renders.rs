@@ -2,8 +2,9 @@
 
 use crate::Subject;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::film::{Film, PixelTotals};
-use trisect::render::{Renderer, Settings};
+use trisect::render::{Keeper, Renderer, Settings};
 use trisect::scene::Scene;
 
 /// A renderer on the CPU.
@@ -93,4 +94,25 @@ pub fn scene_files() -> Vec<PathBuf> {
         there
     });
     files
+}
+
+/// Ends a render after so many parts.
+pub struct After(AtomicU32);
+
+impl After {
+    /// Of them.
+    pub fn new(parts: u32) -> Self {
+        Self(AtomicU32::new(parts))
+    }
+}
+
+impl Keeper for After {
+    fn goes_on(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > 0
+    }
+
+    fn added(&self, film: &Film) {
+        assert!(!film.coverage.parts().is_empty());
+        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+    }
 }

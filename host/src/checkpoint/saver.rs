@@ -1,7 +1,7 @@
 //! Writes a film now and then while it grows, on a thread of its own.
 
 use super::{CheckpointError, Header, write};
-use crate::film::{Coverage, Film};
+use crate::film::{Coverage, Film, Part};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -173,10 +173,8 @@ impl Saver {
 
 /// Samples of a pixel, in the mean.
 fn held(coverage: &Coverage) -> f64 {
-    let parts = coverage.parts();
-    let rows = parts.iter().map(|part| part.rows.end).max().unwrap_or(0).max(coverage.height());
-    let samples: f64 = parts.iter().map(|part| part.rows.len() as f64 * part.samples.len() as f64).sum();
-    samples / f64::from(rows.max(1))
+    let samples: u64 = coverage.parts().iter().map(Part::size).sum();
+    samples as f64 / f64::from(coverage.height().max(1))
 }
 
 impl State {

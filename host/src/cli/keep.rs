@@ -103,17 +103,9 @@ pub struct ResumeArgs {
     #[arg(long, value_enum)]
     pub fallback: Option<FallbackArg>,
 
-    /// Write what the render took as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub stats: Option<PathBuf>,
-
-    /// Print errors only.
-    #[arg(short, long)]
-    pub quiet: bool,
-
-    /// Print also how it was rendered, and what each phase took.
-    #[arg(short, long, conflicts_with = "quiet")]
-    pub verbose: bool,
+    /// What is said of it.
+    #[command(flatten)]
+    pub tell: super::TellArgs,
 
     /// Over several processes.
     #[command(flatten)]

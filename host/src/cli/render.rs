@@ -1,6 +1,6 @@
 //! `trisect render`.
 
-use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, KeepArgs};
+use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, KeepArgs, TellArgs};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::output::layers::Aov;
@@ -33,17 +33,9 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", default_value = "out.png")]
     pub output: PathBuf,
 
-    /// Write what the render took as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub stats: Option<PathBuf>,
-
-    /// Print errors only.
-    #[arg(short, long)]
-    pub quiet: bool,
-
-    /// Print also how it was rendered, and what each phase took.
-    #[arg(short, long, conflicts_with = "quiet")]
-    pub verbose: bool,
+    /// What is said of it.
+    #[command(flatten)]
+    pub tell: TellArgs,
 
     /// Several processes.
     #[command(flatten)]

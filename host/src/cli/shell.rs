@@ -1,7 +1,23 @@
-//! What is about the program itself.
+//! What is about the program itself, and what it says.
 
 use clap::Args;
 use std::path::PathBuf;
+
+/// What a render says of itself.
+#[derive(Clone, Debug, Args)]
+pub struct TellArgs {
+    /// Write what the render took as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// Print errors only.
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    /// Print also how it was rendered, and what each phase took.
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+}
 
 /// `trisect info`.
 #[derive(Debug, Args)]

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use trisect::Error;
 use trisect::backend::{self, BackendError, Choice, Device};
-use trisect::film::Film;
+use trisect::film::{Film, FilmCounts};
 use trisect::memory;
 use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Settings};
@@ -141,6 +141,17 @@ fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding
         let says = format!("{name} ({details}): the image is the processor's, bit for bit");
         return Ok(Finding::works(part, says));
     }
+    let broken = |says| {
+        let mend = "update the graphics driver; until then do not use this device";
+        Finding::new(part, State::Broken, says, Some(mend))
+    };
+    // Comparisons of images leave out what is no number.
+    let FilmCounts { unwritten, rejected, .. } = film.counts();
+    if unwritten > 0 || rejected > cpu.counts().rejected {
+        let says =
+            format!("{name} ({details}): {unwritten} pixels miss samples, {rejected} samples are no numbers");
+        return Ok(broken(says));
+    }
     let (image, reference) = (film.image(), cpu.image());
     let view = |pixels| ImageView::new(film.width as usize, film.height as usize, pixels);
     let difference = compare(&view(&image.pixels)?, &view(&reference.pixels)?)?.rel_mse;
@@ -150,10 +161,7 @@ fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding
         format!("{name} ({details}): relMSE to the processor's image {difference:.1e}, noise {noise:.1e}");
     Ok(match difference < noise {
         true => Finding::works(part, says),
-        false => {
-            let mend = "update the graphics driver; until then do not use this device";
-            Finding::new(part, State::Broken, says, Some(mend))
-        }
+        false => broken(says),
     })
 }
 
@@ -210,5 +218,33 @@ fn folder(part: &str, path: Option<&Path>, mend: &str) -> Finding {
     match written {
         Ok(()) => Finding::works(part, path.display().to_string()),
         Err(error) => Finding::new(part, State::Broken, format!("{}: {error}", path.display()), Some(mend)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+    use trisect::backend::Backend;
+    use trisect::backend::cpu::Cpu;
+
+    #[test]
+    fn another_image_is_broken() {
+        let scene = Scene::hello_world().unwrap();
+        let mut renderer = Renderer::new(Box::new(Cpu::open(None).unwrap()), &scene).unwrap();
+        let of = |seed| Settings { width: 64, height: 36, samples: 16, seed, ..scene.settings() };
+        let mut film = |seed| renderer.render(&of(seed), &mut ()).unwrap().film;
+        let (cpu, mut near, other) = (film(0), film(0), film(1));
+        let device = Cpu::open(None).unwrap().device().clone();
+        let state = |film: &Film| judge("cpu 0", &device, film, &cpu).unwrap().state;
+        assert_eq!(state(&cpu), State::Works);
+        // A few samples that went elsewhere.
+        near.pixels[..3].copy_from_slice(&other.pixels[..3]);
+        assert_eq!(state(&near), State::Works);
+        // The twin: other random numbers, the same image for people.
+        assert_eq!(state(&other), State::Broken);
+        near.pixels[0] = Film::new(1, 1).pixels[0];
+        assert_eq!(state(&near), State::Broken, "a pixel that no one wrote");
     }
 }

@@ -1,5 +1,6 @@
 //! What keeps a render from being lost: checkpoints, and an end that was asked for.
 
+use super::signals::INTERRUPTED;
 use super::{Session, say};
 use crate::cli::{KeepArgs, RenderArgs};
 use std::ops::{ControlFlow, Range};
@@ -12,9 +13,6 @@ use trisect::Error;
 use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity, Saver};
 use trisect::film::Film;
 use trisect::render::{Keeper, Observer};
-
-/// Exit code of what the user ended, as shells give it for an interrupt.
-const INTERRUPTED: i32 = 130;
 
 /// Exit code of what --time-limit ended.
 const OUT_OF_TIME: u8 = 7;
@@ -36,19 +34,6 @@ impl Ended {
             Self::OutOfTime => ExitCode::from(OUT_OF_TIME),
         }
     }
-}
-
-/// Sets a flag at the first SIGINT or SIGTERM, and ends the process at the second. SIGHUP stays as it is: `nohup` has it ignored.
-pub fn interrupts() -> Arc<AtomicBool> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    use signal_hook::flag::{register, register_conditional_shutdown};
-    let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // In this order: the first signal finds no flag yet. What cannot be registered ends the process, as it does without.
-        let _ = register_conditional_shutdown(signal, INTERRUPTED, interrupted.clone())
-            .and_then(|_| register(signal, interrupted.clone()));
-    }
-    interrupted
 }
 
 /// Watches a render.

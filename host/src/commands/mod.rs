@@ -12,6 +12,7 @@ pub mod render;
 pub mod report;
 pub mod resume;
 pub mod shell;
+mod signals;
 pub mod tradeoff;
 pub mod view;
 
@@ -156,11 +157,7 @@ impl Session {
 
     /// Reads the scene, checks the settings, opens the backend.
     pub fn open(job: &JobArgs) -> Result<Self, Error> {
-        let loaded = Loaded::read(job)?;
-        let start = Instant::now();
-        let selection = open(job.backend, job.device, job.threads)?;
-        loaded.warn();
-        loaded.on(selection, start.elapsed().as_secs_f64(), job)
+        Self::open_kept(job, &KeepArgs::default())
     }
 }
 

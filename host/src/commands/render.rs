@@ -1,7 +1,8 @@
 //! `trisect render`.
 
-use super::keep::{Begun, Ended, Told, Watch, fallback, interrupts, is_same};
+use super::keep::{Begun, Ended, Told, Watch, fallback, is_same};
 use super::say;
+use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
 use crate::cli::RenderArgs;
 use crate::progress::Bar;
@@ -50,7 +51,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
 
     let mut session = Session::open_kept(&arguments.job, &arguments.keep)?;
     session.settings.guides = needs_guides(arguments, denoise.as_ref());
-    if !arguments.quiet {
+    if !arguments.tell.quiet {
         announce(&session, &aim(&session, request.as_ref()));
     }
 
@@ -70,8 +71,8 @@ pub fn go(
 ) -> Result<ExitCode, Error> {
     let Begun { mut film, samples, header } = Begun::new(arguments, &session, before)?;
     let watch = Watch::new(arguments, header, start, interrupts());
-    let bar = Bar::new(arguments.quiet);
-    let mut told = Told { bar, watch: &watch, told: arguments.quiet };
+    let bar = Bar::new(arguments.tell.quiet);
+    let mut told = Told { bar, watch: &watch, told: arguments.tell.quiet };
     let mut spare = session.spare.take();
     let mut elsewhere = |error: &BackendError, film: &Film, settings: &mut Settings| {
         let loaded = spare.take()?;
@@ -81,7 +82,7 @@ pub fn go(
         if let Ok(session) = &session {
             watch.also(&arithmetic(session.renderer.backend().device(), settings.math));
         }
-        watch.rescue(film, arguments.quiet);
+        watch.rescue(film, arguments.tell.quiet);
         Some(session.map(|session| session.renderer))
     };
     let Session { renderer, settings, .. } = &mut session;
@@ -89,7 +90,7 @@ pub fn go(
     let mut stats = match rendered {
         Ok(stats) => stats,
         Err(error) => {
-            watch.rescue(&film, arguments.quiet);
+            watch.rescue(&film, arguments.tell.quiet);
             return Err(error);
         }
     };
@@ -106,7 +107,7 @@ pub fn wrap_up(
     stats: RenderStats,
     denoise: Option<Denoise>,
 ) -> Result<ExitCode, Error> {
-    let kept = watch.finish(film, arguments.quiet);
+    let kept = watch.finish(film, arguments.tell.quiet);
     let lacking = film.coverage.missing(samples);
     let ended = watch.ended().filter(|_| !lacking.is_empty());
     if let Some(part) = lacking.first() {
@@ -144,7 +145,8 @@ fn reach(
     start: Instant,
 ) -> Result<ExitCode, Error> {
     let watch = Watch::new(arguments, None, start, interrupts());
-    let mut told = Told { bar: Bar::of_goal(arguments.quiet), watch: &watch, told: arguments.quiet };
+    let mut told =
+        Told { bar: Bar::of_goal(arguments.tell.quiet), watch: &watch, told: arguments.tell.quiet };
     let Sampled { film, image, mut stats } =
         sampling::render(&mut session.renderer, &session.settings, request, &mut told)?;
     stats.phases.load_seconds = session.load_seconds;
@@ -167,14 +169,14 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     if !arguments.aov.is_empty() {
         layers::check(&arguments.output)?;
     }
-    if let Some(stats) = &arguments.stats {
+    if let Some(stats) = &arguments.tell.stats {
         if *stats == arguments.output {
             return Err(SettingsError::SameFile { path: stats.display().to_string() }.into());
         }
         output::probe(stats)?;
     }
     if let Some(path) = &arguments.keep.checkpoint {
-        let others = std::iter::once(&arguments.output).chain(&arguments.stats);
+        let others = std::iter::once(&arguments.output).chain(&arguments.tell.stats);
         if others.into_iter().any(|other| is_same(path, other)) {
             return Err(CheckpointError::SameFile { path: path.clone() }.into());
         }
@@ -269,14 +271,14 @@ fn conclude(
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
     stats.scene = session.name;
     stats.choice = session.choice;
-    if let Some(path) = &arguments.stats {
+    if let Some(path) = &arguments.tell.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
         fs::write(path, text + "\n").map_err(|source| ImageError::Io { path: path.clone(), source })?;
     }
-    if !arguments.quiet {
+    if !arguments.tell.quiet {
         say(&stats.summary());
-        if arguments.verbose {
+        if arguments.tell.verbose {
             say(&stats.details());
         }
         if let Some(cluster) = &stats.cluster {

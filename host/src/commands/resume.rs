@@ -6,10 +6,11 @@ use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
+use trisect::Error;
 use trisect::checkpoint::{Checkpoint, CheckpointError, Header};
+use trisect::film::{Film, Part};
 use trisect::image::ImageError;
 use trisect::output::{self, Format};
-use trisect::{Error, film::Film};
 
 /// Goes on with a render where its checkpoint ended.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
@@ -29,7 +30,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     session.settings.guides = !checkpoint.film.guides.is_empty();
     // The scene may say another number now, which does not matter to the samples that are there.
     session.settings.samples = checkpoint.header.spp;
-    if !command.quiet {
+    if !command.tell.quiet {
         render::announce(&session, &render::aim(&session, None));
         say(&there(&checkpoint));
     }
@@ -44,11 +45,9 @@ pub fn there(Checkpoint { header, film }: &Checkpoint) -> String {
 
 /// What of the samples that there should be there is.
 fn share(film: &Film, header: &Header) -> String {
-    let size = |parts: Vec<trisect::film::Part>| -> f64 {
-        parts.iter().map(|part| part.rows.len() as f64 * part.samples.len() as f64).sum()
-    };
-    let all = f64::from(film.height) * header.samples.len() as f64;
-    format!("{:.1} %", 100.0 * (1.0 - size(film.coverage.missing(&header.samples)) / all.max(1.0)))
+    let missing: u64 = film.coverage.missing(&header.samples).iter().map(Part::size).sum();
+    let all = Part { rows: 0..film.height, samples: header.samples.clone() }.size();
+    format!("{:.1} %", 100.0 * (1.0 - missing as f64 / all.max(1) as f64))
 }
 
 /// The command that began it, with what the new one says instead.
@@ -64,7 +63,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
-    command.stats = arguments.stats.clone().or(command.stats.map(at));
+    command.tell.stats = arguments.tell.stats.clone().or(command.tell.stats.map(at));
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
         // What the image does not depend on, and another backend may not have.
@@ -84,7 +83,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.keep.fallback = arguments.fallback.or(before);
     command.keep.samples = Some(Samples(header.samples.clone()));
     command.cluster = arguments.cluster.clone();
-    (command.quiet, command.verbose) = (arguments.quiet, arguments.verbose);
+    (command.tell.quiet, command.tell.verbose) = (arguments.tell.quiet, arguments.tell.verbose);
     Ok(command)
 }
 

@@ -66,8 +66,8 @@ impl Canvas {
     /// For what a film lacks of some samples.
     pub fn onto(film: Film, samples: &Range<u32>) -> Self {
         let missing = film.coverage.missing(samples);
-        let of = |part: &Part| part.rows.len() as u64 * part.samples.len() as u64 * u64::from(film.width);
-        let (width, height, total) = (film.width, film.height, missing.iter().map(of).sum());
+        let (width, height) = (film.width, film.height);
+        let total = missing.iter().map(Part::size).sum::<u64>() * u64::from(width);
         let store = Store::Film(Box::new(film));
         Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
     }

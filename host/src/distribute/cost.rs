@@ -6,7 +6,7 @@ use super::link::Link;
 use super::network::{Network, Tag};
 use super::piece::Travels;
 use super::plan::{self, Mode, Plan};
-use super::still::Work;
+use super::work::Work;
 use crate::Error;
 use crate::backend::DeviceKind;
 use crate::film::Rows;

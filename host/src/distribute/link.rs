@@ -182,6 +182,33 @@ impl<N: Network> Link<N> {
         &mut self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, DistributeError> {
+        self.attend(work, |link| {
+            let message = link.poll()?;
+            link.waiting.extend(message);
+            Ok(())
+        })
+    }
+
+    /// The same of what is left to do after an error: to its end, whoever is silent by now and whatever becomes of the network.
+    ///
+    /// # Errors
+    ///
+    /// [`DistributeError::Protocol`] if the work ends with nothing.
+    pub fn to_the_end<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, DistributeError> {
+        self.attend(work, |link| {
+            let _ = link.poll();
+            Ok(())
+        })
+    }
+
+    fn attend<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce() -> T + Send + 'static,
+        meanwhile: impl Fn(&mut Self) -> Result<(), DistributeError>,
+    ) -> Result<T, DistributeError> {
         let (sender, receiver) = channel();
         let thread = std::thread::spawn(move || {
             let _ = sender.send(work());
@@ -189,11 +216,7 @@ impl<N: Network> Link<N> {
         loop {
             match receiver.recv_timeout(self.nap()) {
                 Ok(done) => return Ok(done),
-                Err(RecvTimeoutError::Timeout) => {
-                    if let Some(message) = self.poll()? {
-                        self.waiting.push_back(message);
-                    }
-                }
+                Err(RecvTimeoutError::Timeout) => meanwhile(self)?,
                 Err(RecvTimeoutError::Disconnected) => match thread.join() {
                     Err(panic) => std::panic::resume_unwind(panic),
                     Ok(()) => {
@@ -296,6 +319,19 @@ mod tests {
         });
         assert_eq!(root.expect(Tag::Report).unwrap().bytes, [42]);
         worker.join().unwrap();
+    }
+
+    /// Who is lost does not keep what there is from being written.
+    #[test]
+    fn what_is_left_is_done() {
+        let [mut root, other] = pair(Duration::from_millis(100));
+        std::thread::sleep(Duration::from_millis(50));
+        let write = || std::thread::sleep(Duration::from_millis(1500));
+        assert_eq!(root.to_the_end(write), Ok(()));
+        // The twin.
+        let stopped = root.during(write);
+        assert!(matches!(stopped, Err(DistributeError::Silent { rank: 1, .. })), "{stopped:?}");
+        drop(other);
     }
 
     #[test]

@@ -31,6 +31,7 @@ mod still;
 mod transfer;
 #[cfg(feature = "mpi")]
 mod window;
+mod work;
 mod workshop;
 
 pub use canvas::Picture;
@@ -44,4 +45,5 @@ pub use plan::{Balance, Mode, Plan};
 pub use report::{ClusterReport, RankReport};
 pub use root::Kept;
 pub use series::{FrameCost, Render, Series, SeriesReport, Show, series};
-pub use still::{Failure, Finished, Work, onto, still};
+pub use still::{onto, still};
+pub use work::{Failure, Finished, Work};

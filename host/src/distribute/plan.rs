@@ -125,11 +125,6 @@ pub struct Dispenser {
     handed: u64,
 }
 
-/// Samples of a row's pixels, each pixel's counted once.
-fn size(part: &Part) -> u64 {
-    part.rows.len() as u64 * part.samples.len() as u64
-}
-
 impl Dispenser {
     /// Of an image of so many rows, all samples of a row at once.
     pub fn rows(height: u32, samples: u32, least: u32, ranks: u32) -> Self {
@@ -142,7 +137,7 @@ impl Dispenser {
     }
 
     fn new(parts: Vec<Part>, together: Option<u32>, least: u32, ranks: u32) -> Self {
-        let left = parts.iter().map(size).sum();
+        let left = parts.iter().map(Part::size).sum();
         Self { parts: parts.into(), together, least: least.max(1), ranks: ranks.max(1), left, handed: 0 }
     }
 
@@ -166,9 +161,12 @@ impl Dispenser {
         // First the same samples of the rows below, then what comes after them.
         let later = Part { rows: all.rows.clone(), samples: end..all.samples.end };
         let below = Part { rows: part.rows.end..all.rows.end, samples: part.samples.clone() };
-        [later, below].into_iter().filter(|part| size(part) > 0).for_each(|part| self.parts.push_front(part));
-        self.left -= size(&part);
-        self.handed += size(&part);
+        [later, below]
+            .into_iter()
+            .filter(|part| part.size() > 0)
+            .for_each(|part| self.parts.push_front(part));
+        self.left -= part.size();
+        self.handed += part.size();
         Some(part)
     }
 
@@ -259,9 +257,9 @@ mod tests {
             while let Some(part) = all.take(most) {
                 assert!(part.samples.start % CHUNK_SAMPLES == 0, "{part:?}");
                 assert!(part.samples.end % CHUNK_SAMPLES == 0 || [1000, 3000].contains(&part.samples.end));
-                assert!(size(&part) <= most.max(u64::from(least) * u64::from(CHUNK_SAMPLES)), "{part:?}");
+                assert!(part.size() <= most.max(u64::from(least) * u64::from(CHUNK_SAMPLES)), "{part:?}");
                 held.insert(&part).unwrap();
-                handed += size(&part);
+                handed += part.size();
             }
             assert!(parts.iter().all(|part| {
                 part.rows.clone().all(|row| {
@@ -270,11 +268,11 @@ mod tests {
                         .any(|held| held.start <= part.samples.start && held.end >= part.samples.end)
                 })
             }));
-            assert_eq!(handed, parts.iter().map(size).sum::<u64>());
+            assert_eq!(handed, parts.iter().map(Part::size).sum::<u64>());
             assert_eq!(all.all_handed(), Some(handed));
         }
         let mut stopped = Dispenser::chunks(parts.to_vec(), 8, 2);
-        let first = stopped.take(5000).map(|part| size(&part));
+        let first = stopped.take(5000).map(|part| part.size());
         assert_eq!(stopped.all_handed(), None);
         stopped.stop();
         assert_eq!((stopped.take(5000), stopped.all_handed()), (None, first));

@@ -1,11 +1,11 @@
 //! The root's side of an image: what came, and what there is to render.
 
+use super::DistributeError;
 use super::canvas::{Canvas, Picture};
-use super::piece::{Piece, Travels};
+use super::piece::Piece;
 use super::plan::{Balance, Dispenser, Mode};
 use super::report::RankReport;
-use super::still::Work;
-use super::{DistributeError, Failure};
+use super::work::{Failure, Work};
 use crate::Error;
 use crate::film::{Film, FilmCounts, Part};
 use crate::render::{Keeper, fits};
@@ -130,12 +130,5 @@ impl<'a> Root<'a> {
     /// It.
     pub fn picture(self) -> Picture {
         self.canvas.picture()
-    }
-}
-
-impl Work {
-    /// What travels where the root keeps the film.
-    pub(super) fn kept_as(guides: bool) -> Travels {
-        if guides { Travels::Guided } else { Travels::Sums }
     }
 }

@@ -4,91 +4,21 @@
 //! rendered.
 
 use super::DistributeError;
-use super::canvas::Picture;
 use super::link::Link;
 use super::network::{Message, Network, Tag};
 use super::order::{Bench, Source, give, render};
 use super::piece::{Piece, Travels};
-use super::plan::{self, Balance, Mode, Plan};
+use super::plan::{self, Balance, Mode};
 use super::reduce::Reduce;
 use super::report::{ClusterReport, RankReport};
 use super::root::{Kept, Root};
+use super::work::{Failure, Finished, Work};
 use super::workshop::Workshop;
 use crate::Error;
-use crate::backend::{Device, DeviceKind};
-use crate::film::{FilmCounts, Part};
+use crate::backend::DeviceKind;
+use crate::film::Part;
 use crate::render::{Observer, Renderer, Settings, Speed};
-use crate::stats::{Phases, RenderStats};
 use std::time::{Duration, Instant};
-use trisect_kernels::{VARIANTS, variant_by_name};
-
-/// What all ranks render together.
-#[derive(Clone, Debug)]
-pub struct Work {
-    /// The image.
-    pub settings: Settings,
-    /// Who renders what.
-    pub plan: Plan,
-    /// What travels of it.
-    pub travels: Travels,
-    /// Why that plan, where the program chose.
-    pub choice: String,
-}
-
-impl Work {
-    /// That of a film which the root keeps while it grows: rows on demand, so many of them a block as a power of two, and all sums travel.
-    pub fn kept(settings: Settings, block_shift: u32) -> Self {
-        let plan = Plan { mode: Mode::Rows, balance: Balance::Dynamic, block_shift };
-        let travels = Self::kept_as(settings.guides);
-        Self { settings, plan, travels, choice: String::new() }
-    }
-}
-
-/// An image that came.
-#[derive(Clone, Debug)]
-pub struct Finished {
-    /// It.
-    pub picture: Picture,
-    /// What it took.
-    pub report: ClusterReport,
-    /// Over all pixels.
-    pub counts: FilmCounts,
-    /// What of them was there before.
-    pub before: FilmCounts,
-    /// Of all ranks.
-    pub submissions: u64,
-    /// The root's kernel.
-    pub kernel: &'static str,
-}
-
-impl Finished {
-    /// The same as of a render by one process: on the root's device, with the device's seconds of all.
-    pub fn stats(&self, device: &Device, settings: &Settings) -> RenderStats {
-        let variant = variant_by_name(self.kernel).unwrap_or(VARIANTS[0]);
-        let mut stats = RenderStats::new(device, settings, variant, Phases::default());
-        stats.submissions = self.submissions;
-        stats.device_seconds = self.report.ranks.iter().map(|rank| rank.device_seconds).sum();
-        let seconds = Duration::from_secs_f64(self.report.seconds);
-        stats.finish_from(self.before, self.counts, seconds, (Duration::ZERO, Duration::ZERO));
-        stats.cluster = Some(self.report.clone());
-        stats
-    }
-}
-
-/// Why an image did not come, and what there is of it.
-#[derive(Debug)]
-pub struct Failure {
-    /// Why.
-    pub error: Error,
-    /// On the root, if any piece came.
-    pub partial: Option<Box<Picture>>,
-}
-
-impl<E: Into<Error>> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Self { error: error.into(), partial: None }
-    }
-}
 
 /// What a rank does with pieces.
 enum Route {

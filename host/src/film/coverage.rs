@@ -12,6 +12,13 @@ pub struct Part {
     pub samples: Range<u32>,
 }
 
+impl Part {
+    /// Rows times samples.
+    pub fn size(&self) -> u64 {
+        self.rows.len() as u64 * self.samples.len() as u64
+    }
+}
+
 /// Rows and sample indices that are there twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Overlap {

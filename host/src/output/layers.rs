@@ -5,6 +5,7 @@
 
 use crate::film::Film;
 use crate::image::{Image, ImageError};
+use crate::replace::put;
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
 use glam::DVec3;
 use std::io::Cursor;
@@ -88,8 +89,7 @@ pub fn write(
     let mut bytes = Cursor::new(Vec::new());
     let image = exr::prelude::Image::from_layer(layer);
     image.write().to_buffered(&mut bytes).map_err(|error| codec(error.to_string()))?;
-    std::fs::write(path, bytes.into_inner())
-        .map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    put(path, &bytes.into_inner()).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 fn layer(

@@ -5,6 +5,7 @@ pub mod pfm;
 
 use crate::image::{Image, ImageError};
 use crate::metrics::srgb;
+use crate::replace::put;
 use image::{ImageBuffer, ImageFormat, Rgb};
 use std::fs::{self, OpenOptions};
 use std::io::Cursor;
@@ -58,18 +59,18 @@ pub fn probe(path: &Path) -> Result<(), ImageError> {
     Ok(())
 }
 
-/// Writes an image in the format that the extension names.
+/// Writes an image in the format that the extension names, in place of an earlier file: whole, or not at all.
 pub fn write(image: &Image, path: &Path) -> Result<(), ImageError> {
     let bytes = encode(image, Format::of(path)?)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
-    fs::write(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    put(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// Writes a .png of 8 bits a channel, sRGB, three bytes a pixel.
 pub fn write_bytes(width: u32, height: u32, bytes: &[u8], path: &Path) -> Result<(), ImageError> {
     let bytes = encode_bytes(width, height, bytes)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
-    fs::write(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    put(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// The same as the file's bytes.

@@ -4,6 +4,7 @@ mod camera;
 mod fallback;
 mod frame;
 mod live;
+mod make;
 mod method;
 mod onto;
 mod overlap;
@@ -24,11 +25,9 @@ pub use settings::{Fresnel, GREATEST_DEPTH, MathMode, Sampler, Settings, Setting
 pub use sums::{Sums, chunks};
 
 use crate::Error;
-use crate::backend::{Backend, Job, Launch, SceneRecords};
-use crate::bvh::{Bvh, BvhQuality, Wide};
+use crate::backend::{Backend, Job, Launch};
 use crate::film::{Film, HostRecords, Rows};
-use crate::lights::Lights;
-use crate::scene::{CameraPose, Scene, SceneError};
+use crate::scene::{CameraPose, SceneError};
 use crate::stats::{Phases, RenderStats};
 use glam::Vec3;
 use live::Series;
@@ -111,9 +110,9 @@ pub struct Renderer {
     /// The frame before, if nothing was rendered since.
     framed: Option<(Settings, Variant)>,
     /// How far from the world's origin along each axis a ray may start for which the boxes have room.
-    /// Of trees and lights.
-    made: u32,
     reach: Vec3,
+    /// CRC-32 of trees and lights.
+    made: u32,
 }
 
 impl AsMut<Renderer> for Renderer {
@@ -122,101 +121,7 @@ impl AsMut<Renderer> for Renderer {
     }
 }
 
-/// CRC-32 of trees and lights.
-fn made(bvh: &Bvh, lights: &Lights) -> u32 {
-    let mut crc = crc32fast::Hasher::new();
-    let parts: [&[u8]; 6] = [
-        bytemuck::bytes_of(&bvh.root.0),
-        bytemuck::cast_slice(&bvh.nodes),
-        bytemuck::cast_slice(&bvh.triangles),
-        bytemuck::cast_slice(&bvh.shading),
-        bytemuck::cast_slice(&lights.lights),
-        bytemuck::bytes_of(&lights.environment_probability),
-    ];
-    parts.into_iter().for_each(|part| crc.update(part));
-    crc.finalize()
-}
-
 impl Renderer {
-    /// Builds the BVH and the light table, and uploads the scene.
-    pub fn new(backend: Box<dyn Backend>, scene: &Scene) -> Result<Self, Error> {
-        Self::with_quality(backend, scene, None)
-    }
-
-    /// The same with a BVH of this quality; `None` leaves it to the number of primitives.
-    pub fn with_quality(
-        mut backend: Box<dyn Backend>,
-        scene: &Scene,
-        quality: Option<BvhQuality>,
-    ) -> Result<Self, Error> {
-        let start = Instant::now();
-        scene.prove()?;
-        let mut bvh = Bvh::build(scene, quality)?;
-        let wide = match backend.best_method(scene.features(), MathMode::Precise).0 {
-            Traversal::Wide => Wide::new(scene, &bvh)?,
-            _ => None,
-        };
-        let camera = camera::record(&scene.camera, 1, 1);
-        let reach = bvh.widen(camera.origin, camera.lens_x.length());
-        let lights = Lights::new(scene, &bvh.triangles);
-        let made = made(&bvh, &lights);
-        let bvh_seconds = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        backend.upload(&SceneRecords::new(scene, &bvh, wide.as_ref(), &lights))?;
-        let phases =
-            Phases { bvh_seconds, upload_seconds: start.elapsed().as_secs_f64(), ..Phases::default() };
-        let pace = Pace::new(backend.device().kind);
-        Ok(Self {
-            backend,
-            camera: scene.camera,
-            features: scene.features(),
-            wide: wide.is_some(),
-            scene: SceneParams::new(scene, &bvh, &lights, reach.is_some()),
-            reach: reach.unwrap_or(Vec3::ZERO),
-            made,
-            pace,
-            chunk: HostRecords::default(),
-            spare: HostRecords::default(),
-            guides: HostRecords::default(),
-            spare_guides: HostRecords::default(),
-            film: None,
-            lit: Vec::new(),
-            phases,
-            instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
-            sight: Sight::new(bvh),
-            live: None,
-            ready: None,
-            framed: None,
-        })
-    }
-
-    /// Another renderer of the same scene on the same device, for frames that are rendered at the same time: where one waits for its last lanes or for the host,
-    /// the other's lanes fill the device. None where that brings nothing.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Backend`] when the device fails.
-    pub fn twin(&self) -> Result<Option<Self>, Error> {
-        let Some(backend) = self.backend.twin()? else { return Ok(None) };
-        Ok(Some(Self {
-            pace: Pace::new(backend.device().kind),
-            backend,
-            chunk: HostRecords::default(),
-            spare: HostRecords::default(),
-            guides: HostRecords::default(),
-            spare_guides: HostRecords::default(),
-            film: None,
-            lit: Vec::new(),
-            phases: self.phases.clone(),
-            instances: self.instances.clone(),
-            sight: self.sight.anew(),
-            live: None,
-            ready: None,
-            framed: None,
-            ..*self
-        }))
-    }
-
     /// Cuts work into submissions of about so many samples (a whole row has at least one each), or of 50 ms again. The film does not depend on it.
     pub fn limit_submissions(&mut self, samples: Option<u64>) {
         self.pace.limit(samples);
@@ -382,14 +287,6 @@ impl Renderer {
                 self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
             }
         }
-    }
-
-    /// CRC-32 of what the host made of the scene, for an image of this size: trees, lights and the camera's record. Films of which it differs do not belong
-    /// together, though scene and settings be the same: another library may have built another tree.
-    pub fn prepared(&self, width: u32, height: u32) -> u32 {
-        let mut crc = crc32fast::Hasher::new_with_initial(self.made);
-        crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));
-        crc.finalize()
     }
 
     /// Where the camera is.

@@ -87,8 +87,7 @@ impl Renderer {
         let start = Instant::now();
         let before = film.counts();
         let missing = film.coverage.missing(samples);
-        let of = |part: &Part| part.rows.len() as u64 * part.samples.len() as u64 * u64::from(settings.width);
-        let total: u64 = missing.iter().map(of).sum();
+        let total = missing.iter().map(Part::size).sum::<u64>() * u64::from(settings.width);
         let whole_frames = self.backend.device().kind == DeviceKind::Gpu;
         let mut speed = Speed::unknown(DeviceKind::Cpu, settings.pixels());
         let (mut done, mut took) = (0, Chunks::default());

@@ -5,6 +5,7 @@ pub mod render;
 pub mod resume;
 pub mod view;
 
+use super::signals::noted;
 use super::{Loaded, Session};
 use crate::cli::{BackendArg, JobArgs, RankArgs};
 use std::process::ExitCode;
@@ -53,16 +54,13 @@ fn share_threads(ranks: u32) {
 impl Crew {
     /// Starts MPI.
     pub fn start(ranks: &RankArgs) -> Result<Self, Error> {
-        let ended = Arc::new(AtomicBool::new(false));
-        let flag = ended.clone();
-        // SIGINT by people, SIGTERM by mpirun and by Slurm.
-        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+        let ended = noted();
         let mpi = Mpi::start()?;
         share_threads(mpi.neighbours());
         Ok(Self { link: Link::new(mpi, ranks.patience()), ended })
     }
 
-    /// The same for who sets nothing.
+    /// Set when this process is asked to end.
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.ended.clone()
     }

@@ -3,7 +3,7 @@
 use super::super::keep::{Begun, Watch};
 use super::super::render::{self as single, Drawn};
 use super::super::resume::there;
-use super::super::{Session, say};
+use super::super::say;
 use super::Crew;
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
@@ -67,12 +67,12 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
         single::check(&checked)?;
         if is_new { single::check_new(&checked) } else { Ok(()) }
     };
-    let session = match crew.assemble(&arguments.job, &cluster.ranks, check, adjust) {
+    let mut session = match crew.assemble(&arguments.job, &cluster.ranks, check, adjust) {
         Ok(session) => session,
         Err(code) => return Ok(code),
     };
     let denoise = arguments.denoise.denoise()?;
-    let quiet = arguments.quiet || !crew.link.is_root();
+    let quiet = arguments.tell.quiet || !crew.link.is_root();
     if !quiet {
         single::announce(&session, &single::aim(&session, None));
     }
@@ -93,8 +93,8 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
             Err(error) => return Ok(crew.give_up(&error)),
         }
     }
-    let Session { mut renderer, settings, name, digest, space, choice, load_seconds, open_seconds, .. } =
-        session;
+    // Moved out, and in again.
+    let mut renderer = session.renderer;
     if cluster.distribute == Some(DistributeArg::Auto) && arguments.keep.given().is_none() {
         let chosen;
         (renderer, chosen) = match choose(&mut crew.link, renderer, &work) {
@@ -102,7 +102,7 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
             Err(error) => return Ok(crew.give_up(&error)),
         };
         (work.plan.mode, work.choice) = chosen;
-        work.travels = travels(arguments, &settings, &work.plan, ranks);
+        work.travels = travels(arguments, &session.settings, &work.plan, ranks);
         if !quiet {
             say(&format!("  {}", work.choice));
         }
@@ -117,7 +117,7 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
                 let arguments = arguments.clone();
                 // Others hear of the root meanwhile, and stay.
                 let kept =
-                    crew.link.during(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
+                    crew.link.to_the_end(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
                 if let Err(error) = kept {
                     say(&format!("error: {error}"));
                 }
@@ -126,20 +126,9 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
         }
     };
     let Some(finished) = finished else { return Ok(ExitCode::SUCCESS) };
-    let mut stats = finished.stats(renderer.backend().device(), &settings);
-    stats.phases.load_seconds = load_seconds;
-    let session = Session {
-        renderer,
-        settings,
-        name,
-        digest,
-        space,
-        choice,
-        load_seconds,
-        open_seconds,
-        spare: None,
-        fell_back: false,
-    };
+    let mut stats = finished.stats(renderer.backend().device(), &session.settings);
+    stats.phases.load_seconds = session.load_seconds;
+    session.renderer = renderer;
     let drawn = match &finished.picture {
         Picture::Bytes { width, height, bytes } => Drawn::Bytes(*width, *height, bytes),
         Picture::Color(image) => Drawn::Image(image),

@@ -1,0 +1,126 @@
+//! A CUDA device that is really lost or full, not one that says so: the error is typed, nothing that was rendered is lost, and the CPU goes on to
+//! the same bits. Needs a CUDA device; `tests/fallback.rs` plays the same with a processor that fails.
+#![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+#![allow(unsafe_code, reason = "launches a kernel, one that must not be launched")]
+
+use cudarc::driver::{CudaContext, LaunchConfig, PushKernelArg, result};
+use cudarc::nvrtc::Ptx;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use trisect::Error;
+use trisect::backend::BackendError;
+use trisect::film::Film;
+use trisect::render::{Keeper, Renderer, Settings};
+use trisect_tests::{Subject, renders, scene};
+
+/// Writes to address 0: the driver gives up the context, with all that is in it.
+const FATAL: &str = "
+.version 7.0
+.target sm_61
+.address_size 64
+.visible .entry fatal(.param .u64 at)
+{
+    .reg .u64 %address;
+    .reg .u32 %value;
+    ld.param.u64 %address, [at];
+    mov.u32 %value, 1;
+    st.global.u32 [%address], %value;
+    ret;
+}
+";
+
+/// Loses the context, which is the process's, after some parts.
+struct Fatal {
+    context: Arc<CudaContext>,
+    left: AtomicU32,
+}
+
+impl Keeper for Fatal {
+    fn added(&self, _: &Film) {
+        if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+            self.context.bind_to_thread().unwrap();
+            let fatal =
+                self.context.load_module(Ptx::from_src(FATAL)).unwrap().load_function("fatal").unwrap();
+            let stream = self.context.new_stream().unwrap();
+            let shape = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
+            // SAFETY: of nothing but this test's process, whose context it ends.
+            unsafe { stream.launch_builder(&fatal).arg(&0u64).launch(shape) }.unwrap();
+            let _ = stream.synchronize();
+        }
+    }
+}
+
+fn cuda(scene: &trisect::scene::Scene) -> Option<Renderer> {
+    Subject::Cuda.renderer(scene)
+}
+
+/// One test: a process has one context, and its end is the last.
+#[test]
+fn lost() {
+    let scene = scene("three_spheres.ron");
+    let settings = Settings { width: 320, height: 200, samples: 2048, depth: 8, ..scene.settings() };
+    let Some(mut renderer) = cuda(&scene) else { return };
+    let whole = renderer.render(&settings, &mut ()).unwrap().film;
+
+    a_full_device(&scene);
+
+    let context = CudaContext::new(0).unwrap();
+    let fatal = Fatal { context, left: AtomicU32::new(2) };
+    let mut film = Film::new(settings.width, settings.height);
+    let mut said = None;
+    let mut elsewhere = |error: &BackendError, film: &Film, _: &mut Settings| {
+        assert!(matches!(error, BackendError::Device { backend: "cuda", .. }), "{error}");
+        let missing = film.coverage.missing(&(0..2048));
+        assert!(missing[0].samples.start >= 512, "what was there is kept: {missing:?}");
+        said = Some((error.to_string(), missing));
+        Some(Ok(renders::cpu(&scene)))
+    };
+    let mut with = settings.clone();
+    let stats =
+        renderer.render_onto_or(&mut film, &mut with, &(0..2048), &fatal, &mut (), &mut elsewhere).unwrap();
+    eprintln!("{said:?}");
+    assert!(said.is_some() && stats.samples == whole.counts().samples);
+    assert_eq!(film, whole);
+    // A new renderer of the same process fails with the same kind of error.
+    let again = trisect::backend::cuda::Cuda::open(None).map(|_| ());
+    eprintln!("opened again: {again:?}");
+    assert!(matches!(again, Ok(()) | Err(BackendError::Device { .. } | BackendError::Unavailable { .. })));
+    // The twin: other random numbers on the CPU.
+    let mut film = Film::new(settings.width, settings.height);
+    let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
+    renders::cpu(&scene).render_onto(&mut film, &strange, &(0..256), &(), &mut ()).unwrap();
+    renders::cpu(&scene).render_onto(&mut film, &settings, &(0..2048), &(), &mut ()).unwrap();
+    assert_ne!(film, whole, "a comparison that cannot fail");
+}
+
+/// All memory of the device is taken by someone else.
+fn a_full_device(scene: &trisect::scene::Scene) {
+    let context = CudaContext::new(0).unwrap();
+    let stream = context.new_stream().unwrap();
+    let mut taken = Vec::new();
+    let mut bytes = result::mem_get_info().unwrap().0;
+    // Down to pieces that the driver has no room for.
+    while bytes >= 1 << 20 {
+        match stream.alloc_zeros::<u8>(bytes) {
+            Ok(memory) => taken.push(memory),
+            Err(_) => bytes /= 2,
+        }
+    }
+    let settings = Settings { width: 1920, height: 1080, samples: 256, depth: 4, ..scene.settings() };
+    let full = cuda_error(scene, &settings);
+    eprintln!("a full device: {full}");
+    assert!(
+        matches!(full, Error::Backend(BackendError::Device { .. } | BackendError::TooLarge { .. })),
+        "{full:?}"
+    );
+    drop(taken);
+    stream.synchronize().unwrap();
+    // And then there is room again.
+    assert!(cuda(scene).unwrap().render(&Settings { samples: 16, ..settings }, &mut ()).is_ok());
+}
+
+fn cuda_error(scene: &trisect::scene::Scene, settings: &Settings) -> Error {
+    let opened = trisect::backend::cuda::Cuda::open(None).map_err(Error::from);
+    let made = opened.and_then(|cuda| Renderer::new(Box::new(cuda), scene));
+    made.and_then(|mut renderer| renderer.render(settings, &mut ())).map(|_| ()).unwrap_err()
+}

@@ -1,0 +1,82 @@
+//! A processor whose launches can be made to fail, or to take long.
+#![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+use std::time::Duration;
+use trisect::backend::cpu::Cpu;
+use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use trisect::denoise::{Pass, Shown};
+use trisect::film::{Rows, Target};
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::Lit;
+use trisect_shared::film::PixelSums;
+use trisect_shared::guides::Guides;
+use trisect_shared::path::FirstHit;
+
+/// All threads of this machine, and something after each launch.
+pub struct Hooked {
+    inner: Cpu,
+    after: Box<dyn FnMut() -> Result<(), BackendError> + Send>,
+}
+
+impl Hooked {
+    /// What `after` says is what the launch says.
+    ///
+    /// # Panics
+    ///
+    /// If there are no threads.
+    pub fn new(after: impl FnMut() -> Result<(), BackendError> + Send + 'static) -> Self {
+        Self { inner: Cpu::open(None).unwrap(), after: Box::new(after) }
+    }
+}
+
+impl Backend for Hooked {
+    fn device(&self) -> &Device {
+        self.inner.device()
+    }
+
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.inner.upload(scene)
+    }
+
+    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.inner.view(nodes)
+    }
+
+    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+        self.inner.prepare(job)
+    }
+
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
+        let took = self.inner.render(launch)?;
+        (self.after)()?;
+        Ok(took)
+    }
+
+    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        self.inner.read_film(rows, film)
+    }
+
+    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+        self.inner.read_guides(rows, guides)
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+        self.inner.write_film(film, guides)
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        self.inner.denoise(passes)
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+        self.inner.read_denoised(image, pixels)
+    }
+
+    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+        self.inner.display(frame, to)
+    }
+
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        self.inner.first_hits(launch, hits)
+    }
+}

@@ -1,0 +1,82 @@
+//! The program while it runs, to be interrupted or killed.
+#![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+use std::io::Read;
+use std::process::{Child, Command, Output, Stdio};
+
+/// The program with these arguments.
+pub fn program(arguments: &[&str]) -> Command {
+    let mut command = Command::new(crate::binary());
+    command.args(arguments);
+    command
+}
+
+/// A process that is going on. It does not outlive its test.
+pub struct Running(Option<Child>);
+
+impl Running {
+    /// Starts it; what it says to standard error is kept.
+    ///
+    /// # Panics
+    ///
+    /// If it cannot be run.
+    pub fn start(command: &mut Command) -> Self {
+        Self(Some(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()))
+    }
+
+    /// Reads what it says until it says these words.
+    ///
+    /// # Panics
+    ///
+    /// If it ends without.
+    pub fn until(&mut self, words: &str) {
+        let mut said = String::new();
+        let out = self.0.as_mut().unwrap().stderr.as_mut().unwrap();
+        while !said.contains(words) {
+            let mut byte = [0];
+            assert!(out.read(&mut byte).unwrap() > 0, "ended without {words:?}: {said}");
+            said.push(byte[0] as char);
+        }
+    }
+
+    /// Sends a signal, such as `TERM`.
+    ///
+    /// # Panics
+    ///
+    /// If it is gone.
+    pub fn signal(&self, name: &str) {
+        let id = self.0.as_ref().unwrap().id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
+    }
+
+    /// Kills it, as `kill -9` does; whether it was still going on.
+    ///
+    /// # Panics
+    ///
+    /// If the system does not say.
+    pub fn kill(mut self) -> bool {
+        let mut child = self.0.take().unwrap();
+        let going = child.try_wait().unwrap().is_none();
+        let _ = child.kill();
+        child.wait().unwrap();
+        going
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Panics
+    ///
+    /// If the system does not say.
+    pub fn end(mut self) -> Output {
+        self.0.take().unwrap().wait_with_output().unwrap()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
