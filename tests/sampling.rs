@@ -1,13 +1,18 @@
 //! Images until their noise is low enough: the same on all backends, as noisy as they say, and without bias.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 use trisect::backend::DeviceKind;
 use trisect::film::Film;
 use trisect::metrics::{ImageView, compare};
-use trisect::render::{Renderer, Sampler, Settings};
+use trisect::render::{Observer, Renderer, Sampler, Settings};
 use trisect::sampling::{self, Adaptive, Free, Goal, Request, Sampled};
 use trisect::scene::Scene;
 use trisect::statistics::mean_and_error;
+use trisect_tests::hooked::Hooked;
 use trisect_tests::renders::{cpu, differing, film};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{Subject, for_each_backend, scene};
@@ -183,7 +188,7 @@ fn goals() {
         assert!(error.to_string().contains("--target-error"), "{error}");
         assert_eq!(error.exit_code(), 2);
     }
-    let none = request(Goal::Time(std::time::Duration::ZERO), Adaptive::Auto);
+    let none = request(Goal::Time(Duration::ZERO), Adaptive::Auto);
     assert!(sampling::render(&mut renderer, &settings, &none, &mut ()).is_err());
     let few = sample(&mut renderer, &settings, Goal::Error { target: 1e-9, most: 20 }, Adaptive::Auto);
     let sampling = few.stats.sampling.unwrap();
@@ -197,9 +202,9 @@ fn goals() {
 #[test]
 fn it_can_be_cancelled() {
     struct No;
-    impl trisect::render::Observer for No {
-        fn progress(&mut self, _: u64, _: u64) -> std::ops::ControlFlow<()> {
-            std::ops::ControlFlow::Break(())
+    impl Observer for No {
+        fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Break(())
         }
     }
     let scene = scene("three_spheres.ron");
@@ -207,4 +212,49 @@ fn it_can_be_cancelled() {
     let settings = Settings { width: 16, height: 9, ..scene.settings() };
     let ended = sampling::render(&mut cpu(&scene), &settings, &request, &mut No);
     assert!(matches!(ended, Err(trisect::Error::Cancelled)));
+}
+
+/// Asked to end in its second pass, it waits for that, but not for long: then it gives up what is being taken, and has the image of before.
+#[test]
+fn the_end_is_not_waited_for_long() {
+    struct EndsLater<'a>(&'a AtomicBool);
+    impl Observer for EndsLater<'_> {
+        fn progress(&mut self, done: u64, _: u64) -> ControlFlow<()> {
+            if done > 0 {
+                self.0.store(true, Ordering::Relaxed);
+            }
+            ControlFlow::Continue(())
+        }
+
+        fn goes_on(&self) -> bool {
+            !self.0.load(Ordering::Relaxed)
+        }
+    }
+    let scene = scene("rtiow_final.ron");
+    let settings = Settings { width: 640, height: 360, depth: 6, ..scene.settings() };
+    for adaptive in [Adaptive::Off, Adaptive::On] {
+        let mean_samples = |slow: bool| {
+            let ended = Arc::new(AtomicBool::new(false));
+            let (asked, mut launches) = (ended.clone(), 0);
+            let after = move || {
+                if slow && asked.load(Ordering::Relaxed) {
+                    launches += 1;
+                    // 5 s are waited.
+                    assert!(launches < 4, "it goes on");
+                    std::thread::sleep(Duration::from_secs(3));
+                }
+                Ok(())
+            };
+            let mut renderer = Renderer::new(Box::new(Hooked::new(after)), &scene).unwrap();
+            let request = request(Goal::Error { target: 0.05, most: 100_000 }, adaptive);
+            let found = sampling::render(&mut renderer, &settings, &request, &mut EndsLater(&ended)).unwrap();
+            let sampling = found.stats.sampling.unwrap();
+            assert!(sampling.ended && found.image.pixels.iter().flatten().all(|v| v.is_finite()));
+            assert_eq!(found.film.counts().unwritten, 0);
+            sampling.mean_samples
+        };
+        // The first pass has 8 samples each half. Of the second there may be one half.
+        let (given_up, waited) = (mean_samples(true), mean_samples(false));
+        assert!(given_up >= 16.0 && waited > given_up, "{adaptive:?}: {given_up} {waited}");
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::Tiles;
 use super::survey::{Survey, Tile};
+use rayon::prelude::*;
 use trisect_shared::rng::PathKey;
 
 /// Samples of a tile over the mean, at least: what a survey found quiet may have hidden something.
@@ -74,28 +75,81 @@ pub(super) fn gain(survey: &Survey, tiles: &Tiles) -> f64 {
     if adaptive > 0.0 { all([one, one]) / adaptive } else { 1.0 }
 }
 
-/// Samples that each tile takes next, for `available` work: those that bring all of them nearest to `shape`, and at most `most` each.
-pub(super) fn next(
-    survey: &Survey,
-    tiles: &Tiles,
-    half: usize,
-    shape: &[f64],
-    taken: &[u32],
+/// Samples that each tile takes next, by the work that there is for them: those that bring all of them nearest to their shares, as water fills a vessel.
+pub(super) struct Filling<'a> {
+    shape: &'a [f64],
+    taken: &'a [u32],
     most: f64,
-    available: f64,
-) -> Vec<f64> {
-    let missing = |level: f64, tile: usize| (level * shape[tile] - f64::from(taken[tile])).clamp(0.0, most);
-    // The other half's path lengths, too: a half's own samples decide nothing about it.
-    let cost = |level: f64| work(survey, tiles, 1 - half, &|tile| missing(level, tile));
-    let (mut low, mut high) = (0.0, 1.0);
-    while cost(high) < available && high < 1e9 {
-        high *= 2.0;
+    /// Work by level, which is linear between these: one where a tile begins to take, and one where it has as many as it may.
+    steps: Vec<Step>,
+}
+
+/// From a level on.
+struct Step {
+    level: f64,
+    /// Below it.
+    work: f64,
+    /// Of one more.
+    slope: f64,
+}
+
+impl<'a> Filling<'a> {
+    /// Of a half's tiles, of which each has `taken` and takes `most` more, at most.
+    pub fn new(
+        (survey, tiles): (&Survey, &Tiles),
+        half: usize,
+        shape: &'a [f64],
+        taken: &'a [u32],
+        most: f64,
+    ) -> Self {
+        // The other half's path lengths, too: a half's own samples decide nothing about it.
+        let each = |tile: usize| survey.tiles[tile].work[1 - half].max(1.0) * f64::from(tiles.size(tile));
+        let begin = |tile: usize| {
+            let slope = each(tile) * shape[tile];
+            Step { level: f64::from(taken[tile]) / shape[tile], work: 0.0, slope }
+        };
+        let end = |tile: usize| {
+            let slope = -each(tile) * shape[tile];
+            Step { level: (f64::from(taken[tile]) + most) / shape[tile], work: 0.0, slope }
+        };
+        let all = 0..tiles.len();
+        let mut steps: Vec<Step> = match most < f64::MAX {
+            true => all.flat_map(|tile| [begin(tile), end(tile)]).collect(),
+            false => all.map(begin).collect(),
+        };
+        steps.par_sort_unstable_by(|a, b| a.level.total_cmp(&b.level));
+        let (mut level, mut work, mut slope) = (0.0, 0.0, 0.0);
+        for step in &mut steps {
+            work += slope * (step.level - level);
+            slope = f64::max(slope + step.slope, 0.0);
+            (step.work, step.slope, level) = (work, slope, step.level);
+        }
+        Self { shape, taken, most, steps }
     }
-    for _ in 0..24 {
-        let middle = 0.5 * (low + high);
-        if cost(middle) < available { low = middle } else { high = middle }
+
+    /// How high so much work fills.
+    fn level(&self, available: f64) -> f64 {
+        let after = self.steps.partition_point(|step| step.work <= available);
+        let Some(step) = after.checked_sub(1).and_then(|before| self.steps.get(before)) else { return 0.0 };
+        let end = self.steps.get(after).map_or(f64::MAX, |next| next.level);
+        // Where no tile takes more, a level above says the same.
+        if step.slope > 0.0 {
+            (step.level + (available - step.work) / step.slope).min(end)
+        } else {
+            step.level
+        }
     }
-    (0..tiles.len()).map(|tile| missing(low, tile)).collect()
+
+    /// What each tile takes for so much work.
+    pub fn next(&self, available: f64) -> impl Fn(usize) -> f64 + use<'_, 'a> {
+        let level = self.level(available);
+        move |tile| (level * self.shape[tile] - f64::from(self.taken[tile])).clamp(0.0, self.most)
+    }
+
+    /// The same of all.
+    pub fn counts(&self, available: f64) -> Vec<f64> {
+        (0..self.shape.len()).map(self.next(available)).collect()
+    }
 }
 
 /// Whole numbers of the same mean: the rest of each decides by chance whether it is rounded up.
@@ -148,10 +202,42 @@ mod tests {
     fn what_was_taken_counts() {
         let tiles = Tiles::new(16, 8);
         let survey = survey(&[1.0, 1.0]);
-        let more = next(&survey, &tiles, 0, &[0.5, 1.5], &[10, 10], f64::MAX, 64.0 * 2.0 * 20.0);
+        let next = |most, samples: f64| {
+            Filling::new((&survey, &tiles), 0, &[0.5, 1.5], &[10, 10], most).counts(64.0 * 2.0 * samples)
+        };
         // 10 and 30 would be 40 in all; 20 are there, of which none too many.
-        // 24 halvings of an interval of 64.
-        assert!(more[0] == 0.0 && (more[1] - 20.0).abs() < 1e-4, "{more:?}");
+        assert_eq!(next(f64::MAX, 20.0), [0.0, 20.0]);
+        assert_eq!(next(f64::MAX, 40.0), [5.0, 35.0]);
+        assert_eq!(next(15.0, 10.0), [0.0, 10.0]);
+        assert_eq!(next(15.0, 20.0), [5.0, 15.0]);
+        assert_eq!(next(15.0, 1e9), [15.0, 15.0]);
+        assert_eq!(next(15.0, 0.0), [0.0, 0.0]);
+    }
+
+    /// What is taken costs what there is, whatever tiles have.
+    #[test]
+    fn work_is_what_there_is() {
+        let tiles = Tiles::new(8 * 300, 8);
+        let word = |tile: u32, which: u32| PathKey { seed: 3, pixel: tile, sample: which }.words(0).x;
+        let tile = |tile: u32| {
+            let work = 1.0 + f64::from(word(tile, 0) % 100) / 10.0;
+            Tile { variance: [1.0; 2], work: [work; 2], error: 0.0 }
+        };
+        let survey = Survey { error: 0.0, tiles: (0..300).map(tile).collect() };
+        let shape: Vec<f64> = (0..300).map(|tile| f64::from(1 + word(tile, 1) % 32) / 8.0).collect();
+        let taken: Vec<u32> = (0..300).map(|tile| word(tile, 2) % 64).collect();
+        for (most, samples) in [(f64::MAX, 1e3), (f64::MAX, 1e6), (256.0, 1e3), (256.0, 1e5), (256.0, 1e9)] {
+            let filling = Filling::new((&survey, &tiles), 1, &shape, &taken, most);
+            let counts = filling.counts(samples);
+            let spent = work(&survey, &tiles, 0, &|tile| counts[tile]);
+            let all = work(&survey, &tiles, 0, &|_| most);
+            assert!((spent / samples.min(all) - 1.0).abs() < 1e-9, "{most} {samples}: {spent}");
+            assert!(counts.iter().all(|&count| (0.0..=most).contains(&count)));
+        }
+        // The twin: some tiles have more than their share, and give nothing back.
+        let filling = Filling::new((&survey, &tiles), 1, &shape, &taken, f64::MAX);
+        let counts = filling.counts(1e5);
+        assert!(counts.contains(&0.0) && counts.iter().any(|&count| count > 1.0), "{counts:?}");
     }
 
     #[test]

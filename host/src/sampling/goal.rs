@@ -85,14 +85,14 @@ fn missing(survey: &Survey, taker: &Taker, target: f64, adaptive: bool, now: f64
         return (now * (ratio - 1.0)).max(0.02 * now);
     }
     let shapes = [0, 1].map(|half| allocate::shape(survey, half, tiles));
+    let fillings = [0, 1].map(|half| {
+        let taken = taker.halves.taken(half);
+        allocate::Filling::new((survey, tiles), half, &shapes[half], taken, f64::MAX)
+    });
     let after = |more: f64| {
-        let counts = [0, 1].map(|half| {
-            let taken = taker.halves.taken(half);
-            let next = allocate::next(survey, tiles, half, &shapes[half], taken, f64::MAX, 0.5 * more);
-            let sum = next.iter().zip(taken).map(|(next, &taken)| next + f64::from(taken));
-            sum.collect::<Vec<f64>>()
-        });
-        allocate::error(survey, tiles, [&|tile| counts[0][tile], &|tile| counts[1][tile]])
+        let next = [0, 1].map(|half: usize| fillings[half].next(0.5 * more));
+        let count = |half: usize, tile| f64::from(taker.halves.taken(half)[tile]) + next[half](tile);
+        allocate::error(survey, tiles, [&|tile| count(0, tile), &|tile| count(1, tile)])
     };
     // Relative to the survey's own sum, whose variances are those within halves.
     let wanted = after(0.0) / ratio;

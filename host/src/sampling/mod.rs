@@ -8,6 +8,7 @@ mod clock;
 mod filter;
 mod goal;
 mod halves;
+mod patience;
 mod race;
 mod survey;
 mod taker;

@@ -1,8 +1,9 @@
 //! Which way of sampling is best in this scene: each is tried on some rows.
 
 use super::halves::Halves;
+use super::patience::Ask;
 use super::survey::Survey;
-use super::taker::{Ask, of_half};
+use super::taker::of_half;
 use super::{Free, Trial};
 use crate::Error;
 use crate::backend::DeviceKind;

@@ -1,12 +1,14 @@
 //! Takes samples for both halves of an image: for all pixels as many, or for each tile its own.
 
+use super::patience::{Patient, STEPS};
 use super::survey::Survey;
 use super::{Halves, Noise, SamplingError, allocate};
 use crate::Error;
 use crate::film::Rows;
 use crate::render::{Observer, Own, Parts, Renderer, Sampler, Settings, Sums};
 use std::cell::Cell;
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
 
@@ -60,24 +62,10 @@ pub(super) struct Taker<'a> {
     /// Passes that tiles took by themselves.
     own_passes: u32,
     observer: &'a mut dyn Observer,
+    /// When it was first asked to end.
+    ending: Option<Instant>,
     /// How far the image is, of 1.
     pub progress: f64,
-}
-
-/// Steps that an observer sees.
-const STEPS: u64 = 1000;
-
-/// An observer that is asked only whether to stop.
-pub(super) struct Ask<'a>(pub &'a mut dyn Observer, pub u64);
-
-impl Observer for Ask<'_> {
-    fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-        self.0.progress(self.1, STEPS)
-    }
-
-    fn goes_on(&self) -> bool {
-        self.0.goes_on()
-    }
 }
 
 /// The most samples from `first` on, and in how many chunks, where `fit` tells how many there is time for beside so many chunks.
@@ -121,7 +109,17 @@ impl<'a> Taker<'a> {
     ) -> Self {
         let settings = settings.clone();
         let took = Took { kernel: "", ..Took::default() };
-        Self { renderer, settings, halves, took, next: 0, own_passes: 0, observer, progress: 0.0 }
+        Self {
+            renderer,
+            settings,
+            halves,
+            took,
+            next: 0,
+            own_passes: 0,
+            observer,
+            ending: None,
+            progress: 0.0,
+        }
     }
 
     /// Whether only the difference of the halves tells the noise.
@@ -174,8 +172,7 @@ impl<'a> Taker<'a> {
         self.next.checked_add(samples).ok_or(SamplingError::TooMany)
     }
 
-    /// Takes `samples` more of each pixel, for each half, or whole chunks of them if it should not go on; returns how many chunks. After an error the halves
-    /// are gone.
+    /// Takes `samples` more of each pixel, for each half, or whole chunks of them if it should not go on; returns how many chunks.
     pub fn uniform(&mut self, samples: u32) -> Result<u32, Error> {
         self.check()?;
         let end = self.after(samples)?;
@@ -183,9 +180,8 @@ impl<'a> Taker<'a> {
         let rows = Rows::from(0..self.settings.height);
         let settings = of_half(&self.settings, 0);
         let seeds = [settings.seed, of_half(&self.settings, 1).seed];
-        let take = |state: &mut (Halves, Took, usize), range: &Range<u32>, sums: &Sums<'_>| {
-            let (halves, took, taken) = state;
-            *taken += 1;
+        let taken = AtomicUsize::new(0);
+        let take = |(halves, took): &mut (&mut Halves, &mut Took), range: &Range<u32>, sums: &Sums<'_>| {
             let (half, count) = (usize::from(sums.seed != seeds[0]), range.len() as u32);
             halves.add(half, sums.pixels, count);
             if settings.guides {
@@ -194,27 +190,33 @@ impl<'a> Taker<'a> {
             took.device += sums.device;
             took.submissions += sums.submissions;
             took.kernel = sums.kernel;
+            taken.fetch_add(1, Ordering::Release);
             Ok(())
         };
+        // Both halves of a chunk, of one at least.
+        let has_any = self.halves.samples() > 0;
         let at = self.asked();
-        let observer = &mut *self.observer;
+        let mut patient = Patient::new(self.observer, at, &mut self.ending, || {
+            has_any || taken.load(Ordering::Acquire) >= seeds.len()
+        });
         let (ends, begun) = (Cell::new(false), Cell::new(0));
         let mut watch = |_| {
-            let flow = observer.progress(at, STEPS);
-            ends.set(!observer.goes_on());
+            let flow = patient.progress(0, 0);
+            ends.set(!patient.goes_on());
             flow
         };
-        // Both halves of a chunk, of one at least.
         let goes_on = || {
             let before: usize = begun.replace(begun.get() + 1);
             before < 2 || before % 2 == 1 || !ends.get()
         };
-        let state = (std::mem::replace(&mut self.halves, Halves::new(0, 0)), self.took, 0);
         let parts =
             Parts { settings: &settings, rows: &rows, samples: &chunks, seeds: &seeds, goes_on: &goes_on };
-        let taken;
-        (self.halves, self.took, taken) = self.renderer.each_sums(&parts, &mut watch, state, &take)?;
-        let chunks = &chunks[..(taken / 2).min(chunks.len())];
+        let state = (&mut self.halves, &mut self.took);
+        let done = self.renderer.each_sums(&parts, &mut watch, state, &take).map(|_| ());
+        patient.or_given_up(done)?;
+        let taken = taken.into_inner();
+        // Of the last one there may be one half.
+        let chunks = &chunks[..taken.div_ceil(2).min(chunks.len())];
         self.next = chunks.last().map_or(self.next, |last| last.end);
         Ok(chunks.len() as u32)
     }
@@ -244,7 +246,9 @@ impl<'a> Taker<'a> {
                 let at = self.asked();
                 let own = Own { tiles: &tiles, counts: &now, end };
                 let settings = of_half(&self.settings, half);
-                let sums = self.renderer.render_own(&settings, &own, &mut Ask(self.observer, at))?;
+                let mut patient = Patient::new(self.observer, at, &mut self.ending, || has_any);
+                let sums = self.renderer.render_own(&settings, &own, &mut patient);
+                let Some(sums) = patient.or_given_up(sums)? else { return Ok(launches) };
                 self.took.device += sums.device;
                 self.took.submissions += sums.submissions;
                 self.halves.add_own(half, sums.pixels, &now);
@@ -268,7 +272,8 @@ impl<'a> Taker<'a> {
             let within = |launches, most: f64| {
                 let work = 0.5 * (room.work)(launches);
                 [0, 1].map(|half| {
-                    allocate::next(survey, &tiles, half, &shapes[half], self.halves.taken(half), most, work)
+                    let taken = self.halves.taken(half);
+                    allocate::Filling::new((survey, &tiles), half, &shapes[half], taken, most).counts(work)
                 })
             };
             launches.own = 1;

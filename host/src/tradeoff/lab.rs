@@ -1,5 +1,6 @@
 //! Measuring: each way of rendering, with each number of samples, by several seeds.
 
+use super::enlarge::enlarge;
 use super::errors::Errors;
 use super::front;
 use super::mode::Mode;
@@ -16,7 +17,6 @@ use crate::render::{Observer, Renderer, Settings, SettingsError};
 use crate::sampling::{self, Adaptive, Free, Goal, Request};
 use crate::scene::Scene;
 use crate::statistics;
-use image::{ImageBuffer, Rgb, imageops};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use trisect_shared::texture::NEAREST;
@@ -170,7 +170,7 @@ impl<'a> Lab<'a> {
         renderer.recycle(film);
         if mode.divisor > 1 {
             let start = Instant::now();
-            image = enlarge(image, full);
+            image = enlarge(&image, full);
             took.scale = start.elapsed().as_secs_f64();
         }
         Ok((image, took))
@@ -353,16 +353,6 @@ fn is_missing(error: &Error) -> bool {
 fn lost() -> Error {
     let message = "it was lost with a scene that could not be uploaded".to_owned();
     Error::Backend(BackendError::Device { backend: "the", action: "taking it up again", message })
-}
-
-/// By a triangle filter: linear between the centres of pixels.
-fn enlarge(image: Image, (width, height): (u32, u32)) -> Image {
-    let flat: Vec<f32> = image.pixels.iter().flatten().copied().collect();
-    let Some(buffer) = ImageBuffer::<Rgb<f32>, Vec<f32>>::from_raw(image.width, image.height, flat) else {
-        return image;
-    };
-    let larger = imageops::resize(&buffer, width, height, imageops::FilterType::Triangle);
-    Image { width, height, pixels: larger.pixels().map(|pixel| pixel.0).collect() }
 }
 
 /// Numbers of samples and repetitions that about fit a time.

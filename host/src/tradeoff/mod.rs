@@ -5,6 +5,7 @@
 
 mod charts;
 mod converge;
+mod enlarge;
 mod errors;
 mod front;
 mod lab;
