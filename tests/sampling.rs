@@ -232,7 +232,8 @@ fn the_end_is_not_waited_for_long() {
     }
     let scene = scene("rtiow_final.ron");
     let settings = Settings { width: 640, height: 360, depth: 6, ..scene.settings() };
-    for adaptive in [Adaptive::Off, Adaptive::On] {
+    let pixels = settings.pixels() as f64;
+    for (adaptive, is_gpu) in [(Adaptive::Off, false), (Adaptive::Off, true), (Adaptive::On, false)] {
         let mean_samples = |slow: bool| {
             let ended = Arc::new(AtomicBool::new(false));
             let (asked, mut launches) = (ended.clone(), 0);
@@ -245,12 +246,16 @@ fn the_end_is_not_waited_for_long() {
                 }
                 Ok(())
             };
-            let mut renderer = Renderer::new(Box::new(Hooked::new(after)), &scene).unwrap();
+            let device = if is_gpu { Hooked::new(after).as_gpu() } else { Hooked::new(after) };
+            let mut renderer = Renderer::new(Box::new(device), &scene).unwrap();
+            renderer.limit_submissions(Some(100_000));
             let request = request(Goal::Error { target: 0.05, most: 100_000 }, adaptive);
             let found = sampling::render(&mut renderer, &settings, &request, &mut EndsLater(&ended)).unwrap();
             let sampling = found.stats.sampling.unwrap();
             assert!(sampling.ended && found.image.pixels.iter().flatten().all(|v| v.is_finite()));
-            assert_eq!(found.film.counts().unwritten, 0);
+            let counts = found.film.counts();
+            assert_eq!(counts.unwritten, 0);
+            assert_eq!(counts.samples + counts.rejected, (sampling.mean_samples * pixels).round() as u64);
             sampling.mean_samples
         };
         // The first pass has 8 samples each half. Of the second there may be one half.

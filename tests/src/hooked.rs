@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 use trisect::backend::cpu::Cpu;
-use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
+use trisect::backend::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
 use trisect::denoise::{Pass, Shown};
 use trisect::film::{Rows, Target};
 use trisect_shared::bvh::BvhNode;
@@ -15,6 +15,7 @@ use trisect_shared::path::FirstHit;
 /// All threads of this machine, and something after each launch.
 pub struct Hooked {
     inner: Cpu,
+    device: Device,
     after: Box<dyn FnMut() -> Result<(), BackendError> + Send>,
 }
 
@@ -25,13 +26,21 @@ impl Hooked {
     ///
     /// If there are no threads.
     pub fn new(after: impl FnMut() -> Result<(), BackendError> + Send + 'static) -> Self {
-        Self { inner: Cpu::open(None).unwrap(), after: Box::new(after) }
+        let inner = Cpu::open(None).unwrap();
+        Self { device: inner.device().clone(), inner, after: Box::new(after) }
+    }
+
+    /// Says that it is a GPU: the host sums what it rendered while it renders more.
+    #[must_use]
+    pub fn as_gpu(mut self) -> Self {
+        self.device.kind = DeviceKind::Gpu;
+        self
     }
 }
 
 impl Backend for Hooked {
     fn device(&self) -> &Device {
-        self.inner.device()
+        &self.device
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {

@@ -57,7 +57,9 @@ impl<O: Observer> Observer for Told<'_, O> {
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         if !self.told && self.watch.interrupted.load(Ordering::Relaxed) {
             self.told = true;
-            say("interrupted: this part is finished, and what there is written; once more ends at once");
+            say(
+                "interrupted: this part is finished if that is soon, and what there is written; once more ends at once",
+            );
         }
         self.bar.progress(done, total)
     }

@@ -19,7 +19,7 @@ pub fn interrupts() -> Arc<AtomicBool> {
     interrupted
 }
 
-/// Sets a flag. A rank gets a second one where a terminal and mpirun both send it, and is ended by mpirun anyway.
+/// Sets a flag. SIGHUP ends a rank, and by that the job. A rank gets a second one where a terminal and mpirun both send it, and is ended by mpirun anyway.
 #[cfg(feature = "mpi")]
 pub fn noted() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));

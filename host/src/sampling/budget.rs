@@ -220,8 +220,9 @@ pub(super) fn within<'a>(
         if let (Some(filter), Some(taken)) = (&filter, &mut choice)
             && taken.is_open()
         {
-            let final_work = work + clock.fits(whole - start.elapsed().as_secs_f64(), Launches::default());
-            taken.decide(filter, &mut taker, final_work / work)?;
+            let left = clock.fits(whole - start.elapsed().as_secs_f64(), Launches::default());
+            let more = if taker.goes_on() { (work + left) / work } else { 1.0 };
+            taken.decide(filter, &mut taker, more)?;
             if !taken.may_be() && !settings.guides {
                 taker.drop_guides();
                 if let Some(Pass { each, beside }) = rehearsal.and_then(|rehearsal| rehearsal.pass(false)) {

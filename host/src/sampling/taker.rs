@@ -248,7 +248,11 @@ impl<'a> Taker<'a> {
                 let settings = of_half(&self.settings, half);
                 let mut patient = Patient::new(self.observer, at, &mut self.ending, || has_any);
                 let sums = self.renderer.render_own(&settings, &own, &mut patient);
-                let Some(sums) = patient.or_given_up(sums)? else { return Ok(launches) };
+                let Some(sums) = patient.or_given_up(sums)? else {
+                    // The other half may have taken its.
+                    self.next = end;
+                    return Ok(launches);
+                };
                 self.took.device += sums.device;
                 self.took.submissions += sums.submissions;
                 self.halves.add_own(half, sums.pixels, &now);
