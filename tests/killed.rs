@@ -68,6 +68,11 @@ fn killed_at_any_moment(subject: Subject, resolution: &str, spp: u32, least: u32
             break;
         }
     }
+    // The twin: other random numbers.
+    let (file, out) = (folder.file("other.ckpt"), folder.file("other.pfm"));
+    run(&[&image[..], &["-o", &out, "--checkpoint", &file, "--seed", "1"]].concat());
+    assert_ne!(Checkpoint::read(file.as_ref()).unwrap().film, whole, "a comparison that cannot fail");
+    assert_ne!(fs::read(&out).unwrap(), whole_image);
     eprintln!("{kills} kills, {parts} checkpoints of a part, a render takes {once:?}");
     assert!(kills >= least && parts > least / 5, "{kills}, {parts}");
 }
