@@ -21,6 +21,7 @@ TESTS = {
     34: "chi-square of each lobe", 35: "roulette", 36: "enclosures", 37: "denoiser: constant image",
     38: "denoiser: sigma 0 and infinite", 39: "denoiser: NaN, fireflies, black albedo", 40: "denoiser: error by samples",
     41: "boxes contain what they hold", 42: "denormal scene", 43: "convergence slope",
+    44: "visits at the extremes", 45: "coarse mirrors",
 }
 FIXED = {
     (1, "*"): ("passed", "`cargo mutation-gate`: each planted fault is caught"),
@@ -81,6 +82,30 @@ def main():
         if gpu_census.get(name, {}).get("cuda") != labels["cpu"]:
             row[0] += " (CUDA: " + "; ".join(gpu_census.get(name, {}).get("cuda", ["MISSING"])) + ")"
         print(f"| {name} | " + " | ".join(row) + " |")
+
+    print()
+    costs(sys.argv[2])
+
+
+def costs(path):
+    """The table of visits: for each scene and kind of rays, mean and maximum of exact rays and of the same rays tilted."""
+    rows = {}
+    for line in open(path, encoding="utf-8", errors="replace"):
+        match = re.search(r"COST (\S+ \S+) \| (.*?) \| (.*?) \| nodes (.*?) tilted (.*?) \| leaves (.*?) tilted ([^|]*)(?:\| obvhs tests (.*))?", line)
+        if match:
+            traversal, scene, family, nodes, nodes_tilted, leaves, leaves_tilted, obvhs = match.groups()
+            row = rows.setdefault((scene, family), {})
+            row[traversal] = (f"{nodes}, {leaves}", f"{nodes_tilted}, {leaves_tilted.strip()}")
+            row["obvhs"] = obvhs or row.get("obvhs", "")
+    print("| scene | rays | CPU, stack | tilted | CPU, wide | tilted | obvhs tests | CUDA, stack | wgpu, stack |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for (scene, family), row in rows.items():
+        missing = ("MISSING", "MISSING")
+        cells = [*row.get("cpu stack", missing), *row.get("cpu wide", missing), row["obvhs"].strip()]
+        for device in ("cuda stack", "wgpu stack"):
+            exact, _ = row.get(device, missing)
+            cells.append("the same" if exact == cells[0] else exact)
+        print(f"| {scene} | {family} | " + " | ".join(cells) + " |")
 
 
 main()

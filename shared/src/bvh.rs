@@ -123,6 +123,20 @@ pub struct Hit {
     pub primitive: u32,
 }
 
+/// What a traversal costs: counted with [`COUNTED`](crate::features::COUNTED), else zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Visits {
+    /// Inner nodes whose children's boxes were tested: two of a binary node, eight of a wide one.
+    pub nodes: u32,
+    /// Leaves whose primitives were tested: one of a binary tree's, up to eight of a wide one's.
+    pub leaves: u32,
+}
+
+impl Visits {
+    /// No visits.
+    pub const NONE: Self = Self { nodes: 0, leaves: 0 };
+}
+
 /// How far a ray looks, and for what.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {

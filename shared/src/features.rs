@@ -34,6 +34,9 @@ pub const LINEAR: Features = 1 << 9;
 pub const WIDE: Features = 1 << 10;
 /// Start a lane's next sample as soon as its path ends, not when all paths of its warp have.
 pub const REGENERATE: Features = 1 << 11;
+/// Count the visits of a traversal: see [`Visits`](crate::bvh::Visits). No render kernel has this.
+pub const COUNTED: Features = 1 << 14;
+
 /// Fill the device once, and let each lane take pixels from a queue.
 pub const PERSISTENT: Features = 1 << 12;
 /// How a kernel works, not what a scene has: these do not change its image.

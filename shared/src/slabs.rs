@@ -8,15 +8,21 @@ use glam::Vec4;
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use glam::Vec4Swizzles;
 
-/// How far along a ray a step along each axis is.
+/// Smallest magnitude of a direction's component in the slab test; a smaller one, and zero, counts as this.
 ///
-/// A ray that is perpendicular to an axis within 1e-18 counts as inside each slab of that axis: the other axes decide. That keeps
-/// 0 · ∞ = NaN out of the test whatever a backend's minimum does with NaN (torture tests 24 and 25).
+/// Its reciprocal is finite, which keeps 0 · ∞ and ∞ - ∞ out of the test whatever a backend's minimum does with
+/// NaN, for coordinates up to 1e20 (torture tests 24 and 25). A ray perpendicular to an axis misses each slab of
+/// that axis that it is not inside, so it visits what a slightly tilted ray visits. (If the axis were left out, a
+/// ray along another axis would be decided by that one alone and visit the whole tree.) Inside a slab the ray
+/// stays for 1e18 times half the slab's thickness.
+pub const MIN_COMPONENT: f32 = 1e-18;
+
+/// How far along a ray a step along each axis is.
 #[derive(Clone, Copy, Debug)]
 pub struct Slopes {
-    /// 1 / direction; 0 along an axis to which the ray is perpendicular.
+    /// 1 / direction, with components of at least [`MIN_COMPONENT`].
     signed: Vec3,
-    /// Its size; there so large that half a box is beyond each hit.
+    /// Its magnitude.
     size: Vec3,
     /// Where a step from the ray's origin to the world's ends: for boxes with room.
     start: Vec3,
@@ -32,11 +38,11 @@ impl Slopes {
     }
 }
 
+/// Returns the reciprocal of a direction's component, and its magnitude.
 #[inline(always)]
 fn slope(x: f32) -> (f32, f32) {
-    let inverse = crate::math::reciprocal(x);
-    let crosses = x.abs() > 1e-18;
-    (if crosses { inverse } else { 0.0 }, if crosses { inverse.abs() } else { 1e37 })
+    let size = crate::math::reciprocal(crate::math::max(x.abs(), MIN_COMPONENT));
+    (f32::from_bits(size.to_bits() | x.to_bits() & 0x8000_0000), size)
 }
 
 /// By how much the exit from a box is moved out, so that rounding never loses a hit (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013):
@@ -181,6 +187,13 @@ mod tests {
         let hits = |o, d| at(o, d, -corner, corner);
         let (hit, t) = hits(Vec3::new(0.99, -0.99, 5.0), Vec3::NEG_Z);
         assert!(hit && (t - 4.0).abs() < 1e-6);
+        // Beside a slab that the ray is parallel to: missed, however near, along each axis.
+        for axis in Vec3::AXES {
+            for side in [Vec3::X, Vec3::NEG_Y, Vec3::Z].map(|side| side * (Vec3::ONE - axis)) {
+                let beside = |gap: f32| hits(-5.0 * axis + side * (1.0 + gap), axis).0;
+                assert!(side == Vec3::ZERO || !beside(1e-5) && beside(-1e-5), "{axis} {side}");
+            }
+        }
         // In the plane of a face and along an edge: no NaN.
         assert!(!hits(Vec3::new(1.0, 0.0, 5.0), Vec3::NEG_Z).1.is_nan());
         assert!(!hits(Vec3::new(1.0, -1.0, 5.0), Vec3::NEG_Z).1.is_nan());

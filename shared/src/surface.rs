@@ -4,7 +4,7 @@ use crate::buffer::load;
 use crate::bvh::Hit;
 use crate::features::{FLATS, Features, TEXTURES, TRIANGLES, has};
 use crate::flat::Flat;
-use crate::math::{normalize, sqrt, turns};
+use crate::math::{min, normalize, sqrt, turns};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
@@ -122,13 +122,21 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     }
 }
 
-/// The shading normal on the side of `normal`, bent where it looks away from `toward` (a unit vector on `normal`'s side), as an
-/// interpolated normal does at a silhouette: so that the viewer always sees the front of the shading.
+/// Returns the shading normal, bent towards the surface's own `normal` where the view direction mirrored about it would
+/// run into the surface: there a mirror would be black, as coarse smooth meshes are at silhouettes. All are unit vectors,
+/// `viewer` and `shading` on the side of `normal`.
+///
+/// The mirrored direction is lifted to a cosine c with the surface's normal of [`MIN_REFLECTED_COSINE`], or of nine tenths
+/// of the viewer's; the bent normal is the sum of that direction and the viewer's. The lifted direction's length is at
+/// most sqrt(1 + c²), so the view mirrored about the bent normal has a cosine of at least c / 2, and the viewer sees the
+/// front of the shading.
 #[inline(always)]
-pub fn facing(shading: Vec3, toward: Vec3) -> Vec3 {
-    let cos = shading.dot(toward);
-    if cos >= LEAST_COSINE { shading } else { normalize(shading + toward * (LEAST_COSINE - cos)) }
+pub fn reflecting(shading: Vec3, normal: Vec3, viewer: Vec3) -> Vec3 {
+    let (facing, up) = (2.0 * shading.dot(viewer), viewer.dot(normal));
+    // How far the mirrored direction is to be lifted. Never by nothing at the horizon, where no normal would be left.
+    let lift = min(0.9 * up, MIN_REFLECTED_COSINE) + 1e-7 + up - facing * shading.dot(normal);
+    if lift > 0.0 { normalize(shading * facing + normal * lift) } else { shading }
 }
 
-/// About 0.06 degrees from the horizon.
-const LEAST_COSINE: f32 = 1e-3;
+/// Least cosine of a mirrored direction with the surface's own normal: about 0.6 degrees from the horizon.
+pub const MIN_REFLECTED_COSINE: f32 = 0.01;

@@ -11,10 +11,10 @@ use binary::closest_in_tree;
 use binary_cuda::closest_in_tree;
 
 use crate::buffer::load;
-use crate::bvh::{Child, Hit, NO_PRIMITIVE, Reach};
+use crate::bvh::{Child, Hit, NO_PRIMITIVE, Reach, Visits};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use crate::features::WIDE;
-use crate::features::{FLATS, Features, LARGE, LINEAR, TRIANGLES, has, has_any};
+use crate::features::{COUNTED, FLATS, Features, LARGE, LINEAR, TRIANGLES, has, has_any};
 use crate::flat::Flat;
 use crate::params::{FLAG_ROOM, RenderParams};
 use crate::ray::Ray;
@@ -98,12 +98,16 @@ unsafe fn closest_of_all<const FEATURES: Features>(
     scene: Scene,
     ray: Ray,
     reach: Reach,
-) -> Hit {
+) -> (Hit, Visits) {
     let shear = Shear::new(ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
     let mut primitive = 0;
+    let mut visits = Visits::NONE;
     while primitive < params.primitives {
+        if const { has(FEATURES, COUNTED) } {
+            visits.leaves += 1;
+        }
         // SAFETY: the caller's promise for the number of primitives.
         let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
         if is_closer(t, primitive, hit.distance, hit.primitive) {
@@ -114,7 +118,7 @@ unsafe fn closest_of_all<const FEATURES: Features>(
         }
         primitive += 1;
     }
-    hit
+    (hit, visits)
 }
 
 /// The closest primitive in front of `ray`, within `reach`; of several at the same distance the first by index, so that the hit does not
@@ -150,6 +154,41 @@ pub unsafe fn closest_hit_below<const FEATURES: Features>(
     reach: Reach,
     root: Child,
 ) -> Hit {
+    // SAFETY: the caller's promise.
+    unsafe { search::<FEATURES>(params, scene, ray, reach, root).0 }
+}
+
+/// Returns the closest hit, as [`closest_hit`], and what the search visited, if `FEATURES` has [`COUNTED`].
+///
+/// # Safety
+///
+/// As [`closest_hit`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn closest_hit_counted<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+) -> (Hit, Visits) {
+    // SAFETY: the caller's promise.
+    unsafe { search::<FEATURES>(params, scene, ray, reach, Child(params.root)) }
+}
+
+/// Searches by the traversal that `FEATURES` names.
+///
+/// # Safety
+///
+/// As [`closest_hit_below`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn search<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    reach: Reach,
+    root: Child,
+) -> (Hit, Visits) {
     if const { has(FEATURES, LINEAR) } {
         // SAFETY: the caller's promise.
         return unsafe { closest_of_all::<FEATURES>(params, scene, ray, reach) };

@@ -6,8 +6,8 @@
 mod packet;
 
 use crate::buffer::{borrow, eight_local, load_local};
-use crate::bvh::{Hit, NO_PRIMITIVE, Reach, STACK_SIZE};
-use crate::features::{AVX2, AVX512, FLATS, Features, TRIANGLES, has};
+use crate::bvh::{Hit, NO_PRIMITIVE, Reach, STACK_SIZE, Visits};
+use crate::features::{AVX2, AVX512, COUNTED, FLATS, Features, TRIANGLES, has};
 use crate::lanes::{LANES, Lanes, Portable, Row, Top};
 use crate::params::RenderParams;
 use crate::ray::Ray;
@@ -150,7 +150,7 @@ pub unsafe fn dispatch<const FEATURES: Features>(
     scene: Scene,
     ray: Ray,
     reach: Reach,
-) -> Hit {
+) -> (Hit, Visits) {
     #[cfg(target_arch = "x86_64")]
     if const { has(FEATURES, AVX512) } {
         // SAFETY: the caller's promise.
@@ -183,12 +183,12 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
     scene: Scene,
     ray: Ray,
     reach: Reach,
-) -> Hit {
+) -> (Hit, Visits) {
     let tree = scene.wide;
     let mut best = reach.limit;
     let mut closest = NO_PRIMITIVE;
     if tree.root == WideChild::EMPTY {
-        return Hit { distance: best, primitive: closest };
+        return (Hit { distance: best, primitive: closest }, Visits::NONE);
     }
     let Ray { direction, departure, .. } = ray;
     if reach.any && reach.target != NO_PRIMITIVE {
@@ -216,7 +216,12 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
     let mut children = MaybeUninit::<[u32; ROOM]>::uninit();
     let mut depth = 0u32;
     let mut child = tree.root;
+    let mut visits = Visits::NONE;
     'search: loop {
+        if const { has(FEATURES, COUNTED) } {
+            visits.nodes += u32::from(!child.is_leaf());
+            visits.leaves += u32::from(child.is_leaf());
+        }
         if !child.is_leaf() {
             // SAFETY: the caller's promise for each child's index; six planes; eight octants; ROOM.
             unsafe {
@@ -289,5 +294,5 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
             }
         }
     }
-    Hit { distance: best, primitive: closest }
+    (Hit { distance: best, primitive: closest }, visits)
 }

@@ -1,8 +1,12 @@
-//! The white furnace: what absorbs nothing cannot be seen (10, 31).
+//! The white furnace: what absorbs nothing cannot be seen (10, 31, 45).
 
+use crate::mesh::Mesh;
+use bytemuck::Zeroable;
 use glam::Vec3;
 use trisect::render::Settings;
 use trisect::scene::Scene;
+use trisect_shared::math::normalize;
+use trisect_shared::triangle::TriangleShading;
 use trisect_tests::renders::film;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
@@ -153,4 +157,52 @@ fn t31_hollow_and_nested(subject: Subject) {
     );
 }
 
-for_each_backend!(t10_white_furnace, t31_hollow_and_nested);
+/// A ball of 32 triangles with the normals of a sphere: at its silhouette they look away from the viewer.
+fn coarse_ball(material: &str) -> Scene {
+    let objects = r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"#;
+    let mut scene = furnace(&format!("\"a\": {material}"), objects, 0.13);
+    scene.spheres.clear();
+    for triangle in Mesh::octahedron().divided(normalize).triangles() {
+        let shading = TriangleShading {
+            normal_a: triangle.a,
+            normal_b: triangle.b,
+            normal_c: triangle.c,
+            ..TriangleShading::zeroed()
+        };
+        scene.triangles.push(triangle);
+        scene.shading.push(shading);
+    }
+    scene
+}
+
+/// Mirrors of few triangles in the furnace: a convex body sees nothing of itself, so each pixel is 1. A mirrored direction
+/// that ran into the surface would be lost, and the silhouette black.
+fn t45_coarse_mirrors(subject: Subject) {
+    let mirrors = [
+        "Metal(albedo: (1, 1, 1), fuzz: 0)",
+        "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0)",
+        "MetallicRoughness(base_color: (1, 1, 1), metallic: 1, roughness: 0)",
+    ];
+    let mut worst = 0.0f64;
+    for material in mirrors {
+        let scene = coarse_ball(material);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let settings = Settings { width: 32, height: 32, samples: 16, ..scene.settings() };
+        for pixel in &film(&mut renderer, &settings).pixels {
+            let off = (pixel.mean()[0] - 1.0).abs();
+            assert!(off <= Known::ROUNDING, "{material}: {pixel:?}");
+            worst = worst.max(off);
+        }
+        // Negative control: a mirror that absorbs 1 %.
+        let mut faulty = scene.clone();
+        faulty.materials[0].albedo = Vec3::splat(0.99);
+        let mut renderer = subject.renderer(&faulty).expect("it was there a moment ago");
+        let darkest =
+            film(&mut renderer, &settings).pixels.iter().map(|p| p.mean()[0]).fold(1.0f64, f64::min);
+        assert!(1.0 - darkest > Known::ROUNDING, "{material}: a comparison that cannot fail: {darkest}");
+    }
+    let figure = format!("{} mirrors of 32 triangles: each pixel 1 within {worst:.1e}", mirrors.len());
+    report(45, subject, Outcome::Passed, figure);
+}
+
+for_each_backend!(t10_white_furnace, t31_hollow_and_nested, t45_coarse_mirrors);

@@ -22,6 +22,8 @@ mod boundaries;
 mod boxes;
 mod census;
 mod construct;
+mod cost_scenes;
+mod costs;
 mod denoiser;
 mod enclosures;
 mod equality;

@@ -18,7 +18,7 @@ use crate::features::{
 use crate::film::{Carry, PixelSums};
 use crate::guides::{self, Guides, Look};
 use crate::light::mis_weight;
-use crate::material::{BLENDED, MASKED, Material};
+use crate::material::{BLENDED, LAMBERTIAN, MASKED, Material};
 use crate::math::{greatest, min, unit_f32};
 use crate::params::{FLAG_HOLES, FLAG_NEVER, FLAG_SCHLICK, RenderParams};
 use crate::ray::{Departure, Ray};
@@ -26,7 +26,7 @@ use crate::rng::PathKey;
 use crate::sampler::words;
 use crate::scene::Scene;
 use crate::sphere::MISS;
-use crate::surface::{self, Surface, facing};
+use crate::surface::{self, Surface, reflecting};
 use connect::{connect, emission};
 use glam::Vec3;
 
@@ -257,8 +257,11 @@ impl Path {
                     // Only a triangle's shading normal is not its own: other primitives keep their bits in every variant.
                     let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
                     if bent {
-                        let towards = if front { surface.shading } else { -surface.shading };
-                        shading = facing(towards, -ray.direction);
+                        shading = if front { surface.shading } else { -surface.shading };
+                        // What is diffuse keeps its normal: its shading must not depend on the viewer.
+                        if material.kind != LAMBERTIAN {
+                            shading = reflecting(shading, normal, -ray.direction);
+                        }
                     }
                     // SAFETY: the caller's promise for textures.
                     let bsdf = unsafe {

@@ -2,8 +2,8 @@
 
 use super::{distance, is_closer, start};
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, Reach, STACK_SIZE};
-use crate::features::{Features, LARGE, has_any};
+use crate::bvh::{BvhNode, Child, Hit, Reach, STACK_SIZE, Visits};
+use crate::features::{COUNTED, Features, LARGE, has, has_any};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
@@ -25,7 +25,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     ray: Ray,
     reach: Reach,
     root: Child,
-) -> Hit {
+) -> (Hit, Visits) {
     let shear = Shear::new(ray.direction); // without triangles no one reads it
     let slopes = Slopes::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
@@ -35,6 +35,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
     let mut depth = 0u32;
     let mut child = root;
+    let mut visits = Visits::NONE;
     macro_rules! pop {
         () => {
             child = Child::EMPTY;
@@ -47,6 +48,9 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     }
     macro_rules! visit {
         () => {
+            if const { has(FEATURES, COUNTED) } {
+                visits.nodes += 1;
+            }
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
             let Entries { first, second, t_first, t_second } =
@@ -71,6 +75,9 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     }
     macro_rules! test {
         () => {
+            if const { has(FEATURES, COUNTED) } {
+                visits.leaves += 1;
+            }
             let primitive = child.index();
             // SAFETY: the caller's promise.
             let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
@@ -107,5 +114,5 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
             test!();
         }
     }
-    hit
+    (hit, visits)
 }

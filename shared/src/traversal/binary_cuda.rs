@@ -2,8 +2,8 @@
 
 use super::{distance, is_closer, start};
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, Reach, STACK_SIZE};
-use crate::features::Features;
+use crate::bvh::{BvhNode, Child, Hit, Reach, STACK_SIZE, Visits};
+use crate::features::{COUNTED, Features, has};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
@@ -25,9 +25,9 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     ray: Ray,
     reach: Reach,
     root: Child,
-) -> Hit {
+) -> (Hit, Visits) {
     /// Inner nodes that a lane visits before it tests a leaf.
-    const VISITS: u32 = 2;
+    const STEPS: u32 = 2;
     let shear = Shear::new(ray.direction);
     let slopes = Slopes::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
@@ -38,10 +38,14 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
     unsafe { store_local(&mut stack, 0, Child::EMPTY.0) };
     let mut depth = 1u32;
     let mut child = root;
+    let mut visits = Visits::NONE;
     while child != Child::EMPTY {
-        let mut visits = 0;
-        while visits < VISITS {
+        let mut steps = 0;
+        while steps < STEPS {
             if !child.is_leaf() {
+                if const { has(FEATURES, COUNTED) } {
+                    visits.nodes += 1;
+                }
                 // SAFETY: the caller's promise for each child's index.
                 let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
                 let Entries { first, second, t_first, t_second } =
@@ -70,9 +74,12 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
                     child = Child(unsafe { load_local(&stack, depth) });
                 }
             }
-            visits += 1;
+            steps += 1;
         }
         if child.is_leaf() && child != Child::EMPTY {
+            if const { has(FEATURES, COUNTED) } {
+                visits.leaves += 1;
+            }
             let primitive = child.index();
             depth -= 1;
             // SAFETY: `depth` entries were stored.
@@ -87,5 +94,5 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
             }
         }
     }
-    hit
+    (hit, visits)
 }

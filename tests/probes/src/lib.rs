@@ -27,6 +27,7 @@ macro_rules! for_each_probe {
             scatter "probe_scatter",
             lights "probe_lights",
             trace "probe_trace",
+            visits "probe_visits",
         }
     };
 }
@@ -41,6 +42,7 @@ pub mod scatter;
 pub mod shapes;
 pub mod sums;
 pub mod trace;
+pub mod visits;
 
 #[cfg(target_arch = "nvptx64")]
 pub mod ptx;

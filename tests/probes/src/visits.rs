@@ -1,0 +1,36 @@
+//! What a ray's traversal costs.
+
+use crate::record::{Input, Output, ProbeParams, vector};
+use glam::UVec4;
+use trisect_shared::bvh::{NO_PRIMITIVE, Reach};
+use trisect_shared::features::{COUNTED, FLATS, TRIANGLES};
+use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::scene::Scene;
+use trisect_shared::traversal::closest_hit_counted;
+
+/// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction. Finds the closest hit.
+/// Output: a visited nodes, tested leaves, the primitive, the distance's bits.
+pub const CLOSEST: u32 = 0;
+/// The same for a shadow ray, which ends at the first hit.
+pub const SHADOW: u32 = 1;
+
+/// Counts the visits of one ray.
+///
+/// # Safety
+///
+/// The scene is proven, as the kernels demand.
+#[inline(always)]
+#[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
+pub unsafe fn visits(params: &ProbeParams, scene: Scene, input: Input) -> Output {
+    let mut departure = Departure::NONE;
+    if input.a.w != NO_PRIMITIVE {
+        departure = Departure::from(input.a.w, false);
+    }
+    let ray = Ray { origin: vector(input.a), direction: vector(input.b), departure };
+    let reach = Reach { any: params.operation == SHADOW, ..Reach::CLOSEST };
+    // SAFETY: the caller's promise.
+    let (hit, visits) =
+        unsafe { closest_hit_counted::<{ FLATS | TRIANGLES | COUNTED }>(&params.render, scene, ray, reach) };
+    let answer = UVec4::new(visits.nodes, visits.leaves, hit.primitive, hit.distance.to_bits());
+    Output { a: answer, b: UVec4::ZERO }
+}
