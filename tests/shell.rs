@@ -3,9 +3,9 @@
 
 use serde_json::Value;
 use std::fs;
-use std::process::Command;
-use trisect_tests::binary;
+use std::process::{Command, Output};
 use trisect_tests::program::{Temporary, trisect};
+use trisect_tests::{binary, root};
 
 fn printed(arguments: &[&str]) -> String {
     let output = trisect(arguments);
@@ -119,4 +119,66 @@ fn colours_are_for_terminals() {
         (Ok(with), Ok(without)) => assert!(escapes(&with.stdout) && !escapes(&without.stdout), "{without:?}"),
         _ => eprintln!("SKIPPED: no script(1), which makes a terminal"),
     }
+}
+
+/// Runs a line of bash in which `"$0" "$@"` is the program with these arguments.
+fn in_bash(line: &str, arguments: &[&str]) -> Output {
+    let mut command = Command::new("bash");
+    command.args(["-c", line]).arg(binary()).args(arguments).env("NO_COLOR", "1").output().unwrap()
+}
+
+/// Standard error and standard output that refuse everything, are closed, or have lost their reader.
+#[test]
+fn an_image_is_written_whoever_listens() {
+    let folder = Temporary::new("shell", "listeners");
+    let image = folder.file("image.png");
+    let render =
+        ["render", "--backend", "cpu", "--resolution", "8x6", "--spp", "1", "--verbose", "-o", &image];
+    for line in [
+        r#""$0" "$@" 2>/dev/full"#,
+        r#""$0" "$@" >/dev/full 2>/dev/full"#,
+        r#""$0" "$@" 2>&-"#,
+        r#""$0" "$@" <&- >&- 2>&-"#,
+        r#""$0" "$@" 2>&1 | true; exit ${PIPESTATUS[0]}"#,
+    ] {
+        let _ = fs::remove_file(&image);
+        let output = in_bash(line, &render);
+        assert_eq!(output.status.code(), Some(0), "{line}: {output:?}");
+        assert!(fs::metadata(&image).is_ok_and(|facts| facts.len() > 0), "{line}");
+    }
+    // What is wrong keeps its exit code where it cannot be said.
+    let full = r#""$0" "$@" 2>/dev/full"#;
+    assert_eq!(in_bash(full, &["render", "--nothing"]).status.code(), Some(2));
+    assert_eq!(in_bash(full, &["render", "/nowhere.ron"]).status.code(), Some(4));
+}
+
+/// A result that cannot be printed is an error, which loses no file; a reader that has enough is none.
+#[test]
+fn results_that_nobody_reads() {
+    let folder = Temporary::new("shell", "readers");
+    let (json, out, cache) = (folder.file("bench.json"), folder.file("out"), folder.file("cache"));
+    let small = ["--backend", "cpu", "--resolution", "16x9"];
+    let bench = [&["bench", "--spp", "1", "--frames", "1", "--json", &json][..], &small].concat();
+    let scene = root().join("scenes/cornell_box.ron");
+    let lab =
+        ["tradeoff", scene.to_str().unwrap(), "--knobs", "roulette", "--levels", "1", "--reference-spp"];
+    let lab = [&lab[..], &["16", "--seeds", "4", "--cache", &cache, "-o", &out], &small].concat();
+    let full = |arguments: &[&str]| {
+        let output = in_bash(r#""$0" "$@" >/dev/full"#, arguments);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && !text.contains("panicked"), "{arguments:?}: {text}");
+        assert!(text.contains("standard output"), "{arguments:?}: {text}");
+    };
+    for arguments in [&bench[..], &["--help"], &["info"], &["completions", "bash"]] {
+        full(arguments);
+    }
+    assert!(serde_json::from_str::<Value>(&fs::read_to_string(&json).unwrap()).is_ok());
+    for enough in ["head -1", "true"] {
+        let line = format!(r#""$0" "$@" 2>&1 | {enough}; exit ${{PIPESTATUS[0]}}"#);
+        for arguments in [&lab[..], &bench, &["--help"], &["info"]] {
+            let output = in_bash(&line, arguments);
+            assert_eq!(output.status.code(), Some(0), "{arguments:?} | {enough}: {output:?}");
+        }
+    }
+    assert!(fs::read_to_string(format!("{out}/report.html")).unwrap().ends_with("</html>\n"));
 }

@@ -101,6 +101,8 @@
 //! # Ok::<(), trisect::Error>(())
 //! ```
 
+#![deny(clippy::print_stdout, clippy::print_stderr, reason = "a library returns what it has to say")]
+
 pub mod alias;
 pub mod backend;
 pub mod bench;

@@ -4,9 +4,16 @@
 //! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range, 7 `--time-limit` ended a render,
 //! 130 interrupted.
 
+#![deny(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "they panic where nothing can be written: `terminal` does not"
+)]
+
 mod cli;
 mod commands;
 mod progress;
+mod terminal;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -14,7 +21,11 @@ use std::time::Instant;
 
 fn main() -> ExitCode {
     let start = Instant::now();
-    let outcome = match cli::Cli::parse().command {
+    let command = match cli::Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(usage) => return terminal::print_usage(&usage),
+    };
+    let outcome = match command {
         cli::Command::Render(arguments) => commands::render::run(&arguments),
         cli::Command::Resume(arguments) => commands::resume::run(&arguments),
         cli::Command::Merge(arguments) => commands::resume::merge(&arguments),
@@ -32,7 +43,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            terminal::say(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
     }

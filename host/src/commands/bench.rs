@@ -60,14 +60,14 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
             measure_live(&mut session.renderer, &session.settings, denoise, warm_up, arguments.frames)?;
         benchmark.rows.extend(rows);
     }
-    super::print(&benchmark.table())?;
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&benchmark)
             .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
         std::fs::write(path, text + "\n").map_err(|source| BenchError::Io { path: path.clone(), source })?;
     }
+    super::print(&benchmark.table())?;
     for warning in frames.first.warnings() {
-        eprintln!("warning: {warning}");
+        super::say(&format!("warning: {warning}"));
     }
     Ok(ExitCode::SUCCESS)
 }

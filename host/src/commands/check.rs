@@ -20,7 +20,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     }
     // What the reader changed and what rounding drops are errors or warnings of their own.
     for warning in &scene.description.warnings {
-        eprintln!("warning: {warning}");
+        super::say(&format!("warning: {warning}"));
     }
     let outside = !report.findings.is_empty();
     let text = if arguments.json {
@@ -34,7 +34,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     };
     super::print(&text)?;
     if let Some(path) = &arguments.write {
-        eprintln!("wrote {}", path.display());
+        super::say(&format!("wrote {}", path.display()));
     }
     Ok(if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS })
 }

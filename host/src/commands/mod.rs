@@ -16,8 +16,9 @@ mod signals;
 pub mod tradeoff;
 pub mod view;
 
+pub use crate::terminal::{print, say};
+
 use crate::cli::{BackendArg, ClusterArgs, FallbackArg, JobArgs, KeepArgs};
-use std::io::Write;
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Selection};
@@ -94,7 +95,7 @@ impl Loaded {
     /// Says what is not as asked for.
     pub fn warn(&self) {
         for warning in &self.warnings {
-            eprintln!("warning: {warning}");
+            say(&format!("warning: {warning}"));
         }
     }
 
@@ -186,20 +187,4 @@ pub fn open(backend: BackendArg, device: Option<usize>, threads: Option<u32>) ->
     }
     let threads = threads.map(|threads| threads as usize);
     Ok(backend::open(backend.choice(), device, threads)?)
-}
-
-/// Says something to people. Whether anyone hears it does not matter to a render.
-pub fn say(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
-}
-
-/// Writes a command's data to standard output. A reader that went away wants no more: that is no error.
-pub fn print(text: &str) -> Result<(), Error> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(trisect::image::ImageError::Io { path: "standard output".into(), source }.into())
-        }
-        _ => Ok(()),
-    }
 }

@@ -205,10 +205,10 @@ pub fn aim(session: &Session, request: Option<&Request>) -> String {
 /// Says what is rendered, and where.
 pub fn announce(session: &Session, aim: &str) {
     let device = session.renderer.backend().device();
-    eprintln!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height);
-    eprintln!("{}: {} ({})", device.backend, device.name, device.details);
+    say(&format!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height));
+    say(&format!("{}: {} ({})", device.backend, device.name, device.details));
     if !session.choice.is_empty() {
-        eprintln!("  {}", session.choice);
+        say(&format!("  {}", session.choice));
     }
 }
 

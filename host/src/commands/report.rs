@@ -17,7 +17,7 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
         arguments.scenes.iter().map(|path| Described::load(path)).collect::<Result<_, _>>()?;
     let selection = super::open(arguments.backend, arguments.device, arguments.threads)?;
     if !selection.why.is_empty() {
-        eprintln!("{}", selection.why);
+        super::say(&selection.why);
     }
     let mut plan = Plan::new(selection.backend.device().kind, arguments.quick).up_to(arguments.spheres);
     plan.math = arguments.math.mode();
@@ -27,10 +27,10 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     plan.limit = arguments.time_limit.unwrap_or(plan.limit);
     let one_thread = Box::new(Cpu::open(Some(1))?);
     let report =
-        Report::measure(selection.backend, one_thread, &plan, &scenes, &mut |line| eprintln!("{line}"))?;
-    super::print(&report.summary())?;
+        Report::measure(selection.backend, one_thread, &plan, &scenes, &mut |line| super::say(line))?;
     for file in report.write(out)? {
-        eprintln!("wrote {}", file.display());
+        super::say(&format!("wrote {}", file.display()));
     }
+    super::print(&report.summary())?;
     Ok(ExitCode::SUCCESS)
 }

@@ -106,20 +106,20 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         sum.write(&arguments.output)?;
     }
     let count = arguments.files.len();
-    eprintln!(
+    say(&format!(
         "{count} checkpoints: {} of {} samples a pixel",
         share(&sum.film, &sum.header),
         sum.header.samples.len()
-    );
+    ));
     let missing = sum.film.coverage.missing(&(0..sum.header.spp));
     for part in &missing {
         let (rows, samples) = (&part.rows, &part.samples);
-        eprintln!(
+        say(&format!(
             "  without rows {} to {} of samples {} to {}",
             rows.start, rows.end, samples.start, samples.end
-        );
+        ));
     }
-    eprintln!("wrote {}", arguments.output.display());
+    say(&format!("wrote {}", arguments.output.display()));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,6 +1,6 @@
 //! `trisect tradeoff` and `trisect converge`.
 
-use super::{Loaded, open, print};
+use super::{Loaded, open, print, say};
 use crate::cli::{ConvergeArgs, JobArgs, QualityArg, ReferenceArgs, TradeoffArgs};
 use crate::progress::Bar;
 use std::fs;
@@ -75,7 +75,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     let quiet = arguments.quiet;
     let mut say = |line: &str| {
         if !quiet {
-            eprintln!("{line}");
+            say(line);
         }
     };
     let mut bar = Bar::of_goal(true);
@@ -120,7 +120,6 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     }
     let Ready { scene, base, backend, .. } = ready;
     let mut lab = Lab::new(&scene, backend);
-    let mut say = |line: &str| eprintln!("{line}");
     let mut bar = Bar::of_goal(true);
     let most =
         arguments.reference.reference_spp.unwrap_or(arguments.last.saturating_mul(REFERENCE_OF_COURSE));

@@ -59,7 +59,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     let root = crew.link.is_root();
     let mut say = |line: &str| {
         if root {
-            eprintln!("{line}");
+            super::super::say(line);
         }
     };
     let measured = ClusterBench::measure(
@@ -72,10 +72,10 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     );
     match measured {
         Ok((_, Some(bench))) => {
-            super::super::print(&bench.summary())?;
             for file in bench.write(&arguments.out)? {
-                eprintln!("wrote {}", file.display());
+                super::super::say(&format!("wrote {}", file.display()));
             }
+            super::super::print(&bench.summary())?;
             Ok(ExitCode::SUCCESS)
         }
         Ok((_, None)) => Ok(ExitCode::SUCCESS),

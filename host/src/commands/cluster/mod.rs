@@ -80,7 +80,7 @@ impl Crew {
         // Who waits for a lost root says so itself.
         let lost = matches!(error, Error::Distribute(DistributeError::Silent { rank: 0, .. }));
         if self.link.is_root() || lost {
-            eprintln!("error: {error}");
+            super::say(&format!("error: {error}"));
         }
         let code = error.exit_code();
         if !all_know {

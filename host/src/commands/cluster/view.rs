@@ -85,7 +85,6 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
                 size.samples,
                 table(&title, &rows)
             );
-            super::super::print(&text)?;
             let shown = (size.width, size.height);
             headless::report(
                 arguments,
@@ -96,6 +95,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
                 report.whole.len(),
                 &rows,
             )?;
+            super::super::print(&text)?;
             Ok(ExitCode::SUCCESS)
         }
         Ok((_, None)) => Ok(ExitCode::SUCCESS),

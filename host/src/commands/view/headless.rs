@@ -82,9 +82,9 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCo
     text += &format!("frame     {width}x{height}, {} spp\n", look.settings.samples);
     text += &format!("kernel    {}\n\n", last.live.kernel);
     text += &table(&format!("{} frames after {}", counted.len(), shots.len() - counted.len()), &rows);
-    super::super::print(&text)?;
     let kernel = last.live.kernel;
     report(arguments, &session.name, viewer.renderer(), kernel, last.size, counted.len(), &rows)?;
+    super::super::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

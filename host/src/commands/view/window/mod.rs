@@ -163,7 +163,7 @@ impl ApplicationHandler<Woken> for App<'_> {
             self.device = device;
         }
         if let Some(error) = news.error {
-            eprintln!("error: {error}");
+            crate::terminal::say(&format!("error: {error}"));
             self.error = error;
         }
         if let Some(open) = &self.window {
