@@ -1,8 +1,15 @@
 //! Images in memory, and reading them from files.
 
+pub(crate) mod bounds;
+mod exr;
+
+use crate::memory;
 use crate::metrics::srgb;
-use crate::output::pfm;
-use image::{DynamicImage, ImageReader};
+use crate::output::{Format, pfm};
+use bounds::{Bounds, Demand};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use std::fs::File;
+use std::io::{self, BufReader, ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -26,7 +33,7 @@ pub enum ImageError {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The extension names no format.
     #[error("{}: unknown image format; use .png, .exr, .hdr or .pfm", path.display())]
@@ -48,31 +55,134 @@ pub enum ImageError {
         /// What the codec said.
         message: String,
     },
+    /// The header says more pixels than a file of this length can have.
+    #[error(
+        "{}: its header says {width} x {height} pixels, for which a file of this kind has {} at least, and it has {}; it is cut off, or its header is wrong: write it again",
+        path.display(), memory::display(*shortest), memory::display(*length)
+    )]
+    Cut {
+        /// The file.
+        path: PathBuf,
+        /// Pixels across.
+        width: u64,
+        /// Pixels down.
+        height: u64,
+        /// Bytes of the shortest file with so many pixels.
+        shortest: u64,
+        /// Bytes of the file.
+        length: u64,
+    },
+    /// Nearly all of the pixels that the header says are not in the file.
+    #[error(
+        "{}: of the {width} x {height} pixels of its display window the file has {given}, and the rest would take the memory; crop the display window to the data window",
+        path.display()
+    )]
+    Blank {
+        /// The file.
+        path: PathBuf,
+        /// Pixels across.
+        width: u64,
+        /// Pixels down.
+        height: u64,
+        /// Pixels in the file.
+        given: u64,
+    },
+    /// Decoding takes more memory than is available.
+    #[error(
+        "{}: reading its {width} x {height} pixels takes {}, and {} of memory are available; use a smaller image",
+        path.display(), memory::display(*needed), memory::display(*free)
+    )]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Pixels across.
+        width: u64,
+        /// Pixels down.
+        height: u64,
+        /// Bytes.
+        needed: u64,
+        /// Bytes.
+        free: u64,
+    },
 }
 
 impl Image {
     /// Reads PNG (sRGB, decoded to linear), EXR, HDR or PFM, by extension.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError`], before memory is taken for pixels that the file or the memory cannot have.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
-        let format = crate::output::Format::of(path)?;
+        let format = Format::of(path)?;
         let io = |source| ImageError::Io { path: path.to_owned(), source };
-        if format == crate::output::Format::Pfm {
-            let bytes = std::fs::read(path).map_err(io)?;
-            return pfm::decode(&bytes)
-                .map_err(|message| ImageError::Codec { path: path.to_owned(), message });
+        // Asked before it is opened: opening a pipe waits for a writer.
+        let length = std::fs::metadata(path).and_then(|facts| match facts.is_file() {
+            true => Ok(facts.len()),
+            false => Err(io::Error::new(ErrorKind::InvalidInput, "this is not a file")),
+        });
+        let bounds = Bounds { path, length: length.map_err(io)?, free: memory::available() };
+        let mut file = File::open(path).map_err(io)?;
+        match format {
+            Format::Pfm => read_pfm(&bounds, file),
+            Format::Exr => exr::read_file(&bounds, file),
+            Format::Hdr => decode(&bounds, file, ImageFormat::Hdr),
+            Format::Png => {
+                let mut start = Vec::new();
+                (&mut file).take(64).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(io)?;
+                if let Some((width, height, shortest)) = bounds::png(&start) {
+                    let needed = width.saturating_mul(height).saturating_mul(MIN_OF_PIXEL);
+                    bounds.check(&Demand { width, height, shortest, needed })?;
+                }
+                decode(&bounds, file, ImageFormat::Png)
+            }
         }
-        let codec = |error: image::ImageError| match error {
-            image::ImageError::IoError(source) => ImageError::Io { path: path.to_owned(), source },
-            other => ImageError::Codec { path: path.to_owned(), message: other.to_string() },
-        };
-        let mut reader = ImageReader::open(path).map_err(io)?;
-        let mut limits = image::Limits::default();
-        limits.max_alloc = Some(crate::memory::available()); // its default refuses images that this program writes
-        reader.limits(limits);
-        let decoded = reader.decode().map_err(codec)?;
-        let encoded = !matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-        let rgb = decoded.into_rgb32f();
-        let (width, height) = rgb.dimensions();
-        let linear = |value| if encoded { srgb::decode(value) } else { value };
-        Ok(Self { width, height, pixels: rgb.pixels().map(|pixel| pixel.0.map(linear)).collect() })
     }
 }
+
+/// Bytes that a pixel takes beside its decoded form: as linear channels twice, while they are
+/// copied.
+const MIN_OF_PIXEL: u64 = 24;
+
+/// Decodes what the image library reads.
+fn decode(bounds: &Bounds, file: File, format: ImageFormat) -> Result<Image, ImageError> {
+    let codec = |error: image::ImageError| match error {
+        image::ImageError::IoError(source) if source.kind() == ErrorKind::UnexpectedEof => {
+            ImageError::Codec { path: bounds.path.to_owned(), message: "the file is cut off".to_owned() }
+        }
+        image::ImageError::IoError(source) => ImageError::Io { path: bounds.path.to_owned(), source },
+        other => ImageError::Codec { path: bounds.path.to_owned(), message: other.to_string() },
+    };
+    let mut reader = ImageReader::with_format(BufReader::new(file), format);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(bounds.free); // its default refuses images that this program writes
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(codec)?;
+    let (width, height) = decoder.dimensions();
+    let (wide, high) = (u64::from(width), u64::from(height));
+    let shortest = if format == ImageFormat::Hdr { bounds::shortest_hdr(wide, high) } else { 0 };
+    let needed = decoder.total_bytes().saturating_add((wide * high).saturating_mul(MIN_OF_PIXEL));
+    bounds.check(&Demand { width: wide, height: high, shortest, needed })?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(codec)?;
+    let encoded = !matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+    let rgb = decoded.into_rgb32f();
+    let linear = |value| if encoded { srgb::decode(value) } else { value };
+    Ok(Image { width, height, pixels: rgb.pixels().map(|pixel| pixel.0.map(linear)).collect() })
+}
+
+/// Reads a portable float map, whose pixels are as long as the file.
+fn read_pfm(bounds: &Bounds, file: File) -> Result<Image, ImageError> {
+    let Bounds { path, length, free } = *bounds;
+    // Its bytes, and its pixels, of which one channel makes three.
+    let needed = length.saturating_mul(4);
+    if needed > free {
+        let (width, height) = (length / 4, 1);
+        return Err(ImageError::TooLarge { path: path.to_owned(), width, height, needed, free });
+    }
+    let mut bytes = Vec::new();
+    let io = |source| ImageError::Io { path: path.to_owned(), source };
+    file.take(length).read_to_end(&mut bytes).map_err(io)?;
+    pfm::decode(&bytes).map_err(|message| ImageError::Codec { path: path.to_owned(), message })
+}
+
+#[cfg(test)]
+mod tests;

@@ -37,17 +37,15 @@ pub fn decode(bytes: &[u8]) -> Result<Image, String> {
     if rest.len() as u128 != bytes {
         return Err(format!("{width}x{height} needs {bytes} bytes of data, there are {}", rest.len()));
     }
-    let values: Vec<f32> = rest
-        .chunks_exact(4)
-        .map(|b| {
-            let b = [b[0], b[1], b[2], b[3]];
-            if little { f32::from_le_bytes(b) } else { f32::from_be_bytes(b) }
-        })
-        .collect();
-    let pixel = |v: &[f32]| if channels == 3 { [v[0], v[1], v[2]] } else { [v[0]; 3] };
-    let row = width as usize * channels as usize;
-    let rows = values.chunks(row.max(1)).rev();
-    let pixels = rows.flat_map(|row| row.chunks_exact(channels as usize).map(pixel)).collect();
+    let value = |bytes: [u8; 4]| if little { f32::from_le_bytes(bytes) } else { f32::from_be_bytes(bytes) };
+    let rows = rest.as_chunks().0.chunks((width as usize * channels as usize).max(1)).rev();
+    let mut pixels = Vec::with_capacity(width as usize * height as usize);
+    for row in rows {
+        match channels {
+            3 => pixels.extend(row.as_chunks().0.iter().map(|pixel: &[[u8; 4]; 3]| pixel.map(value))),
+            _ => pixels.extend(row.iter().map(|&grey| [value(grey); 3])),
+        }
+    }
     Ok(Image { width, height, pixels })
 }
 

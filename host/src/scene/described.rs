@@ -78,8 +78,10 @@ impl Loader for FromDisk {
             ImageError::Codec { message, .. } => {
                 SceneError::Inconsistent { file: path.display().to_string(), message }
             }
-            other @ (ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. }) => {
-                SceneError::Inconsistent { file: path.display().to_string(), message: other.to_string() }
+            other => {
+                let (file, text) = (path.display().to_string(), other.to_string());
+                let message = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
+                SceneError::Inconsistent { file, message }
             }
         })
     }

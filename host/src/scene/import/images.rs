@@ -2,6 +2,7 @@
 
 use super::budget::fits;
 use super::site::{Site, shown};
+use crate::image::bounds::{self, Demand};
 use crate::memory;
 use crate::scene::description::{Texels, TextureImage};
 use crate::scene::error::SceneError;
@@ -89,6 +90,24 @@ pub(super) fn decode(
             "write it again",
         )
     };
+    let check = |(width, height): (u64, u64), shortest: u64| {
+        // As decoded at least, as 8 bits of red, green, blue and alpha, and as the texels that
+        // stay.
+        let needed = width.saturating_mul(height).saturating_mul(9);
+        let (demand, length) = (Demand { width, height, shortest, needed }, bytes.len() as u64);
+        if demand.is_cut(length) {
+            let (least, length) = (memory::display(shortest), memory::display(length));
+            let problem = format!(
+                "its header says {width} x {height} texels, for which a file of this kind has {least} at least, and it has {length}"
+            );
+            return Err(site.malformed(problem, "it is cut off, or its header is wrong: write it again"));
+        }
+        Ok(())
+    };
+    // Before the decoder prepares for rows of this width.
+    if let Some((width, height, shortest)) = bounds::png(bytes).filter(|_| format == ImageFormat::Png) {
+        check((width, height), shortest)?;
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     limits.max_alloc = Some(memory::available() / 2);
@@ -102,9 +121,12 @@ pub(super) fn decode(
     if width == 0 || height == 0 {
         return Err(site.malformed("the image has no texels", "write it again"));
     }
+    let (wide, high) = (u64::from(width), u64::from(height));
+    if format == ImageFormat::Jpeg {
+        check((wide, high), bounds::shortest_jpeg(wide, high))?;
+    }
     // As decoded, as 8 bits of red, green, blue and alpha, and as the texels that stay.
-    let texels = u64::from(width) * u64::from(height);
-    fits(decoder.total_bytes().saturating_add(8 * texels), site)?;
+    fits(decoder.total_bytes().saturating_add(8 * wide * high), site)?;
     let rgba = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgba8();
     let texels = rgba.as_raw().as_chunks().0.to_vec();
     Ok(TextureImage { name: shown(name), width, height, texels: curve.texels(texels) })
@@ -148,6 +170,9 @@ mod tests {
         assert!(matches!(error(b"GIF89a"), SceneError::Unsupported { .. }));
         let file = png(2, 1, &[[1, 2, 3, 255], [4, 5, 6, 128]]);
         assert!(matches!(error(&file[..file.len() / 2]), SceneError::Malformed { .. }));
+        let large = [&file[..16], &[0, 0, 0x40, 0, 0, 0, 0x40, 0], &file[24..]].concat();
+        let refused = error(&large).to_string();
+        assert!(refused.contains("16384 x 16384") && refused.contains("cut off"), "{refused}");
         let mut wide = file.clone();
         wide[16..20].copy_from_slice(&20000u32.to_be_bytes()); // the width in the header, whose checksum comes after
         let checksum = crate::scene::import::testing::crc32(&wide[12..29]);

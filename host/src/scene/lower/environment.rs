@@ -3,9 +3,17 @@
 use super::super::Environment;
 use crate::alias;
 use crate::image::Image;
+use crate::memory;
 use glam::Vec3;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::math::luminance;
+
+/// Bytes of each texel while the table is made: radiance, luminance, weights, the table's own and
+/// the records.
+const BYTES_PER_TEXEL: u64 = 72;
+
+/// Panoramas that need no more are made without asking the system for its memory.
+const SMALL: u64 = 64 << 20;
 
 /// Chances follow the luminance of the interpolated panorama times the solid angle of a texel, so that each direction with
 /// radiance can be chosen.
@@ -13,6 +21,13 @@ pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environm
     let (width, height) = (image.width as usize, image.height as usize);
     if width == 0 || height == 0 || image.pixels.len() != width * height || image.pixels.len() > 1 << 30 {
         return Err(format!("a panorama of {width}x{height} texels; it may have 1 to 2^30"));
+    }
+    let needed = BYTES_PER_TEXEL * image.pixels.len() as u64;
+    if needed > SMALL && needed > memory::available() {
+        let (needed, free) = (memory::display(needed), memory::display(memory::available()));
+        return Err(format!(
+            "a panorama of {width}x{height} texels needs {needed} of memory, and {free} are available; use a smaller one"
+        ));
     }
     let mut radiance = Vec::with_capacity(image.pixels.len());
     for (i, pixel) in image.pixels.iter().enumerate() {

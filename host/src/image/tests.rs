@@ -1,0 +1,103 @@
+//! Files of a few bytes whose headers say gigabytes, and files that are as they should be.
+
+use super::*;
+use crate::output::{Format, encode};
+
+fn read(name: &str, bytes: &[u8]) -> Result<Image, ImageError> {
+    let path = std::env::temp_dir().join(format!("trisect-image-{}-{name}", std::process::id()));
+    std::fs::write(&path, bytes).unwrap();
+    let image = Image::read(&path);
+    std::fs::remove_file(path).unwrap();
+    image
+}
+
+fn small(format: Format) -> Vec<u8> {
+    let pixels = (0..12).map(|i| [i as f32, 1.0, 0.5]).collect();
+    encode(&Image { width: 4, height: 3, pixels }, format).unwrap()
+}
+
+/// Writes numbers into an attribute of an EXR file, `at` bytes after its name, type and size.
+fn patched(mut file: Vec<u8>, attribute: &str, at: usize, numbers: &[i32]) -> Vec<u8> {
+    let attribute = attribute.as_bytes();
+    let start = file.windows(attribute.len()).position(|part| part == attribute).unwrap();
+    let start = start + attribute.len() + 4 + at;
+    for (number, bytes) in numbers.iter().zip(file[start..].chunks_exact_mut(4)) {
+        bytes.copy_from_slice(&number.to_le_bytes());
+    }
+    file
+}
+
+fn renamed(mut file: Vec<u8>, from: &[u8], to: &[u8]) -> Vec<u8> {
+    let start = file.windows(from.len()).position(|part| part == from).unwrap();
+    file[start..start + to.len()].copy_from_slice(to);
+    file
+}
+
+const DATA: &str = "dataWindow\0box2i\0";
+const DISPLAY: &str = "displayWindow\0box2i\0";
+
+#[test]
+fn short_files_with_many_pixels_are_refused() {
+    let cut = |name: &str, bytes: &[u8]| {
+        let error = read(name, bytes).unwrap_err();
+        assert!(matches!(error, ImageError::Cut { .. }), "{error}");
+        assert!(error.to_string().contains(name) && error.to_string().contains("cut off"), "{error}");
+    };
+    cut("a.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 20000\n");
+    // The number of chunks follows from the size then.
+    let file = renamed(small(Format::Exr), b"chunkCount", b"chunkCounX");
+    for (width, height) in [(20_000, 20_000), (1 << 29, 1), (1, 1 << 29)] {
+        let window = [0, 0, width - 1, height - 1];
+        cut("a.exr", &patched(patched(file.clone(), DATA, 0, &window), DISPLAY, 0, &window));
+    }
+    let mut file = small(Format::Png);
+    file[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+    cut("a.png", &file);
+    // One row, for which a decoder has memory before it has pixels.
+    file[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0, 0, 0, 1]);
+    cut("a.png", &file);
+}
+
+#[test]
+fn a_display_window_that_is_blank_is_refused() {
+    let error = read("b.exr", &patched(small(Format::Exr), DISPLAY, 0, &[0, 0, 19_999, 19_999])).unwrap_err();
+    assert!(matches!(error, ImageError::Blank { given: 12, .. }), "{error}");
+}
+
+/// The layer lies in the display window where its data window says, and what is outside is lost.
+#[test]
+fn an_exr_is_what_its_display_window_shows() {
+    let whole = read("c.exr", &small(Format::Exr)).unwrap();
+    let image = read("d.exr", &patched(small(Format::Exr), DISPLAY, 0, &[-1, 1, 2, 3])).unwrap();
+    assert_eq!((image.width, image.height), (4, 3));
+    for (i, pixel) in image.pixels.iter().enumerate() {
+        let (x, y) = (i % 4, i / 4 + 1);
+        let expected = if x == 0 || y > 2 { [0.0; 3] } else { whole.pixels[y * 4 + x - 1] };
+        assert_eq!(*pixel, expected, "{x}, {y}");
+    }
+}
+
+/// The negative control: images of one colour, the shortest files of their size that are written.
+#[test]
+fn blank_images_are_read() {
+    let image = Image { width: 4096, height: 2048, pixels: vec![[0.25; 3]; 4096 * 2048] };
+    for (format, name) in [(Format::Png, "e.png"), (Format::Hdr, "e.hdr"), (Format::Exr, "e.exr")] {
+        let bytes = encode(&image, format).unwrap();
+        let found = read(name, &bytes).unwrap();
+        assert_eq!((found.width, found.height), (4096, 2048), "{name}");
+    }
+}
+
+#[test]
+fn what_is_no_file_is_not_opened() {
+    let folder = std::env::temp_dir().join(format!("trisect-image-{}-folder.pfm", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let error = Image::read(&folder).unwrap_err().to_string();
+    std::fs::remove_dir(&folder).unwrap();
+    assert!(error.contains("this is not a file"), "{error}");
+    for extension in ["exr", "hdr", "png"] {
+        let bytes = small(Format::of(Path::new(&format!("a.{extension}"))).unwrap());
+        let error = read(&format!("f.{extension}"), &bytes[..bytes.len() / 2]).unwrap_err();
+        assert!(matches!(error, ImageError::Codec { .. }), "{error}");
+    }
+}
