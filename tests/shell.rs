@@ -127,7 +127,8 @@ fn in_bash(line: &str, arguments: &[&str]) -> Output {
     command.args(["-c", line]).arg(binary()).args(arguments).env("NO_COLOR", "1").output().unwrap()
 }
 
-/// Standard error and standard output that refuse everything, are closed, or have lost their reader.
+/// Standard error and standard output that refuse everything, are closed, or have lost their
+/// reader.
 #[test]
 fn an_image_is_written_whoever_listens() {
     let folder = Temporary::new("shell", "listeners");
@@ -152,7 +153,8 @@ fn an_image_is_written_whoever_listens() {
     assert_eq!(in_bash(full, &["render", "/nowhere.ron"]).status.code(), Some(4));
 }
 
-/// A result that cannot be printed is an error, which loses no file; a reader that has enough is none.
+/// A result that cannot be printed is an error, which loses no file; a reader that has enough is
+/// none.
 #[test]
 fn results_that_nobody_reads() {
     let folder = Temporary::new("shell", "readers");

@@ -12,6 +12,7 @@ use crate::metrics::MetricsError;
 use crate::render::SettingsError;
 use crate::sampling::SamplingError;
 use crate::scene::SceneError;
+use crate::threads::ThreadError;
 use crate::tradeoff::TradeoffError;
 use thiserror::Error;
 
@@ -57,6 +58,9 @@ pub enum Error {
     /// A benchmark could not be set up or written down.
     #[error(transparent)]
     Bench(#[from] BenchError),
+    /// Threads could not be started.
+    #[error(transparent)]
+    Threads(#[from] ThreadError),
     /// The render was cancelled by its observer.
     #[error("cancelled")]
     Cancelled,
@@ -76,6 +80,7 @@ impl Error {
             | Self::Backend(
                 BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },
             ) => 2,
+            Self::Threads(error) | Self::Backend(BackendError::Threads(error)) => error.exit_code(),
             Self::Backend(error) => {
                 if error.is_unavailable() {
                     3

@@ -126,6 +126,7 @@ pub mod scene;
 mod sealed;
 pub mod statistics;
 pub mod stats;
+pub mod threads;
 pub mod tradeoff;
 pub mod view;
 

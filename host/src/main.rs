@@ -12,6 +12,7 @@
 
 mod cli;
 mod commands;
+mod process;
 mod progress;
 mod terminal;
 
@@ -20,6 +21,18 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 fn main() -> ExitCode {
+    match process::prepare() {
+        Ok(()) => run(),
+        Err(message) => {
+            terminal::say(&format!("error: {message}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs the command that the command line names; apart from `main`, which must do with any stack.
+#[inline(never)]
+fn run() -> ExitCode {
     let start = Instant::now();
     let command = match cli::Cli::try_parse() {
         Ok(cli) => cli.command,

@@ -1,17 +1,63 @@
-//! How much memory there is.
+//! How much memory is available.
 
-use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+#[cfg(target_os = "linux")]
+mod cgroup;
 
-/// Bytes that can be allocated now without swapping, within the control group's limit if there is one.
-///
-/// A group's use counts cached files, which the system drops when memory is wanted: so a sixteenth of the limit counts as free
-/// even where nothing seems to be.
+#[cfg(target_os = "linux")]
+use std::path::Path;
+
+/// Bytes that can be allocated now without swapping: what the system has, within the limits of the
+/// control group and of the process (`ulimit -v`, `ulimit -d`). Cached files count as available.
+#[cfg(target_os = "linux")]
 pub fn available() -> u64 {
-    let system = System::new_with_specifics(
-        RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram()),
-    );
-    let free = system.available_memory();
-    system.cgroup_limits().map_or(free, |limits| free.min(limits.free_memory.max(limits.total_memory / 16)))
+    let root = Path::new("/");
+    let limits = [cgroup::available(root), of_process(root)];
+    limits.into_iter().flatten().fold(system(root), u64::min)
+}
+
+/// Bytes that can be allocated now without swapping.
+#[cfg(not(target_os = "linux"))]
+pub fn available() -> u64 {
+    use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+    let memory = MemoryRefreshKind::nothing().with_ram();
+    System::new_with_specifics(RefreshKind::nothing().with_memory(memory)).available_memory()
+}
+
+/// Returns what the system has for a new process; where `/proc` is not there, what nobody uses,
+/// without cached files.
+#[cfg(target_os = "linux")]
+fn system(root: &Path) -> u64 {
+    fact(&root.join("proc/meminfo"), "MemAvailable:").unwrap_or_else(|| {
+        let facts = rustix::system::sysinfo();
+        (facts.freeram as u64 + facts.bufferram as u64).saturating_mul(facts.mem_unit as u64)
+    })
+}
+
+/// Returns the bytes of a line of `/proc`, as in `MemAvailable:  1024 kB`.
+#[cfg(target_os = "linux")]
+fn fact(file: &Path, key: &str) -> Option<u64> {
+    let facts = std::fs::read_to_string(file).ok()?;
+    let fact = facts.lines().find_map(|line| line.strip_prefix(key))?;
+    Some(fact.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
+}
+
+/// Returns what the process's own limits leave; `None` without one.
+#[cfg(target_os = "linux")]
+fn of_process(root: &Path) -> Option<u64> {
+    use rustix::process::{Resource, getrlimit};
+    left(root, [Resource::As, Resource::Data].map(|resource| getrlimit(resource).current))
+}
+
+/// Returns what is left of limits of the address space and of data. Where `/proc` does not tell how
+/// much is in use, it is taken for half.
+#[cfg(target_os = "linux")]
+fn left(root: &Path, limits: [Option<u64>; 2]) -> Option<u64> {
+    let used = |key| fact(&root.join("proc/self/status"), key);
+    let left = |(limit, key): (Option<u64>, _)| {
+        let limit = limit?;
+        Some(limit.saturating_sub(used(key).unwrap_or(limit / 2)))
+    };
+    limits.into_iter().zip(["VmSize:", "VmData:"]).filter_map(left).min()
 }
 
 /// `bytes` as people read it: `1.5 GiB`.
@@ -24,4 +70,34 @@ pub fn display(bytes: u64) -> String {
         value /= 1024.0;
     }
     format!("{value:.1} GiB")
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    /// A system without `/proc` still has memory, and limits half of what they say.
+    #[test]
+    fn nothing_depends_on_proc() {
+        let nowhere = Path::new("/nonexistent");
+        assert!(system(nowhere) > 1 << 20);
+        assert_eq!(left(nowhere, [Some(1000), None]), Some(500));
+        assert_eq!(left(nowhere, [None, None]), None);
+        assert_eq!(cgroup::available(nowhere), None);
+        assert!(available() > 1 << 20);
+    }
+
+    #[test]
+    fn limits_leave_what_is_not_in_use() {
+        let root = std::env::temp_dir().join(format!("trisect-memory-{}", std::process::id()));
+        std::fs::create_dir_all(root.join("proc/self")).unwrap();
+        std::fs::write(root.join("proc/self/status"), "VmSize:\t400 kB\nVmData:\t160 kB\n").unwrap();
+        std::fs::write(root.join("proc/meminfo"), "MemTotal: 9 kB\nMemAvailable:   2048 kB\n").unwrap();
+        assert_eq!(system(&root), 2 << 20);
+        let kib = |limit: u64| Some(limit * 1024);
+        assert_eq!(left(&root, [kib(1000), None]), kib(600));
+        assert_eq!(left(&root, [kib(1000), kib(200)]), kib(40));
+        assert_eq!(left(&root, [kib(100), None]), Some(0));
+        std::fs::remove_dir_all(root).unwrap();
+    }
 }

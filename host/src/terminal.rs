@@ -1,28 +1,32 @@
-//! Standard output and standard error. All printing goes through here: `println!` and `eprintln!` panic where nothing can be written, and clippy
-//! refuses them in this crate.
+//! Standard output and standard error. All printing goes through here: `println!` and `eprintln!`
+//! panic where nothing can be written, and clippy refuses them in this crate.
 
 use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
 
-/// Writes a line to standard error for people. A render does not depend on whether that succeeds: a full disk, a closed pipe.
+/// Writes a line to standard error for people. A render does not depend on whether that succeeds: a
+/// full disk, a closed pipe.
 pub fn say(text: &str) {
     // One write, so that lines of several processes do not mix.
     let _ = io::stderr().lock().write_all(format!("{text}\n").as_bytes());
 }
 
-/// Writes a command's result to standard output. A reader that has closed the pipe wants no more, which is no error.
+/// Writes a command's result to standard output. A reader that has closed the pipe wants no more,
+/// which is no error.
 ///
 /// # Errors
 ///
-/// [`ImageError::Io`] if the system refuses for another reason, such as a full disk. Files are therefore written before this is called.
+/// [`ImageError::Io`] if the system refuses for another reason, such as a full disk. Files are
+/// therefore written before this is called.
 pub fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// Prints what clap has to say instead of a command, the help to standard output and what is wrong to standard error, and returns the exit code.
+/// Prints what clap has to say instead of a command, the help to standard output and what is wrong
+/// to standard error, and returns the exit code.
 pub fn print_usage(usage: &clap::Error) -> ExitCode {
     let printed = usage.print().and_then(|()| io::stdout().flush());
     // Who cannot be told what is wrong still gets the exit code.

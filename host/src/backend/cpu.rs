@@ -10,8 +10,8 @@ use crate::denoise::{Pass, Shown};
 use crate::film::{Rows, Target};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use instructions::Kernel;
+use rayon::ThreadPool;
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::{Duration, Instant};
 use trisect_shared::buffer::Slots;
 use trisect_shared::bvh::BvhNode;
@@ -49,7 +49,8 @@ pub struct Cpu {
 }
 
 impl Cpu {
-    /// A pool of `threads`, or of one for each logical core.
+    /// A pool of `threads`, or of as many as `RAYON_NUM_THREADS` says, or of one for each logical
+    /// core.
     pub fn open(threads: Option<usize>) -> Result<Self, BackendError> {
         Self::with_instructions(threads, InstructionSet::best())
     }
@@ -66,15 +67,7 @@ impl Cpu {
         if !instructions.is_available() {
             return Err(failed(&format!("this processor has no {}", instructions.name())));
         }
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or(0))
-            .thread_name(|i| format!("trisect-cpu-{i}"))
-            .build()
-            .map_err(|error| BackendError::Device {
-                backend: "cpu",
-                action: "starting threads",
-                message: error.to_string(),
-            })?;
+        let pool = crate::threads::pool(threads, "trisect-cpu")?;
         let device = describe_with(pool.current_num_threads(), instructions);
         Ok(Self {
             device,

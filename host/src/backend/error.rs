@@ -2,6 +2,7 @@
 
 use crate::memory;
 use crate::render::SettingsError;
+use crate::threads::ThreadError;
 use thiserror::Error;
 
 /// A backend that cannot be used, or that failed.
@@ -59,6 +60,9 @@ pub enum BackendError {
     /// The backend does not have what the settings ask for.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// Threads of the CPU could not be started.
+    #[error(transparent)]
+    Threads(#[from] ThreadError),
     /// The driver reported an error.
     #[error("{backend}: {action}: {message}")]
     Device {

@@ -3,6 +3,7 @@
 
 mod balanced;
 mod bounds;
+mod memory;
 mod room;
 mod view;
 mod wide;
@@ -10,6 +11,7 @@ mod wide;
 pub use view::prune;
 pub use wide::Wide;
 
+use crate::memory::available;
 use crate::scene::{Scene, SceneError};
 use bounds::{Bounds, bounds, shifted};
 use obvhs::BvhBuildParams;
@@ -73,8 +75,11 @@ impl Bvh {
     ///
     /// # Errors
     ///
-    /// A tree that a traversal's stack cannot hold, or that is broken: kernels rely on it.
+    /// A tree that the memory or a traversal's stack cannot hold, or that is broken: kernels rely
+    /// on it.
     pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
+        let count = scene.spheres.len() + scene.flats.len() + scene.triangles.len();
+        memory::check(count, &scene.name, available)?;
         let boxes = bounds(scene);
         let mut bvh = match boxes.len() {
             0 => return Ok(Self::leaf(Child::EMPTY)),

@@ -2,6 +2,7 @@
 
 use super::{CheckpointError, Header, write};
 use crate::film::{Coverage, Film, Part};
+use crate::threads;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -87,7 +88,7 @@ impl Saver {
         let (to, films) = channel::<(Film, Header)>();
         let (done, back) = channel();
         let place = path.to_owned();
-        let thread = std::thread::spawn(move || {
+        let thread = threads::spawn("thread that writes checkpoints", move || {
             for (film, header) in films {
                 let written = write(&place, &header, &film);
                 if done.send((film, written)).is_err() {
@@ -95,7 +96,8 @@ impl Saver {
                 }
             }
         });
-        let writer = Writer { to: Some(to), back, thread: Some(thread) };
+        // Without it, the thread that renders writes them.
+        let writer = Writer { to: Some(to), back, thread: thread.ok() };
         let state = State {
             path: path.to_owned(),
             writer,

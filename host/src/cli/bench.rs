@@ -102,7 +102,8 @@ pub struct ReportArgs {
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
 
-    /// Threads of the cpu backend; without it, one for each logical core.
+    /// Number of threads of the cpu backend, and of what else is computed on the CPU (default:
+    /// RAYON_NUM_THREADS, else one a logical core).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 

@@ -14,6 +14,7 @@ const DIFFERENT: u8 = 5;
 pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     let image = Image::read(&arguments.image)?;
     let reference = Image::read(&arguments.reference)?;
+    trisect::threads::start_shared(None)?;
     let result = compare(&view(&image)?, &view(&reference)?)?;
     let mut text = String::new();
     if arguments.json {

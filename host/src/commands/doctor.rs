@@ -66,6 +66,7 @@ impl Finding {
 
 /// Tries all that the program can do here.
 pub fn run(arguments: &DoctorArgs) -> Result<ExitCode, Error> {
+    trisect::threads::start_shared(None)?;
     let mut findings = devices()?;
     findings.push(processes());
     findings.push(window());

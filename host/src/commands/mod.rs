@@ -26,6 +26,7 @@ use trisect::distribute::DistributeError;
 use trisect::limits;
 use trisect::render::{MathMode, Renderer, Settings};
 use trisect::scene::{Described, Scene, Space};
+use trisect::threads::start_shared;
 
 /// A scene on a backend with the command line's settings.
 pub struct Session {
@@ -186,5 +187,6 @@ pub fn open(backend: BackendArg, device: Option<usize>, threads: Option<u32>) ->
         return Err(trisect::render::SettingsError::DeviceOfWhat.into());
     }
     let threads = threads.map(|threads| threads as usize);
+    start_shared(threads)?;
     Ok(backend::open(backend.choice(), device, threads)?)
 }

@@ -11,6 +11,7 @@ use trisect::checkpoint::{Checkpoint, CheckpointError, Header};
 use trisect::film::{Film, Part};
 use trisect::image::ImageError;
 use trisect::output::{self, Format};
+use trisect::threads::start_shared;
 
 /// Goes on with a render where its checkpoint ended.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
@@ -22,6 +23,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     }
     super::refuse_ranks(&arguments.cluster)?;
     let start = Instant::now();
+    start_shared(arguments.threads.map(|threads| threads as usize))?;
     let checkpoint = Checkpoint::read(&arguments.file)?;
     let command = command(arguments, &checkpoint.header)?;
     render::check(&command)?;
@@ -96,6 +98,7 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     output::probe(&arguments.output)?;
     let (first, others) = arguments.files.split_first().map_or((None, &[][..]), |(a, b)| (Some(a), b));
     let Some(first) = first else { return Ok(ExitCode::SUCCESS) };
+    start_shared(None)?;
     let mut sum = Checkpoint::read(first)?;
     for path in others {
         sum.merge(path, &Checkpoint::read(path)?)?;

@@ -1,5 +1,6 @@
 //! What can go wrong between ranks.
 
+use crate::threads::ThreadError;
 use thiserror::Error;
 
 /// A render over several processes that cannot start, or ended early.
@@ -84,6 +85,9 @@ pub enum DistributeError {
         /// There.
         devices: usize,
     },
+    /// A thread could not be started.
+    #[error(transparent)]
+    Threads(#[from] ThreadError),
     /// What a mode cannot do.
     #[error("{what}; {remedy}")]
     Unsupported {
@@ -102,6 +106,7 @@ impl DistributeError {
             Self::Rank { code, .. } => *code,
             Self::Mismatch { .. } | Self::Unsupported { .. } => 2,
             Self::Mpi { .. } | Self::Silent { .. } | Self::Protocol { .. } => 1,
+            Self::Threads(error) => error.exit_code(),
             Self::Ended { .. } => 130,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::DistributeError;
 use super::network::{Message, Network, Tag};
+use crate::threads;
 use std::collections::VecDeque;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -210,9 +211,9 @@ impl<N: Network> Link<N> {
         meanwhile: impl Fn(&mut Self) -> Result<(), DistributeError>,
     ) -> Result<T, DistributeError> {
         let (sender, receiver) = channel();
-        let thread = std::thread::spawn(move || {
+        let thread = threads::spawn("thread that works", move || {
             let _ = sender.send(work());
-        });
+        })?;
         loop {
             match receiver.recv_timeout(self.nap()) {
                 Ok(done) => return Ok(done),

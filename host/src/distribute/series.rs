@@ -226,7 +226,7 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
             },
         )
     };
-    let mut workshops = Workshops { first: workshop(state), twin: twin.map(workshop) };
+    let mut workshops = Workshops { first: workshop(state)?, twin: twin.map(workshop).transpose()? };
     let ranks = series.rows.len();
     let busy: Vec<bool> = series.rows.iter().map(|rows| !rows.is_empty()).collect();
     let works = busy.get(rank as usize).copied().unwrap_or(false);

@@ -104,7 +104,7 @@ pub fn onto<N: Network>(
 
     let phases = if tree { plan::phases(settings.samples, averaging) } else { 1 };
     let bench = Bench { renderer, settings: settings.clone(), travels, phases };
-    let mut workshop = Workshop::new(bench, render);
+    let mut workshop = Workshop::new(bench, render).map_err(Error::from)?;
     let start = Instant::now();
     let sent_before = link.sent;
     let mut own = RankReport { rank, host: link.host_of(rank), device: device_name, ..RankReport::default() };

@@ -1,6 +1,7 @@
 //! A thread that renders while another one sends and receives.
 
 use crate::Error;
+use crate::threads::{self, ThreadError};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -34,10 +35,10 @@ where
         mut work: impl FnMut(&mut State, Order, &mut (dyn FnMut(Product) + Send)) -> Result<(), Error>
         + Send
         + 'static,
-    ) -> Self {
+    ) -> Result<Self, ThreadError> {
         let (orders, received) = channel::<Order>();
         let (sender, steps) = channel();
-        let thread = std::thread::spawn(move || {
+        let thread = threads::spawn("thread that renders", move || {
             for order in received {
                 let mut out = |product| {
                     let _ = sender.send(Step::Product(product)); // who ended wants nothing more
@@ -50,8 +51,8 @@ where
                 }
             }
             state
-        });
-        Self { orders, steps, thread, open: 0 }
+        })?;
+        Ok(Self { orders, steps, thread, open: 0 })
     }
 
     /// Orders that are not done.

@@ -5,6 +5,7 @@ use super::{Renderer, Settings};
 use crate::Error;
 use crate::backend::{Backend, DeviceKind};
 use crate::film::{HostRecords, Rows};
+use crate::threads::refused;
 use bytemuck::{Pod, Zeroable};
 use std::ops::{ControlFlow, Range};
 use std::thread::ScopedJoinHandle;
@@ -150,11 +151,13 @@ impl Renderer {
                 let (mut state, pixels, guides) = held.wait()?;
                 let pixels = std::mem::replace(&mut self.chunk, pixels);
                 let guides = std::mem::replace(&mut self.guides, guides);
-                held = Held::There(scope.spawn(move || {
+                let work = move || {
                     let sums = Sums { pixels: &pixels, guides: &guides, kernel, seed, device, submissions };
                     take(&mut state, samples, &sums)?;
                     Ok((state, pixels, guides))
-                }));
+                };
+                let thread = std::thread::Builder::new().spawn_scoped(scope, work);
+                held = Held::There(thread.map_err(|error| refused(1, "thread that adds samples", &error))?);
                 all.waited += start.elapsed();
             }
             let start = Instant::now();

@@ -18,7 +18,7 @@ fn way(sync: SyncArg) -> Way {
 
 /// Measures what ranks bring, prints it and writes charts and data.
 pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
-    let mut crew = Crew::start(&arguments.ranks)?;
+    let mut crew = Crew::start(&arguments.ranks, arguments.job.threads)?;
     let all = crew.link.ranks();
     let out = arguments.out.clone();
     let check = move || {

@@ -19,6 +19,7 @@ use trisect::distribute::mpi::Mpi;
 use trisect::distribute::{DistributeError, Link, Network, Tag, devices};
 use trisect::render::Settings;
 use trisect::scene::Scene;
+use trisect::threads::{ThreadError, start_shared};
 
 /// All ranks, and whether this process was asked to end.
 pub struct Crew {
@@ -42,22 +43,29 @@ impl<E: Into<Error>> From<E> for GivenUp {
 
 /// Leaves a rank that was not bound to processors its part of the host's, for what it sums and encodes: all of them for each rank would be in each
 /// other's way.
-fn share_threads(ranks: u32) {
+fn share_threads(ranks: u32, asked: Option<u32>) -> Result<(), ThreadError> {
     let bound = std::thread::available_parallelism().map_or(1, usize::from);
     let mut system = sysinfo::System::new();
     system.refresh_cpu_list(sysinfo::CpuRefreshKind::nothing());
-    let part = system.cpus().len().div_ceil(ranks.max(1) as usize);
-    // Who made a pool before keeps it.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(bound.min(part.max(1))).build_global();
+    // Without /proc no one tells how many there are.
+    let all = Some(system.cpus().len()).filter(|&all| all > 0).unwrap_or(bound);
+    let part = all.div_ceil(ranks.max(1) as usize);
+    start_shared(Some(asked.map_or(bound.min(part.max(1)), |asked| asked as usize)))
 }
 
 impl Crew {
-    /// Starts MPI.
-    pub fn start(ranks: &RankArgs) -> Result<Self, Error> {
+    /// Starts MPI, and `threads` for what a rank sums and encodes, or its part of the host's.
+    pub fn start(ranks: &RankArgs, threads: Option<u32>) -> Result<Self, Error> {
         let ended = noted();
         let mpi = Mpi::start()?;
-        share_threads(mpi.neighbours());
-        Ok(Self { link: Link::new(mpi, ranks.patience()), ended })
+        let started = share_threads(mpi.neighbours(), threads);
+        let mut crew = Self { link: Link::new(mpi, ranks.patience()), ended };
+        if let Err(error) = started {
+            // The others wait for this rank.
+            super::say(&format!("error: {error}"));
+            crew.link.network().abort(error.exit_code());
+        }
+        Ok(crew)
     }
 
     /// Set when this process is asked to end.

@@ -34,7 +34,7 @@ pub struct Before {
 
 /// Renders an image over all ranks.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
-    go(Crew::start(&arguments.cluster.ranks)?, arguments, None)
+    go(Crew::start(&arguments.cluster.ranks, arguments.job.threads)?, arguments, None)
 }
 
 /// The same, or goes on with one.

@@ -19,7 +19,7 @@ struct Told {
 
 /// Goes on over all ranks, of which the root alone reads the file.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
-    let mut crew = Crew::start(&arguments.cluster.ranks)?;
+    let mut crew = Crew::start(&arguments.cluster.ranks, arguments.threads)?;
     let begun =
         begin(&mut crew, arguments).and_then(|before| Ok((command(arguments, &before.header)?, before)));
     match begun {

@@ -24,7 +24,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
         .into());
     }
     let cluster = &arguments.cluster;
-    let mut crew = Crew::start(&cluster.ranks)?;
+    let mut crew = Crew::start(&cluster.ranks, arguments.job.threads)?;
     let (own, checked) = (arguments.clone(), arguments.clone());
     let adjust = move |settings: &mut Settings, _: &Device| {
         let look = look(&own, settings)?;

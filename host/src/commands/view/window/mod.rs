@@ -53,7 +53,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCod
     let wish = Wish { look: look.clone(), pose: navigator.pose(), backend, stop: false };
     let worker = Worker::start(session, job, wish, move || {
         let _ = proxy.send_event(Woken);
-    });
+    })?;
     let mut app = App {
         arguments,
         space,

@@ -5,6 +5,7 @@ use crate::cli::{BackendArg, JobArgs};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use trisect::scene::{CameraPose, Space};
+use trisect::threads::{self, ThreadError};
 use trisect::view::{Look, Shot, Viewer};
 
 /// What the window wants to see.
@@ -57,18 +58,23 @@ pub struct Worker {
 
 impl Worker {
     /// Starts it with a scene that is open; `wake` is called for each news.
-    pub fn start(session: Session, job: JobArgs, wish: Wish, wake: impl Fn() + Send + 'static) -> Self {
+    pub fn start(
+        session: Session,
+        job: JobArgs,
+        wish: Wish,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Self, ThreadError> {
         let shared = Arc::new(Shared {
             wish: Mutex::new(wish.clone()),
             changed: Condvar::new(),
             news: Mutex::new(News { device: Some(device(&session)), ..News::default() }),
         });
         let its = shared.clone();
-        let thread = std::thread::spawn(move || {
+        let thread = threads::spawn("thread that renders", move || {
             let backend = wish.backend;
             Rendering { shared: its, job, wake, backend, space: session.space }.run(Some(viewer(session)));
-        });
-        Self { shared, thread: Some(thread) }
+        })?;
+        Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Says what to see.
