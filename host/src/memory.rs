@@ -26,6 +26,7 @@ pub fn available() -> u64 {
 /// Returns what the system has for a new process; where `/proc` is not there, what nobody uses,
 /// without cached files.
 #[cfg(target_os = "linux")]
+#[allow(clippy::unnecessary_cast, reason = "these are 32 bits wide on some systems")]
 fn system(root: &Path) -> u64 {
     fact(&root.join("proc/meminfo"), "MemAvailable:").unwrap_or_else(|| {
         let facts = rustix::system::sysinfo();

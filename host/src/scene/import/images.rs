@@ -91,8 +91,11 @@ pub(super) fn decode(
         )
     };
     let check = |(width, height): (u64, u64), shortest: u64| {
-        // As decoded at least, as 8 bits of red, green, blue and alpha, and as the texels that
-        // stay.
+        if width.max(height) > u64::from(GREATEST_SIDE) {
+            let maximum = format!("{GREATEST_SIDE} x {GREATEST_SIDE} texels");
+            return Err(site.too_large(format!("an image of {width} x {height}"), maximum));
+        }
+        // Decoded to a byte at least, as four channels, and as the texels that stay.
         let needed = width.saturating_mul(height).saturating_mul(9);
         let (demand, length) = (Demand { width, height, shortest, needed }, bytes.len() as u64);
         if demand.is_cut(length) {
@@ -114,17 +117,13 @@ pub(super) fn decode(
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
-    if width.max(height) > GREATEST_SIDE {
-        let maximum = format!("{GREATEST_SIDE} x {GREATEST_SIDE} texels");
-        return Err(site.too_large(format!("an image of {width} x {height}"), maximum));
-    }
     if width == 0 || height == 0 {
         return Err(site.malformed("the image has no texels", "write it again"));
     }
     let (wide, high) = (u64::from(width), u64::from(height));
-    if format == ImageFormat::Jpeg {
-        check((wide, high), bounds::shortest_jpeg(wide, high))?;
-    }
+    // A PNG file was measured above.
+    let shortest = if format == ImageFormat::Jpeg { bounds::shortest_jpeg(wide, high) } else { 0 };
+    check((wide, high), shortest)?;
     // As decoded, as 8 bits of red, green, blue and alpha, and as the texels that stay.
     fits(decoder.total_bytes().saturating_add(8 * wide * high), site)?;
     let rgba = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgba8();
