@@ -7,6 +7,8 @@ use std::path::Path;
 use std::process::Output;
 use trisect_tests::program::{folder, trisect};
 use trisect_tests::root;
+#[cfg(unix)]
+use trisect_tests::running::{Running, program};
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
@@ -31,6 +33,8 @@ fn lab(scene: &str, folder: &Path, more: &[&str]) -> Output {
         "4,16",
         "--reference-spp",
         "1024",
+        "--time-limit",
+        "1h",
         "--cache",
         cache.to_str().unwrap(),
         "-o",
@@ -122,6 +126,81 @@ fn mistakes_are_named() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// A limit that is over at once: the report is there, and names what it lacks.
+#[test]
+fn no_time_at_all() {
+    let folder = folder("tradeoff", "no-time");
+    let scene = root().join("scenes/three_spheres.ron");
+    let (cache, out) = (folder.join("cache"), folder.join("out"));
+    let (scene, cache, out) = (scene.to_str().unwrap(), cache.to_str().unwrap(), out.to_str().unwrap());
+    let fixed = ["--backend", "cpu", "--resolution", "16x9", "--cache", cache, "--time-limit", "0s"];
+    let all = [&["tradeoff", scene, "-o", out, "--knobs", "sampler,depth"], &fixed[..]].concat();
+    let output = trisect(&all);
+    assert_eq!(output.status.code(), Some(7), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    for name in ["base as asked", "sampler sobol", "depth 2"] {
+        let line = format!("not measured: {name}: 1, 4, 16 samples a pixel; ended by --time-limit");
+        assert!(said.contains(&line), "{said}");
+    }
+    let found = json(&folder.join("out/tradeoff.json"));
+    assert!(found["ended"] == "out_of_time" && found["points"].as_array().unwrap().is_empty());
+    assert!(fs::read_to_string(folder.join("out/report.html")).unwrap().contains("ended by --time-limit"));
+    // Nothing does not replace what an earlier run measured.
+    fs::write(folder.join("out/tradeoff.json"), "earlier").unwrap();
+    let again = trisect(&all);
+    assert!(again.status.code() == Some(7) && text(&again.stderr).contains("is as it was"));
+    assert_eq!(fs::read_to_string(folder.join("out/tradeoff.json")).unwrap(), "earlier");
+
+    let output = trisect(&[&["converge", scene, "--knobs", "sampler", "--json"], &fixed[..]].concat());
+    assert_eq!(output.status.code(), Some(7), "{}", text(&output.stderr));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["ended"] == "out_of_time" && found["reference"].is_null(), "{found}");
+    let missing = found["missing"].as_array().unwrap();
+    assert!(missing.len() == 2 && missing[1]["reason"].as_str().unwrap().contains("2048, 4096"), "{found}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// An interrupt in the midst of what would take days: what was measured is written.
+#[test]
+#[cfg(unix)]
+fn an_interrupt_keeps_what_was_measured() {
+    let folder = folder("tradeoff", "interrupted");
+    let scene = root().join("scenes/three_spheres.ron");
+    let (cache, out) = (folder.join("cache"), folder.join("out"));
+    let mut running = Running::start(&mut program(&[
+        "tradeoff",
+        scene.to_str().unwrap(),
+        "--backend",
+        "cpu",
+        "--resolution",
+        "16x9",
+        "--knobs",
+        "depth",
+        "--levels",
+        "1,4000000000",
+        "--reference-spp",
+        "64",
+        "--seeds",
+        "4",
+        "--time-limit",
+        "100h",
+        "--cache",
+        cache.to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+    ]));
+    running.until("base, 1 spp");
+    running.signal("INT");
+    let output = running.end();
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    let found = json(&out.join("tradeoff.json"));
+    assert_eq!(found["ended"], "interrupted", "{found}");
+    assert!(found["points"].as_array().unwrap().iter().any(|point| point["knob"] == "base"), "{found}");
+    let missing = found["missing"].to_string();
+    assert!(missing.contains("4000000000 samples a pixel; ended by an interrupt"), "{missing}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// Torture test 43: unbiased ways have slope -1/2 over 2^4 to 2^9 samples; a biased one ends.
 #[test]
 fn courses_of_error() {
@@ -140,6 +219,8 @@ fn courses_of_error() {
             "sampler,roulette,depth",
             "--last",
             "512",
+            "--time-limit",
+            "1h",
             "--cache",
             cache.to_str().unwrap(),
             "-o",

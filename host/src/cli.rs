@@ -34,7 +34,7 @@ use std::path::PathBuf;
 #[command(
     version,
     about,
-    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range, 7 --time-limit ended a render, 130 interrupted."
+    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range, 7 ended by --time-limit, 130 interrupted."
 )]
 pub struct Cli {
     /// What to do.

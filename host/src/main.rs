@@ -1,7 +1,7 @@
 //! The `trisect` program: parses, dispatches, maps errors to exit codes.
 //!
 //! Data goes to standard output, progress and messages to standard error. Exit codes: 0 ok, 1 run time, 2 usage,
-//! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range, 7 `--time-limit` ended a render,
+//! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range, 7 ended by `--time-limit`,
 //! 130 interrupted.
 
 #![deny(

@@ -8,7 +8,8 @@ use std::time::Duration;
 /// Where references are kept, and how good they are.
 #[derive(Clone, Debug, Args)]
 pub struct ReferenceArgs {
-    /// Samples a pixel of the reference, in the mean; without it, a third of --time-limit goes to it.
+    /// Mean samples per pixel of the reference, as many as its share of --time-limit allows (35 % for tradeoff, 20 % for converge).
+    /// Default: for tradeoff as many as fit, for converge eight times --last.
     #[arg(long, value_name = "N", value_parser = super::parse_count)]
     pub reference_spp: Option<u32>,
 
@@ -32,11 +33,11 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub seeds: usize,
 
-    /// Numbers of samples a pixel, with commas between; without it, three that fit --time-limit.
+    /// Numbers of samples a pixel, with commas between; without it, three that about fit --time-limit.
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = super::parse_count)]
     pub levels: Vec<u32>,
 
-    /// About how long all of it takes.
+    /// Maximum time for all of it, such as 60s. What is not measured by then is named in the report, and the exit code is 7.
     #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 
@@ -81,11 +82,15 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "N", value_parser = super::parse_count, default_value_t = 16)]
     pub first: u32,
 
-    /// Samples a pixel at last.
+    /// Maximum samples per pixel; fewer where --time-limit allows no more.
     #[arg(long, value_name = "N", value_parser = super::parse_count, default_value_t = 4096)]
     pub last: u32,
 
-    /// The reference; without --reference-spp, of eight times the last samples.
+    /// Maximum time for all of it, such as 60s, in equal shares for all ways. What is not measured by then is named, and the exit code is 7.
+    #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
+    pub time_limit: Duration,
+
+    /// The reference.
     #[command(flatten)]
     pub reference: ReferenceArgs,
 

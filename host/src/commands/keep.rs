@@ -15,7 +15,7 @@ use trisect::film::Film;
 use trisect::render::{Keeper, Observer};
 
 /// Exit code of what --time-limit ended.
-const OUT_OF_TIME: u8 = 7;
+pub const OUT_OF_TIME: u8 = 7;
 
 /// Why a render ended before it was complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod doctor;
 pub mod info;
 mod keep;
+mod lab;
 pub mod render;
 pub mod report;
 pub mod resume;

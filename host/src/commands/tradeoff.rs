@@ -1,18 +1,18 @@
 //! `trisect tradeoff` and `trisect converge`.
 
+use super::lab::{LabSupervisor, exit_code};
 use super::{Loaded, open, print, say};
 use crate::cli::{ConvergeArgs, JobArgs, QualityArg, ReferenceArgs, TradeoffArgs};
-use crate::progress::Bar;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
 use trisect::Error;
 use trisect::image::ImageError;
 use trisect::sampling::Goal;
 use trisect::scene::Scene;
 use trisect::tradeoff::{
-    Convergence, Fit, KNOBS, Lab, Mode, Sweep, TradeoffError, check_seeds, converge, fit, modes,
+    Convergence, Courses, Facts, Fit, KNOBS, Lab, Mode, REFERENCE_SHARE, Reference, Supervisor, Sweep,
+    TradeoffError, check_seeds, fit, modes,
 };
 
 /// An error that no reference has: it takes all its samples.
@@ -20,6 +20,9 @@ const NEVER: f64 = 1e-9;
 
 /// Times as many samples as the last that a course is followed to.
 const REFERENCE_OF_COURSE: u32 = 8;
+
+/// Share of the time that the reference of courses gets, which has few samples beside all of theirs.
+const REFERENCE_SHARE_OF_COURSE: f64 = 0.2;
 
 /// Pixels from which on FLIP is computed of fewer repetitions.
 const LARGE: u64 = 200_000;
@@ -63,29 +66,23 @@ fn cache(arguments: &ReferenceArgs) -> PathBuf {
     arguments.cache.clone().unwrap_or_else(user)
 }
 
-/// Turns each knob, measures what it costs, and writes a report.
+/// Turns each knob, measures what it costs, and writes a report of what was measured in the time.
 pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     check_seeds(arguments.seeds)?;
-    let start = Instant::now();
+    let mut supervisor = LabSupervisor::new(arguments.time_limit, arguments.quiet);
     let ready = Ready::new(&arguments.job)?;
     let modes = ready.modes(&arguments.knobs)?;
     fs::create_dir_all(&arguments.output).map_err(TradeoffError::io(&arguments.output))?;
     let Ready { scene, base, backend, .. } = ready;
     let mut lab = Lab::new(&scene, backend);
-    let quiet = arguments.quiet;
-    let mut say = |line: &str| {
-        if !quiet {
-            say(line);
-        }
-    };
-    let mut bar = Bar::of_goal(true);
     let pixels = base.settings.pixels();
     let flips = if pixels > LARGE { 2 } else { 4.min(arguments.seeds) };
     let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
     let share = flips as f64 / arguments.seeds.max(1) as f64;
     let analysis = pixels as f64 * (NANOSECONDS.0 + NANOSECONDS.1 * share) * 1e-9 / threads;
-    let Fit { mut levels, seeds, reference } =
-        fit(arguments.time_limit, modes.len(), arguments.seeds, lab.pace(&base, &mut bar)?, analysis);
+    let pace = lab.pace(&base, &mut supervisor)?;
+    let left = supervisor.time_left().unwrap_or_default();
+    let Fit { mut levels, seeds, reference } = fit(left, modes.len(), arguments.seeds, pace, analysis);
     match (&arguments.levels[..], arguments.job.spp) {
         ([], None) => {}
         ([], Some(most)) => levels = vec![most.div_ceil(16), most.div_ceil(4), most],
@@ -97,46 +94,72 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
         Some(most) => Goal::Error { target: NEVER, most },
         None => Goal::Time(reference),
     };
-    say(&format!("{} ways, {levels:?} samples a pixel, {seeds} seeds", modes.len()));
-    let reference = lab.reference(&base, goal, &cache(&arguments.reference), &mut say, &mut bar)?;
-    let facts = &reference.facts;
-    say(&format!("reference: {:.0} samples a pixel, own error {:.3} %", facts.samples, 100.0 * facts.error));
+    supervisor.say(&format!("{} ways, {levels:?} samples a pixel, {seeds} seeds", modes.len()));
+    let goal = (goal, REFERENCE_SHARE);
+    let reference = lab.reference(&base, goal, &cache(&arguments.reference), &mut supervisor)?;
+    tell(reference.as_ref(), &mut supervisor);
     let sweep = Sweep { modes: &modes, levels: &levels, seeds, flips };
-    let (mut found, pictures) = lab.measure(&sweep, &reference, &mut say, &mut bar)?;
-    found.seconds = start.elapsed().as_secs_f64();
-    let files = found.write(&pictures, &arguments.output)?;
+    let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), &mut supervisor)?;
+    supervisor.finish();
+    found.seconds = supervisor.elapsed().as_secs_f64();
+    let earlier = arguments.output.join("tradeoff.json");
+    let files = match found.points.is_empty() && stays(&earlier) {
+        true => Vec::new(),
+        false => found.write(&pictures, &arguments.output)?,
+    };
     print(&if arguments.json { found.json()? } else { found.summary() })?;
-    files.iter().for_each(|file| say(&format!("wrote {}", file.display())));
-    Ok(ExitCode::SUCCESS)
+    files.iter().for_each(|file| supervisor.say(&format!("wrote {}", file.display())));
+    Ok(exit_code(found.ended))
 }
 
 /// Follows the error of ways of rendering, and compares each two of them.
 pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     check_seeds(arguments.seeds)?;
+    let mut supervisor = LabSupervisor::new(arguments.time_limit, false);
     let ready = Ready::new(&arguments.job)?;
     let modes = ready.modes(&arguments.knobs)?;
+    let ConvergeArgs { first, last, seeds, .. } = *arguments;
+    let courses = Courses { modes: &modes, first, last, seeds };
+    courses.counts()?;
     if let Some(path) = &arguments.output {
         trisect::output::probe(path)?;
     }
     let Ready { scene, base, backend, .. } = ready;
     let mut lab = Lab::new(&scene, backend);
-    let mut bar = Bar::of_goal(true);
-    let most =
-        arguments.reference.reference_spp.unwrap_or(arguments.last.saturating_mul(REFERENCE_OF_COURSE));
-    let goal = Goal::Error { target: NEVER, most };
-    let reference = lab.reference(&base, goal, &cache(&arguments.reference), &mut say, &mut bar)?;
-    let range = (arguments.first, arguments.last);
-    let found: Convergence =
-        converge(&mut lab, &scene.name, &modes, range, arguments.seeds, &reference, &mut say, &mut bar)?;
+    let most = arguments.reference.reference_spp.unwrap_or(last.saturating_mul(REFERENCE_OF_COURSE));
+    let goal = (Goal::Error { target: NEVER, most }, REFERENCE_SHARE_OF_COURSE);
+    let reference = lab.reference(&base, goal, &cache(&arguments.reference), &mut supervisor)?;
+    tell(reference.as_ref(), &mut supervisor);
+    let found: Convergence = lab.converge(&courses, reference.as_ref(), &mut supervisor)?;
+    supervisor.finish();
     let json = || {
         serde_json::to_string_pretty(&found).map(|text| text + "\n").map_err(|error| ImageError::Codec {
             path: arguments.output.clone().unwrap_or_else(|| "standard output".into()),
             message: error.to_string(),
         })
     };
-    if let Some(path) = &arguments.output {
+    if let Some(path) = &arguments.output
+        && !(found.courses.is_empty() && stays(path))
+    {
         fs::write(path, json()?).map_err(|source| ImageError::Io { path: path.clone(), source })?;
     }
     print(&if arguments.json { json()? } else { found.summary() })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(exit_code(found.ended))
+}
+
+/// Says of how many samples the reference is.
+fn tell(reference: Option<&Reference>, supervisor: &mut LabSupervisor) {
+    if let Some(Facts { samples, error, .. }) = reference.map(|reference| &reference.facts) {
+        let error = 100.0 * error;
+        supervisor.say(&format!("reference: {samples:.0} samples a pixel, own error {error:.3} %"));
+    }
+}
+
+/// Returns whether an earlier report is there, and says that it is not replaced by one of nothing.
+fn stays(earlier: &Path) -> bool {
+    let is_there = earlier.exists();
+    if is_there {
+        say(&format!("nothing was measured: {} is as it was", earlier.display()));
+    }
+    is_there
 }

@@ -61,7 +61,7 @@ pub(super) fn reach(taker: &mut Taker, target: f64, most: u32, adaptive: Adaptiv
         let survey = taker.survey();
         let (adaptive, gain) = decide(adaptive, &survey, taker, 1.0);
         let samples = taker.mean_samples();
-        taker.progress = (target / survey.error).powi(2);
+        taker.progress = (target / survey.error).powi(2).max(samples / f64::from(most));
         // A hundredth of a sample is not worth another pass.
         let is_enough = samples + 0.01 >= f64::from(most) || !taker.goes_on();
         if survey.error <= target || is_enough || !survey.error.is_finite() {

@@ -1,6 +1,7 @@
 //! The charts: error over time by ways of rendering, and the Pareto front.
 
 use super::point::{Point as Found, Tradeoff};
+use super::reference::Facts;
 use crate::plot::{Axis, Chart, Plot, Point, Series};
 
 /// Ways that get a line of their own, in the order of their colours.
@@ -15,15 +16,9 @@ const SHOWN: [&str; 7] = [
 ];
 
 fn notes(found: &Tradeoff) -> Vec<String> {
-    let reference = &found.reference;
     vec![
         format!("{}, {}x{}, {}", found.scene, found.width, found.height, found.device),
-        format!(
-            "reference: {:.0} samples a pixel, own error {:.3} %; {} seeds",
-            reference.samples,
-            100.0 * reference.error,
-            found.seeds
-        ),
+        format!("{}; {} seeds", Facts::summary(found.reference.as_ref()), found.seeds),
     ]
 }
 

@@ -1,6 +1,8 @@
 //! What repetitions of a render show of its error: how much of it is noise, and how much would stay with any number of samples.
 
 use super::reference::{Reference, Truth};
+use super::supervisor::{Supervisor, check};
+use crate::Error;
 use crate::image::Image;
 use crate::metrics::{ImageView, MetricsError, REL_MSE_EPSILON as EPSILON};
 use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
@@ -128,17 +130,18 @@ fn within(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
 }
 
 impl Errors {
-    /// Of images of one scene by different random numbers, all of the reference's size; FLIP of the first `flips`.
+    /// Of images of one scene by different random numbers, all of the reference's size, and the
+    /// [`flips`] of some of them.
     ///
     /// # Errors
     ///
     /// [`MetricsError`] for images of another size, or fewer than two.
-    pub fn of(images: &[Image], truth: &Truth, flips: usize) -> Result<Self, MetricsError> {
+    pub fn of(images: &[Image], truth: &Truth, flips: &[f64]) -> Result<Self, MetricsError> {
         let n = images.len();
         if n < 2 {
             return Err(MetricsError::TooFewImages { count: n });
         }
-        let Truth { reference, image: r, seen } = truth;
+        let Truth { reference, image: r, .. } = truth;
         for image in images {
             let (size, of) =
                 ((image.width as usize, image.height as usize), (r.width as usize, r.height as usize));
@@ -165,11 +168,6 @@ impl Errors {
         let of_variance = |without| within(&relative, n, without) - between(&relative, n, without);
         let variance_error = jackknife_error(&leave_out(&of_variance));
         let squared: Vec<f64> = sums.plain.iter().map(|sum| sum / values).collect();
-        let flips: Vec<f64> = images
-            .iter()
-            .take(flips)
-            .map(|image| seen.flip(&view(image)).map(|map| map.mean))
-            .collect::<Result<_, _>>()?;
         // One-sided: less than none is none.
         let bias_p = 0.5 * welch((bias, bias_error, freedom), (0.0, 0.0, f64::INFINITY)).p;
         let bias_p = if bias > 0.0 { bias_p } else { 1.0 - bias_p };
@@ -180,7 +178,7 @@ impl Errors {
             variance: Interval::of(of_variance(None), variance_error, freedom),
             squared_bias: Interval::of(bias, bias_error, freedom),
             rmse: Interval::of_mean(&squared).map(|value| value.max(0.0).sqrt()),
-            flip: Interval::of_mean(&flips),
+            flip: Interval::of_mean(flips),
             brightness,
             means_p,
             bias_p,
@@ -204,6 +202,21 @@ impl Errors {
     pub fn efficiency(&self, seconds: f64) -> Interval {
         self.rel_mse.map(|error| 1.0 / (error.max(1e-300) * seconds))
     }
+}
+
+/// Returns the mean LDR-FLIP of each of the first `count` images; [`Error::Cancelled`] if the
+/// supervisor ends it between two of them.
+pub(super) fn flips(
+    images: &[Image],
+    truth: &Truth,
+    count: usize,
+    supervisor: &dyn Supervisor,
+) -> Result<Vec<f64>, Error> {
+    let of = |image: &Image| {
+        check(supervisor)?;
+        Ok(truth.seen.flip(&view(image))?.mean)
+    };
+    images.iter().take(count).map(of).collect()
 }
 
 pub(super) fn view(image: &Image) -> ImageView<'_> {
@@ -232,14 +245,14 @@ fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(
 }
 
 /// Means of blocks and of the whole of each of several images, in the same order.
-struct Means {
+pub(super) struct Means {
     /// By block: of each image.
     blocks: Vec<Vec<f64>>,
     whole: Vec<f64>,
 }
 
 impl Means {
-    fn of(images: &[Image]) -> Self {
+    pub fn of(images: &[Image]) -> Self {
         let all: Vec<Vec<(f64, f64)>> = images
             .iter()
             .map(|image| blocks(image.width, image.height, |pixel| gray(image.pixels[pixel])))
@@ -306,8 +319,7 @@ fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
 }
 
 /// The mean over all pixels of some images less that of others, relative; and the chance that means differ as much, if they converge to one image.
-pub(super) fn difference(a: &[Image], b: &[Image]) -> (Interval, f64) {
-    let (a, b) = (Means::of(a), Means::of(b));
+pub(super) fn difference(a: &Means, b: &Means) -> (Interval, f64) {
     let of_blocks = a.blocks.iter().zip(&b.blocks).map(|(a, b)| test(measured(a), measured(b)).p).collect();
     compare((measured(&a.whole), measured(&b.whole)), of_blocks)
 }

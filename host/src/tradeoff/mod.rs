@@ -1,28 +1,36 @@
 //! The trade-off lab: what each knob for speed costs in accuracy, measured.
 //!
 //! [`Mode`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of samples; [`Errors`] tell noise from bias against a
-//! [`Reference`]; [`Tradeoff::write`] writes it down.
+//! [`Reference`]; [`Tradeoff::write`] writes it down. A [`Supervisor`] ends it, with what was measured by then.
 
 mod charts;
 mod converge;
+mod course;
 mod enlarge;
 mod errors;
+mod fit;
 mod front;
 mod lab;
+mod measure;
 mod mode;
 mod page;
 mod picture;
 mod point;
 mod reference;
+mod supervisor;
 mod table;
 
-pub use converge::{Capture, Convergence, Course, Pair, converge};
+pub use converge::Courses;
+pub use course::{Capture, Convergence, Course, Pair};
 pub use errors::{Errors, SIGNIFICANCE};
-pub use lab::{Fit, Lab, Sweep, fit};
+pub use fit::{Fit, REFERENCE_SHARE, fit};
+pub use lab::Lab;
+pub use measure::Sweep;
 pub use mode::{KNOBS, Mode, modes};
 pub use picture::Pictures;
 pub use point::{Against, Missing, Point, Seconds, Slope, Tradeoff};
 pub use reference::{Facts, Reference, Truth, hash};
+pub use supervisor::{Stop, Supervisor};
 
 use std::path::PathBuf;
 use thiserror::Error;

@@ -67,20 +67,27 @@ impl Tradeoff {
         let mut page = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
         );
-        let r = &self.reference;
+        let reference = self.reference.as_ref().map_or("There is no reference.".to_owned(), |r| {
+            format!(
+                "The reference has {:.0} samples a pixel, by {}, and an error of {:.3} % itself, \
+                 which is not in the figures below.",
+                r.samples,
+                escape(&r.device),
+                100.0 * r.error
+            )
+        });
+        let ended = self.ended.map_or(String::new(), |stop| {
+            format!(" This measurement was {}: what it lacks is listed below.", stop.reason())
+        });
         let mut add = |text: String| page.push_str(&text);
         add(format!(
-            "<p>{}×{}, depth {}, on {}. Trisect {}. {} seeds a point. The reference has {:.0} samples a pixel, by {}, and an error of \
-             {:.3} % itself, which is not in the figures below.</p>\n",
+            "<p>{}×{}, depth {}, on {}. Trisect {}. {} seeds a point. {reference}{ended}</p>\n",
             self.width,
             self.height,
             self.depth,
             escape(&self.device),
             escape(&self.version),
             self.seeds,
-            r.samples,
-            escape(&r.device),
-            100.0 * r.error
         ));
         charts.iter().for_each(|chart| add(format!("<figure>{chart}</figure>\n")));
         add("<h2>All points</h2>\n<p>Error: root of relMSE, with its 95 % interval. Noise: what of it goes with more samples; bias: what stays. \
@@ -98,11 +105,14 @@ impl Tradeoff {
             }
             add("</ul>\n".to_owned());
         }
-        add(format!(
-            "<h2>Images</h2>\n<p>The image of the first seed; its difference from the reference, over the root of the reference's square plus 0.01, \
-             brightest from 50 %; and FLIP.</p>\n<figure><figcaption>Reference</figcaption><div class=\"grid\">{}</div></figure>\n",
-            picture(&pictures.reference, folder)?
-        ));
+        if let Some(reference) = &pictures.reference {
+            add(format!(
+                "<h2>Images</h2>\n<p>The image of the first seed; its difference from the reference, over the root of the reference's square plus 0.01, \
+                 brightest from 50 %; and FLIP. Of each way with the most samples a pixel.</p>\n<figure><figcaption>Reference</figcaption>\
+                 <div class=\"grid\">{}</div></figure>\n",
+                picture(reference, folder)?
+            ));
+        }
         for (name, spp, shown) in &pictures.shown {
             let all = [&shown.image, &shown.difference, &shown.flip];
             let all: Vec<String> =

@@ -43,14 +43,16 @@ pub(super) struct Picture {
 }
 
 /// Those of a page.
+#[derive(Default)]
 pub struct Pictures {
-    pub(super) reference: Small,
+    /// `None` without a reference.
+    pub(super) reference: Option<Small>,
     pub(super) shown: Vec<(String, u32, Picture)>,
 }
 
 impl Pictures {
     pub(super) fn new(truth: &Truth) -> Self {
-        Self { reference: shown(truth.image), shown: Vec::new() }
+        Self { reference: Some(shown(truth.image)), shown: Vec::new() }
     }
 
     pub(super) fn add(&mut self, point: &Point, picture: Picture) {

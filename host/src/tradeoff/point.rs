@@ -1,7 +1,9 @@
 //! What was found.
 
 use super::errors::Errors;
+use super::mode::Mode;
 use super::reference::Facts;
+use super::supervisor::Stop;
 use crate::bench::Summary;
 use crate::statistics::{Interval, Welch, mean_and_error, welch};
 use serde::{Deserialize, Serialize};
@@ -78,7 +80,7 @@ pub struct Slope {
     pub over_samples: Option<f64>,
 }
 
-/// A knob that could not be turned here.
+/// A way of rendering, or numbers of samples of it, that were not measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Missing {
     /// As [`Point::knob`].
@@ -106,8 +108,8 @@ pub struct Tradeoff {
     pub height: u32,
     /// Segments a path, at most, of the base.
     pub depth: u32,
-    /// What errors are measured against.
-    pub reference: Facts,
+    /// What errors are measured against; `None` if the end came before there was any.
+    pub reference: Option<Facts>,
     /// Repetitions of each point.
     pub seeds: usize,
     /// Standard deviation of the base's time from minute to minute, relative: the clock of a machine drifts, and what others do on it.
@@ -118,8 +120,22 @@ pub struct Tradeoff {
     pub slopes: Vec<Slope>,
     /// What could not be measured.
     pub missing: Vec<Missing>,
+    /// Why it ended before all was measured, if so.
+    #[serde(default)]
+    pub ended: Option<Stop>,
     /// Of the whole measurement.
     pub seconds: f64,
+}
+
+impl Missing {
+    pub(super) fn new(mode: &Mode, reason: String) -> Self {
+        Self { knob: mode.knob.to_owned(), level: mode.level.clone(), reason }
+    }
+
+    /// One line for people.
+    pub fn line(&self) -> String {
+        format!("not measured: {} {}: {}", self.knob, self.level, self.reason)
+    }
 }
 
 impl Point {

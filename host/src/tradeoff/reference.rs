@@ -109,6 +109,18 @@ pub fn hash(scene: &Scene, settings: &Settings) -> String {
     hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
+impl Facts {
+    /// Says of how many samples a reference is, and how far from the truth.
+    pub(super) fn summary(of: Option<&Self>) -> String {
+        match of {
+            Some(Self { samples, error, .. }) => {
+                format!("reference of {samples:.0} samples a pixel, own error {:.3} %", 100.0 * error)
+            }
+            None => "no reference".to_owned(),
+        }
+    }
+}
+
 impl Reference {
     /// Renders one until the goal.
     ///

@@ -1,6 +1,7 @@
 //! What was found as lines for people and as CSV.
 
 use super::point::{Point, Tradeoff};
+use super::reference::Facts;
 use crate::statistics::Interval;
 
 fn percent(interval: Interval) -> String {
@@ -81,17 +82,15 @@ pub(super) fn csv(found: &Tradeoff) -> String {
 impl Tradeoff {
     /// What to turn, for people: the front, and what could not be measured.
     pub fn summary(&self) -> String {
-        let reference = &self.reference;
         let mut text = format!(
-            "{}, {}x{} on {}: {} points in {:.0} s; reference of {:.0} samples a pixel, own error {:.3} %\nnothing beats, from fast to near:\n",
+            "{}, {}x{} on {}: {} points in {:.0} s; {}\nnothing beats, from fast to near:\n",
             self.scene,
             self.width,
             self.height,
             self.device,
             self.points.len(),
             self.seconds,
-            reference.samples,
-            100.0 * reference.error,
+            Facts::summary(self.reference.as_ref()),
         );
         let mut front: Vec<&Point> = self.points.iter().filter(|point| point.on_front).collect();
         front.sort_by(|a, b| a.seconds.all.median.total_cmp(&b.seconds.all.median));
@@ -99,7 +98,7 @@ impl Tradeoff {
             text += &format!("  {}\n", point.line());
         }
         for missing in &self.missing {
-            text += &format!("not here: {} {}: {}\n", missing.knob, missing.level, missing.reason);
+            text += &(missing.line() + "\n");
         }
         text
     }

@@ -1,0 +1,269 @@
+//! Measuring: each way of rendering, with each number of samples, by several seeds.
+
+use super::errors::{self, Errors};
+use super::front;
+use super::lab::{FIRST_SEED, Lab, Took};
+use super::mode::Mode;
+use super::picture::{Picture, Pictures};
+use super::point::{Against, FORMAT, Missing, Point, Seconds, Tradeoff};
+use super::reference::{Reference, Truth};
+use super::supervisor::{Supervisor, check, was_stopped};
+use super::{Stop, TradeoffError, check_seeds};
+use crate::Error;
+use crate::backend::BackendError;
+use crate::bench::Summary;
+use crate::image::Image;
+use crate::render::SettingsError;
+use crate::statistics;
+use std::time::Instant;
+
+/// Samples from which on those by noise differ from as many for each pixel.
+const LEAST_ADAPTIVE: u32 = 8;
+
+/// Ways between two looks at the base's time.
+const MODES_OF_AN_EPOCH: usize = 3;
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct Sweep<'a> {
+    /// The base first.
+    pub modes: &'a [Mode],
+    /// Numbers of samples a pixel, ascending.
+    pub levels: &'a [u32],
+    /// Repetitions.
+    pub seeds: usize,
+    /// Repetitions that get a FLIP.
+    pub flips: usize,
+}
+
+/// What a sweep has found so far.
+struct Found {
+    /// Each with the index of its mode.
+    points: Vec<(usize, Point)>,
+    /// Why each mode cannot be rendered here, if so.
+    absent: Vec<Option<String>>,
+    /// Logarithms of the base's median time at several moments, by level.
+    epochs: Vec<Vec<f64>>,
+    pictures: Pictures,
+}
+
+impl Lab<'_> {
+    /// Measures every way at the first level, then at the next, until all is measured or the
+    /// supervisor ends it. What is not measured by then is in [`Tradeoff::missing`]; without a
+    /// reference that is everything. The supervisor is told of each point.
+    ///
+    /// # Errors
+    ///
+    /// As rendering, and [`TradeoffError`].
+    pub fn measure(
+        &mut self,
+        sweep: &Sweep,
+        reference: Option<&Reference>,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<(Tradeoff, Pictures), Error> {
+        check_seeds(sweep.seeds)?;
+        let [base, ..] = sweep.modes else {
+            return Err(TradeoffError::TooFew { what: "the number of modes", given: 0, least: 1 }.into());
+        };
+        let start = Instant::now();
+        let device = self.renderer(base)?.backend().device().clone();
+        let mut found = Found {
+            points: Vec::new(),
+            absent: vec![None; sweep.modes.len()],
+            epochs: Vec::new(),
+            pictures: Pictures::default(),
+        };
+        let ended = match reference {
+            Some(reference) => {
+                let swept = self.sweep(sweep, reference, &mut found, supervisor);
+                was_stopped(swept, supervisor)?.is_none()
+            }
+            None => true,
+        };
+        let ended = supervisor.stop().filter(|_| ended);
+        let Found { mut points, absent, epochs, pictures } = found;
+        let missing = missing(sweep, &points, &absent, ended);
+        points.sort_by_key(|(mode, point)| (*mode, point.spp));
+        let mut points: Vec<Point> = points.into_iter().map(|(_, point)| point).collect();
+        let drift = epochs.iter().rev().find(|epochs| epochs.len() > 1);
+        let drift = drift.map_or(0.0, |epochs| epochs_deviation(epochs));
+        let of_base: Vec<Point> = points.iter().filter(|point| point.knob == "base").cloned().collect();
+        for point in points.iter_mut().filter(|point| point.knob != "base") {
+            let base = of_base.iter().find(|base| base.spp == point.spp);
+            point.against = base.map(|base| Against::of(point, base, drift));
+        }
+        front::mark(&mut points);
+        let found = Tradeoff {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: self.scene.name.clone(),
+            device: format!("{}: {} ({})", device.backend, device.name, device.details),
+            width: base.settings.width,
+            height: base.settings.height,
+            depth: base.settings.depth,
+            reference: reference.map(|reference| reference.facts.clone()),
+            seeds: sweep.seeds,
+            drift,
+            slopes: front::slopes(&points),
+            points,
+            missing,
+            ended,
+            seconds: start.elapsed().as_secs_f64(),
+        };
+        Ok((found, pictures))
+    }
+
+    /// Measures all points; [`Error::Cancelled`] if the supervisor ends it.
+    fn sweep(
+        &mut self,
+        sweep: &Sweep,
+        reference: &Reference,
+        found: &mut Found,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<(), Error> {
+        check(supervisor)?;
+        let image = reference.image();
+        let truth = Truth::new(reference, &image)?;
+        found.pictures = Pictures::new(&truth);
+        let base = &sweep.modes[0];
+        let all = sweep.modes.len() * sweep.levels.len();
+        for (level, &spp) in sweep.levels.iter().enumerate() {
+            found.epochs.push(Vec::new());
+            for (index, mode) in sweep.modes.iter().enumerate() {
+                if found.absent[index].is_some() || is_too_few(mode, spp) {
+                    continue;
+                }
+                check(supervisor)?;
+                let stage = format!("{}, {spp} samples a pixel", mode.name());
+                supervisor.begin(level * sweep.modes.len() + index, all, &stage);
+                // Compiles what this way needs, outside of what is measured.
+                match self.image(mode, 1, FIRST_SEED - 1, supervisor) {
+                    Ok(_) => {}
+                    Err(error) if is_missing(&error) => {
+                        supervisor.say(&format!("{}: not here: {error}", mode.name()));
+                        found.absent[index] = Some(error.to_string());
+                        continue;
+                    }
+                    Err(error) => return Err(error),
+                }
+                let (mut point, first) = self.point(mode, spp, sweep, &truth, supervisor)?;
+                point.exact = mode.is_exact(base, !self.scene.lights.is_empty());
+                supervisor.say(&point.line());
+                found.points.push((index, point.clone()));
+                if level + 1 == sweep.levels.len() {
+                    check(supervisor)?;
+                    found.pictures.add(&point, Picture::of(&first, &truth)?);
+                }
+                let as_built = (mode.quality, mode.nearest) == (base.quality, base.nearest);
+                if as_built && index % MODES_OF_AN_EPOCH == 0 {
+                    let epoch = self.base_again(base, spp, supervisor)?;
+                    found.epochs[level].push(epoch);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the logarithm of the base's median time, now.
+    fn base_again(&mut self, base: &Mode, spp: u32, supervisor: &mut dyn Supervisor) -> Result<f64, Error> {
+        let mut times = Vec::new();
+        for _ in 0..3 {
+            times.push(self.image(base, spp, FIRST_SEED, supervisor)?.1.all());
+        }
+        Ok(Summary::of(&times).map_or(f64::NAN, |summary| summary.median.ln()))
+    }
+
+    /// Measures a way with a number of samples; returns the image of the first seed, too.
+    fn point(
+        &mut self,
+        mode: &Mode,
+        spp: u32,
+        sweep: &Sweep,
+        truth: &Truth,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<(Point, Image), Error> {
+        let (mut images, mut took) = (Vec::new(), Vec::new());
+        for index in 0..sweep.seeds as u32 {
+            let (image, times) = self.image(mode, spp, FIRST_SEED + index, supervisor)?;
+            images.push(image);
+            took.push(times);
+        }
+        let flips = errors::flips(&images, truth, sweep.flips, supervisor)?;
+        let errors = Errors::of(&images, truth, &flips)?;
+        let each: Vec<f64> = took.iter().map(Took::all).collect();
+        let all = Summary::of(&each).unwrap_or(Summary::NOTHING);
+        let median = |of: fn(&Took) -> f64| {
+            Summary::of(&took.iter().map(of).collect::<Vec<_>>()).map_or(f64::NAN, |summary| summary.median)
+        };
+        let seconds = Seconds {
+            render: median(|took| took.render),
+            denoise: median(|took| took.denoise),
+            scale: median(|took| took.scale),
+            all,
+            each,
+        };
+        let efficiency = errors.efficiency(seconds.all.median);
+        let (knob, level) = (mode.knob.to_owned(), mode.level.clone());
+        let (exact, against, on_front) = (false, None, false);
+        let point = Point { knob, level, exact, spp, seconds, errors, efficiency, against, on_front };
+        Ok((point, images.swap_remove(0)))
+    }
+}
+
+/// Returns what was not measured, and why, in the order of the modes.
+fn missing(
+    sweep: &Sweep,
+    points: &[(usize, Point)],
+    absent: &[Option<String>],
+    ended: Option<Stop>,
+) -> Vec<Missing> {
+    let mut all = Vec::new();
+    for (index, mode) in sweep.modes.iter().enumerate() {
+        let mut add = |reason| all.push(Missing::new(mode, reason));
+        if let Some(reason) = &absent[index] {
+            add(reason.clone());
+            continue;
+        }
+        // Two halves of two samples each say where noise is; what comes after them goes there.
+        for &spp in sweep.levels.iter().filter(|&&spp| is_too_few(mode, spp)) {
+            let needs = format!("it needs {LEAST_ADAPTIVE} to tell where noise is");
+            add(format!("{spp} samples a pixel; {needs}"));
+        }
+        let is_there = |spp| points.iter().any(|(of, point)| *of == index && point.spp == spp);
+        let levels = sweep.levels.iter().filter(|&&spp| !is_too_few(mode, spp) && !is_there(spp));
+        let levels: Vec<String> = levels.map(u32::to_string).collect();
+        if !levels.is_empty() {
+            let cause = ended.map_or("there is no reference".to_owned(), Stop::reason);
+            add(format!("{} samples a pixel; {cause}", levels.join(", ")));
+        }
+    }
+    all
+}
+
+/// Returns whether a way has no meaning with so few samples.
+fn is_too_few(mode: &Mode, spp: u32) -> bool {
+    mode.adaptive && spp < LEAST_ADAPTIVE
+}
+
+/// The standard deviation of what was measured at several times; 0 of fewer than two.
+fn epochs_deviation(logs: &[f64]) -> f64 {
+    match statistics::mean_and_error(logs) {
+        (_, error) if error.is_finite() => error * (logs.len() as f64).sqrt(),
+        _ => 0.0,
+    }
+}
+
+/// Whether a way is not there, and others may be.
+pub(super) fn is_missing(error: &Error) -> bool {
+    use SettingsError::{NoFastMath, NoQueue, NoVariant, VariantLacks};
+    let of = |error: &SettingsError| {
+        matches!(error, NoVariant { .. } | VariantLacks { .. } | NoQueue { .. } | NoFastMath { .. })
+    };
+    match error {
+        Error::Settings(error) | Error::Backend(BackendError::Settings(error)) => of(error),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests;
