@@ -45,7 +45,12 @@ impl Drop for Viewer {
 impl Viewer {
     /// Shows a copy of the book's scene; `None`, aloud, where there is no X server and none is required.
     fn open(name: &str, arguments: &[&str]) -> Option<Self> {
-        let desktop = Desktop::start(1000, 700).map_err(|error| error.to_string());
+        Self::on((1000, 700), name, &[&["--height", "620"], arguments].concat())
+    }
+
+    /// The same on a screen of this size.
+    fn on(screen: (u32, u32), name: &str, arguments: &[&str]) -> Option<Self> {
+        let desktop = Desktop::start(screen.0, screen.1).map_err(|error| error.to_string());
         if let Err(error) = &desktop {
             // A window needs a Vulkan adapter: where that is required, so is a screen.
             let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
@@ -59,7 +64,7 @@ impl Viewer {
         std::fs::copy(root().join("scenes/rtiow_final.ron"), &scene).unwrap();
         let log = std::fs::File::create(folder.join("log.txt")).unwrap();
         let program = Command::new(binary())
-            .args(["view", "book.ron", "--height", "620"])
+            .args(["view", "book.ron"])
             .args(arguments)
             .current_dir(&folder)
             .env("DISPLAY", &desktop.name)
@@ -182,6 +187,44 @@ fn hands_on_keyboard_and_mouse() {
     viewer.key(letter('h'), 30);
     viewer.until("H shows", |now| now.difference(&plain, IMAGE + 20, width) < 20.0);
     viewer.quit();
+}
+
+/// A resolution is that of the image, on a screen that has no room for it beside the controls, too;
+/// Escape closes an open list, and then the window.
+#[test]
+fn the_resolution_is_what_was_asked_for() {
+    let fixed = ["--backend", "cpu", "--depth", "2", "--enough", "1", "--denoise", "off", "--scale", "0.5"];
+    for (resolution, screen, window) in [
+        ((480, 300), (1000, 700), (820, 300)),
+        // Both the panel and the image are on a screen of the image's width.
+        ((1280, 720), (1280, 800), (1280, 720)),
+    ] {
+        let name = format!("{}x{}", resolution.0, resolution.1);
+        let arguments = [&fixed[..], &["--resolution", &name]].concat();
+        let Some(mut viewer) = Viewer::on(screen, &name, &arguments) else { return };
+        let start = viewer.until("the first image", |_| true);
+        assert_eq!((start.width, start.height), window);
+        viewer.key(letter('i'), 30);
+        let image = Image::read(&viewer.written("png")).unwrap();
+        assert_eq!((image.width, image.height), (resolution.0 / 2, resolution.1 / 2));
+        viewer.until("a file was written", |_| true);
+        // The panel's background is at the right border, and nowhere in the image.
+        let column = |x: usize| start.pixels.iter().skip(x).step_by(start.width);
+        let grey = start.pixels[window.0 - 2];
+        let share = |x| column(x).filter(|&&pixel| pixel == grey).count() as f64 / window.1 as f64;
+        assert!(share(window.0 - 2) > 0.9 && share(100) < 0.1, "{}, {}", share(window.0 - 2), share(100));
+
+        let before = viewer.until("at rest", |_| true);
+        viewer.desktop.click(1, (window.0 as i16 - 170, 36)).unwrap();
+        let off = |a: &Capture, b: &Capture| a.difference(b, window.0 - 340, window.0);
+        // The pointer over a closed one lights it up, a quarter of this.
+        let opened = viewer.until("a list opens", |now| off(now, &before) > 2.0);
+        viewer.key(ESCAPE, 30);
+        let is_closed = |now: &Capture| off(now, &before) < 0.5 * off(&opened, &before);
+        viewer.until("Escape closes the list", is_closed);
+        assert!(viewer.program.try_wait().unwrap().is_none(), "Escape ended the program");
+        viewer.quit();
+    }
 }
 
 /// Sizes from nothing to the screen's, and a window that is not shown: the program stays, and draws again.

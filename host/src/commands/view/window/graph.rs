@@ -1,6 +1,6 @@
 //! What the last frames took, as a picture.
 
-use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+use egui::{Color32, Label, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2};
 use std::collections::VecDeque;
 
 /// Frames that it shows.
@@ -62,9 +62,10 @@ impl Graph {
             Stroke::new(1.0, ui.visuals().weak_text_color()),
             egui::StrokeKind::Inside,
         );
-        ui.horizontal(|ui| {
-            for ((name, color), value) in PARTS.into_iter().zip(self.last()) {
-                ui.colored_label(color, format!("{name} {value:.2} ms"));
+        ui.columns(PARTS.len(), |columns| {
+            for ((column, (name, color)), value) in columns.iter_mut().zip(PARTS).zip(self.last()) {
+                let text = RichText::new(format!("{name} {value:.2} ms")).small().color(color);
+                column.add(Label::new(text).truncate());
             }
         });
     }

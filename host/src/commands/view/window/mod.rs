@@ -2,6 +2,7 @@
 
 mod graph;
 mod input;
+mod layout;
 mod output;
 mod panel;
 mod save;
@@ -11,6 +12,7 @@ use super::Session;
 use crate::cli::{BackendArg, ViewArgs};
 use egui::{Color32, ColorImage, Sense, TextureHandle, TextureOptions};
 use graph::Graph;
+use layout::{Layout, controls, window_size};
 use output::Output;
 use panel::{Choice, Pressed, State};
 use std::process::ExitCode;
@@ -26,9 +28,6 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 use worker::{Frame, Wish, Worker};
-
-/// Width of the controls, in points.
-const PANEL: f32 = 340.0;
 
 /// There is a frame, or an error.
 struct Woken;
@@ -49,6 +48,8 @@ pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCod
     let proxy = event_loop.create_proxy();
     let navigator = Navigator::new(*session.renderer.pose());
     let (job, space, scene) = (arguments.job.clone(), session.space, session.name.clone());
+    let is_fixed = job.resolution.is_some() || job.width.is_some() || job.height.is_some();
+    let resolution = is_fixed.then_some((look.settings.width, look.settings.height));
     let backend = (job.backend, job.device, 0);
     let wish = Wish { look: look.clone(), pose: navigator.pose(), backend, stop: false };
     let worker = Worker::start(session, job, wish, move || {
@@ -59,6 +60,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCod
         space,
         scene,
         look,
+        resolution,
         navigator,
         backend,
         choices: choices(),
@@ -110,6 +112,8 @@ struct App<'a> {
     space: Space,
     scene: String,
     look: Look,
+    /// Of the image, if the command line names it; else it follows the window.
+    resolution: Option<(u32, u32)>,
     navigator: Navigator,
     backend: (BackendArg, Option<usize>, u32),
     choices: Vec<Choice>,
@@ -135,10 +139,12 @@ impl ApplicationHandler<Woken> for App<'_> {
 
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.window.is_none() {
-            let size = PhysicalSize::new(
-                self.look.settings.width.saturating_add(PANEL as u32).clamp(480, 1920),
-                self.look.settings.height.clamp(620, 1080),
-            );
+            let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+            let screen = monitor.as_ref().map(|monitor| monitor.size().into());
+            let scale_factor = monitor.as_ref().map_or(1.0, |monitor| monitor.scale_factor());
+            let resolution = (self.look.settings.width, self.look.settings.height);
+            let (width, height) = window_size(resolution, screen, scale_factor);
+            let size = PhysicalSize::new(width, height);
             let title = format!("Trisect: {}", self.scene);
             let attributes = Window::default_attributes().with_title(title).with_inner_size(size);
             match event_loop.create_window(attributes) {
@@ -258,7 +264,8 @@ impl App<'_> {
             if held {
                 ui.ctx().request_repaint();
             }
-            quit = keys.quit;
+            // egui closes an open list with the same key.
+            quit = keys.quit && !egui::Popup::is_any_open(ui.ctx());
             self.panel ^= keys.panel;
             (pressed.save_image, pressed.save_camera) = (keys.save_image, keys.save_camera);
             if keys.compare {
@@ -266,7 +273,8 @@ impl App<'_> {
                 screen.split = if screen.split > 0.0 { 0.0 } else { 0.5 };
             }
         }
-        if self.panel {
+        let layout = Layout::new(ui.max_rect(), ui.ctx().pixels_per_point(), self.resolution, self.panel);
+        if let Some(place) = layout.panel {
             let shot: Option<&Shot> = self.frame.as_ref().map(|frame| &frame.shot);
             let mut state = State {
                 look: &mut self.look,
@@ -280,16 +288,11 @@ impl App<'_> {
                 message: &self.message,
                 error: &self.error,
             };
-            let side = egui::Panel::right("controls").resizable(false).exact_size(PANEL);
-            let buttons = side
-                .show(ui, |ui| egui::ScrollArea::vertical().show(ui, |ui| panel::show(ui, &mut state)).inner)
-                .inner;
+            let buttons = controls(ui, place, |ui| panel::show(ui, &mut state));
             pressed.save_image |= buttons.save_image;
             pressed.save_camera |= buttons.save_camera;
         }
-        egui::CentralPanel::default()
-            .frame(egui::Frame::NONE.fill(Color32::BLACK))
-            .show(ui, |ui| self.image(ui));
+        self.image(ui, &layout);
         let path = self.arguments.job.scene.as_deref();
         if let (true, Some(frame)) = (pressed.save_image, &self.frame) {
             self.message = save::image(path, frame.shot.size, &frame.pixels);
@@ -300,11 +303,11 @@ impl App<'_> {
         quit
     }
 
-    /// The frame, as large as there is room.
-    fn image(&mut self, ui: &mut egui::Ui) {
-        let area = ui.available_rect_before_wrap();
-        let side = |points: f32| ((points * ui.ctx().pixels_per_point()).round() as u32).clamp(1, 16_384);
-        (self.look.settings.width, self.look.settings.height) = (side(area.width()), side(area.height()));
+    /// Shows the last frame, and moves the camera as the mouse does over it.
+    fn image(&mut self, ui: &mut egui::Ui, layout: &Layout) {
+        let Layout { area, image: place, size, .. } = *layout;
+        (self.look.settings.width, self.look.settings.height) = size;
+        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
         if let (None, Some(frame)) = (&self.texture, &self.frame) {
             let size = [frame.shot.size.0 as usize, frame.shot.size.1 as usize];
             let image = ColorImage::from_rgba_premultiplied(size, bytemuck::cast_slice(&frame.pixels));
@@ -312,7 +315,7 @@ impl App<'_> {
         }
         if let Some(texture) = &self.texture {
             let whole = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::Pos2::new(1.0, 1.0));
-            ui.painter().image(texture.id(), area, whole, Color32::WHITE);
+            ui.painter().image(texture.id(), place, whole, Color32::WHITE);
         }
         let response = ui.interact(area, ui.scope_id().with("image"), Sense::click_and_drag());
         let (scroll, shift) = ui.input(|input| (input.smooth_scroll_delta.y, input.modifiers.shift));

@@ -2,7 +2,7 @@
 
 use super::graph::Graph;
 use crate::cli::BackendArg;
-use egui::{ComboBox, Slider, Ui};
+use egui::{ComboBox, Label, RichText, Slider, Ui};
 use trisect::denoise::{Denoise, Filter, History, LEVELS};
 use trisect::render::Screen;
 use trisect::view::{LEAST_SCALE, Look, Mode, Navigator, Shot};
@@ -41,7 +41,7 @@ pub struct State<'a> {
 pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
     let mut pressed = Pressed::default();
     ui.spacing_mut().slider_width = 110.0;
-    ui.strong(state.scene);
+    ui.add(Label::new(RichText::new(state.scene).strong()).truncate());
     device(ui, state);
     ui.separator();
     frames(ui, state);
@@ -81,17 +81,15 @@ pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
 
 fn device(ui: &mut Ui, state: &mut State) {
     let mut wanted = None;
-    ComboBox::from_id_salt("device").width(ui.available_width()).selected_text(state.device).show_ui(
-        ui,
-        |ui| {
-            for (label, backend, index) in state.choices {
-                let is = (state.backend.0, state.backend.1) == (*backend, *index);
-                if ui.selectable_label(is, label).clicked() {
-                    wanted = Some((*backend, *index));
-                }
+    let list = ComboBox::from_id_salt("device").width(ui.available_width()).truncate();
+    list.selected_text(state.device).show_ui(ui, |ui| {
+        for (label, backend, index) in state.choices {
+            let is = (state.backend.0, state.backend.1) == (*backend, *index);
+            if ui.selectable_label(is, label).clicked() {
+                wanted = Some((*backend, *index));
             }
-        },
-    );
+        }
+    });
     if let Some((backend, index)) = wanted {
         *state.backend = (backend, index, state.backend.2 + 1);
     }
@@ -100,8 +98,9 @@ fn device(ui: &mut Ui, state: &mut State) {
 fn frames(ui: &mut Ui, state: &State) {
     if let Some(shot) = state.shot {
         let rate = 1.0 / shot.whole.as_secs_f64().max(1e-9);
-        ui.label(format!("{}x{}, {} spp, {rate:.1} frames/s", shot.size.0, shot.size.1, shot.live.samples));
-        ui.small(shot.live.kernel);
+        let text = format!("{}x{}, {} spp, {rate:.1} frames/s", shot.size.0, shot.size.1, shot.live.samples);
+        ui.add(Label::new(text).truncate());
+        ui.add(Label::new(RichText::new(shot.live.kernel).small()).truncate());
     }
     state.graph.show(ui);
 }
