@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::{Path, PathBuf};
+use trisect::image::Image;
 use trisect_tests::program::{self, fails, trisect};
 use trisect_tests::root;
 
@@ -142,7 +143,90 @@ fn outputs_are_checked_before_rendering() {
     fails(&arguments, 1, &["stats.json"]);
     assert!(!image.exists(), "the check left a file behind");
     let same = image.to_str().unwrap();
-    fails(&[&render[..], &[same, "--stats", same]].concat(), 2, &["--stats", "same file"]);
+    let dotted = format!("{}/./a.png", folder.to_str().unwrap());
+    for stats in [same, &dotted] {
+        fails(&[&render[..], &[same, "--stats", stats]].concat(), 2, &["--stats", "same file"]);
+    }
+    let layers = folder.join("a.exr");
+    let twice = [&render[..], &[layers.to_str().unwrap(), "--aov=normal,depth,normal"]].concat();
+    fails(&twice, 2, &["normal twice", "once"]);
+    assert!(!image.exists() && !layers.exists());
+}
+
+/// What a command reads it does not write over.
+#[test]
+fn inputs_are_kept() {
+    let folder = folder("inputs");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let gradient = "sky: Gradient(bottom: (1, 1, 1), top: (0.5, 0.7, 1))";
+    let text = GOOD.replacen(gradient, "sky: Image(file: \"sky.exr\")", 1);
+    assert_ne!(text, GOOD);
+    let sky = Image { width: 4, height: 2, pixels: vec![[1.0; 3]; 8] };
+    trisect::output::write(&sky, path("sky.exr").as_ref()).unwrap();
+    let scene = path("scene.ron");
+    std::fs::write(&scene, &text).unwrap();
+    let before = std::fs::read(path("sky.exr")).unwrap();
+    let (image, far) = (path("a.png"), "--spp=4000000000");
+    let render = ["render", &scene, "--backend=cpu", far];
+    let of_scene = ["would overwrite", "name another file"];
+    fails(&[&render[..], &["-o", &image, "--stats", &scene]].concat(), 2, &of_scene);
+    fails(&[&render[..], &["-o", &path("sky.exr")]].concat(), 2, &of_scene);
+    fails(&[&render[..], &["-o", &image, "--checkpoint", &scene]].concat(), 2, &["scene.ron"]);
+    fails(&["bench", &scene, "--backend=cpu", far, "--json", &scene], 2, &of_scene);
+    fails(&["converge", &scene, "--backend=cpu", "-o", &path("sky.exr")], 2, &of_scene);
+    let view = ["view", &scene, "--headless", "--backend=cpu", "-o", &path("")];
+    fails(&[&view[..], &["--json", &path("0003.png")]].concat(), 2, &["-o and --json are the same file"]);
+    let poses = path("0001.png");
+    fails(&[&view[..], &["--camera-path", &poses]].concat(), 2, &["the camera path", "name another file"]);
+    assert_eq!(std::fs::read(&scene).unwrap(), text.as_bytes());
+    assert_eq!(std::fs::read(path("sky.exr")).unwrap(), before);
+    assert!(!Path::new(&image).exists());
+}
+
+/// Devices have no end and pipes may have no writer: neither is opened, wherever a file is read.
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_read() {
+    let folder = folder("regular");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let out = path("out.png");
+    let made = std::process::Command::new("mkfifo").arg(path("fifo")).status().unwrap();
+    assert!(made.success());
+    let link = |from: &str, name: &str| std::os::unix::fs::symlink(from, path(name)).unwrap();
+    for name in ["fifo.ron", "fifo.glb", "fifo.png", "fifo.exr", "fifo.pfm"] {
+        link(&path("fifo"), name);
+    }
+    link("/dev/zero", "zero.obj");
+    link("/dev/zero", "zero.png");
+    let words = ["only regular files are read", "write its content to a file first"];
+    for scene in
+        ["/dev/stdin", "/dev/zero", "/dev/full", &path("fifo.ron"), &path("fifo.glb"), &path("zero.obj")]
+    {
+        fails(&["render", scene, "-o", &out], 4, &[&words[..], &[scene]].concat());
+    }
+    fails(&["render", folder.to_str().unwrap(), "-o", &out], 4, &["this is a folder"]);
+    fails(&["check", &path("fifo.ron")], 4, &words);
+    let sky = |file: &str| {
+        ("sky: Gradient(bottom: (1, 1, 1), top: (0.5, 0.7, 1))", format!("sky: Image(file: \"{file}\")"))
+    };
+    let mesh =
+        ("Sphere(center: (1, 0, 0), radius: 1, material: \"g\")", "Mesh(file: \"fifo.glb\")".to_owned());
+    let texture = ("materials:", "textures: { \"t\": (file: \"zero.png\") },\n    materials:".to_owned());
+    for (from, to) in [sky("fifo.exr"), mesh, texture] {
+        assert!(GOOD.contains(from), "{from}");
+        std::fs::write(path("scene.ron"), GOOD.replacen(from, &to, 1)).unwrap();
+        fails(&["render", &path("scene.ron"), "-o", &out], 4, &words);
+    }
+    for file in ["/dev/zero", &path("fifo")] {
+        fails(&["resume", file], 1, &words);
+        fails(&["merge", file, "-o", &out], 1, &words);
+    }
+    for image in ["fifo.png", "zero.png", "fifo.pfm", "fifo.exr"] {
+        fails(&["compare", &path(image), &path(image)], 1, &words);
+    }
+    let view = ["view", "--headless", "--backend=cpu", "--resolution=8x4", "--camera-path", &path("fifo")];
+    fails(&view, 4, &words);
+    assert!(!Path::new(&out).exists());
 }
 
 #[test]

@@ -191,6 +191,35 @@ fn mistakes_are_named() {
     assert!(!fs::exists(&new).unwrap(), "what failed at once leaves nothing behind");
     fails(&["merge", &file, "-o", &folder.file("sum.jpg")], 2, &["sum.jpg"]);
     fails(&["render", "--checkpoint", "/nowhere/a.ckpt"], 1, &["/nowhere/a.ckpt"]);
+    fails(&["render", "--checkpoint", "/dev/null"], 1, &["/dev/null", "no regular file"]);
+    fails(&["merge", &file, "-o", &file], 2, &["a.ckpt", "-o would overwrite"]);
+}
+
+/// A checkpoint that was begun elsewhere replaces no file unasked: neither the image that it names nor the statistics.
+#[test]
+fn nothing_is_written_on_a_checkpoints_word() {
+    let folder = Temporary::new("checkpoint", "word");
+    ["own", "other"].iter().for_each(|name| fs::create_dir_all(folder.path(name)).unwrap());
+    let (file, copy) = (folder.file("own/a.ckpt"), folder.file("other/a.ckpt"));
+    let (out, stats) = (folder.file("other/a.png"), folder.file("other/a.json"));
+    let begin = ["render", "-o", &out, "--checkpoint", &file, "--stats", &stats, "--backend", "cpu"];
+    let output = trisect(&[&begin[..], &["--resolution", "16x9", "--spp", "4"]].concat());
+    assert!(output.status.success(), "{}", text(&output));
+    [&out, &stats].iter().for_each(|path| fs::write(path, b"mine").unwrap());
+    let resume = ["resume", &file];
+    check_failure(&trisect(&resume), &resume, 2, &["other/a.png", "name the image file with -o"]);
+    let asked = folder.file("own/b.png");
+    assert!(trisect(&["resume", &file, "-o", &asked]).status.success());
+    let mine = |path: &str| fs::read(path).unwrap() == b"mine";
+    assert!(mine(&out) && mine(&stats));
+    // Beside its image it goes on as before, and says where the image goes.
+    fs::copy(&file, &copy).unwrap();
+    let output = trisect(&["resume", &copy]);
+    assert!(output.status.success() && text(&output).contains("the image goes to"), "{}", text(&output));
+    assert!(fs::read(&out).unwrap() == fs::read(&asked).unwrap() && mine(&stats));
+    // Its own file is no image file, and none of the scene's is written over.
+    let over = ["resume", &copy, "-o", &out, "--stats", &copy];
+    check_failure(&trisect(&over), &over, 2, &["--checkpoint", "--stats", "name two"]);
 }
 
 /// What was written elsewhere, by the words that say it.
@@ -206,7 +235,8 @@ fn a_target_that_goes() {
     let folder = Temporary::new("checkpoint", "goes");
     let (there, safe) = (folder.path("there"), folder.path("safe"));
     [&there, &safe].into_iter().for_each(|path| fs::create_dir_all(path).unwrap());
-    let (file, out) = (there.join("a.ckpt"), there.join("a.pfm"));
+    // Names as long as they may be.
+    let (file, out) = (there.join("b".repeat(249) + "a.ckpt"), there.join("b".repeat(250) + "a.pfm"));
     let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
     let begin = [&["render", &BOOK, "-o", out, "--checkpoint", file], LONG].concat();
     let start = SystemTime::now();

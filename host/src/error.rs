@@ -9,6 +9,7 @@ use crate::film::FilmError;
 use crate::image::ImageError;
 use crate::limits::WriteError;
 use crate::metrics::MetricsError;
+use crate::output::ConflictError;
 use crate::render::SettingsError;
 use crate::sampling::SamplingError;
 use crate::scene::SceneError;
@@ -34,6 +35,9 @@ pub enum Error {
     /// An image could not be read or written.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// An output that is another file of the same command.
+    #[error(transparent)]
+    Conflict(#[from] ConflictError),
     /// Two images could not be compared.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
@@ -75,7 +79,9 @@ impl Error {
             Self::Write(_) => 2,
             Self::Settings(_)
             | Self::Sampling(_)
-            | Self::Tradeoff(TradeoffError::TooFew { .. } | TradeoffError::NoKnob { .. })
+            | Self::Tradeoff(
+                TradeoffError::TooFew { .. } | TradeoffError::NoKnob { .. } | TradeoffError::NoCache,
+            )
             | Self::Denoise(_)
             | Self::Backend(
                 BackendError::Settings(_) | BackendError::TooLarge { .. } | BackendError::TooLong { .. },
@@ -92,10 +98,14 @@ impl Error {
             Self::Checkpoint(
                 CheckpointError::NoText { .. }
                 | CheckpointError::Unsupported { .. }
-                | CheckpointError::Exists { .. }
-                | CheckpointError::SameFile { .. },
-            ) => 2,
-            Self::Image(ImageError::UnknownExtension { .. } | ImageError::NoLayers { .. })
+                | CheckpointError::Exists { .. },
+            )
+            | Self::Conflict(_) => 2,
+            Self::Image(
+                ImageError::UnknownExtension { .. }
+                | ImageError::NoLayers { .. }
+                | ImageError::LayerTwice { .. },
+            )
             | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
             Self::Image(_)
             | Self::Metrics(_)

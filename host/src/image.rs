@@ -3,6 +3,7 @@
 pub(crate) mod bounds;
 mod exr;
 
+use crate::input;
 use crate::memory;
 use crate::metrics::srgb;
 use crate::output::{Format, pfm};
@@ -46,6 +47,12 @@ pub enum ImageError {
     NoLayers {
         /// The file.
         path: PathBuf,
+    },
+    /// A layer that is asked for twice.
+    #[error("--aov names {layer} twice; name each layer once")]
+    LayerTwice {
+        /// Its name.
+        layer: &'static str,
     },
     /// The content is not what the extension says, or cannot be encoded.
     #[error("{}: {message}", path.display())]
@@ -115,13 +122,9 @@ impl Image {
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let format = Format::of(path)?;
         let io = |source| ImageError::Io { path: path.to_owned(), source };
-        // Asked before it is opened: opening a pipe waits for a writer.
-        let length = std::fs::metadata(path).and_then(|facts| match facts.is_file() {
-            true => Ok(facts.len()),
-            false => Err(io::Error::new(ErrorKind::InvalidInput, "this is not a file")),
-        });
-        let bounds = Bounds { path, length: length.map_err(io)?, free: memory::available() };
-        let mut file = File::open(path).map_err(io)?;
+        let mut file = input::open(path).map_err(io)?;
+        let length = file.metadata().map_err(io)?.len();
+        let bounds = Bounds { path, length, free: memory::available() };
         match format {
             Format::Pfm => read_pfm(&bounds, file),
             Format::Exr => exr::read_file(&bounds, file),

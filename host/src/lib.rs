@@ -113,6 +113,7 @@ pub mod distribute;
 pub mod error;
 pub mod film;
 pub mod image;
+mod input;
 pub mod lights;
 pub mod limits;
 pub mod memory;

@@ -1,61 +1,69 @@
 //! Files that are replaced whole: an earlier one stays as it was until the new one is complete.
+//!
+//! The new content goes to a temporary file in the same folder, `.NAME.RANDOM.part`. It is created
+//! with `O_EXCL`: it follows no link, and no two writers share it, also where containers on one
+//! file system give them the same process id. A killed process leaves its temporary file behind;
+//! the next write of the same file removes it after an hour.
 
-use std::fs::{self, File, Metadata};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use tempfile::NamedTempFile;
 
-/// Writes a file beside `path`, on the disk when this returns, and gives it that name and, where it may, the mode of an earlier one. Links are followed.
+/// Characters of a temporary file's random part.
+const RANDOM_CHARS: usize = 16;
+
+/// Age from which on a temporary file counts as left behind.
+const MAX_AGE: Duration = Duration::from_secs(3600);
+
+/// Links that are followed one after the other: Linux's own limit.
+const MAX_LINKS: u32 = 40;
+
+/// Writes a file beside `path`, syncs it, and renames it to `path`. It keeps the mode of an earlier
+/// file. Links are followed.
 ///
 /// # Errors
 ///
-/// What the file system says, or that something is there which is no regular file; then nothing is left of it.
-pub fn replace(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
-    let target = target(path);
-    let earlier = fs::metadata(&target).ok();
-    if earlier.as_ref().is_some_and(|facts| !facts.is_file()) {
-        return Err(io::Error::new(ErrorKind::InvalidInput, "it is there, and no regular file"));
+/// Returns the file system's error, or [`ErrorKind::InvalidInput`] if `path` exists and is no
+/// regular file. Nothing is left behind then.
+pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    let path = &target(path);
+    let earlier = earlier(path)?;
+    let mut temporary = beside(path, earlier.is_some())?;
+    write(temporary.as_file_mut())?;
+    if let Some(earlier) = earlier {
+        let _ = temporary.as_file().set_permissions(earlier.permissions());
     }
-    let path = &target;
-    let temporary = beside(path);
-    let written = write(&temporary).and_then(|()| {
-        if let Some(earlier) = earlier {
-            let _ = fs::set_permissions(&temporary, earlier.permissions());
-        }
-        fs::rename(&temporary, path)
-    });
-    if written.is_err() {
-        let _ = fs::remove_file(&temporary);
-    }
-    written?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(path)?;
     sweep(path);
-    // The name, too, is on the disk then. Where folders cannot be opened, it is not asked for.
+    // Syncs the name, too, where folders can be opened.
     match File::open(folder(path)) {
         Ok(folder) => folder.sync_all().or(Ok(())),
         Err(_) => Ok(()),
     }
 }
 
-/// Writes these bytes as `path`: in place of an earlier file, or where that cannot be, as with a pipe, in a folder that takes no new files or where a new file would
-/// not be everyone's whose the earlier one is, into what is there.
+/// Writes `bytes` to `path`: in place of an earlier file, or into it where it cannot be replaced. It
+/// cannot be if it is a pipe or a device, if its folder takes no new files, or if a new file would
+/// have other owners or lack its other names.
 ///
 /// # Errors
 ///
-/// What the file system says.
+/// Returns the file system's error.
 pub fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let earlier = fs::metadata(path).ok();
     if earlier.as_ref().is_some_and(|facts| !facts.is_file()) {
         return fs::write(path, bytes);
     }
-    let replaced = replace(path, |temporary| {
-        let mut file = File::create(temporary)?;
+    let replaced = replace(path, |file| {
         if let Some(earlier) = &earlier
             && !is_alike(earlier, &file.metadata()?)
         {
             return Err(ErrorKind::PermissionDenied.into());
         }
-        file.write_all(bytes)?;
-        file.sync_all()
+        file.write_all(bytes)
     });
     match replaced {
         Err(error) if is_for_want_of_a_new_file(error.kind()) => fs::write(path, bytes),
@@ -63,7 +71,75 @@ pub fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Whether a file may be there in place of another: of the same owners, and under no other name.
+/// Checks that [`put`] can write `path`. Creates nothing under that name, and leaves what is there.
+///
+/// # Errors
+///
+/// Returns the error that writing would meet.
+pub fn probe(path: &Path) -> io::Result<()> {
+    let opened = match fs::metadata(path) {
+        Ok(facts) if facts.is_dir() => Err(ErrorKind::IsADirectory.into()),
+        // Opening a pipe waits for its reader, and closing it would be the end to that.
+        Ok(facts) if !facts.is_file() => Ok(()),
+        Ok(_) => OpenOptions::new().append(true).open(path).map(drop),
+        Err(error) => Err(error),
+    };
+    match opened {
+        Err(error) if error.kind() == ErrorKind::NotFound => beside(&target(path), false).map(drop),
+        opened => opened,
+    }
+}
+
+/// Checks that [`replace`] can write `path`, as [`probe`] does.
+///
+/// # Errors
+///
+/// Returns the error that writing would meet.
+pub fn probe_replace(path: &Path) -> io::Result<()> {
+    probe(path)?;
+    let path = &target(path);
+    earlier(path)?;
+    beside(path, false).map(drop)
+}
+
+/// Returns whether two paths name one file: through links, relative parts and hard links. Neither
+/// need exist.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    place(a) == place(b) || is_same_data(a, b)
+}
+
+/// Returns the one path of a file, without links.
+pub fn place(path: &Path) -> PathBuf {
+    let target = target(path);
+    let folder = folder(&target);
+    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    target.file_name().map_or_else(|| target.clone(), |name| folder.join(name))
+}
+
+#[cfg(unix)]
+fn is_same_data(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (fs::metadata(a), fs::metadata(b)) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_same_data(_: &Path, _: &Path) -> bool {
+    false
+}
+
+/// Returns what is known of an earlier file, or an error for what cannot be replaced.
+fn earlier(path: &Path) -> io::Result<Option<Metadata>> {
+    match fs::metadata(path) {
+        Ok(facts) if facts.is_file() => Ok(Some(facts)),
+        Ok(_) => Err(io::Error::new(ErrorKind::InvalidInput, "it is there, and no regular file")),
+        Err(_) => Ok(None),
+    }
+}
+
+/// Returns whether a new file may replace an earlier one: same owners, no other names.
 #[cfg(unix)]
 fn is_alike(earlier: &Metadata, new: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -75,7 +151,7 @@ fn is_alike(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// Whether what is there may be written to though nothing can be put beside it.
+/// Returns whether a file may be written into after this error of replacing it.
 fn is_for_want_of_a_new_file(error: ErrorKind) -> bool {
     matches!(
         error,
@@ -87,121 +163,65 @@ fn is_for_want_of_a_new_file(error: ErrorKind) -> bool {
     )
 }
 
-/// Where links lead, also to what is not there yet.
+/// Follows links, also to a file that does not exist yet.
 fn target(path: &Path) -> PathBuf {
-    match (fs::canonicalize(path), fs::read_link(path)) {
-        (Ok(target), _) => target,
-        (Err(_), Ok(link)) => folder(path).join(link),
-        _ => path.to_owned(),
+    let mut path = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        match (fs::canonicalize(&path), fs::read_link(&path)) {
+            (Ok(target), _) => return target,
+            (Err(_), Ok(link)) => path = folder(&path).join(link),
+            _ => return path,
+        }
     }
+    path
 }
 
 fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// In the same folder, so that it can be moved; of this process alone, as two may write the same file.
-fn beside(path: &Path) -> PathBuf {
-    folder(path).join(format!("{}{}.part", prefix(path), std::process::id()))
+/// Creates a temporary file in the same folder: readable by its owner only if it `is_private`, else
+/// as the umask says.
+fn beside(path: &Path, is_private: bool) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new().prefix(&prefix(path)).suffix(SUFFIX).rand_bytes(RANDOM_CHARS).make_in(
+        folder(path),
+        |temporary| {
+            let mut options = OpenOptions::new();
+            options.write(true).create_new(true);
+            #[cfg(unix)]
+            std::os::unix::fs::OpenOptionsExt::mode(&mut options, if is_private { 0o600 } else { 0o666 });
+            let _ = is_private;
+            options.open(temporary)
+        },
+    )
 }
 
-/// Short enough for a name that is as long as it may be.
+const SUFFIX: &str = ".part";
+
+/// Returns how the names of a file's temporaries begin: short enough where the name is as long as
+/// one may be.
 fn prefix(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     format!(".{}.", name.chars().take(40).collect::<String>())
 }
 
-/// What no one has written to for so long was left by a process that was killed.
-const LEFT: Duration = Duration::from_secs(3600);
-
-/// Removes what killed processes left.
+/// Removes temporary files that killed processes left.
 fn sweep(path: &Path) {
+    let prefix = prefix(path);
     for entry in fs::read_dir(folder(path)).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let process = name.to_str().and_then(|name| name.strip_prefix(&prefix(path))?.strip_suffix(".part"));
-        let is_one = process.is_some_and(|process| process.parse::<u32>().is_ok());
-        if !is_one {
+        let random = name.to_str().and_then(|name| name.strip_prefix(&prefix)?.strip_suffix(SUFFIX));
+        let is_random =
+            |text: &str| text.len() == RANDOM_CHARS && text.bytes().all(|b| b.is_ascii_alphanumeric());
+        if !random.is_some_and(is_random) {
             continue;
         }
-        let time = entry.metadata().and_then(|facts| facts.modified()).ok();
-        if time.and_then(|time| time.elapsed().ok()).is_some_and(|age| age > LEFT) {
+        let time = entry.metadata().ok().filter(Metadata::is_file).and_then(|facts| facts.modified().ok());
+        if time.and_then(|time| time.elapsed().ok()).is_some_and(|age| age > MAX_AGE) {
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
 #[cfg(all(test, unix))]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
-
-    use super::*;
-    use std::os::unix::fs::{PermissionsExt, symlink};
-
-    /// EACCES, EROFS and ENOSPC by their numbers.
-    fn libc_error(number: i32) -> ErrorKind {
-        io::Error::from_raw_os_error(number).kind()
-    }
-
-    fn folder_of(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("trisect-replace-{}-{name}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        folder
-    }
-
-    /// The earlier file stays whole until the new one is, and nothing else is left.
-    #[test]
-    fn whole_or_not_at_all() {
-        let folder = folder_of("whole");
-        let path = folder.join("a.png");
-        put(&path, b"first").unwrap();
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
-        let failed = replace(&path, |temporary| {
-            fs::write(temporary, b"sec")?;
-            assert_eq!(fs::read(&path)?, b"first");
-            Err(io::Error::other("the disk is full"))
-        });
-        assert!(failed.is_err());
-        assert_eq!(fs::read(&path).unwrap(), b"first");
-        put(&path, b"second").unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"second");
-        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
-        // The twin: written in place, half of it would be there.
-        fs::write(&path, b"sec").unwrap();
-        assert_ne!(fs::read(&path).unwrap(), b"second");
-        fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn what_cannot_be_replaced_is_written_to() {
-        let folder = folder_of("link");
-        let (path, link) = (folder.join("a.png"), folder.join("link.png"));
-        fs::write(&path, b"first").unwrap();
-        symlink(&path, &link).unwrap();
-        put(&link, b"second").unwrap();
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert_eq!(fs::read(&path).unwrap(), b"second");
-        fs::remove_file(&path).unwrap();
-        put(&link, b"again").unwrap();
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert_eq!(fs::read(&path).unwrap(), b"again");
-        // One file of two names stays one.
-        let other = folder.join("other.png");
-        fs::hard_link(&path, &other).unwrap();
-        put(&path, b"both").unwrap();
-        assert_eq!(fs::read(&other).unwrap(), b"both");
-        // The longest name.
-        let long = folder.join("a".repeat(251) + ".png");
-        put(&long, b"long").unwrap();
-        put(&long, b"longer").unwrap();
-        assert_eq!(fs::read(&long).unwrap(), b"longer");
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 4);
-        for (error, in_place) in [(libc_error(13), true), (libc_error(30), true), (libc_error(28), false)] {
-            assert_eq!(is_for_want_of_a_new_file(error), in_place, "{error}");
-        }
-        put(Path::new("/dev/null"), b"third").unwrap();
-        assert!(replace(Path::new("/dev/null"), |_| Ok(())).is_err());
-        assert!(put(&folder.join("none/a.png"), b"").is_err());
-        fs::remove_dir_all(folder).unwrap();
-    }
-}
+mod tests;

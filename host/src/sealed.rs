@@ -3,6 +3,7 @@
 //! Eight bytes that say what it is; the lengths of header and data, eight bytes each; a CRC-32 of these; header and data; a CRC-32 of each 64 KiB of these two. Numbers
 //! are little-endian. In 64 KiB a CRC-32 finds each change of up to three bits, and each within 32 neighbouring ones (Koopman 2002, table 1).
 
+use crate::input;
 use crate::replace::replace;
 use rayon::prelude::*;
 use std::fs::File;
@@ -67,11 +68,8 @@ pub struct Contents {
 ///
 /// [`SealError`] for another file, and one that was cut off or damaged. Twice its size is allocated, at most.
 pub fn read(path: &Path, magic: &[u8; 8]) -> Result<Contents, SealError> {
-    let mut file = File::open(path)?;
+    let mut file = input::open(path)?;
     let facts = file.metadata()?;
-    if !facts.is_file() {
-        return Err(SealError::Other);
-    }
     // What is none is not read whole.
     let mut bytes = Vec::new();
     Read::by_ref(&mut file).take(magic.len() as u64).read_to_end(&mut bytes)?;
@@ -139,11 +137,10 @@ pub fn write(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io:
     if header.len() as u64 > GREATEST_HEADER {
         return Err(invalid("its header would be too long"));
     }
-    replace(path, |temporary| write_to(temporary, magic, header, data))
+    replace(path, |file| write_to(file, magic, header, data))
 }
 
-fn write_to(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
-    let mut file = File::create(path)?;
+fn write_to(file: &mut File, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
     let length: usize = data.iter().map(|part| part.len()).sum();
     let mut prefix = magic.to_vec();
     prefix.extend((header.len() as u64).to_le_bytes());
@@ -155,8 +152,7 @@ fn write_to(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::
         file.write_all(part)?;
         crcs.add(part);
     }
-    file.write_all(&crcs.end())?;
-    file.sync_all()
+    file.write_all(&crcs.end())
 }
 
 /// CRCs of blocks of what comes in pieces.

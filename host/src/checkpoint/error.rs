@@ -73,10 +73,4 @@ pub enum CheckpointError {
         /// The file.
         path: PathBuf,
     },
-    /// Two outputs to one file.
-    #[error("{}: --checkpoint and another output are this file; name two", path.display())]
-    SameFile {
-        /// The file.
-        path: PathBuf,
-    },
 }

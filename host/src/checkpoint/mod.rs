@@ -13,6 +13,7 @@ pub use saver::{Every, Saver};
 
 use crate::film::{Coverage, Film, GuideTotals, Part, PixelTotals};
 use crate::render::GREATEST_DEPTH;
+use crate::replace;
 use crate::sealed::{self, Contents, SealError};
 use bytemuck::cast_slice;
 use rayon::prelude::*;
@@ -202,6 +203,15 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
 #[derive(Deserialize)]
 struct Format {
     format: u32,
+}
+
+/// Checks that [`write`] can write `path`. Creates nothing under that name, and changes nothing that is there.
+///
+/// # Errors
+///
+/// [`CheckpointError::Io`] names the file.
+pub fn probe(path: &Path) -> Result<(), CheckpointError> {
+    replace::probe_replace(path).map_err(|source| CheckpointError::Io { path: path.to_owned(), source })
 }
 
 /// As [`Checkpoint::write`], of a film that someone else has.

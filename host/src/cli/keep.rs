@@ -75,7 +75,7 @@ pub struct ResumeArgs {
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
 
-    /// Image file; without it, that of the first command.
+    /// Image file; without it, that of the first command, if that is in or below the checkpoint's folder or the current one.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
@@ -119,7 +119,7 @@ pub struct MergeArgs {
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
 
-    /// A checkpoint of all of them, or an image: .png (sRGB), .exr, .hdr or .pfm (linear).
+    /// A checkpoint of all of them, or an image: .png (sRGB), .exr, .hdr or .pfm (linear). Not one of FILES.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::backend::DeviceKind;
 use trisect::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live};
+use trisect::output::Outputs;
 use trisect::{Error, output};
 
 /// Frames before those that count.
@@ -29,7 +30,8 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         output::probe(path)?;
     }
     let denoise = arguments.denoise.denoise()?;
-    let mut session = Session::open(&arguments.job)?;
+    let outputs = Outputs::default().file("--json", arguments.json.as_deref());
+    let mut session = Session::open(&arguments.job, &outputs)?;
     let mut first = FirstSubmission::default();
     let gpu = session.renderer.backend().device().kind == DeviceKind::Gpu;
     let warm_up = WarmUp { frames: WARM_UP, time: if gpu { SETTLE } else { Duration::ZERO } };
@@ -63,7 +65,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&benchmark)
             .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
-        std::fs::write(path, text + "\n").map_err(|source| BenchError::Io { path: path.clone(), source })?;
+        output::write_file(path, (text + "\n").as_bytes())?;
     }
     super::print(&benchmark.table())?;
     for warning in frames.first.warnings() {

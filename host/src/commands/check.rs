@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
 use trisect::limits::{self, Change, Report};
+use trisect::output::Outputs;
 use trisect::scene::Described;
 
 /// Something in the scene is outside the supported range.
@@ -16,6 +17,8 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     let scene = Described::load(&arguments.scene)?;
     let report = limits::check(&scene, &scene.settings());
     if let Some(path) = &arguments.write {
+        let files = scene.description.files.iter().filter(|file| **file != arguments.scene);
+        Outputs::default().file("--write", Some(path)).check_inputs("a file of the scene", files)?;
         limits::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
     // What the reader changed and what rounding drops are errors or warnings of their own.

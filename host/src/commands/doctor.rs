@@ -4,6 +4,7 @@ use super::tradeoff::user_cache;
 use crate::cli::DoctorArgs;
 use serde::Serialize;
 use std::fmt::Write;
+use std::io;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 use trisect::Error;
@@ -212,10 +213,9 @@ fn window() -> Finding {
 /// Whether something can be written there.
 fn folder(part: &str, path: Option<&Path>, mend: &str) -> Finding {
     let Some(path) = path else { return Finding::missing(part, "there is no home folder", mend) };
-    let probe = path.join(format!("trisect-{}", std::process::id()));
     let written = std::fs::create_dir_all(path)
-        .and_then(|()| std::fs::write(&probe, "trisect"))
-        .and_then(|()| std::fs::remove_file(&probe));
+        .and_then(|()| tempfile::NamedTempFile::new_in(path))
+        .and_then(|mut file| io::Write::write_all(&mut file, b"trisect").and_then(|()| file.close()));
     match written {
         Ok(()) => Finding::works(part, path.display().to_string()),
         Err(error) => Finding::new(part, State::Broken, format!("{}: {error}", path.display()), Some(mend)),

@@ -1,5 +1,6 @@
 //! What keeps a render from being lost: checkpoints, and an end that was asked for.
 
+use super::elsewhere::write_elsewhere;
 use super::signals::INTERRUPTED;
 use super::{Session, say};
 use crate::cli::{KeepArgs, RenderArgs};
@@ -119,19 +120,12 @@ impl Watch {
             }
             return Ok(true);
         };
-        let fallback = fallback(saver.path());
-        let written = trisect::checkpoint::write(&fallback, &saver.header(), film);
+        let write = |path: &Path| Ok(trisect::checkpoint::write(path, &saver.header(), film)?);
+        let written = write_elsewhere(saver.path(), write);
         say(&format!("error: {error}"));
-        written?;
-        say(&format!("wrote the checkpoint to {} instead", fallback.display()));
+        say(&format!("wrote the checkpoint to {} instead", written?.display()));
         Ok(false)
     }
-}
-
-/// Where a file goes that cannot be where it should: the folder for temporary files.
-pub fn fallback(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    std::env::temp_dir().join(format!("trisect-{}-{name}", std::process::id()))
 }
 
 impl Keeper for Watch {
@@ -219,14 +213,4 @@ fn folder() -> Result<PathBuf, CheckpointError> {
         Some(_) => Ok(folder),
         None => Err(CheckpointError::NoText { what: folder.display().to_string() }),
     }
-}
-
-/// Whether two paths are one file, also where neither is there yet.
-pub fn is_same(a: &Path, b: &Path) -> bool {
-    let place = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-        path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()))
-    };
-    place(a) == place(b)
 }

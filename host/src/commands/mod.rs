@@ -6,6 +6,7 @@ pub mod check;
 pub mod cluster;
 pub mod compare;
 pub mod doctor;
+mod elsewhere;
 pub mod info;
 mod keep;
 mod lab;
@@ -25,6 +26,7 @@ use trisect::Error;
 use trisect::backend::{self, Selection};
 use trisect::distribute::DistributeError;
 use trisect::limits;
+use trisect::output::Outputs;
 use trisect::render::{MathMode, Renderer, Settings};
 use trisect::scene::{Described, Scene, Space};
 use trisect::threads::start_shared;
@@ -65,13 +67,15 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads the scene and checks the settings.
-    pub fn read(job: &JobArgs) -> Result<Self, Error> {
+    /// Reads the scene and checks the settings, and that no output is one of the scene's files.
+    pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
             Some(path) => Described::load(path)?,
             None => Described::hello_world()?,
         };
+        outputs.check_inputs("the scene", &job.scene)?;
+        outputs.check_inputs("a file of the scene", &described.description.files)?;
         let settings = job.settings(described.settings());
         settings.check()?;
         let beyond = limits::warnings(&described, &settings);
@@ -139,8 +143,8 @@ pub fn fit_to_cpu(settings: &mut Settings) {
 
 impl Session {
     /// The same for a render that is not to be lost: with the scene's digest for a checkpoint, and on the fallback where the device cannot be had.
-    pub fn open_kept(job: &JobArgs, keep: &KeepArgs) -> Result<Self, Error> {
-        let loaded = Loaded::read(job)?;
+    pub fn open_kept(job: &JobArgs, keep: &KeepArgs, outputs: &Outputs) -> Result<Self, Error> {
+        let loaded = Loaded::read(job, outputs)?;
         loaded.warn();
         let digest = keep.checkpoint.is_some().then(|| loaded.scene.digest());
         let start = Instant::now();
@@ -158,9 +162,9 @@ impl Session {
         Ok(Self { digest, spare, ..session })
     }
 
-    /// Reads the scene, checks the settings, opens the backend.
-    pub fn open(job: &JobArgs) -> Result<Self, Error> {
-        Self::open_kept(job, &KeepArgs::default())
+    /// Reads the scene, checks the settings, opens the backend. The command is to write these files.
+    pub fn open(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
+        Self::open_kept(job, &KeepArgs::default(), outputs)
     }
 }
 

@@ -1,24 +1,25 @@
 //! `trisect render`.
 
-use super::keep::{Begun, Ended, Told, Watch, fallback, is_same};
+use super::elsewhere::or_elsewhere;
+use super::keep::{Begun, Ended, Told, Watch};
 use super::say;
 use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
 use crate::cli::RenderArgs;
 use crate::progress::Bar;
-use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::backend::BackendError;
-use trisect::checkpoint::{Checkpoint, CheckpointError, arithmetic};
+use trisect::checkpoint::{self, Checkpoint, CheckpointError, arithmetic};
 use trisect::denoise::Denoise;
 use trisect::distribute::DistributeError;
 use trisect::film::{Film, Part};
 use trisect::image::{Image, ImageError};
 use trisect::output::layers::{self, Aov};
-use trisect::render::{Settings, SettingsError};
+use trisect::output::{Format, Outputs};
+use trisect::render::Settings;
 use trisect::sampling::{self, Goal, Request, Sampled};
 use trisect::stats::RenderStats;
 use trisect::{Error, output};
@@ -49,7 +50,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
     check_new(arguments)?;
 
-    let mut session = Session::open_kept(&arguments.job, &arguments.keep)?;
+    let mut session = Session::open_kept(&arguments.job, &arguments.keep, &outputs(arguments))?;
     session.settings.guides = needs_guides(arguments, denoise.as_ref());
     if !arguments.tell.quiet {
         announce(&session, &aim(&session, request.as_ref()));
@@ -163,24 +164,27 @@ pub fn needs_guides(arguments: &RenderArgs, denoise: Option<&Denoise>) -> bool {
     denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_guides())
 }
 
+/// Returns the files that a render writes.
+pub fn outputs(arguments: &RenderArgs) -> Outputs {
+    Outputs::default()
+        .file("-o", Some(&arguments.output))
+        .file("--stats", arguments.tell.stats.as_deref())
+        .file("--checkpoint", arguments.keep.checkpoint.as_deref())
+}
+
 /// Finds out what cannot be written before minutes of rendering are lost.
 pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
-    output::check_writable(&arguments.output)?;
+    Format::of(&arguments.output)?;
     if !arguments.aov.is_empty() {
-        layers::check(&arguments.output)?;
+        layers::check(&arguments.output, &arguments.aov)?;
     }
+    outputs(arguments).check()?;
+    output::probe(&arguments.output)?;
     if let Some(stats) = &arguments.tell.stats {
-        if *stats == arguments.output {
-            return Err(SettingsError::SameFile { path: stats.display().to_string() }.into());
-        }
         output::probe(stats)?;
     }
     if let Some(path) = &arguments.keep.checkpoint {
-        let others = std::iter::once(&arguments.output).chain(&arguments.tell.stats);
-        if others.into_iter().any(|other| is_same(path, other)) {
-            return Err(CheckpointError::SameFile { path: path.clone() }.into());
-        }
-        output::probe(path)?;
+        checkpoint::probe(path)?;
     }
     Ok(())
 }
@@ -267,6 +271,7 @@ fn conclude(
     })?;
     let moved = path != arguments.output;
 
+    let mut told = None;
     let stats = &mut stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
     stats.scene = session.name;
@@ -274,7 +279,8 @@ fn conclude(
     if let Some(path) = &arguments.tell.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
-        fs::write(path, text + "\n").map_err(|source| ImageError::Io { path: path.clone(), source })?;
+        told =
+            Some(or_elsewhere(path, |path| Ok(output::write_file(path, (text.clone() + "\n").as_bytes())?)));
     }
     if !arguments.tell.quiet {
         say(&stats.summary());
@@ -291,21 +297,17 @@ fn conclude(
     } else if moved {
         say(&format!("wrote {} instead", path.display()));
     }
+    let told = told.transpose()?;
+    let moved_stats = told.filter(|told| Some(told) != arguments.tell.stats.as_ref());
+    if let Some(path) = &moved_stats {
+        say(&format!("wrote {} instead", path.display()));
+    }
+    let moved = moved || moved_stats.is_some();
     for warning in stats.warnings() {
         say(&format!("warning: {warning}"));
     }
     let code = if stats.unwritten_pixels == 0 && !moved { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     Ok((code, !moved))
-}
-
-/// Writes a file, elsewhere if it cannot be where it should, and says where it is: a disk that is full, a folder that is gone, and what was rendered is not
-/// lost by it.
-pub fn or_elsewhere(path: &Path, write: impl Fn(&Path) -> Result<(), Error>) -> Result<PathBuf, Error> {
-    let Err(error) = write(path) else { return Ok(path.to_owned()) };
-    let elsewhere = fallback(path);
-    let written = write(&elsewhere);
-    say(&format!("error: {error}"));
-    written.map(|()| elsewhere)
 }
 
 /// Writes the image that was denoised, or what was drawn, with its layers.

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::cpu::Cpu;
 use trisect::bench::BenchError;
-use trisect::bench::report::{Plan, Report};
+use trisect::bench::report::{Plan, Report, is_output};
+use trisect::output::Outputs;
 use trisect::scene::Described;
 
 /// Measures this machine, prints what was found and writes charts and data.
@@ -15,6 +16,9 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
     let scenes: Vec<Described> =
         arguments.scenes.iter().map(|path| Described::load(path)).collect::<Result<_, _>>()?;
+    let outputs = Outputs::default().folder("-o", Some(out), is_output);
+    outputs.check_inputs("a scene", &arguments.scenes)?;
+    outputs.check_inputs("a file of a scene", scenes.iter().flat_map(|scene| &scene.description.files))?;
     let selection = super::open(arguments.backend, arguments.device, arguments.threads)?;
     if !selection.why.is_empty() {
         super::say(&selection.why);

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::Error;
-use trisect::checkpoint::{Checkpoint, CheckpointError, Header};
+use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header};
 use trisect::film::{Film, Part};
 use trisect::image::ImageError;
-use trisect::output::{self, Format};
+use trisect::output::{self, Format, Outputs};
 use trisect::threads::start_shared;
 
 /// Goes on with a render where its checkpoint ended.
@@ -26,15 +26,19 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     start_shared(arguments.threads.map(|threads| threads as usize))?;
     let checkpoint = Checkpoint::read(&arguments.file)?;
     let command = command(arguments, &checkpoint.header)?;
+    check_output(arguments, &command)?;
     render::check(&command)?;
     let denoise = command.denoise.denoise()?;
-    let mut session = Session::open_kept(&command.job, &command.keep)?;
+    let mut session = Session::open_kept(&command.job, &command.keep, &render::outputs(&command))?;
     session.settings.guides = !checkpoint.film.guides.is_empty();
     // The scene may say another number now, which does not matter to the samples that are there.
     session.settings.samples = checkpoint.header.spp;
     if !command.tell.quiet {
         render::announce(&session, &render::aim(&session, None));
         say(&there(&checkpoint));
+        if arguments.output.is_none() {
+            say(&format!("  the image goes to {}, as the checkpoint says", command.output.display()));
+        }
     }
     render::go(&command, session, denoise, Some((arguments.file.clone(), checkpoint)), start)
 }
@@ -65,7 +69,8 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
-    command.tell.stats = arguments.tell.stats.clone().or(command.tell.stats.map(at));
+    // What the first command told is done with, and where the image goes is checked.
+    command.tell.stats = arguments.tell.stats.clone();
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
         // What the image does not depend on, and another backend may not have.
@@ -89,13 +94,28 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     Ok(command)
 }
 
+/// Checks that the image goes where the user said, or to a place that a checkpoint may choose.
+pub fn check_output(arguments: &ResumeArgs, command: &RenderArgs) -> Result<(), Error> {
+    match &arguments.output {
+        Some(_) => Ok(()),
+        None => Ok(output::check_stored(&command.output, &arguments.file)?),
+    }
+}
+
 /// Adds checkpoints of one image.
 pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
+    Outputs::default()
+        .file("-o", Some(&arguments.output))
+        .check_inputs("a checkpoint that is added", &arguments.files)?;
     let as_image = Format::of(&arguments.output).is_ok();
     if !as_image && is_other_image(&arguments.output) {
         return Err(ImageError::UnknownExtension { path: arguments.output.clone() }.into());
     }
-    output::probe(&arguments.output)?;
+    if as_image {
+        output::probe(&arguments.output)?;
+    } else {
+        checkpoint::probe(&arguments.output)?;
+    }
     let (first, others) = arguments.files.split_first().map_or((None, &[][..]), |(a, b)| (Some(a), b));
     let Some(first) = first else { return Ok(ExitCode::SUCCESS) };
     start_shared(None)?;

@@ -6,14 +6,15 @@ use crate::cli::{ConvergeArgs, JobArgs, QualityArg, ReferenceArgs, TradeoffArgs}
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trisect::Error;
 use trisect::image::ImageError;
+use trisect::output::Outputs;
 use trisect::sampling::Goal;
 use trisect::scene::Scene;
 use trisect::tradeoff::{
     Convergence, Courses, Facts, Fit, KNOBS, Lab, Mode, REFERENCE_SHARE, Reference, Supervisor, Sweep,
-    TradeoffError, check_seeds, fit, modes,
+    TradeoffError, check_seeds, fit, is_output, modes,
 };
+use trisect::{Error, output};
 
 /// An error that no reference has: it takes all its samples.
 const NEVER: f64 = 1e-9;
@@ -39,8 +40,8 @@ struct Ready {
 }
 
 impl Ready {
-    fn new(job: &JobArgs) -> Result<Self, Error> {
-        let loaded = Loaded::read(job)?;
+    fn new(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
+        let loaded = Loaded::read(job, outputs)?;
         loaded.warn();
         let selection = open(job.backend, job.device, job.threads)?;
         let fast = selection.backend.device().backend != "cpu";
@@ -60,17 +61,19 @@ pub fn user_cache() -> Option<PathBuf> {
     std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home)
 }
 
-/// Where references are kept.
-fn cache(arguments: &ReferenceArgs) -> PathBuf {
-    let user = || user_cache().unwrap_or_else(std::env::temp_dir).join("trisect/references");
-    arguments.cache.clone().unwrap_or_else(user)
+/// Returns where references are kept. A folder that others write to is none: their references would be believed.
+fn cache(arguments: &ReferenceArgs) -> Result<PathBuf, TradeoffError> {
+    let user = || user_cache().map(|cache| cache.join("trisect/references"));
+    arguments.cache.clone().or_else(user).ok_or(TradeoffError::NoCache)
 }
 
 /// Turns each knob, measures what it costs, and writes a report of what was measured in the time.
 pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     check_seeds(arguments.seeds)?;
+    let cache = cache(&arguments.reference)?;
+    let outputs = Outputs::default().folder("-o", Some(&arguments.output), is_output);
     let mut supervisor = LabSupervisor::new(arguments.time_limit, arguments.quiet);
-    let ready = Ready::new(&arguments.job)?;
+    let ready = Ready::new(&arguments.job, &outputs)?;
     let modes = ready.modes(&arguments.knobs)?;
     fs::create_dir_all(&arguments.output).map_err(TradeoffError::io(&arguments.output))?;
     let Ready { scene, base, backend, .. } = ready;
@@ -96,7 +99,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     };
     supervisor.say(&format!("{} ways, {levels:?} samples a pixel, {seeds} seeds", modes.len()));
     let goal = (goal, REFERENCE_SHARE);
-    let reference = lab.reference(&base, goal, &cache(&arguments.reference), &mut supervisor)?;
+    let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
     let sweep = Sweep { modes: &modes, levels: &levels, seeds, flips };
     let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), &mut supervisor)?;
@@ -115,20 +118,22 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
 /// Follows the error of ways of rendering, and compares each two of them.
 pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     check_seeds(arguments.seeds)?;
+    let cache = cache(&arguments.reference)?;
+    let outputs = Outputs::default().file("-o", arguments.output.as_deref());
     let mut supervisor = LabSupervisor::new(arguments.time_limit, false);
-    let ready = Ready::new(&arguments.job)?;
+    let ready = Ready::new(&arguments.job, &outputs)?;
     let modes = ready.modes(&arguments.knobs)?;
     let ConvergeArgs { first, last, seeds, .. } = *arguments;
     let courses = Courses { modes: &modes, first, last, seeds };
     courses.counts()?;
     if let Some(path) = &arguments.output {
-        trisect::output::probe(path)?;
+        output::probe(path)?;
     }
     let Ready { scene, base, backend, .. } = ready;
     let mut lab = Lab::new(&scene, backend);
     let most = arguments.reference.reference_spp.unwrap_or(last.saturating_mul(REFERENCE_OF_COURSE));
     let goal = (Goal::Error { target: NEVER, most }, REFERENCE_SHARE_OF_COURSE);
-    let reference = lab.reference(&base, goal, &cache(&arguments.reference), &mut supervisor)?;
+    let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
     let found: Convergence = lab.converge(&courses, reference.as_ref(), &mut supervisor)?;
     supervisor.finish();
@@ -141,7 +146,7 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.output
         && !(found.courses.is_empty() && stays(path))
     {
-        fs::write(path, json()?).map_err(|source| ImageError::Io { path: path.clone(), source })?;
+        output::write_file(path, json()?.as_bytes())?;
     }
     print(&if arguments.json { json()? } else { found.summary() })?;
     Ok(exit_code(found.ended))

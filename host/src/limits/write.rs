@@ -1,5 +1,7 @@
 //! A copy of a scene that differs in one field.
 
+use crate::input;
+use crate::replace::{is_same, put};
 use crate::scene::{
     CameraPose, Described, SceneError, Space, camera_value, insert_camera, insert_space, is_model, point,
 };
@@ -81,13 +83,13 @@ pub fn write(from: &Path, scene: &Described, change: Change, to: &Path) -> Resul
     let folders = [folder(from), folder(to)];
     let same_folder =
         folders[0].canonicalize().map_err(io(from))? == folders[1].canonicalize().map_err(io(to))?;
-    if to.exists() && from.canonicalize().map_err(io(from))? == to.canonicalize().map_err(io(to))? {
+    if is_same(from, to) {
         return Err(WriteError::SameFile { path: to.to_owned() });
     }
     let (text, names_files) = if is_model(from) {
         (around_model(from, scene, change)?, true)
     } else {
-        let text = std::fs::read_to_string(from).map_err(io(from))?;
+        let text = input::read_text(from).map_err(io(from))?;
         match change {
             Change::Space(space) => insert_space(&text, &scene.name, &field(space))?,
             Change::Camera(camera) => insert_camera(&text, &scene.name, &camera)?,
@@ -97,7 +99,7 @@ pub fn write(from: &Path, scene: &Described, change: Change, to: &Path) -> Resul
         let instead = folders[0].join(to.file_name().unwrap_or_default());
         return Err(WriteError::OtherFolder { path: to.to_owned(), instead });
     }
-    std::fs::write(to, text).map_err(io(to))
+    put(to, text.as_bytes()).map_err(io(to))
 }
 
 /// The field's value. Rust's debug form of an f64 reads back to the same bits.

@@ -49,15 +49,19 @@ impl Aov {
     }
 }
 
-/// Refuses a file that has no layers.
+/// Checks that a file can hold these layers.
 ///
 /// # Errors
 ///
-/// [`ImageError::NoLayers`] where the extension is not `.exr`.
-pub fn check(path: &Path) -> Result<(), ImageError> {
-    match super::Format::of(path)? {
-        super::Format::Exr => Ok(()),
-        _ => Err(ImageError::NoLayers { path: path.to_owned() }),
+/// Returns [`ImageError::NoLayers`] where the extension is not `.exr`, [`ImageError::LayerTwice`] where a layer stands twice.
+pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
+    if super::Format::of(path)? != super::Format::Exr {
+        return Err(ImageError::NoLayers { path: path.to_owned() });
+    }
+    let is_twice = |of: &&(&'static str, Aov)| aovs.iter().filter(|aov| **aov == of.1).count() > 1;
+    match Aov::ALL.iter().find(is_twice) {
+        Some((layer, _)) => Err(ImageError::LayerTwice { layer }),
+        None => Ok(()),
     }
 }
 
@@ -213,7 +217,10 @@ mod tests {
 
     #[test]
     fn other_formats_have_no_layers() {
-        assert!(check(Path::new("a.EXR")).is_ok());
-        assert!(matches!(check(Path::new("a.png")), Err(ImageError::NoLayers { .. })));
+        let [normal, depth] = [Aov::Normal, Aov::Depth];
+        assert!(check(Path::new("a.EXR"), &[normal, depth]).is_ok());
+        assert!(matches!(check(Path::new("a.png"), &[normal]), Err(ImageError::NoLayers { .. })));
+        let twice = check(Path::new("a.exr"), &[normal, depth, normal]);
+        assert!(matches!(twice, Err(ImageError::LayerTwice { layer: "normal" })));
     }
 }

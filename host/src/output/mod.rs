@@ -1,13 +1,15 @@
 //! Image files by extension: PNG (8-bit sRGB), EXR and PFM (32-bit linear), HDR (linear, shared exponent).
 
+mod conflict;
 pub mod layers;
 pub mod pfm;
 
+pub use conflict::{ConflictError, Outputs, check_stored};
+
 use crate::image::{Image, ImageError};
 use crate::metrics::srgb;
-use crate::replace::put;
+use crate::replace::{self, put};
 use image::{ImageBuffer, ImageFormat, Rgb};
-use std::fs::{self, OpenOptions};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -38,25 +40,21 @@ impl Format {
     }
 }
 
-/// Finds out before a render whether its image can be written: the extension, the folder, the rights. Leaves an existing file
-/// as it is, and no new one behind.
+/// Checks before a render that its image can be written: the extension, the folder, the rights. Creates nothing under that name, and leaves an
+/// existing file as it is.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::of(path)?;
     probe(path)
 }
 
-/// As [`check_writable`], for a file of any kind.
+/// Checks as [`check_writable`] does, for a file of any kind.
 pub fn probe(path: &Path) -> Result<(), ImageError> {
-    let existed = path.symlink_metadata().is_ok(); // a link to nothing counts, and stays
-    OpenOptions::new()
-        .append(true)
-        .create(true)
-        .open(path)
-        .map_err(|source| ImageError::Io { path: path.to_owned(), source })?;
-    if !existed {
-        let _ = fs::remove_file(path);
-    }
-    Ok(())
+    replace::probe(path).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+}
+
+/// Writes a file of any kind, in place of an earlier one: whole, or not at all.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    put(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// Writes an image in the format that the extension names, in place of an earlier file: whole, or not at all.
@@ -112,6 +110,7 @@ pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn sample() -> Image {
         let pixels = (0..12).map(|i| [i as f32 / 11.0, 0.25, 1.0 - i as f32 / 11.0]).collect();

@@ -207,12 +207,6 @@ pub enum SettingsError {
         /// The backend.
         backend: &'static str,
     },
-    /// Two outputs to one file.
-    #[error("--output and --stats name the same file, {path}")]
-    SameFile {
-        /// The file.
-        path: String,
-    },
     /// `--device` without a backend.
     #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
     DeviceOfWhat,

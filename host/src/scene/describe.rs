@@ -39,7 +39,7 @@ pub fn describe(
     let source = file.source;
     let mut scene = Description::default();
 
-    let textures = textures(file, folder, loader, &mut scene.images)?;
+    let textures = textures(file, folder, loader, &mut scene)?;
     let textures = Textures { names: Index::new(&file.textures), uses: textures, source };
     for (name, material) in &file.materials {
         scene.materials.push(textures.material(name, material, &mut scene.warnings)?);
@@ -77,11 +77,12 @@ pub fn describe(
         format::Sky::Gradient { bottom, top } => {
             Some(Sky::Gradient { bottom: vector(*bottom), top: vector(*top) })
         }
-        format::Sky::Image { file, scale, rotation } => Some(Sky::Image {
-            image: loader.panorama(&folder.join(&file.name)).map_err(|error| source.in_file(file, error))?,
-            scale: scale.0,
-            rotation: rotation.0.to_radians(),
-        }),
+        format::Sky::Image { file, scale, rotation } => {
+            let path = folder.join(&file.name);
+            let image = loader.panorama(&path).map_err(|error| source.in_file(file, error))?;
+            scene.files.push(path);
+            Some(Sky::Image { image, scale: scale.0, rotation: rotation.0.to_radians() })
+        }
     };
     Ok((scene, settings(file)))
 }
@@ -104,7 +105,7 @@ fn textures(
     file: &SceneFile,
     folder: &Path,
     loader: &mut dyn Loader,
-    images: &mut Vec<TextureImage>,
+    scene: &mut Description,
 ) -> Result<Vec<TextureUse>, SceneError> {
     let mut read: HashMap<(PathBuf, bool), usize> = HashMap::new();
     let mut uses = Vec::with_capacity(file.textures.len());
@@ -117,9 +118,10 @@ fn textures(
                 let image = loader
                     .texture(&path, linear)
                     .map_err(|error| file.source.in_file(&texture.file, error))?;
-                images.push(image);
-                read.insert((path, linear), images.len() - 1);
-                images.len() - 1
+                scene.images.push(image);
+                scene.files.push(path.clone());
+                read.insert((path, linear), scene.images.len() - 1);
+                scene.images.len() - 1
             }
         };
         let wrap = match texture.wrap {

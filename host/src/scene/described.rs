@@ -4,6 +4,7 @@ use super::describe::{self, Loader};
 use super::description::{Description, TextureImage};
 use super::{Scene, SceneError, Space, format, import, lower, model};
 use crate::image::{Image, ImageError};
+use crate::input;
 use crate::render::{Fresnel, MathMode, Sampler, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -98,8 +99,8 @@ impl Described {
         if import::is_model(path) {
             return Self::from_model(import::load(path)?, &name);
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+        let text =
+            input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
         Self::read(&text, &name, path.parent().unwrap_or(Path::new("")))
     }
 

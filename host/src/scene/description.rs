@@ -4,6 +4,7 @@
 
 use super::CameraPose;
 use glam::{DAffine2, DAffine3, DVec3};
+use std::path::PathBuf;
 
 /// A whole scene, or a part that a scene file includes.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +31,8 @@ pub struct Description {
     pub shape_objects: Vec<usize>,
     /// The same for `instances`.
     pub instance_objects: Vec<usize>,
+    /// Files that it was read from. A scene file's own is not among them.
+    pub files: Vec<PathBuf>,
 }
 
 /// Radiance from infinity.

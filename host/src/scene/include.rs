@@ -86,6 +86,7 @@ impl Model {
         own: bool,
         material: Option<usize>,
     ) -> Self {
+        scene.files.extend(part.files);
         let first = scene.meshes.len();
         let materials: Vec<usize> =
             part.meshes.iter().map(|mesh| mesh.material + scene.materials.len()).collect();

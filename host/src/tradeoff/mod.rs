@@ -27,6 +27,7 @@ pub use fit::{Fit, REFERENCE_SHARE, fit};
 pub use lab::Lab;
 pub use measure::Sweep;
 pub use mode::{KNOBS, Mode, modes};
+pub use page::is_output;
 pub use picture::Pictures;
 pub use point::{Against, Missing, Point, Seconds, Slope, Tradeoff};
 pub use reference::{Facts, Reference, Truth, hash};
@@ -72,6 +73,11 @@ pub enum TradeoffError {
         /// All.
         known: String,
     },
+    /// No folder for references.
+    #[error(
+        "there is no home folder to keep references in; name a folder with --cache, or set XDG_CACHE_HOME"
+    )]
+    NoCache,
     /// A page or a chart that could not be made.
     #[error("{}: {message}", path.display())]
     Encode {

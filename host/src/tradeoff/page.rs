@@ -18,6 +18,20 @@ td:first-child,th:first-child,td:last-child{text-align:left}tr.front{background:
 .grid{display:grid;grid-template-columns:repeat(3,1fr);gap:4px;margin:0 0 1.2em}img{width:100%;image-rendering:pixelated}\
 svg{max-width:100%;height:auto}figcaption{font-size:13px}";
 
+/// Returns whether [`Tradeoff::write`] writes a file of this name.
+pub fn is_output(name: &Path) -> bool {
+    const NAMES: [&str; 7] = [
+        "report.html",
+        "tradeoff.json",
+        "tradeoff.csv",
+        "error_over_time.svg",
+        "error_over_time.png",
+        "front.svg",
+        "front.png",
+    ];
+    NAMES.iter().any(|one| name == Path::new(one))
+}
+
 impl Tradeoff {
     /// All of it.
     ///

@@ -1,5 +1,6 @@
 //! A camera's way through a scene: a file of poses at frames.
 
+use crate::input;
 use crate::scene::{Camera, CameraPose, SceneError};
 use serde::Deserialize;
 use std::path::Path;
@@ -41,8 +42,8 @@ impl CameraPath {
     ///
     /// [`SceneError`] names the file, the place and what would be right.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+        let text =
+            input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
         Self::parse(&text, &path.display().to_string())
     }
 

@@ -69,6 +69,14 @@ pub struct ClusterBench {
     pub denoised: Vec<Denoised>,
 }
 
+/// Returns whether [`ClusterBench::write`] writes a file of this name.
+pub fn is_output(name: &Path) -> bool {
+    let is_kind = ["svg", "png", "json", "csv"].iter().any(|kind| name.extension() == Some(kind.as_ref()));
+    let stem = name.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let is_rows = stem.starts_with("rows_") && stem.ends_with("spp");
+    is_kind && (is_rows || ["average_time", "average_noise", "model", "cluster"].contains(&stem))
+}
+
 impl ClusterBench {
     /// Measures. All ranks call this with the same plan and settings; the root gets what was found.
     ///

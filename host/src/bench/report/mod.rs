@@ -161,6 +161,19 @@ fn data(
     Ok(())
 }
 
+/// Returns whether [`Report::write`] writes a file of this name.
+pub fn is_output(name: &Path) -> bool {
+    const STEMS: [&str; 5] = [
+        "time_against_spp",
+        "speed_up_against_spheres",
+        "cost_against_spheres",
+        "device_against_one_thread",
+        "methods_against_spheres",
+    ];
+    let is_kind = ["svg", "png", "json", "csv"].iter().any(|kind| name.extension() == Some(kind.as_ref()));
+    is_kind && STEMS.iter().any(|stem| name.file_stem() == Some(stem.as_ref()))
+}
+
 /// Lines of comma-separated values; none of ours has a comma but names, which get quotes.
 fn csv<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
     let quote = |cell: String| {

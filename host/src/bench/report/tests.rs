@@ -48,6 +48,8 @@ fn all_of_it_on_a_few_pixels() {
     let folder = std::env::temp_dir().join(format!("trisect-report-{}", std::process::id()));
     let files = report.write(&folder).unwrap();
     assert_eq!(files.len(), 4 * 2 + 3 * 2);
+    assert!(files.iter().all(|file| is_output(Path::new(file.file_name().unwrap()))));
+    assert!(!is_output(Path::new("scene.json")));
     assert!(files.iter().all(|file| file.metadata().unwrap().len() > 100));
     fs::remove_dir_all(&folder).unwrap();
     // A file where the folder should be.

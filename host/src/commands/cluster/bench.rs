@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{Device, DeviceKind};
 use trisect::bench::BenchError;
-use trisect::bench::cluster::{ClusterBench, Plan, Way};
+use trisect::bench::cluster::{self, ClusterBench, Plan, Way};
+use trisect::output::Outputs;
 use trisect::render::Settings;
 
 fn way(sync: SyncArg) -> Way {
@@ -23,7 +24,8 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     let out = arguments.out.clone();
     let check = move || {
         let io = |source| BenchError::Io { path: out.clone(), source };
-        Ok(std::fs::create_dir_all(&out).map_err(io)?)
+        std::fs::create_dir_all(&out).map_err(io)?;
+        Ok(Outputs::default().folder("-o", Some(&out), cluster::is_output))
     };
     let asked = format!(
         "{:?}",

@@ -17,6 +17,7 @@ use trisect::backend::{self, Device};
 use trisect::distribute::hello::{Facts, facts, join};
 use trisect::distribute::mpi::Mpi;
 use trisect::distribute::{DistributeError, Link, Network, Tag, devices};
+use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect::threads::{ThreadError, start_shared};
@@ -98,12 +99,12 @@ impl Crew {
     }
 
     /// Reads the scene on each rank, or on the root for all, opens each rank's device, and finds out whether all would render the same: `check` is
-    /// what the root must know before, and `adjust` fits the settings to the device and says what else must be the same. On all ranks a session, or the end.
+    /// what the root must know before, and returns what it will write, and `adjust` fits the settings to the device and says what else must be the same. On all ranks a session, or the end.
     pub fn assemble(
         &mut self,
         job: &JobArgs,
         ranks: &RankArgs,
-        check: impl FnOnce() -> Result<(), Error> + Send + 'static,
+        check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
         adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
     ) -> Result<Session, ExitCode> {
         match self.gather(job, ranks, check, adjust) {
@@ -116,7 +117,7 @@ impl Crew {
         &mut self,
         job: &JobArgs,
         ranks: &RankArgs,
-        check: impl FnOnce() -> Result<(), Error> + Send + 'static,
+        check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
         adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
     ) -> Result<Session, GivenUp> {
         // What this rank lacks is no error yet: the root must hear of it.
@@ -149,7 +150,7 @@ impl Crew {
         &mut self,
         job: &JobArgs,
         ranks: &RankArgs,
-        check: impl FnOnce() -> Result<(), Error> + Send + 'static,
+        check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
     ) -> Result<Result<Loaded, Error>, GivenUp> {
         let job = job.clone();
         if !self.link.is_root() && ranks.broadcast_scene {
@@ -157,11 +158,11 @@ impl Crew {
             return Ok(self.link.during(move || Loaded::of(Scene::from_bytes(&bytes)?, &job))?);
         }
         if !self.link.is_root() {
-            return Ok(self.link.during(move || Loaded::read(&job))?);
+            return Ok(self.link.during(move || Loaded::read(&job, &Outputs::default()))?);
         }
         let loaded = self.link.during(move || {
-            check()?;
-            Loaded::read(&job)
+            let outputs = check()?;
+            Loaded::read(&job, &outputs)
         })?;
         if let Ok(loaded) = &loaded {
             loaded.warn();

@@ -1,5 +1,6 @@
 //! `trisect render --distribute`.
 
+use super::super::elsewhere::or_elsewhere;
 use super::super::keep::{Begun, Watch};
 use super::super::render::{self as single, Drawn};
 use super::super::resume::there;
@@ -65,7 +66,10 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
     let is_new = before.is_none();
     let check = move || {
         single::check(&checked)?;
-        if is_new { single::check_new(&checked) } else { Ok(()) }
+        if is_new {
+            single::check_new(&checked)?;
+        }
+        Ok(single::outputs(&checked))
     };
     let mut session = match crew.assemble(&arguments.job, &cluster.ranks, check, adjust) {
         Ok(session) => session,
@@ -189,7 +193,7 @@ fn keep(arguments: &RenderArgs, watch: Option<Watch>, partial: &Picture, quiet: 
             return;
         }
     }
-    let written = single::or_elsewhere(&arguments.output, |path| match partial {
+    let written = or_elsewhere(&arguments.output, |path| match partial {
         Picture::Bytes { width, height, bytes } => Ok(output::write_bytes(*width, *height, bytes, path)?),
         Picture::Color(image) => Ok(output::write(image, path)?),
         Picture::Film(film) => Ok(output::write(&film.image(), path)?),

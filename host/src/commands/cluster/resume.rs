@@ -1,6 +1,6 @@
 //! `trisect resume --distribute`.
 
-use super::super::resume::command;
+use super::super::resume::{check_output, command};
 use super::Crew;
 use super::render::{self, Before};
 use crate::cli::ResumeArgs;
@@ -34,6 +34,7 @@ fn begin(crew: &mut Crew, arguments: &ResumeArgs) -> Result<Before, Error> {
     if crew.link.is_root() {
         let file = path.clone();
         let checkpoint = crew.link.during(move || Checkpoint::read(&file))??;
+        check_output(arguments, &command(arguments, &checkpoint.header)?)?;
         let told = Told { header: checkpoint.header.clone(), guides: !checkpoint.film.guides.is_empty() };
         crew.link.send_all(Tag::Resume, &serde_json::to_vec(&told).unwrap_or_default())?;
         return Ok(Before { path, header: told.header, guides: told.guides, checkpoint: Some(checkpoint) });

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trisect::bench::{BenchError, Row, rows_of_shots, table};
 use trisect::image::ImageError;
+use trisect::output::Outputs;
 use trisect::render::Renderer;
 use trisect::scene::{CameraPose, SceneError};
 use trisect::view::{CameraPath, Look, Shot, Viewer};
@@ -33,15 +34,26 @@ struct Report<'a> {
     rows: &'a [Row],
 }
 
-/// Finds out before frames are lost whether they can be written.
-pub fn check(arguments: &ViewArgs) -> Result<(), Error> {
+/// Finds out before frames are lost whether they can be written. Returns what will be.
+pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
+    let outputs = Outputs::default()
+        .folder("-o", arguments.output.as_deref(), is_frame)
+        .file("--json", arguments.json.as_deref());
+    outputs.check()?;
+    outputs.check_inputs("the camera path", &arguments.camera_path)?;
     if let Some(folder) = &arguments.output {
         let io = |source| ImageError::Io { path: folder.clone(), source };
         std::fs::create_dir_all(folder).map_err(io)?;
         output::check_writable(&file(folder, 0))?;
     }
     arguments.json.as_deref().map_or(Ok(()), output::probe)?;
-    Ok(())
+    Ok(outputs)
+}
+
+/// Returns whether a file of this name may be a frame.
+fn is_frame(name: &Path) -> bool {
+    let stem = name.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    stem.parse::<u32>().is_ok_and(|frame| file(Path::new(""), frame) == name)
 }
 
 /// Of a frame.
@@ -106,8 +118,7 @@ pub fn report(
         Report { format: FORMAT, version, scene, backend, device, kernel, width, height, frames, rows };
     let text = serde_json::to_string_pretty(&report)
         .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
-    std::fs::write(path, text + "\n").map_err(|source| BenchError::Io { path: path.clone(), source })?;
-    Ok(())
+    Ok(output::write_file(path, (text + "\n").as_bytes())?)
 }
 
 /// A frame as a PNG.

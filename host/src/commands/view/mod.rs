@@ -40,8 +40,8 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     }
     super::refuse_ranks(&arguments.cluster)?;
     arguments.history().check()?;
-    headless::check(arguments)?;
-    let mut session = Session::open(&arguments.job)?;
+    let outputs = headless::check(arguments)?;
+    let mut session = Session::open(&arguments.job, &outputs)?;
     let look = look(arguments, &session.settings)?;
     session.settings = look.settings.clone();
     if arguments.headless {

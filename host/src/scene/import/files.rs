@@ -1,9 +1,8 @@
 //! The files that a scene names.
 
-use crate::memory;
+use crate::input;
 use crate::scene::error::SceneError;
-use std::fs::File;
-use std::io::{Error, ErrorKind, Read, Result};
+use std::io::{Error, ErrorKind, Result};
 use std::path::{Component, Path, PathBuf};
 
 /// Where a scene's buffers, images and material libraries come from.
@@ -19,12 +18,18 @@ pub trait Files {
 #[derive(Clone, Debug)]
 pub struct Folder {
     root: PathBuf,
+    read: Vec<PathBuf>,
 }
 
 impl Folder {
     /// The folder that relative paths start from.
     pub fn new(root: PathBuf) -> Self {
-        Self { root }
+        Self { root, read: Vec::new() }
+    }
+
+    /// The paths of all files that were read, in order.
+    pub fn into_read(self) -> Vec<PathBuf> {
+        self.read
     }
 
     /// The folder of the scene file `scene`.
@@ -39,7 +44,10 @@ impl Files for Folder {
         if relative.components().any(|part| matches!(part, Component::Prefix(_) | Component::RootDir)) {
             return Err(Error::new(ErrorKind::InvalidInput, "the path is absolute"));
         }
-        read_file(&self.root.join(relative), limit)
+        let path = self.root.join(relative);
+        let bytes = input::read(&path, limit)?;
+        self.read.push(path);
+        Ok(bytes)
     }
 }
 
@@ -53,33 +61,11 @@ impl Files for NoFiles {
     }
 }
 
-/// The most bytes that are read from one file now.
-pub(super) fn readable() -> u64 {
-    memory::available() / 4
-}
+pub(super) use input::readable;
 
 /// The content of a file that is not named by another.
 pub(super) fn read_whole(path: &Path) -> std::result::Result<Vec<u8>, SceneError> {
-    read_file(path, readable()).map_err(|source| SceneError::Read { path: path.to_owned(), source })
-}
-
-fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    // Asked before it is opened: opening a pipe waits for a writer.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "this is not a file"));
-    }
-    let file = File::open(path)?;
-    let length = file.metadata()?.len();
-    let mut bytes = Vec::new();
-    if length <= limit {
-        file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
-    }
-    if length.max(bytes.len() as u64) > limit {
-        let (length, limit) = (memory::display(length), memory::display(limit));
-        let message = format!("it has {length}, more than the {limit} that may be read");
-        return Err(Error::new(ErrorKind::FileTooLarge, message));
-    }
-    Ok(bytes)
+    input::read(path, readable()).map_err(|source| SceneError::Read { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
@@ -99,6 +85,8 @@ mod tests {
         assert_eq!(folder.read("/etc/hostname", 1000).unwrap_err().kind(), ErrorKind::InvalidInput);
         assert_eq!(folder.read("sub dir", 1000).unwrap_err().kind(), ErrorKind::InvalidInput);
         assert!(folder.read("a\0b", 1000).is_err());
+        let read = ["sub dir/a", "./sub dir/../sub dir/a"].map(|path| root.join(path));
+        assert_eq!(folder.into_read(), read);
         std::fs::remove_dir_all(root).unwrap();
     }
 }

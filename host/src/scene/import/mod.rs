@@ -56,7 +56,11 @@ pub fn is_model(path: &Path) -> bool {
 pub fn load(path: &Path) -> Result<Description, SceneError> {
     let parse = reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
     let bytes = files::read_whole(path)?;
-    parse(&bytes, &path.display().to_string(), &mut Folder::of(path))
+    let mut folder = Folder::of(path);
+    let mut description = parse(&bytes, &path.display().to_string(), &mut folder)?;
+    description.files.push(path.to_owned());
+    description.files.extend(folder.into_read());
+    Ok(description)
 }
 
 /// Reads a PNG or JPEG file as an image for textures; its colours have sRGB's curve unless they are `linear`.

@@ -4,6 +4,7 @@ use super::super::super::Session;
 use crate::cli::{BackendArg, JobArgs};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use trisect::output::Outputs;
 use trisect::scene::{CameraPose, Space};
 use trisect::threads::{self, ThreadError};
 use trisect::view::{Look, Shot, Viewer};
@@ -169,7 +170,7 @@ impl<W: Fn()> Rendering<W> {
             None => {
                 let (backend, device_index, _) = wish.backend;
                 let job = JobArgs { backend, device: device_index, ..self.job.clone() };
-                let session = Session::open(&job).map_err(|error| error.to_string())?;
+                let session = Session::open(&job, &Outputs::default()).map_err(|error| error.to_string())?;
                 if session.space != self.space {
                     return Err("the scene's file has another space now; start the viewer again".to_owned());
                 }

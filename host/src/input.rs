@@ -1,0 +1,164 @@
+//! Opening and reading the files that a user names, and those that these name in turn.
+//!
+//! [`open`] is the only way to an input file: it refuses what is no regular file. Devices have no
+//! end, and a pipe waits for a writer that may never come.
+
+use crate::memory;
+use std::fs::{File, Metadata, OpenOptions};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+use thiserror::Error;
+
+/// An input that is no regular file.
+#[derive(Debug, Error)]
+enum InputError {
+    /// A folder.
+    #[error("this is a folder; name a file in it")]
+    Folder,
+    /// A pipe, a socket or a device.
+    #[error(
+        "this is {kind}, and only regular files are read (also as /dev/stdin); write its content to a file first, and name that"
+    )]
+    NotRegular {
+        /// With its article.
+        kind: &'static str,
+    },
+}
+
+impl From<InputError> for Error {
+    fn from(error: InputError) -> Self {
+        Self::new(ErrorKind::InvalidInput, error)
+    }
+}
+
+/// Opens a regular file for reading. Links are followed. Never waits, not even for a pipe's writer.
+///
+/// # Errors
+///
+/// Returns the file system's error, or [`ErrorKind::InvalidInput`] for what is no regular file.
+pub fn open(path: &Path) -> Result<File> {
+    // Before it is opened: opening a device may have effects.
+    check(&std::fs::metadata(path)?)?;
+    let mut options = OpenOptions::new();
+    options.read(true);
+    // Another file may take the name now. Without this flag, opening a pipe waits for its writer.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
+    let file = options.open(path)?;
+    check(&file.metadata()?)?;
+    Ok(file)
+}
+
+fn check(facts: &Metadata) -> Result<()> {
+    if facts.is_file() {
+        return Ok(());
+    }
+    if facts.is_dir() {
+        return Err(InputError::Folder.into());
+    }
+    Err(InputError::NotRegular { kind: kind(facts) }.into())
+}
+
+#[cfg(unix)]
+fn kind(facts: &Metadata) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    let kind = facts.file_type();
+    match () {
+        () if kind.is_fifo() => "a pipe",
+        () if kind.is_socket() => "a socket",
+        () if kind.is_char_device() => "a device or a terminal",
+        () => "a device",
+    }
+}
+
+#[cfg(not(unix))]
+fn kind(_: &Metadata) -> &'static str {
+    "a device or a pipe"
+}
+
+/// Returns the maximum number of bytes that are read from one file now.
+pub fn readable() -> u64 {
+    memory::available() / 4
+}
+
+/// Returns the content of a regular file of at most `limit` bytes.
+///
+/// # Errors
+///
+/// As [`open`], and [`ErrorKind::FileTooLarge`] for a longer one.
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    let file = open(path)?;
+    let length = file.metadata()?.len();
+    let mut bytes = Vec::new();
+    if length <= limit {
+        file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    }
+    if length.max(bytes.len() as u64) > limit {
+        let (length, limit) = (memory::display(length), memory::display(limit));
+        let message = format!("it has {length}, more than the {limit} that may be read");
+        return Err(Error::new(ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+/// Returns the text of a regular file, which must be UTF-8.
+///
+/// # Errors
+///
+/// As [`read`], and [`ErrorKind::InvalidData`] for other text.
+pub fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path, readable())?).map_err(|error| {
+        let byte = error.utf8_error().valid_up_to();
+        let message = format!("this is no text in UTF-8, from byte {byte} on; save it as UTF-8");
+        Error::new(ErrorKind::InvalidData, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn regular_files_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, b"0123").unwrap();
+        assert_eq!(read(&path, 4).unwrap(), b"0123");
+        assert_eq!(read(&path, 3).unwrap_err().kind(), ErrorKind::FileTooLarge);
+        assert_eq!(read_text(&path).unwrap(), "0123");
+        fs::write(&path, b"01\xff").unwrap();
+        let error = read_text(&path).unwrap_err().to_string();
+        assert!(error.contains("UTF-8") && error.contains("byte 2"), "{error}");
+        assert_eq!(open(&folder.path().join("none")).unwrap_err().kind(), ErrorKind::NotFound);
+    }
+
+    /// Each at once, also through a link.
+    #[cfg(unix)]
+    #[test]
+    fn nothing_else_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let made = std::process::Command::new("mkfifo").arg(at("fifo")).status().unwrap();
+        assert!(made.success());
+        let _socket = std::os::unix::net::UnixListener::bind(at("socket")).unwrap();
+        std::os::unix::fs::symlink("/dev/zero", at("link")).unwrap();
+        let said = |path: &Path| {
+            let error = open(path).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::InvalidInput, "{}", path.display());
+            error.to_string()
+        };
+        assert!(said(&at("fifo")).contains("a pipe, and only regular files"));
+        assert!(said(&at("socket")).contains("a socket"));
+        assert!(said(folder.path()).contains("a folder; name a file in it"));
+        for device in [at("link"), "/dev/zero".into(), "/dev/full".into()] {
+            assert!(said(&device).contains("write its content to a file first"));
+        }
+        // Negative control: a link to a regular file is one.
+        fs::write(at("a"), b"").unwrap();
+        std::os::unix::fs::symlink("a", at("b")).unwrap();
+        assert!(open(&at("b")).is_ok());
+    }
+}

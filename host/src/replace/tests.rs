@@ -1,0 +1,192 @@
+#![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+use super::*;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
+use tempfile::TempDir;
+
+/// EACCES, EROFS and ENOSPC by their numbers.
+fn libc_error(number: i32) -> ErrorKind {
+    io::Error::from_raw_os_error(number).kind()
+}
+
+fn new_folder() -> TempDir {
+    tempfile::Builder::new().prefix("trisect-replace-").tempdir().unwrap()
+}
+
+fn names(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+/// The earlier file stays whole until the new one is, and nothing else is left.
+#[test]
+fn whole_or_not_at_all() {
+    let folder = new_folder();
+    let path = folder.path().join("a.png");
+    put(&path, b"first").unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+    let failed = replace(&path, |file| {
+        file.write_all(b"sec")?;
+        assert_eq!(fs::read(&path)?, b"first");
+        Err(io::Error::other("the disk is full"))
+    });
+    assert!(failed.is_err());
+    assert_eq!(fs::read(&path).unwrap(), b"first");
+    put(&path, b"second").unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"second");
+    assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    assert_eq!(names(&folder), ["a.png"]);
+    // Negative control: written in place, half of it would be there.
+    fs::write(&path, b"sec").unwrap();
+    assert_ne!(fs::read(&path).unwrap(), b"second");
+}
+
+#[test]
+fn what_cannot_be_replaced_is_written_to() {
+    let folder = new_folder();
+    let (path, link) = (folder.path().join("a.png"), folder.path().join("link.png"));
+    fs::write(&path, b"first").unwrap();
+    symlink(&path, &link).unwrap();
+    put(&link, b"second").unwrap();
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert_eq!(fs::read(&path).unwrap(), b"second");
+    // A link to a link to nothing yet.
+    fs::remove_file(&path).unwrap();
+    let far = folder.path().join("far.png");
+    symlink("link.png", &far).unwrap();
+    put(&far, b"again").unwrap();
+    assert!([&link, &far].iter().all(|link| fs::symlink_metadata(link).unwrap().is_symlink()));
+    assert_eq!(fs::read(&path).unwrap(), b"again");
+    // One file of two names stays one.
+    let other = folder.path().join("other.png");
+    fs::hard_link(&path, &other).unwrap();
+    put(&path, b"both").unwrap();
+    assert_eq!(fs::read(&other).unwrap(), b"both");
+    // The longest name.
+    let long = folder.path().join("a".repeat(251) + ".png");
+    put(&long, b"long").unwrap();
+    put(&long, b"longer").unwrap();
+    assert_eq!(fs::read(&long).unwrap(), b"longer");
+    assert_eq!(names(&folder).len(), 5);
+    for (error, in_place) in [(libc_error(13), true), (libc_error(30), true), (libc_error(28), false)] {
+        assert_eq!(is_for_want_of_a_new_file(error), in_place, "{error}");
+    }
+    put(Path::new("/dev/null"), b"third").unwrap();
+    assert!(replace(Path::new("/dev/null"), |_| Ok(())).is_err());
+    assert!(put(&folder.path().join("none/a.png"), b"").is_err());
+}
+
+/// Writers of one process id, as in two containers, have a temporary file each.
+#[test]
+fn two_writers_share_nothing() {
+    let folder = new_folder();
+    let path = folder.path().join("a.png");
+    replace(&path, |first| {
+        first.write_all(b"fir")?;
+        replace(&path, |second| second.write_all(b"second"))?;
+        assert_eq!(fs::read(&path)?, b"second");
+        first.write_all(b"st")
+    })
+    .unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"first");
+    assert_eq!(names(&folder), ["a.png"]);
+}
+
+/// A file or a link at the name of a process's temporary file is left alone.
+#[test]
+fn planted_names_are_not_followed() {
+    let folder = new_folder();
+    let (path, other) = (folder.path().join("a.png"), folder.path().join("other"));
+    fs::write(&other, b"other").unwrap();
+    let planted = folder.path().join(format!(".a.png.{}.part", std::process::id()));
+    symlink(&other, &planted).unwrap();
+    put(&path, b"first").unwrap();
+    probe_replace(&path).unwrap();
+    assert_eq!((fs::read(&path).unwrap(), fs::read(&other).unwrap()), (b"first".into(), b"other".into()));
+    assert!(fs::symlink_metadata(&path).unwrap().is_file());
+    assert!(fs::symlink_metadata(&planted).unwrap().is_symlink());
+}
+
+/// Temporary files that were left are removed once they are old, and nothing else is.
+#[test]
+fn leftovers_are_swept() {
+    let folder = new_folder();
+    let path = folder.path().join("a.png");
+    let old = SystemTime::now() - 2 * MAX_AGE;
+    let names = [".a.png.0123456789abcdef.part", ".a.png.bak.part", ".a.png.fedcba9876543210.part"];
+    let left = names.map(|name| folder.path().join(name));
+    left.iter().for_each(|left| fs::write(left, b"").unwrap());
+    left[..2].iter().for_each(|left| {
+        OpenOptions::new().write(true).open(left).unwrap().set_modified(old).unwrap();
+    });
+    put(&path, b"first").unwrap();
+    assert_eq!(left.map(|left| left.exists()), [false, true, true]);
+}
+
+/// A probe shows no one a file that is not there, and removes none that someone wrote meanwhile.
+#[test]
+fn probes_leave_no_trace() {
+    let folder = new_folder();
+    let path = folder.path().join("a.ckpt");
+    let ended = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while !ended.load(Ordering::Relaxed) {
+                    probe(&path).unwrap();
+                    probe_replace(&path).unwrap();
+                }
+            });
+        }
+        let seen: Vec<bool> = (0..2000).map(|_| path.exists()).collect();
+        let kept = (0..200).map(|_| {
+            put(&path, b"whole").unwrap();
+            let reads: Vec<_> = (0..20).map(|_| fs::read(&path).ok()).collect();
+            fs::remove_file(&path).is_ok() && reads.iter().all(|read| read.as_deref() == Some(b"whole"))
+        });
+        let kept: Vec<bool> = kept.collect();
+        ended.store(true, Ordering::Relaxed);
+        assert!(!seen.contains(&true), "an empty file was there");
+        assert!(!kept.contains(&false), "a file was removed, or empty");
+    });
+    assert!(names(&folder).is_empty());
+}
+
+#[test]
+fn probes_say_what_would_fail() {
+    let folder = new_folder();
+    let there = folder.path().join("a.png");
+    fs::write(&there, b"first").unwrap();
+    probe(&there).unwrap();
+    assert_eq!(fs::read(&there).unwrap(), b"first");
+    probe(Path::new("/dev/null")).unwrap();
+    assert!(probe_replace(Path::new("/dev/null")).is_err());
+    for bad in [folder.path().to_owned(), folder.path().join("none/a.png"), there.join("a.png")] {
+        assert!(probe(&bad).is_err(), "{}", bad.display());
+    }
+    assert!(probe(&folder.path().join("a".repeat(256))).is_err());
+    let to_nowhere = folder.path().join("link");
+    symlink("none/a.png", &to_nowhere).unwrap();
+    assert!(probe(&to_nowhere).is_err());
+}
+
+#[test]
+fn one_file_of_many_names() {
+    let folder = new_folder();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("a"), b"").unwrap();
+    fs::hard_link(at("a"), at("b")).unwrap();
+    symlink("a", at("c")).unwrap();
+    symlink("new", at("d")).unwrap();
+    fs::create_dir(at("sub")).unwrap();
+    for (one, other) in
+        [("a", "./a"), ("a", "sub/../a"), ("a", "b"), ("c", "b"), ("d", "new"), ("x", "sub/../x")]
+    {
+        assert!(is_same(&at(one), &at(other)), "{one} {other}");
+    }
+    for (one, other) in [("a", "x"), ("x", "sub/x"), ("d", "a")] {
+        assert!(!is_same(&at(one), &at(other)), "{one} {other}");
+    }
+}
