@@ -184,3 +184,22 @@ fn results_that_nobody_reads() {
     }
     assert!(fs::read_to_string(format!("{out}/report.html")).unwrap().ends_with("</html>\n"));
 }
+
+/// Mesa's layer that asks a display server for its device is off where there is none.
+#[test]
+fn no_display_is_no_error() {
+    let of = |set: &[(&str, &str)]| {
+        let mut command = Command::new(binary());
+        for name in ["DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT", "DRI_PRIME"] {
+            command.env_remove(name);
+        }
+        let output = command.arg("info").envs(set.iter().copied()).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert_eq!((of(&[]).as_str(), of(&[("XDG_RUNTIME_DIR", "")]).as_str()), ("", ""));
+    // The control: with a display the layer stays, and complains where it is installed.
+    if !of(&[("DISPLAY", ":987")]).contains("XDG_RUNTIME_DIR") {
+        eprintln!("SKIPPED: this machine has no layer that complains");
+    }
+}

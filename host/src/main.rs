@@ -12,6 +12,7 @@
 
 mod cli;
 mod commands;
+mod device_layer;
 mod process;
 mod progress;
 mod terminal;
@@ -20,7 +21,10 @@ use clap::Parser;
 use std::process::ExitCode;
 use std::time::Instant;
 
+#[allow(unsafe_code, reason = "the environment changes before any other thread starts")]
 fn main() -> ExitCode {
+    // SAFETY: this is the first that the program does, and its only thread.
+    unsafe { device_layer::quieten() };
     match process::prepare() {
         Ok(()) => run(),
         Err(message) => {

@@ -1,14 +1,20 @@
 //! The progress bar: on a terminal only, on standard error.
 
 use crate::commands::say;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
+use std::time::Duration;
 use trisect::render::Observer;
 
 /// Steps of a bar that shows stages.
 const STAGE_STEPS: u64 = 1000;
+/// Minimum columns of the bar itself beside text that may be left out.
+const MIN_BAR: usize = 10;
+
+/// Time left beyond which the estimate means nothing.
+const MAX_LEFT: Duration = Duration::from_secs(999 * 86_400);
 
 /// Shows samples done, rate and time left.
 pub struct Bar {
@@ -18,17 +24,18 @@ pub struct Bar {
 impl Bar {
     /// A bar, or nothing when `quiet` or without a terminal.
     pub fn new(quiet: bool) -> Self {
-        Self::of(quiet, "{wide_bar} {percent:>3} %  {human_pos}/{human_len} samples  {rate}  {eta} left")
+        Self::of(target(quiet), "{wide_bar} {facts}", terminal_width)
     }
 
     /// For a render that does not know how many samples it will take.
     pub fn of_goal(quiet: bool) -> Self {
-        Self::of(quiet, "{wide_bar} {percent:>3} %  {elapsed}")
+        Self::of(target(quiet), "{wide_bar} {percent:>3} %  {elapsed}", terminal_width)
     }
 
     /// For a measurement of several stages, which are named below it.
     pub fn of_stages(quiet: bool) -> Self {
-        let bar = Self::of(quiet, "{wide_bar} {percent:>3} %  {elapsed}\n{wide_msg}");
+        let template = "{wide_bar} {percent:>3} %  {elapsed}\n{wide_msg}";
+        let bar = Self::of(target(quiet), template, terminal_width);
         bar.bar.set_length(STAGE_STEPS);
         bar
     }
@@ -59,20 +66,42 @@ impl Bar {
         self.bar.finish_and_clear();
     }
 
-    fn of(quiet: bool, template: &str) -> Self {
-        let bar = if quiet || !std::io::stderr().is_terminal() {
-            ProgressBar::hidden()
-        } else {
-            ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr_with_hz(10))
-        };
+    /// A bar on `target`, whose columns `width` returns.
+    fn of(target: ProgressDrawTarget, template: &str, width: fn() -> usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(1), target);
         if let Ok(style) = ProgressStyle::with_template(template) {
-            let rate = |state: &ProgressState, out: &mut dyn Write| {
-                let _ = write!(out, "{:.1} Msamples/s", state.per_sec() * 1e-6);
+            let facts = move |state: &ProgressState, to: &mut dyn Write| {
+                let samples = (state.pos(), state.len().unwrap_or(1));
+                let _ = to.write_str(&facts(width(), samples, state.per_sec(), state.eta()));
             };
-            bar.set_style(style.with_key("rate", rate));
+            bar.set_style(style.with_key("facts", facts));
         }
         Self { bar }
     }
+}
+
+fn target(quiet: bool) -> ProgressDrawTarget {
+    match quiet || !std::io::stderr().is_terminal() {
+        true => ProgressDrawTarget::hidden(),
+        false => ProgressDrawTarget::stderr_with_hz(10),
+    }
+}
+
+fn terminal_width() -> usize {
+    usize::from(console::Term::stderr().size().1)
+}
+
+/// Returns the text beside the bar: share, samples, rate in samples a second and time left. The
+/// samples are left out where columns are few.
+fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> String {
+    let share = format!("{:>3} %", (100.0 * done as f64 / all.max(1) as f64) as u32);
+    let samples = format!("  {}/{} samples", HumanCount(done), HumanCount(all));
+    let mut rest = format!("  {:.1} Msamples/s", rate * 1e-6);
+    if left < MAX_LEFT {
+        let _ = write!(rest, "  {:#} left", HumanDuration(left));
+    }
+    let is_wide = share.len() + samples.len() + rest.len() + MIN_BAR < width;
+    if is_wide { share + &samples + &rest } else { share + &rest }
 }
 
 impl Observer for Bar {
@@ -83,5 +112,95 @@ impl Observer for Bar {
             self.bar.finish_and_clear();
         }
         ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use indicatif::TermLike;
+    use std::io::Result;
+    use std::sync::{Arc, Mutex, PoisonError};
+
+    /// A terminal of so many columns that remembers its lines.
+    #[derive(Clone, Debug)]
+    struct Screen(u16, Arc<Mutex<Vec<String>>>);
+
+    impl TermLike for Screen {
+        fn width(&self) -> u16 {
+            self.0
+        }
+
+        fn move_cursor_up(&self, _: usize) -> Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_down(&self, _: usize) -> Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_right(&self, _: usize) -> Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_left(&self, _: usize) -> Result<()> {
+            Ok(())
+        }
+
+        fn write_line(&self, line: &str) -> Result<()> {
+            self.write_str(line)
+        }
+
+        fn write_str(&self, text: &str) -> Result<()> {
+            self.1.lock().unwrap_or_else(PoisonError::into_inner).push(text.trim_end().to_owned());
+            Ok(())
+        }
+
+        fn clear_line(&self) -> Result<()> {
+            Ok(())
+        }
+
+        fn flush(&self) -> Result<()> {
+            Ok(())
+        }
+    }
+
+    /// The longest line of a bar on a terminal of so many columns.
+    fn longest(columns: u16, template: &str, width: fn() -> usize) -> String {
+        let lines = Arc::default();
+        let screen = Screen(columns, Arc::clone(&lines));
+        let mut bar = Bar::of(ProgressDrawTarget::term_like(Box::new(screen)), template, width);
+        for done in [1, 123_456_789, 499_999_999_999] {
+            let _ = bar.progress(done, 500_000_000_000);
+            bar.bar.tick();
+        }
+        let lines = lines.lock().unwrap_or_else(PoisonError::into_inner);
+        lines.iter().max_by_key(|line| line.chars().count()).cloned().unwrap_or_default()
+    }
+
+    #[test]
+    fn a_bar_fits_its_terminal() {
+        let line = longest(40, "{wide_bar} {facts}", || 40);
+        assert!((20..=40).contains(&line.chars().count()) && line.contains("Msamples/s"), "{line:?}");
+        let line = longest(120, "{wide_bar} {facts}", || 120);
+        assert!(line.contains("/500,000,000,000 samples") && line.chars().count() <= 120, "{line:?}");
+        // The control: with samples it would not fit.
+        assert!(longest(40, "{wide_bar} {facts}", || 120).chars().count() > 40);
+    }
+
+    #[test]
+    fn facts_are_short_where_columns_are_few() {
+        for left in [Duration::ZERO, Duration::from_secs(86_400 * 998), Duration::MAX] {
+            for rate in [0.0, 99_999e6] {
+                let text = facts(40, (1 << 40, 1 << 50), rate, left);
+                assert!(text.chars().count() <= 38, "{text:?}");
+            }
+        }
+        let left = Duration::from_secs(65);
+        assert_eq!(facts(40, (1, 4), 2.5e6, left), " 25 %  2.5 Msamples/s  65s left");
+        assert_eq!(
+            facts(80, (1000, 4000), 2.5e6, left),
+            " 25 %  1,000/4,000 samples  2.5 Msamples/s  65s left"
+        );
     }
 }
