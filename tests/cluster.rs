@@ -167,6 +167,7 @@ fn what_does_not_belong_together_is_refused() {
         &["rank 1 on ", "the seed is 7, rank 0 has 0", "start all ranks with the same"],
     );
     refused(&pair(with(&["--depth", "7"])), 2, &["rank 1 on ", "the depth is 7"]);
+    refused(&pair(with(&["--bvh-quality", "fast"])), 2, &["rank 1 on ", "the bvh quality is fast"]);
     let scene_of = |path: &str| {
         usual.iter().map(|word| if *word == own { path.to_owned() } else { word.clone() }).collect()
     };

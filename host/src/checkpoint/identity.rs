@@ -2,10 +2,9 @@
 
 use crate::backend::Device;
 use crate::bvh::BvhQuality;
-use crate::render::{MathMode, Renderer, Settings};
+use crate::render::{Fingerprint, MathMode, Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::fmt;
 
 /// Between the roundings of a film of several devices.
@@ -51,10 +50,6 @@ impl fmt::Display for Difference {
     }
 }
 
-fn hex(digest: &[u8]) -> String {
-    digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// Whose rounding a device has: those that round alike have the same.
 pub fn arithmetic(device: &Device, math: MathMode) -> String {
     match (device.backend, math) {
@@ -69,38 +64,23 @@ pub fn arithmetic(device: &Device, math: MathMode) -> String {
 }
 
 impl Identity {
-    /// Of a render of a scene with this [digest](crate::scene::Scene::digest).
+    /// Returns the [fingerprint](Fingerprint) of a render of a scene with this
+    /// [digest](crate::scene::Scene::digest), with what a file must say besides, as it outlives program
+    /// and device: what was made of the scene, and the arithmetic.
     pub fn new(
         scene: &[u8; 32],
         settings: &Settings,
         quality: Option<BvhQuality>,
         renderer: &Renderer,
     ) -> Self {
-        let Settings { width, height, depth, seed, roulette, roulette_depth, fresnel, .. } = settings;
-        let Settings { math, sampler, light_sampling, clamp, .. } = settings;
-        let prepared = renderer.prepared(*width, *height);
-        let settings = serde_json::json!({
-            "width": width,
-            "height": height,
-            "depth": depth,
-            "seed": seed,
-            "roulette": roulette,
-            "roulette_depth": if *roulette { *roulette_depth } else { 1 },
-            "fresnel": fresnel,
-            "sampler": sampler,
-            "light_sampling": light_sampling,
-            "clamp": clamp,
-            // Which of two surfaces in one place is hit may depend on it.
-            "bvh_quality": quality,
-        });
-        Self {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            scene: hex(scene),
-            kernels: hex(&Sha256::digest(trisect_kernels::MANIFEST)),
-            arithmetic: arithmetic(renderer.backend().device(), *math),
-            prepared: format!("{prepared:08x}"),
-            settings,
-        }
+        let prepared = renderer.prepared(settings.width, settings.height);
+        let arithmetic = arithmetic(renderer.backend().device(), settings.math);
+        let Fingerprint { version, kernels, scene, mut settings } =
+            Fingerprint::new(scene, settings, quality);
+        // Part of the arithmetic, of which a film may have several.
+        settings.remove("math");
+        let prepared = format!("{prepared:08x}");
+        Self { version, scene, kernels, prepared, arithmetic, settings: settings.into() }
     }
 
     /// Who goes on rounds otherwise: then the film is what either of both goes on with.

@@ -3,9 +3,10 @@
 use super::DistributeError;
 use super::link::Link;
 use super::network::{Network, Tag};
-use crate::render::Settings;
+use crate::bvh::BvhQuality;
+use crate::render::{Fingerprint, Settings};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+use serde_json::Value;
 
 /// What all ranks must have the same of, by name.
 pub type Facts = Vec<(String, String)>;
@@ -19,31 +20,20 @@ struct Hello {
     facts: Result<Facts, (u8, String)>,
 }
 
-/// What decides the image: the program's version, its kernels, the scene by its [digest](crate::scene::Scene::digest), and each setting of which the image depends.
-pub fn facts(scene: &[u8; 32], settings: &Settings) -> Facts {
-    let fact = |name: &str, value: &dyn std::fmt::Debug| (name.to_owned(), format!("{value:?}"));
-    vec![
-        ("the program's version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-        ("the kernels' hash".to_owned(), hex(&Sha256::digest(trisect_kernels::MANIFEST))),
-        ("the scene's hash".to_owned(), hex(scene)),
-        fact("the width", &settings.width),
-        fact("the height", &settings.height),
-        fact("spp", &settings.samples),
-        fact("the seed", &settings.seed),
-        fact("the depth", &settings.depth),
-        fact("roulette", &settings.roulette.then_some(settings.roulette_depth)),
-        fact("the sampler", &settings.sampler),
-        fact("light sampling", &settings.light_sampling),
-        fact("Fresnel", &settings.fresnel),
-        fact("math", &settings.math),
-        fact("the clamp", &settings.clamp),
-        fact("guides", &settings.guides),
-    ]
-}
-
-/// The first bytes of a hash: enough to tell two scenes apart.
-fn hex(hash: &[u8]) -> String {
-    hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+/// Returns the [fingerprint](Fingerprint) of the image, of a scene with this
+/// [digest](crate::scene::Scene::digest), by words for people.
+pub fn facts(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>) -> Facts {
+    let Fingerprint { version, kernels, scene, settings } = Fingerprint::new(scene, settings, quality);
+    let text = |value: Value| match value {
+        Value::Null => "not given".to_owned(),
+        Value::String(text) => text,
+        other => other.to_string(),
+    };
+    let settings = settings.into_iter();
+    let settings = settings.map(|(name, value)| (format!("the {}", name.replace('_', " ")), text(value)));
+    let programs =
+        [("the program's version", version), ("the kernels' hash", kernels), ("the scene's hash", scene)];
+    programs.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(settings).collect()
 }
 
 /// Tells the root what this rank is; the root compares all with itself. Returns what devices the ranks have, on the root.
@@ -163,20 +153,26 @@ mod tests {
     #[test]
     fn who_differs_is_named() {
         let scene = Scene::hello_world().unwrap();
-        let same = facts(&scene.digest(), &scene.settings());
+        let same = facts(&scene.digest(), &scene.settings(), None);
         let all = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(same.clone())]);
         assert_eq!(all[0], Ok(vec!["a device".to_owned(); 3]));
         assert!(all[1..].iter().all(|rank| *rank == Ok(Vec::new())));
 
-        let other = facts(&scene.digest(), &Settings { seed: 7, ..scene.settings() });
+        let other = facts(&scene.digest(), &Settings { seed: 7, ..scene.settings() }, None);
         let mixed = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(other)]);
         let text = mixed[0].as_ref().unwrap_err().to_string();
         assert!(text.contains("rank 2 on thread-2: the seed is 7, rank 0 has 0"), "{text}");
         assert!(mixed.iter().all(|rank| rank.as_ref().unwrap_err().exit_code() == 2));
 
+        // Trees of another quality decide ties otherwise.
+        let tree = facts(&scene.digest(), &scene.settings(), Some(BvhQuality::Fast));
+        let mixed = meet(vec![Ok(same.clone()), Ok(tree)]);
+        let text = mixed[0].as_ref().unwrap_err().to_string();
+        assert!(text.contains("the bvh quality is fast, rank 0 has not given"), "{text}");
+
         let mut moved = scene.clone();
         moved.spheres[0].center.x += 1e-3;
-        let mixed = meet(vec![Ok(same.clone()), Ok(facts(&moved.digest(), &scene.settings()))]);
+        let mixed = meet(vec![Ok(same.clone()), Ok(facts(&moved.digest(), &scene.settings(), None))]);
         assert!(mixed[0].as_ref().unwrap_err().to_string().contains("the scene's hash"));
 
         let missing = (4, "a.ron: no such file".to_owned());

@@ -2,6 +2,7 @@
 
 mod camera;
 mod fallback;
+mod fingerprint;
 mod frame;
 mod live;
 mod make;
@@ -17,6 +18,7 @@ mod sums;
 
 pub use crate::film::Part;
 pub use fallback::Elsewhere;
+pub use fingerprint::Fingerprint;
 pub use frame::Framed;
 pub use live::{Live, MOST_KEPT, Screen};
 pub use method::{Schedule, Traversal};

@@ -29,8 +29,12 @@ fn place(point: &Found, hollow: bool) -> Point {
 /// Lines of the ways that most users will ask about.
 pub(super) fn over_time(found: &Tradeoff) -> Chart {
     let line = |(style, name): (usize, &&str)| {
-        let points: Vec<Point> =
-            found.points.iter().filter(|p| p.name() == **name).map(|p| place(p, p.errors.biased)).collect();
+        let points: Vec<Point> = found
+            .points
+            .iter()
+            .filter(|p| p.name() == **name)
+            .map(|p| place(p, p.errors.bias().is_seen()))
+            .collect();
         let slope =
             found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == **name || s.knob == **name);
         let slope = slope.and_then(|slope| slope.over_time).map_or(String::new(), |s| format!(" ({s:.2})"));
@@ -55,11 +59,16 @@ pub(super) fn front(found: &Tradeoff) -> Chart {
         (!points.is_empty()).then_some(Series { name, style, points, marks: true, line })
     };
     let of = |biased: bool| {
-        found.points.iter().filter(|p| p.errors.biased == biased).map(|p| place(p, biased)).collect()
+        found
+            .points
+            .iter()
+            .filter(|p| p.errors.bias().is_seen() == biased)
+            .map(|p| place(p, biased))
+            .collect()
     };
     let mut on_front: Vec<&Found> = found.points.iter().filter(|p| p.on_front).collect();
     on_front.sort_by(|a, b| a.seconds.all.median.total_cmp(&b.seconds.all.median));
-    let best = on_front.iter().map(|p| place(p, p.errors.biased)).collect();
+    let best = on_front.iter().map(|p| place(p, p.errors.bias().is_seen())).collect();
     let all = [
         series("unbiased", 0, false, of(false)),
         series("biased", 1, false, of(true)),

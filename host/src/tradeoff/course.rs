@@ -1,5 +1,6 @@
 //! How errors fall with samples: what was found, and what it says.
 
+use super::bias::Bias;
 use super::errors::Errors;
 use super::point::Missing;
 use super::reference::Facts;
@@ -94,16 +95,17 @@ impl Course {
         let slope = Interval::of(slope(None), jackknife_error(&without), seeds as f64 - 1.0);
         let slope = (captures.len() >= LEAST_CAPTURES).then_some(slope);
         let last = captures.last().map(|capture| &capture.errors);
-        let biased = last.is_some_and(|errors| errors.biased);
-        let plateau = last.filter(|_| biased).map(|errors| errors.squared_bias.value.max(0.0).sqrt());
-        let verdict = match (plateau, slope) {
-            (Some(plateau), _) => format!("ends at {:.3} %: biased", 100.0 * plateau),
-            (None, None) => "too few numbers of samples to tell".to_owned(),
-            (None, Some(slope)) if slope.low <= -0.5 + TOLERANCE && slope.high >= -0.5 - TOLERANCE => {
+        let bias = last.map_or(Bias::NotSeen, Errors::bias);
+        let plateau = if let Bias::Size(size) = bias { Some(size) } else { None };
+        let verdict = match (bias, slope) {
+            (Bias::Size(size), _) => format!("ends at {:.3} %: biased", 100.0 * size),
+            (Bias::Brightness(_), _) => format!("{bias}: biased"),
+            (_, None) => "too few numbers of samples to tell".to_owned(),
+            (_, Some(slope)) if slope.low <= -0.5 + TOLERANCE && slope.high >= -0.5 - TOLERANCE => {
                 "falls as noise does".to_owned()
             }
-            (None, Some(slope)) if slope.value < -0.5 => "falls faster than noise".to_owned(),
-            (None, Some(_)) => "falls slower than noise".to_owned(),
+            (_, Some(slope)) if slope.value < -0.5 => "falls faster than noise".to_owned(),
+            (_, Some(_)) => "falls slower than noise".to_owned(),
         };
         Self { mode, captures, slope, plateau, verdict }
     }

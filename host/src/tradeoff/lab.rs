@@ -80,7 +80,8 @@ impl<'a> Lab<'a> {
     ///
     /// # Errors
     ///
-    /// As rendering; [`TradeoffError`](super::TradeoffError) for a folder that cannot be written.
+    /// As rendering; [`TradeoffError::Cache`](super::TradeoffError::Cache), before a reference is
+    /// rendered, for a folder that cannot be written.
     pub fn reference(
         &mut self,
         base: &Mode,
@@ -88,7 +89,7 @@ impl<'a> Lab<'a> {
         folder: &Path,
         supervisor: &mut dyn Supervisor,
     ) -> Result<Option<Reference>, Error> {
-        let hash = reference::hash(self.scene, &reference::settings_of(&base.settings));
+        let hash = reference::hash(self.scene, &reference::settings_of(&base.settings), base.quality);
         let left = supervisor.time_left();
         let (most, time) = match goal {
             Goal::Error { most, .. } => (f64::from(most), left.map(|left| left.mul_f64(share))),
@@ -110,6 +111,7 @@ impl<'a> Lab<'a> {
             supervisor.say(&format!("reference: kept in {}", path.display()));
             return Ok(Some(kept.clone()));
         }
+        Reference::check_folder(folder)?;
         supervisor.begin(0, 1, "reference");
         let until = match goal {
             Goal::Error { .. } => left.zip(time).map(|(left, time)| left.saturating_sub(time)),
@@ -118,14 +120,17 @@ impl<'a> Lab<'a> {
         let made = check(supervisor).and_then(|()| {
             let scene = self.scene;
             let mut observer = Ending { supervisor, until };
-            Reference::render(self.renderer(base)?, scene, &base.settings, goal, &mut observer)
+            Reference::render(self.renderer(base)?, scene, &base.settings, base.quality, goal, &mut observer)
         });
         let Some(made) = was_stopped(made, supervisor)? else { return Ok(kept) };
         if let Some(kept) = kept.filter(|kept| kept.facts.samples >= made.facts.samples) {
             supervisor.say(&format!("reference: kept in {}, of more samples", path.display()));
             return Ok(Some(kept));
         }
-        made.write(folder)?;
+        if let Err(error) = made.write(folder) {
+            // What took minutes is not lost by a disk that is full now.
+            supervisor.say(&format!("warning: {error}; this reference is used, and not kept"));
+        }
         Ok(Some(made))
     }
 

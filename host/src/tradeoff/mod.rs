@@ -3,6 +3,7 @@
 //! [`Mode`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of samples; [`Errors`] tell noise from bias against a
 //! [`Reference`]; [`Tradeoff::write`] writes it down. A [`Supervisor`] ends it, with what was measured by then.
 
+mod bias;
 mod charts;
 mod converge;
 mod course;
@@ -43,6 +44,14 @@ pub enum TradeoffError {
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The folder of references cannot be written.
+    #[error("{}: {source}; references are kept there: name another folder by --cache", path.display())]
+    Cache {
+        /// The folder or file.
         path: PathBuf,
         /// Why.
         source: std::io::Error,

@@ -1,5 +1,6 @@
 //! All that was found as one page that needs no other file, with data and charts beside it.
 
+use super::bias::Bias;
 use super::picture::{Pictures, Small};
 use super::point::{Point, Tradeoff};
 use super::{TradeoffError, charts, table};
@@ -157,11 +158,13 @@ fn row(point: &Point) -> String {
         format!("{:.4}", point.seconds.all.median),
         format!("{:.3} ({:.3} to {:.3})", root(all.value), root(all.low), root(all.high)),
         format!("{:.3}", root(errors.variance.value)),
-        if errors.biased {
-            let rare = if point.exact { " (rare paths)" } else { "" };
-            format!("{:.3}{rare}", root(errors.squared_bias.value))
-        } else {
-            "none seen".to_owned()
+        match errors.bias() {
+            Bias::NotSeen => "none seen".to_owned(),
+            Bias::Tiny => "below 0.001".to_owned(),
+            Bias::Size(size) => {
+                format!("{:.3}{}", 100.0 * size, if point.exact { " (rare paths)" } else { "" })
+            }
+            Bias::Brightness(_) => "of the brightness".to_owned(),
         },
         format!("{:+.3}", 100.0 * errors.brightness.value),
         format!("{:.5}", errors.rmse.value),

@@ -152,8 +152,8 @@ impl Point {
     /// In a word: what turning the knob did.
     pub fn verdict(&self) -> &'static str {
         match &self.against {
-            _ if self.errors.biased && self.exact => "rare paths",
-            _ if self.errors.biased => "biased",
+            _ if self.errors.bias().is_seen() && self.exact => "rare paths",
+            _ if self.errors.bias().is_seen() => "biased",
             None if self.knob == "base" => "base",
             None => "measured",
             Some(against) if !against.measurable => "not measurable here",
@@ -182,7 +182,7 @@ impl Against {
         let error = parts.iter().map(|part| part.1 * part.1).sum::<f64>().sqrt();
         let freedom = parts.iter().map(|part| part.2).sum();
         let least = 0.05;
-        let measurable = point.errors.biased || time_test.p < least || error_test.p < least;
+        let measurable = point.errors.bias().is_seen() || time_test.p < least || error_test.p < least;
         Self {
             time: (times.0 - base_times.0).exp(),
             error: (errors.0 - base_errors.0).exp(),

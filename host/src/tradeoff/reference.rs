@@ -3,18 +3,18 @@
 use super::TradeoffError;
 use super::errors::view;
 use crate::Error;
+use crate::bvh::BvhQuality;
 use crate::film::PixelTotals;
 use crate::image::Image;
 use crate::metrics::MetricsError;
 use crate::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
-use crate::render::{MathMode, Observer, Renderer, Sampler, Settings};
+use crate::render::{Fingerprint, MathMode, Observer, Renderer, Sampler, Settings};
 use crate::sampling::{self, Adaptive, Goal, Halves};
 use crate::scene::Scene;
 use crate::sealed::{self, Contents, SealError};
 use bytemuck::cast_slice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,12 @@ pub struct Facts {
 
 /// What a reference is rendered with: the settings without what may bias them, or changes noise alone.
 pub fn settings_of(settings: &Settings) -> Settings {
+    let Settings { width, height, depth, fresnel, .. } = *settings;
     Settings {
+        width,
+        height,
+        depth,
+        fresnel,
         seed: SEED,
         samples: 1,
         roulette: false,
@@ -95,18 +100,13 @@ pub fn settings_of(settings: &Settings) -> Settings {
         traversal: None,
         schedule: None,
         tile: None,
-        ..settings.clone()
     }
 }
 
-/// Of all that decides the image.
-pub fn hash(scene: &Scene, settings: &Settings) -> String {
-    let Settings { width, height, depth, fresnel, .. } = settings;
-    let mut hash = Sha256::new();
-    hash.update(scene.digest());
-    hash.update(trisect_kernels::MANIFEST);
-    hash.update(format!("{width}x{height} {depth} {fresnel:?}"));
-    hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+/// Returns a hash of all that identifies an image of these settings, by a tree of this quality.
+pub fn hash(scene: &Scene, settings: &Settings, quality: Option<BvhQuality>) -> String {
+    let fingerprint = Fingerprint::new(&scene.digest(), settings, quality);
+    fingerprint.sha256().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl Facts {
@@ -122,7 +122,7 @@ impl Facts {
 }
 
 impl Reference {
-    /// Renders one until the goal.
+    /// Renders one until the goal; `quality` is that of the renderer's tree.
     ///
     /// # Errors
     ///
@@ -131,6 +131,7 @@ impl Reference {
         renderer: &mut Renderer,
         scene: &Scene,
         settings: &Settings,
+        quality: Option<BvhQuality>,
         goal: Goal,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
@@ -138,7 +139,7 @@ impl Reference {
         let (halves, noise, seconds) = sampling::halves(renderer, &settings, goal, Adaptive::Auto, observer)?;
         let device = renderer.backend().device();
         let facts = Facts {
-            hash: hash(scene, &settings),
+            hash: hash(scene, &settings, quality),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             width: settings.width,
             height: settings.height,
@@ -186,7 +187,7 @@ impl Reference {
         let Contents { header, data } = match sealed::read(&path, MAGIC) {
             Ok(contents) => contents,
             Err(SealError::Io(error)) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(SealError::Io(source)) => return Err(TradeoffError::Io { path, source }),
+            Err(SealError::Io(source)) => return Err(TradeoffError::Cache { path, source }),
             Err(error) => return Err(wrong(&error.to_string())),
         };
         let facts: Facts = serde_json::from_slice(&header).map_err(|error| wrong(&error.to_string()))?;
@@ -206,6 +207,19 @@ impl Reference {
         Ok(Some(Self { halves: [image(a), image(b)], variance, facts: facts.clone() }))
     }
 
+    /// Finds out before one is rendered whether the folder, which is made if need be, takes files.
+    ///
+    /// # Errors
+    ///
+    /// [`TradeoffError::Cache`] names the folder.
+    pub fn check_folder(folder: &Path) -> Result<(), TradeoffError> {
+        let probe = folder.join(format!(".{}.part", std::process::id()));
+        fs::create_dir_all(folder)
+            .and_then(|()| fs::write(&probe, b""))
+            .and_then(|()| fs::remove_file(&probe))
+            .map_err(|source| TradeoffError::Cache { path: folder.to_owned(), source })
+    }
+
     /// Keeps it, in place of an earlier one: complete, or not at all.
     ///
     /// # Errors
@@ -213,7 +227,7 @@ impl Reference {
     /// [`TradeoffError`] names the file.
     pub fn write(&self, folder: &Path) -> Result<(), TradeoffError> {
         let path = Self::path(folder, &self.facts.hash);
-        let io = |source| TradeoffError::Io { path: path.clone(), source };
+        let io = |source| TradeoffError::Cache { path: path.clone(), source };
         fs::create_dir_all(folder).map_err(io)?;
         let header = serde_json::to_vec(&self.facts)
             .map_err(|error| TradeoffError::Reference { path: path.clone(), message: error.to_string() })?;

@@ -13,13 +13,12 @@ impl Point {
     /// One line for people.
     pub fn line(&self) -> String {
         let errors = &self.errors;
-        let bias = 100.0 * errors.squared_bias.value.max(0.0).sqrt();
-        let bias = match errors.biased {
-            true if self.exact => {
-                format!("off by {bias:.3} % (without bias by construction: paths too rare for the samples)")
+        let bias = match errors.bias() {
+            bias if self.exact && bias.is_seen() => {
+                let off = bias.to_string().replacen("bias", "off by", 1);
+                format!("{off} (without bias by construction: paths too rare for the samples)")
             }
-            true => format!("bias {bias:.3} %"),
-            false => "no bias seen".to_owned(),
+            bias => bias.to_string(),
         };
         let against = self.against.as_ref().map_or(String::new(), |against| {
             let efficiency = against.efficiency;

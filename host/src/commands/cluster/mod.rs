@@ -7,7 +7,7 @@ pub mod view;
 
 use super::signals::noted;
 use super::{Loaded, Session};
-use crate::cli::{BackendArg, JobArgs, RankArgs};
+use crate::cli::{BackendArg, JobArgs, QualityArg, RankArgs};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -194,7 +194,8 @@ impl Crew {
             let more = adjust(&mut settings, selection.backend.device())?;
             settings.check()?;
             let digest = loaded.scene.digest();
-            let mut facts = facts(&digest, &settings);
+            let quality = job.bvh_quality.map(QualityArg::quality);
+            let mut facts = facts(&digest, &settings, quality);
             facts.extend(more);
             let session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;
             Ok((Session { settings, digest: Some(digest), ..session }, facts))

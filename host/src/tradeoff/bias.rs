@@ -1,0 +1,125 @@
+//! Bias in words that agree with the figures beside them.
+
+use super::errors::Errors;
+use std::fmt;
+
+/// What repetitions show of a bias, as far as three digits of a percentage say it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Bias {
+    /// None that chance would not show.
+    NotSeen,
+    /// A significant one that is less than what is printed.
+    Tiny,
+    /// Of this relative root mean square.
+    Size(f64),
+    /// Of the image's mean, by this share; its mean square does not stand out from the noise.
+    Brightness(f64),
+}
+
+/// Percentages of less than this are printed as 0.000.
+const LEAST_PERCENT: f64 = 0.0005;
+
+impl Bias {
+    /// Returns whether it is one to speak of.
+    pub fn is_seen(self) -> bool {
+        matches!(self, Self::Size(_) | Self::Brightness(_))
+    }
+}
+
+impl fmt::Display for Bias {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotSeen => to.write_str("no bias seen"),
+            Self::Tiny => to.write_str("bias below 0.001 %"),
+            Self::Size(size) => write!(to, "bias {:.3} %", 100.0 * size),
+            Self::Brightness(share) => write!(to, "bias {:+.3} % of the brightness", 100.0 * share),
+        }
+    }
+}
+
+impl Errors {
+    /// Returns the bias that was seen.
+    pub(super) fn bias(&self) -> Bias {
+        let size = self.squared_bias.value.max(0.0).sqrt();
+        let shows = |share: f64| 100.0 * share.abs() >= LEAST_PERCENT;
+        match self.biased {
+            false => Bias::NotSeen,
+            true if shows(size) => Bias::Size(size),
+            true if shows(self.brightness.value) => Bias::Brightness(self.brightness.value),
+            true => Bias::Tiny,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::point::Point;
+    use super::super::{Capture, Course};
+    use super::*;
+    use crate::bench::Summary;
+    use crate::statistics::Interval;
+
+    fn errors(biased: bool, squared_bias: f64, brightness: f64) -> Errors {
+        let of = |value| Interval { value, low: value, high: value };
+        Errors {
+            seeds: 4,
+            rel_mse: of(1e-4),
+            variance: of(1e-4),
+            squared_bias: of(squared_bias),
+            rmse: of(0.01),
+            flip: of(0.01),
+            brightness: of(brightness),
+            means_p: 1e-9,
+            bias_p: 0.5,
+            biased,
+            each: vec![1e-4; 4],
+            left_out: 0,
+        }
+    }
+
+    /// What is said of a way with these errors: its line, and that of its course.
+    fn said(errors: &Errors, exact: bool) -> [String; 2] {
+        let seconds = super::super::Seconds {
+            all: Summary::NOTHING,
+            render: 1.0,
+            denoise: 0.0,
+            scale: 0.0,
+            each: vec![1.0; 4],
+        };
+        let point = Point {
+            knob: "clamp".to_owned(),
+            level: "16".to_owned(),
+            exact,
+            spp: 16,
+            seconds,
+            errors: errors.clone(),
+            efficiency: Interval { value: 1.0, low: 1.0, high: 1.0 },
+            against: None,
+            on_front: false,
+        };
+        let captures = [16, 32, 64].map(|spp| Capture { spp, errors: errors.clone() });
+        [point.line(), Course::of("clamp 16".to_owned(), captures.to_vec()).line()]
+    }
+
+    #[test]
+    fn what_prints_as_nothing_is_not_called_a_bias() {
+        // The squared bias is below 0 by chance; that of 0.00049 % rounds to 0.000.
+        for (squared, brightness) in [(-1e-9, 0.0), (2.4e-11, 4e-6), (0.0, -4e-6)] {
+            for line in
+                [false, true].into_iter().flat_map(|exact| said(&errors(true, squared, brightness), exact))
+            {
+                assert!(!line.contains("biased") && !line.contains("bias 0.000"), "{line}");
+                assert!(!line.contains("off by 0.000") && !line.contains("ends at 0.000"), "{line}");
+            }
+        }
+        let [line, course] = said(&errors(true, 1e-6, 0.0), false);
+        assert!(line.contains("bias 0.100 %") && line.ends_with(": biased"), "{line}");
+        assert!(course.contains("ends at 0.100 %: biased"), "{course}");
+        let [line, course] = said(&errors(true, -1e-9, -2e-3), false);
+        assert!(line.contains("bias -0.200 % of the brightness") && line.ends_with(": biased"), "{line}");
+        assert!(course.contains("bias -0.200 % of the brightness"), "{course}");
+        assert!(said(&errors(true, 1e-6, 0.0), true)[0].contains("rare paths"));
+        // The control: the same figures without significance.
+        assert!(said(&errors(false, 1e-6, 0.1), false).iter().all(|line| !line.contains("biased")));
+    }
+}
