@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use trisect::image::Image;
-use trisect_tests::program::{self, fails, trisect};
+use trisect_tests::program::{self, check_failure, fails, trisect};
 use trisect_tests::root;
 
 fn folder(name: &str) -> PathBuf {
@@ -275,4 +275,155 @@ fn comparisons_of_what_cannot_be_compared() {
     fails(&["compare", &path("one.pfm"), &path("broken.png")], 1, &["broken.png"]);
     fails(&["compare", &path("one.pfm"), &path("two.pfm")], 1, &["size"]);
     fails(&["compare", "a.gif", &path("one.pfm")], 2, &["a.gif", ".png"]);
+}
+
+/// Whether a terminal would act on it, or a line is longer than people read.
+fn is_safe(text: &str) -> bool {
+    text.lines().all(|line| line.chars().count() <= 300 && !line.chars().any(char::is_control))
+}
+
+#[test]
+fn messages_cannot_act_on_a_terminal() {
+    let folder = folder("escape");
+    let (scene, image) = (folder.join("scene.ron"), folder.join("a.png"));
+    let long = "x".repeat(5000);
+    for name in ["\u{1b}[31mglass\u{7}\u{1b}]0;title\u{7}", &long, "a\tb\rc\u{9b}2J"] {
+        std::fs::write(&scene, GOOD.replace("material: \"g\"", &format!("material: \"{name}\""))).unwrap();
+        let arguments = ["render", scene.to_str().unwrap(), "-o", image.to_str().unwrap()];
+        let output = trisect(&arguments);
+        check_failure(&output, &arguments, 4, &["scene.ron:9:", "unknown material", "`materials` has: a, g"]);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(is_safe(&text), "{text:?}");
+    }
+    // The control: what was said.
+    assert!(!is_safe("\u{1b}[31m") && !is_safe(&long));
+}
+
+#[test]
+fn a_scene_names_files_of_its_own_folder() {
+    let folder = folder("outside");
+    let below = folder.join("scene/models");
+    std::fs::create_dir_all(&below).unwrap();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    write("a.obj", triangle);
+    let absolute = write("scene/in.obj", triangle);
+    write("scene/kd.mtl", "newmtl a\nKd 1 0 0\n");
+    write("passwd", "root:x:0:0:secret\n");
+    // A model in a folder of its own may name what lies in the scene's.
+    write("scene/models/up.obj", &format!("mtllib ../kd.mtl\n{triangle}"));
+    write("scene/models/out.obj", &format!("mtllib ../../passwd\n{triangle}"));
+    let image = folder.join("a.png");
+    let scene =
+        |object: &str| write("scene/a.ron", &GOOD.replace("objects: [", &format!("objects: [{object},")));
+    let run = |scene: &str, more: &[&str]| {
+        let fixed = ["render", scene, "--backend", "cpu", "-q", "-o", image.to_str().unwrap()];
+        trisect(&[&fixed[..], more].concat())
+    };
+    for (object, place) in [
+        ("Mesh(file: \"../a.obj\")", "a.ron:7:"),
+        (&format!("Mesh(file: \"{absolute}\")"), "a.ron:7:"),
+        ("Mesh(file: \"models/../../a.obj\")", "a.ron:7:"),
+        ("Mesh(file: \"models/out.obj\")", "line 1, mtllib"),
+    ] {
+        let output = run(&scene(object), &[]);
+        check_failure(&output, &[object], 4, &[place, "outside the scene's folder", "--allow-outside"]);
+        assert!(!image.exists());
+    }
+    let model = folder.join("scene/models/up.obj");
+    let output = run(model.to_str().unwrap(), &[]);
+    check_failure(&output, &[], 4, &["\"../kd.mtl\" lies outside the scene's folder", "--allow-outside"]);
+    for (object, more) in [
+        ("Mesh(file: \"models/up.obj\")", &[][..]),
+        ("Mesh(file: \"models/../in.obj\")", &[]),
+        ("Mesh(file: \"../a.obj\")", &["--allow-outside"]),
+        (&format!("Mesh(file: \"{absolute}\")"), &["--allow-outside"]),
+    ] {
+        let output = run(&scene(object), more);
+        assert!(output.status.success(), "{object}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    let output = run(&scene("Mesh(file: \"models/out.obj\")"), &["--allow-outside"]);
+    check_failure(&output, &[], 4, &["passwd: line 1: no newmtl", "mtllib must name"]);
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("secret"));
+    let checked = scene("Mesh(file: \"../a.obj\")");
+    fails(&["check", &checked], 4, &["--allow-outside"]);
+    assert_eq!(trisect(&["check", &checked, "--allow-outside"]).status.code(), Some(0));
+}
+
+#[test]
+fn formats_and_numbers_that_are_none() {
+    let folder = folder("none");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    std::fs::write(file("m.pbrt"), "WorldBegin\n").unwrap();
+    for name in ["m.pbrt", "not-there.pbrt"] {
+        let words = [name, "unknown scene format", ".ron, .gltf"];
+        fails(&["render", &file(name), "-o", &file("a.png")], 4, &words);
+        fails(&["check", &file(name)], 4, &words);
+    }
+    std::fs::write(file("one.pfm"), b"Pf\n1 1\n-1\n\0\0\0\0").unwrap();
+    for limit in ["NaN", "-1", "much"] {
+        let limit = format!("--max-rel-mse={limit}");
+        fails(&["compare", &file("one.pfm"), &file("one.pfm"), &limit], 2, &["--max-rel-mse", "0 or more"]);
+    }
+    assert!(trisect(&["compare", &file("one.pfm"), &file("one.pfm"), "--max-rel-mse=0"]).status.success());
+}
+
+/// What a render refuses, a check does, too.
+#[test]
+fn a_sky_that_is_no_number() {
+    let folder = folder("sky");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let sky = |value: f32| [b"PF\n1 1\n-1\n".to_vec(), value.to_le_bytes().repeat(3)].concat();
+    let gradient = "Gradient(bottom: (1, 1, 1), top: (0.5, 0.7, 1))";
+    assert!(GOOD.contains(gradient));
+    std::fs::write(file("a.ron"), GOOD.replace(gradient, "Image(file: \"sky.pfm\")")).unwrap();
+    for value in [f32::NAN, f32::INFINITY, -1.0] {
+        std::fs::write(file("sky.pfm"), sky(value)).unwrap();
+        let words = ["a.ron", "the panorama's texel (0, 0)"];
+        fails(&["render", &file("a.ron"), "-o", &file("a.png")], 4, &words);
+        fails(&["check", &file("a.ron")], 4, &words);
+    }
+    std::fs::write(file("sky.pfm"), sky(1.0)).unwrap();
+    assert_eq!(trisect(&["check", &file("a.ron")]).status.code(), Some(0));
+}
+
+/// A cache that takes no files is found before the reference is rendered, here of more samples than a
+/// test has time for.
+#[test]
+fn a_cache_that_cannot_be_written() {
+    let folder = folder("cache");
+    let cache = folder.join("file");
+    std::fs::write(&cache, "").unwrap();
+    let arguments =
+        ["--backend=cpu", "--resolution=8x4", "--first=1", "--last=4", "--reference-spp=4000000000"];
+    let arguments = [&["converge", "--cache", cache.to_str().unwrap()], &arguments[..]].concat();
+    fails(&arguments, 1, &["file", "name another folder by --cache"]);
+}
+
+#[test]
+fn options_without_effect_are_warned_of_once() {
+    let folder = folder("warnings");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let dark = GOOD.replace("sky: Gradient(bottom: (1, 1, 1), top: (0.5, 0.7, 1)),", "");
+    std::fs::write(file("dark.ron"), dark).unwrap();
+    std::fs::write(file("good.ron"), GOOD).unwrap();
+    let warnings = |scene: &str, more: &[&str]| {
+        let image = file("a.png");
+        let output =
+            trisect(&[&["render", &file(scene), "--backend=cpu", "-q", "-o", &image], more].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        text.lines().filter(|line| line.starts_with("warning: ")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let found = warnings("dark.ron", &[]);
+    assert!(found.len() == 1 && found[0].contains("no light") && found[0].contains("`sky`"), "{found:?}");
+    let found = warnings("good.ron", &["--roulette-depth=3"]);
+    assert!(found.len() == 1 && found[0].contains("--roulette on"), "{found:?}");
+    assert!(warnings("good.ron", &["--roulette-depth=3", "--roulette=on"]).is_empty());
+    // A goal may turn roulette on.
+    assert!(warnings("good.ron", &["--roulette-depth=3", "--target-error=50%", "--max-spp=16"]).is_empty());
 }

@@ -230,3 +230,29 @@ fn bench_report_draws_charts() {
         assert_eq!(output.unwrap().status.code(), Some(2), "{wrong:?}");
     }
 }
+
+/// By the name `-`, data goes to standard output, alone.
+#[test]
+fn data_on_standard_output() {
+    let folder = folder("stdout");
+    let image = folder.join("a.png");
+    let small = ["--backend=cpu", "--resolution=8x4", "--spp=1"];
+    let json = |arguments: &[&str]| -> serde_json::Value {
+        let all = [arguments, &small].concat();
+        let output = Command::new(binary()).args(&all).current_dir(&folder).output().unwrap();
+        assert!(output.status.success(), "{all:?}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{all:?}: {error}"))
+    };
+    let image = image.to_str().unwrap();
+    assert_eq!(json(&["render", "-o", image, "--stats", "-"])["samples"], 32);
+    assert_eq!(json(&["bench", "--frames=2", "--json", "-"])["format"], 1);
+    assert_eq!(json(&["view", "--headless", "--frames=2", "--json", "-"])["frames"], 1);
+    assert!(!folder.join("-").exists());
+    // And in a render that goes on.
+    let checkpoint = folder.join("a.ckpt");
+    let checkpoint = checkpoint.to_str().unwrap();
+    json(&["render", "-o", image, "--stats", "-", "--checkpoint", checkpoint]);
+    let output = trisect(&["resume", checkpoint, "--quiet"]);
+    let again: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(again["format"], 1);
+}

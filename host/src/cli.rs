@@ -19,7 +19,7 @@ pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
-pub use job::{BackendArg, JobArgs, MathArg, QualityArg};
+pub use job::{BackendArg, IncludeArgs, JobArgs, MathArg, QualityArg};
 pub use keep::{FallbackArg, KeepArgs, MergeArgs, ResumeArgs, Samples};
 pub use render::RenderArgs;
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, ManArgs, TellArgs};
@@ -86,8 +86,8 @@ pub struct CompareArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Exit with code 5 if relMSE is greater.
-    #[arg(long, value_name = "X")]
+    /// Exit with code 5 if relMSE is greater than X, a number of 0 or more.
+    #[arg(long, value_name = "X", value_parser = parse_limit)]
     pub max_rel_mse: Option<f64>,
 }
 
@@ -99,6 +99,10 @@ pub struct CompareArgs {
 pub struct CheckArgs {
     /// Scene file or model.
     pub scene: PathBuf,
+
+    /// Which files the scene may name.
+    #[command(flatten)]
+    pub includes: IncludeArgs,
 
     /// Print JSON.
     #[arg(long)]
@@ -118,6 +122,13 @@ fn parse_count(text: &str) -> Result<u32, String> {
     }
 }
 
+fn parse_limit(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(limit) if limit >= 0.0 => Ok(limit),
+        _ => Err("must be a number of 0 or more, such as 1e-3".to_owned()),
+    }
+}
+
 fn parse_resolution(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', 'X']).ok_or("write it as WIDTHxHEIGHT, such as 1280x720")?;
     Ok((parse_count(width)?, parse_count(height)?))
@@ -131,6 +142,14 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn limits() {
+        assert_eq!((parse_limit("0"), parse_limit("1e-3")), (Ok(0.0), Ok(1e-3)));
+        for bad in ["NaN", "nan", "-NaN", "-1", "", "x"] {
+            assert!(parse_limit(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

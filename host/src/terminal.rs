@@ -1,16 +1,20 @@
 //! Standard output and standard error. All printing goes through here: `println!` and `eprintln!`
 //! panic where nothing can be written, and clippy refuses them in this crate.
 
+mod escape;
+
+pub use escape::escaped;
+
 use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
 
-/// Writes a line to standard error for people. A render does not depend on whether that succeeds: a
-/// full disk, a closed pipe.
+/// Writes a line to standard error for people, [escaped]. A render does not depend
+/// on whether that succeeds: a full disk, a closed pipe.
 pub fn say(text: &str) {
     // One write, so that lines of several processes do not mix.
-    let _ = io::stderr().lock().write_all(format!("{text}\n").as_bytes());
+    let _ = io::stderr().lock().write_all(format!("{}\n", escaped(text)).as_bytes());
 }
 
 /// Writes a command's result to standard output. A reader that has closed the pipe wants no more,

@@ -4,7 +4,7 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 use trisect::film::Film;
 use trisect::render::Settings;
-use trisect::scene::{Described, Scene, Space};
+use trisect::scene::{Described, Includes, Scene, Space};
 use trisect_tests::renders::{cpu, differing, film, scene_files};
 use trisect_tests::root;
 
@@ -63,7 +63,8 @@ fn moved(by: i64, space: &str) -> String {
 }
 
 fn parsed(text: &str) -> Film {
-    small(&Scene::parse(text, "moved.ron").unwrap())
+    let described = Described::parse_including(text, "moved.ron", Includes::Anywhere).unwrap();
+    small(&described.lower(Space::IDENTITY).unwrap())
 }
 
 #[test]

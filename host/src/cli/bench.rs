@@ -1,6 +1,8 @@
 //! `trisect bench` and `trisect bench report`.
 
-use super::{BackendArg, DenoiseArgs, JobArgs, MathArg, RankArgs, parse_count, parse_resolution};
+use super::{
+    BackendArg, DenoiseArgs, IncludeArgs, JobArgs, MathArg, RankArgs, parse_count, parse_resolution,
+};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -24,7 +26,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
     pub frames: u32,
 
-    /// Write what was measured as JSON, too.
+    /// Write what was measured as JSON, too; `-` prints it in place of the table.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 }
@@ -93,6 +95,10 @@ pub enum SyncArg {
 pub struct ReportArgs {
     /// Scenes to render on the device and on one CPU thread, beside the built-in ones.
     pub scenes: Vec<PathBuf>,
+
+    /// Which files the scenes may name.
+    #[command(flatten)]
+    pub includes: IncludeArgs,
 
     /// What to measure.
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]

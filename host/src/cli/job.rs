@@ -6,12 +6,17 @@ use std::path::PathBuf;
 use trisect::backend::Choice;
 use trisect::bvh::BvhQuality;
 use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
+use trisect::scene::Includes;
 
 /// What and where to render.
 #[derive(Clone, Debug, Args)]
 pub struct JobArgs {
     /// Scene file; without one, the built-in hello world.
     pub scene: Option<PathBuf>,
+
+    /// Which files the scene may name.
+    #[command(flatten)]
+    pub includes: IncludeArgs,
 
     /// Where to render.
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
@@ -59,6 +64,10 @@ pub struct JobArgs {
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
 
+    /// Whether a goal (--budget and others) may turn roulette on.
+    #[arg(skip)]
+    pub may_roulette: bool,
+
     /// Where random numbers come from. Without it, independent; with --budget, what is better.
     #[arg(long, value_enum)]
     pub sampler: Option<SamplerArg>,
@@ -96,6 +105,21 @@ pub struct JobArgs {
     /// Which build of the kernels; fast exists for cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
     pub math: MathArg,
+}
+
+/// `--allow-outside`.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct IncludeArgs {
+    /// Also read files outside the scene's folder if the scene or its models name them.
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl IncludeArgs {
+    /// For the library.
+    pub fn includes(self) -> Includes {
+        if self.allow_outside { Includes::Anywhere } else { Includes::Below }
+    }
 }
 
 /// `--backend`.

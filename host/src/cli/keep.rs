@@ -75,6 +75,10 @@ pub struct ResumeArgs {
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
 
+    /// Which files the scene may name: more than the first command said.
+    #[command(flatten)]
+    pub includes: super::IncludeArgs,
+
     /// Image file; without it, that of the first command, if that is in or below the checkpoint's folder or the current one.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,

@@ -57,7 +57,7 @@ pub struct ViewArgs {
     #[arg(short, long, value_name = "DIR", requires = "headless")]
     pub output: Option<PathBuf>,
 
-    /// With --headless: write what was measured as JSON, too.
+    /// With --headless: write what was measured as JSON, too; `-` prints it in place of the table.
     #[arg(long, value_name = "FILE", requires = "headless")]
     pub json: Option<PathBuf>,
 

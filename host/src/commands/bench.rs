@@ -1,13 +1,13 @@
 //! `trisect bench`.
 
-use super::Session;
+use super::{Session, data};
 use crate::cli::{BenchArgs, BenchCommand};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use trisect::Error;
 use trisect::backend::DeviceKind;
 use trisect::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live};
 use trisect::output::Outputs;
-use trisect::{Error, output};
 
 /// Frames before those that count.
 const WARM_UP: u32 = 2;
@@ -27,7 +27,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         None => {}
     }
     if let Some(path) = &arguments.json {
-        output::probe(path)?;
+        data::probe(path)?;
     }
     let denoise = arguments.denoise.denoise()?;
     let outputs = Outputs::default().file("--json", arguments.json.as_deref());
@@ -65,9 +65,11 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&benchmark)
             .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
-        output::write_file(path, (text + "\n").as_bytes())?;
+        data::write(path, &text)?;
     }
-    super::print(&benchmark.table())?;
+    if !arguments.json.as_deref().is_some_and(data::is_stdout) {
+        super::print(&benchmark.table())?;
+    }
     for warning in frames.first.warnings() {
         super::say(&format!("warning: {warning}"));
     }

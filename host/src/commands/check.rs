@@ -1,31 +1,39 @@
 //! `trisect check`.
 
 use crate::cli::CheckArgs;
+use crate::terminal::escaped;
 use std::fmt::Write;
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
 use trisect::limits::{self, Change, Report};
 use trisect::output::Outputs;
-use trisect::scene::Described;
+use trisect::scene::{Described, Space};
 
 /// Something in the scene is outside the supported range.
 const OUTSIDE: u8 = 6;
 
 /// Prints what was found, and writes a copy in the best space if asked for.
 pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
-    let scene = Described::load(&arguments.scene)?;
+    let scene = Described::load_including(&arguments.scene, arguments.includes.includes())?;
     let report = limits::check(&scene, &scene.settings());
+    // What a render would refuse, such as a sky that is no number. Where something is out of range,
+    // that comes first, as it may be why.
+    let refused = scene.clone().lower(Space::IDENTITY).err();
+    let outside = !report.findings.is_empty();
+    let refused = match refused {
+        Some(error) if !outside => return Err(error.into()),
+        refused => refused,
+    };
     if let Some(path) = &arguments.write {
         let files = scene.description.files.iter().filter(|file| **file != arguments.scene);
         Outputs::default().file("--write", Some(path)).check_inputs("a file of the scene", files)?;
         limits::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
     // What the reader changed and what rounding drops are errors or warnings of their own.
-    for warning in &scene.description.warnings {
+    for warning in scene.warnings() {
         super::say(&format!("warning: {warning}"));
     }
-    let outside = !report.findings.is_empty();
     let text = if arguments.json {
         let json = serde_json::to_string_pretty(&report).map_err(|error| ImageError::Codec {
             path: arguments.scene.clone(),
@@ -33,13 +41,16 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
         })?;
         json + "\n"
     } else {
-        text(&report)
+        escaped(&text(&report)).into_owned()
     };
     super::print(&text)?;
     if let Some(path) = &arguments.write {
         super::say(&format!("wrote {}", path.display()));
     }
-    Ok(if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS })
+    match refused {
+        Some(error) => Err(error.into()),
+        None => Ok(if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS }),
+    }
 }
 
 fn text(report: &Report) -> String {

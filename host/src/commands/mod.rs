@@ -5,6 +5,7 @@ pub mod check;
 #[cfg(feature = "mpi")]
 pub mod cluster;
 pub mod compare;
+mod data;
 pub mod doctor;
 mod elsewhere;
 pub mod info;
@@ -71,7 +72,7 @@ impl Loaded {
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
-            Some(path) => Described::load(path)?,
+            Some(path) => Described::load_including(path, job.includes.includes())?,
             None => Described::hello_world()?,
         };
         outputs.check_inputs("the scene", &job.scene)?;
@@ -84,6 +85,9 @@ impl Loaded {
         let mut warnings = scene.warnings.clone();
         if !settings.light_sampling && !scene.lights.is_empty() {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
+        }
+        if job.roulette_depth.is_some() && !settings.roulette && !job.may_roulette {
+            warnings.push("--roulette-depth does nothing without --roulette on; add it".to_owned());
         }
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
         warnings.extend(beyond.iter().map(|line| format!("{line}; what helps: trisect check {name}")));

@@ -1,11 +1,12 @@
 //! `trisect render`.
 
+use super::data;
 use super::elsewhere::or_elsewhere;
 use super::keep::{Begun, Ended, Told, Watch};
 use super::say;
 use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
-use crate::cli::RenderArgs;
+use crate::cli::{JobArgs, RenderArgs};
 use crate::progress::Bar;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -50,7 +51,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
     check_new(arguments)?;
 
-    let mut session = Session::open_kept(&arguments.job, &arguments.keep, &outputs(arguments))?;
+    let job = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
+    let mut session = Session::open_kept(&job, &arguments.keep, &outputs(arguments))?;
     session.settings.guides = needs_guides(arguments, denoise.as_ref());
     if !arguments.tell.quiet {
         announce(&session, &aim(&session, request.as_ref()));
@@ -181,7 +183,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     outputs(arguments).check()?;
     output::probe(&arguments.output)?;
     if let Some(stats) = &arguments.tell.stats {
-        output::probe(stats)?;
+        data::probe(stats)?;
     }
     if let Some(path) = &arguments.keep.checkpoint {
         checkpoint::probe(path)?;
@@ -279,8 +281,7 @@ fn conclude(
     if let Some(path) = &arguments.tell.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
-        told =
-            Some(or_elsewhere(path, |path| Ok(output::write_file(path, (text.clone() + "\n").as_bytes())?)));
+        told = Some(or_elsewhere(path, |path| data::write(path, &text)));
     }
     if !arguments.tell.quiet {
         say(&stats.summary());

@@ -14,8 +14,11 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     // Before minutes of measuring are lost.
     let out = &arguments.out;
     std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
-    let scenes: Vec<Described> =
-        arguments.scenes.iter().map(|path| Described::load(path)).collect::<Result<_, _>>()?;
+    let scenes: Vec<Described> = arguments
+        .scenes
+        .iter()
+        .map(|path| Described::load_including(path, arguments.includes.includes()))
+        .collect::<Result<_, _>>()?;
     let outputs = Outputs::default().folder("-o", Some(out), is_output);
     outputs.check_inputs("a scene", &arguments.scenes)?;
     outputs.check_inputs("a file of a scene", scenes.iter().flat_map(|scene| &scene.description.files))?;

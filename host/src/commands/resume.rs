@@ -71,6 +71,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     // What the first command told is done with, and where the image goes is checked.
     command.tell.stats = arguments.tell.stats.clone();
+    command.job.includes.allow_outside |= arguments.includes.allow_outside;
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
         // What the image does not depend on, and another backend may not have.

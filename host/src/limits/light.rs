@@ -100,10 +100,7 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
 
 /// The greatest channel of what it sends.
 fn strength(light: &PunctualLight) -> f64 {
-    let (PunctualLight::Point { intensity: strength, .. }
-    | PunctualLight::Spot { intensity: strength, .. }
-    | PunctualLight::Directional { irradiance: strength, .. }) = light;
-    strength.max_element()
+    light.strength().max_element()
 }
 
 /// The radiance of a white diffuse surface that faces the light where the nearest surface is: intensity / (π distance²). `None` where

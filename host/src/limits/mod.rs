@@ -11,7 +11,7 @@ mod finding;
 mod geometry;
 mod light;
 mod material;
-mod names;
+pub(crate) mod names;
 mod samples;
 mod surface;
 mod write;

@@ -3,10 +3,11 @@
 use crate::scene::description::{Description, Shape, ShapeKind};
 
 /// Of an analytic shape.
-pub(super) fn shape(scene: &Description, index: usize, shape: &Shape) -> String {
+pub(crate) fn shape(scene: &Description, index: usize, shape: &Shape) -> String {
     let kind = match shape.kind {
         ShapeKind::Sphere { .. } => "a sphere",
         ShapeKind::Quad { .. } => "a quad",
+        ShapeKind::Disc { .. } if shape.kind.is_plane() => "a plane",
         ShapeKind::Disc { .. } => "a disc",
     };
     let place = match scene.shape_objects.get(index) {
@@ -18,7 +19,7 @@ pub(super) fn shape(scene: &Description, index: usize, shape: &Shape) -> String 
 }
 
 /// Of a mesh in the world.
-pub(super) fn instance(scene: &Description, index: usize) -> String {
+pub(crate) fn instance(scene: &Description, index: usize) -> String {
     let mesh = scene.instances.get(index).and_then(|instance| scene.meshes.get(instance.mesh));
     let name = mesh.map_or("", |mesh| &mesh.name);
     match scene.instance_objects.get(index) {
@@ -28,11 +29,11 @@ pub(super) fn instance(scene: &Description, index: usize) -> String {
 }
 
 /// Of a material.
-pub(super) fn material(name: &str) -> String {
+pub(crate) fn material(name: &str) -> String {
     format!("material \"{name}\"")
 }
 
 /// Of a light without extent: those of a scene file come first.
-pub(super) fn light(index: usize) -> String {
+pub(crate) fn light(index: usize) -> String {
     format!("lights[{index}]")
 }

@@ -65,10 +65,11 @@ impl Folder {
 }
 
 impl Outputs {
-    /// Adds a file. What exists and is no regular file, such as `/dev/null`, conflicts with nothing.
+    /// Adds a file. What exists and is no regular file, such as `/dev/null`, conflicts with nothing; nor does `-`, standard output.
     #[must_use]
     pub fn file(mut self, option: &'static str, path: Option<&Path>) -> Self {
-        let path = path.filter(|path| path.metadata().map_or(true, |facts| facts.is_file()));
+        let path = path
+            .filter(|path| path.as_os_str() != "-" && path.metadata().map_or(true, |facts| facts.is_file()));
         self.files.extend(path.map(|path| (option, path.to_owned())));
         self
     }

@@ -7,6 +7,7 @@ use super::description::{
 };
 use super::error::SceneError;
 use super::format::{self, Camera, Index, Light, Name, Object, SceneFile, Source};
+use super::import::Folder;
 use super::include::Models;
 use super::values::{GREATEST, sin_cos_degrees, vector};
 use crate::image::Image;
@@ -33,7 +34,7 @@ pub trait Loader {
 /// Describes a scene. `folder` is the scene file's, from where the names of other files go. The first camera is the one to use.
 pub fn describe(
     file: &SceneFile,
-    folder: &Path,
+    folder: &Folder,
     loader: &mut dyn Loader,
 ) -> Result<(Description, ImageSettings), SceneError> {
     let source = file.source;
@@ -78,7 +79,7 @@ pub fn describe(
             Some(Sky::Gradient { bottom: vector(*bottom), top: vector(*top) })
         }
         format::Sky::Image { file, scale, rotation } => {
-            let path = folder.join(&file.name);
+            let path = source.locate(file, folder)?;
             let image = loader.panorama(&path).map_err(|error| source.in_file(file, error))?;
             scene.files.push(path);
             Some(Sky::Image { image, scale: scale.0, rotation: rotation.0.to_radians() })
@@ -103,14 +104,14 @@ fn settings(file: &SceneFile) -> ImageSettings {
 /// What `textures` has, in its order. A file that two of them read alike is read once.
 fn textures(
     file: &SceneFile,
-    folder: &Path,
+    folder: &Folder,
     loader: &mut dyn Loader,
     scene: &mut Description,
 ) -> Result<Vec<TextureUse>, SceneError> {
     let mut read: HashMap<(PathBuf, bool), usize> = HashMap::new();
     let mut uses = Vec::with_capacity(file.textures.len());
     for (_, texture) in &file.textures {
-        let path = folder.join(&texture.file.name);
+        let path = file.source.locate(&texture.file, folder)?;
         let linear = texture.color_space == format::ColorSpace::Linear;
         let image = match read.get(&(path.clone(), linear)) {
             Some(&image) => image,

@@ -2,7 +2,8 @@
 
 use super::describe::{self, Loader};
 use super::description::{Description, TextureImage};
-use super::{Scene, SceneError, Space, format, import, lower, model};
+use super::import::{Folder, Includes};
+use super::{Scene, SceneError, Space, format, import, lower, model, warnings};
 use crate::image::{Image, ImageError};
 use crate::input;
 use crate::render::{Fresnel, MathMode, Sampler, Settings};
@@ -65,12 +66,12 @@ pub struct Described {
     pub space: Space,
 }
 
-/// Reads the files that a scene names from the file system.
-struct FromDisk;
+/// Reads the files that a scene in this folder names from the file system.
+struct FromDisk<'a>(&'a Folder);
 
-impl Loader for FromDisk {
+impl Loader for FromDisk<'_> {
     fn model(&mut self, path: &Path) -> Result<Description, SceneError> {
-        import::load(path)
+        import::load_below(path, self.0)
     }
 
     fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
@@ -95,18 +96,41 @@ impl Loader for FromDisk {
 impl Described {
     /// Reads a scene file, or a model; see [`Scene::load`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_including(path, Includes::Below)
+    }
+
+    /// Reads a scene file, or a model, that may name such files.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the file and the place.
+    pub fn load_including(path: &Path, includes: Includes) -> Result<Self, SceneError> {
         let name = path.display().to_string();
+        let folder = Folder::of(path).including(includes);
         if import::is_model(path) {
-            return Self::from_model(import::load(path)?, &name);
+            return Self::from_model(import::load_below(path, &folder)?, &name);
+        }
+        // A pipe has no extension.
+        if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
+            return Err(SceneError::UnknownFormat { path: path.to_owned() });
         }
         let text =
             input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::read(&text, &name, path.parent().unwrap_or(Path::new("")))
+        Self::read(&text, &name, &folder)
     }
 
     /// Reads a scene from text; see [`Scene::parse`].
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
-        Self::read(text, name, Path::new(""))
+        Self::parse_including(text, name, Includes::Below)
+    }
+
+    /// Reads a scene from text, which may name such files, relative to the current folder.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the place.
+    pub fn parse_including(text: &str, name: &str, includes: Includes) -> Result<Self, SceneError> {
+        Self::read(text, name, &Folder::new("".into()).including(includes))
     }
 
     /// The built-in scene; see [`Scene::hello_world`].
@@ -122,9 +146,9 @@ impl Described {
         Ok(Self { name: name.to_owned(), description, image, space: Space::IDENTITY })
     }
 
-    fn read(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
+    fn read(text: &str, name: &str, folder: &Folder) -> Result<Self, SceneError> {
         let file = format::parse(text, name)?;
-        let (description, image) = describe::describe(&file, folder, &mut FromDisk)?;
+        let (description, image) = describe::describe(&file, folder, &mut FromDisk(folder))?;
         Ok(Self { name: name.to_owned(), description, image, space: file.space.space })
     }
 
@@ -133,8 +157,17 @@ impl Described {
         self.image.settings()
     }
 
+    /// Returns what was left out or changed as it was read, and what in it is hardly meant.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.description.warnings.clone();
+        warnings.extend(warnings::warnings(&self.description));
+        warnings
+    }
+
     /// The device's records, in the file's space and then `space`.
     pub fn lower(mut self, space: Space) -> Result<Scene, SceneError> {
+        // By the author's own numbers, which a space may move out of range.
+        self.description.warnings = self.warnings();
         let moved = self.description.move_to(self.space.then(space));
         moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;
         lower::lower(&self.description, &self.image, &self.name)

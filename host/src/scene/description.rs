@@ -79,6 +79,20 @@ pub struct Material {
     pub alpha: Alpha,
 }
 
+impl Material {
+    /// Returns the textures that it reads.
+    pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
+        let of_surface = match &self.surface {
+            Surface::MetallicRoughness { metallic_roughness_texture, transmission_texture, .. } => {
+                [metallic_roughness_texture.as_ref(), transmission_texture.as_ref()]
+            }
+            _ => [None; 2],
+        };
+        let of_material = [self.base_color_texture.as_ref(), self.emission_texture.as_ref()];
+        of_material.into_iter().chain(of_surface).flatten()
+    }
+}
+
 /// How a material scatters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
@@ -313,4 +327,14 @@ pub enum PunctualLight {
         /// Power an area perpendicular to it, by channel.
         irradiance: DVec3,
     },
+}
+
+impl PunctualLight {
+    /// Returns its intensity, or a directional light's irradiance.
+    pub fn strength(&self) -> DVec3 {
+        match *self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+        }
+    }
 }

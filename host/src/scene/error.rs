@@ -36,8 +36,8 @@ pub enum SceneError {
         /// What is wrong and what would be right.
         message: String,
     },
-    /// The extension names no format that can be imported.
-    #[error("{}: unknown scene format; use .gltf, .glb, .obj or .ply", path.display())]
+    /// The extension names no format of scenes or models.
+    #[error("{}: unknown scene format; use .ron, .gltf, .glb, .obj or .ply", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -78,6 +78,18 @@ pub enum SceneError {
         /// How large it may be, and what limits it.
         maximum: String,
     },
+    /// An imported file refers to a file outside the scene's folder.
+    #[error(
+        "{file}: {place}: \"{uri}\" lies outside the scene's folder; put it there, or say --allow-outside"
+    )]
+    Outside {
+        /// The file that refers to it, or what stands for it.
+        file: String,
+        /// The part that refers to it, as the format's own words name it.
+        place: String,
+        /// What it is called there.
+        uri: String,
+    },
     /// A file that an imported file refers to cannot be read.
     #[error(
         "{file}: {place}: cannot read \"{uri}\": {source}; it must lie where {file} says, relative to its folder"
@@ -100,7 +112,13 @@ impl SceneError {
         // A file without line breaks may be one long line: at most 100 characters before the place, and 100 after.
         let skipped = column.saturating_sub(101);
         let all = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
-        let shown: String = all.chars().skip(skipped).take(200).collect();
+        // One character each, so that the mark stays below its place.
+        let plain = |letter: char| match letter {
+            '\t' => ' ',
+            letter if letter.is_control() => '\u{fffd}',
+            letter => letter,
+        };
+        let shown: String = all.chars().skip(skipped).take(200).map(plain).collect();
         let mark = " ".repeat(column.saturating_sub(1 + skipped).min(200)) + "^";
         let excerpt = format!("{line:5} | {shown}\n      | {mark}");
         Self::Invalid { file: file.to_owned(), line, column, message, excerpt }

@@ -5,6 +5,7 @@ use super::describe::Loader;
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Surface, TextureUse};
 use super::error::SceneError;
 use super::format::{self, Name, Object, SceneFile, Source};
+use super::import::Folder;
 use super::room::Room;
 use super::values::{GREATEST, unit};
 use glam::{DAffine3, DVec3};
@@ -14,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// The models of a scene file.
 pub struct Models<'a> {
-    folder: &'a Path,
+    folder: &'a Folder,
     source: Source<'a>,
     /// Whether any object shows a file's own materials.
     shows_its_own: HashMap<PathBuf, bool>,
@@ -37,11 +38,14 @@ struct Model {
 
 impl<'a> Models<'a> {
     /// Those of a file, none of them read yet.
-    pub fn of(file: &'a SceneFile, folder: &'a Path) -> Self {
+    pub fn of(file: &'a SceneFile, folder: &'a Folder) -> Self {
         let mut shows_its_own = HashMap::new();
         for object in &file.objects {
-            if let Object::Mesh { file, material, .. } = object {
-                *shows_its_own.entry(folder.join(&file.name)).or_insert(false) |= material.is_none();
+            // What lies outside is an error when it is placed.
+            if let Object::Mesh { file, material, .. } = object
+                && let Ok(path) = folder.locate(Path::new(&file.name))
+            {
+                *shows_its_own.entry(path).or_insert(false) |= material.is_none();
             }
         }
         Self { folder, source: file.source, shows_its_own, read: HashMap::new(), room: Room::default() }
@@ -56,8 +60,8 @@ impl<'a> Models<'a> {
         material: Option<usize>,
         loader: &mut dyn Loader,
     ) -> Result<(), SceneError> {
-        let path = self.folder.join(&file.name);
         let source = self.source;
+        let path = source.locate(file, self.folder)?;
         let model = match self.read.entry(path) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => {

@@ -17,10 +17,12 @@ mod records;
 mod room;
 mod space;
 mod values;
+mod warnings;
 
 pub use described::{Described, ImageSettings};
 pub use error::SceneError;
 pub(crate) use format::Camera;
+pub use import::Includes;
 pub(crate) use import::is_model;
 pub(crate) use insert::{camera_value, insert_camera, insert_space, point};
 pub use space::Space;

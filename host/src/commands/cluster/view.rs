@@ -1,5 +1,6 @@
 //! `trisect view --headless --distribute rows`: frames of which each rank makes a band.
 
+use super::super::data;
 use super::super::view::headless;
 use super::super::view::look;
 use super::Crew;
@@ -95,7 +96,9 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
                 report.whole.len(),
                 &rows,
             )?;
-            super::super::print(&text)?;
+            if !arguments.json.as_deref().is_some_and(data::is_stdout) {
+                super::super::print(&text)?;
+            }
             Ok(ExitCode::SUCCESS)
         }
         Ok((_, None)) => Ok(ExitCode::SUCCESS),

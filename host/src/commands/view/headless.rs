@@ -1,6 +1,6 @@
 //! Frames without a window: files, and what they take.
 
-use super::Session;
+use super::super::{Session, data};
 use crate::cli::ViewArgs;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
         std::fs::create_dir_all(folder).map_err(io)?;
         output::check_writable(&file(folder, 0))?;
     }
-    arguments.json.as_deref().map_or(Ok(()), output::probe)?;
+    arguments.json.as_deref().map_or(Ok(()), data::probe)?;
     Ok(outputs)
 }
 
@@ -96,7 +96,9 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCo
     text += &table(&format!("{} frames after {}", counted.len(), shots.len() - counted.len()), &rows);
     let kernel = last.live.kernel;
     report(arguments, &session.name, viewer.renderer(), kernel, last.size, counted.len(), &rows)?;
-    super::super::print(&text)?;
+    if !arguments.json.as_deref().is_some_and(data::is_stdout) {
+        super::super::print(&text)?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -118,7 +120,7 @@ pub fn report(
         Report { format: FORMAT, version, scene, backend, device, kernel, width, height, frames, rows };
     let text = serde_json::to_string_pretty(&report)
         .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
-    Ok(output::write_file(path, (text + "\n").as_bytes())?)
+    data::write(path, &text)
 }
 
 /// A frame as a PNG.

@@ -89,7 +89,8 @@ const CAMERA: &str = "camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertica
 fn with(camera: &str, rest: &str) -> (Result<(Description, ImageSettings), SceneError>, Vec<String>) {
     let text = format!("Scene(version: 1, image: (width: 8, height: 4, depth: 3),\n{camera}\n{rest})");
     let mut files = Files::default();
-    let result = format::parse(&text, "s.ron").and_then(|file| describe(&file, Path::new("at"), &mut files));
+    let result =
+        format::parse(&text, "s.ron").and_then(|file| describe(&file, &Folder::new("at".into()), &mut files));
     (result, files.asked)
 }
 

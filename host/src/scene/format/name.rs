@@ -1,13 +1,14 @@
 //! Names: what the file calls its materials, textures and other files, and where it does.
 
 use crate::scene::error::SceneError;
+use crate::scene::import::Folder;
 use ron::value::RawValue;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 use std::marker::PhantomData;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A scene file's text, which every [`Name`] read from it borrows: so an error found after reading still has its place.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,6 +37,13 @@ impl Source<'_> {
             return Ok(());
         }
         Err(self.at(file, format!("\"{}\" is not {what}; use .{}", file.name, extensions.join(", ."))))
+    }
+
+    /// Returns the path of a file that the scene names; the scene lies in `folder`.
+    pub fn locate(&self, file: &Name, folder: &Folder) -> Result<PathBuf, SceneError> {
+        folder.locate(Path::new(&file.name)).map_err(|error| {
+            self.at(file, format!("\"{}\": {error}; put it there, or say --allow-outside", file.name))
+        })
     }
 
     /// An error that concerns no single value.

@@ -14,17 +14,37 @@ pub trait Files {
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>>;
 }
 
-/// The files of a folder and of those beside it. Absolute paths are refused.
+/// Which files a scene may name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Includes {
+    /// Files in the scene's folder and in folders below it. Links in there are followed.
+    #[default]
+    Below,
+    /// All files (`--allow-outside`).
+    Anywhere,
+}
+
+/// A name that leads out of the scene's folder.
+#[derive(Debug, thiserror::Error)]
+#[error("it lies outside the scene's folder")]
+pub(super) struct Outside;
+
+/// The files of a scene's folder.
 #[derive(Clone, Debug)]
 pub struct Folder {
+    /// The scene's.
     root: PathBuf,
+    /// The folder below `root` that relative paths start from.
+    base: PathBuf,
+    includes: Includes,
+    /// The paths of all files that were read, in order.
     read: Vec<PathBuf>,
 }
 
 impl Folder {
-    /// The folder that relative paths start from.
+    /// Makes one of the scene's folder, from which relative paths start.
     pub fn new(root: PathBuf) -> Self {
-        Self { root, read: Vec::new() }
+        Self { root, base: PathBuf::new(), includes: Includes::Below, read: Vec::new() }
     }
 
     /// The paths of all files that were read, in order.
@@ -32,19 +52,55 @@ impl Folder {
         self.read
     }
 
-    /// The folder of the scene file `scene`.
+    /// Returns the folder of the scene file `scene`.
     pub fn of(scene: &Path) -> Self {
         Self::new(scene.parent().map_or_else(PathBuf::new, Path::to_owned))
     }
+
+    /// Sets which files may be named.
+    pub fn including(self, includes: Includes) -> Self {
+        Self { includes, ..self }
+    }
+
+    /// Returns the same scene's folder for the names in the file `path`, which
+    /// [`locate`](Self::locate) returned: they are relative to that file's folder.
+    pub fn beside(&self, path: &Path) -> Self {
+        let relative = path.strip_prefix(&self.root).unwrap_or(path);
+        let base = relative.parent().map_or_else(PathBuf::new, Path::to_owned);
+        Self { base, ..self.clone() }
+    }
+
+    /// Returns the path of the file `name`.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::InvalidInput`] for a name that leads out of the scene's folder, if it must not.
+    pub fn locate(&self, name: &Path) -> Result<PathBuf> {
+        let relative = self.base.join(name);
+        if self.includes == Includes::Below && !is_below(&relative) {
+            return Err(Error::new(ErrorKind::InvalidInput, Outside));
+        }
+        Ok(self.root.join(relative))
+    }
+}
+
+/// Returns whether a relative path never leaves the folder that it starts from.
+fn is_below(path: &Path) -> bool {
+    let mut depth = 0_usize;
+    path.components().all(|part| match part {
+        Component::Normal(_) => {
+            depth += 1;
+            true
+        }
+        Component::CurDir => true,
+        Component::ParentDir => depth.checked_sub(1).map(|less| depth = less).is_some(),
+        Component::Prefix(_) | Component::RootDir => false,
+    })
 }
 
 impl Files for Folder {
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>> {
-        let relative = Path::new(path);
-        if relative.components().any(|part| matches!(part, Component::Prefix(_) | Component::RootDir)) {
-            return Err(Error::new(ErrorKind::InvalidInput, "the path is absolute"));
-        }
-        let path = self.root.join(relative);
+        let path = self.locate(Path::new(path))?;
         let bytes = input::read(&path, limit)?;
         self.read.push(path);
         Ok(bytes)
@@ -88,5 +144,29 @@ mod tests {
         let read = ["sub dir/a", "./sub dir/../sub dir/a"].map(|path| root.join(path));
         assert_eq!(folder.into_read(), read);
         std::fs::remove_dir_all(root).unwrap();
+    }
+
+    #[test]
+    fn names_stay_below_the_scene() {
+        let folder = Folder::of(Path::new("scenes/a.ron"));
+        let locate = |folder: &Folder, name: &str| folder.locate(Path::new(name)).ok();
+        let below = |name: &str| Some(Path::new("scenes").join(name));
+        for name in ["a.obj", "models/a.obj", "./a", "models/../a", "..a", "a.."] {
+            assert_eq!(locate(&folder, name), below(name), "{name}");
+        }
+        let model = folder.beside(&Path::new("scenes").join("models/a.gltf"));
+        assert_eq!(locate(&model, "a.bin"), below("models/a.bin"));
+        assert_eq!(locate(&model, "../textures/a.png"), below("models/../textures/a.png"));
+        let outside = ["..", "../a", "models/../../a", "../scenes/a", "/etc/passwd"];
+        for name in outside {
+            assert_eq!(locate(&folder, name), None, "{name}");
+        }
+        assert_eq!(locate(&model, "../../a"), None);
+        // The control: all of them are read if the user says so.
+        let anywhere = folder.including(Includes::Anywhere);
+        assert!(outside.iter().all(|name| locate(&anywhere, name).is_some()));
+        assert_eq!(locate(&anywhere, "/etc/passwd"), Some(PathBuf::from("/etc/passwd")));
+        let elsewhere = anywhere.beside(Path::new("/models/a.gltf"));
+        assert_eq!(locate(&elsewhere, "a.bin"), Some(PathBuf::from("/models/a.bin")));
     }
 }

@@ -21,7 +21,7 @@ mod testing;
 mod tests;
 mod warnings;
 
-pub use files::{Files, Folder, NoFiles};
+pub use files::{Files, Folder, Includes, NoFiles};
 
 use super::description::{Description, TextureImage};
 use super::error::SceneError;
@@ -54,9 +54,18 @@ pub fn is_model(path: &Path) -> bool {
 /// [`SceneError::Resource`] for one that it names and that cannot be read, [`SceneError::Malformed`], [`SceneError::Invalid`],
 /// [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for what is in them.
 pub fn load(path: &Path) -> Result<Description, SceneError> {
+    load_below(path, &Folder::of(path))
+}
+
+/// Reads a model that a scene in `folder` names; the files that the model names lie there, too.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn load_below(path: &Path, folder: &Folder) -> Result<Description, SceneError> {
     let parse = reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
     let bytes = files::read_whole(path)?;
-    let mut folder = Folder::of(path);
+    let mut folder = folder.beside(path);
     let mut description = parse(&bytes, &path.display().to_string(), &mut folder)?;
     description.files.push(path.to_owned());
     description.files.extend(folder.into_read());

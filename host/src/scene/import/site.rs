@@ -1,5 +1,6 @@
 //! Places in files, for errors.
 
+use super::files::Outside;
 use crate::scene::error::SceneError;
 
 /// A place in a file.
@@ -49,6 +50,10 @@ impl<'a> Site<'a> {
     }
 
     pub fn resource(&self, uri: &str, source: std::io::Error) -> SceneError {
+        if source.get_ref().is_some_and(|error| error.is::<Outside>()) {
+            let (file, place, uri) = (self.file.to_owned(), self.place.clone(), shown(uri));
+            return SceneError::Outside { file, place, uri };
+        }
         SceneError::Resource {
             file: self.file.to_owned(),
             place: self.place.clone(),

@@ -298,7 +298,9 @@ impl App<'_> {
             self.message = save::image(path, frame.shot.size, &frame.pixels);
         }
         if pressed.save_camera {
-            self.message = save::camera(path, &self.space.camera_of(&self.navigator.pose()));
+            let includes = self.arguments.job.includes.includes();
+            let pose = self.space.camera_of(&self.navigator.pose());
+            self.message = save::camera(path, includes, &pose);
         }
         quit
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use trisect::limits::{self, Change};
-use trisect::scene::{CameraPose, Described};
+use trisect::scene::{CameraPose, Described, Includes};
 
 /// The first name of this kind that is free: `STEM-view-1.EXTENSION`, and so on.
 fn free(folder: &Path, stem: &str, extension: &str) -> Option<PathBuf> {
@@ -26,7 +26,7 @@ pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
 }
 
 /// Writes a copy of the scene beside it, seen by this camera, which is in the scene's own units; says where, or why not.
-pub fn camera(scene: Option<&Path>, pose: &CameraPose) -> String {
+pub fn camera(scene: Option<&Path>, includes: Includes, pose: &CameraPose) -> String {
     let Some(from) = scene else {
         return "the built-in scene has no file; start with one to save the camera".to_owned();
     };
@@ -34,7 +34,8 @@ pub fn camera(scene: Option<&Path>, pose: &CameraPose) -> String {
     let Some(to) = free(folder, &stem(scene), "ron") else {
         return "there are 9,999 copies of this scene; move them".to_owned();
     };
-    let written = Described::load(from).map_err(|error| error.to_string()).and_then(|described| {
+    let written = Described::load_including(from, includes).map_err(|error| error.to_string());
+    let written = written.and_then(|described| {
         limits::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
     });
     match written {

@@ -102,7 +102,10 @@ impl Libraries {
                 continue;
             }
             let Some((_, entry)) = &mut current else {
-                return Err(statement.error("", "there is no newmtl before this".to_owned()));
+                // Whatever file this is, its text is not for a terminal.
+                let site = Site::new(path, format!("line {}", statement.line));
+                let problem = "no newmtl comes before this statement";
+                return Err(site.malformed(problem, "mtllib must name a material library (MTL)"));
             };
             entry.set(&statement, folder, warnings)?;
         }

@@ -135,6 +135,12 @@ fn material(
         material.surface = Surface::Conductor { fresnel: ConductorFresnel::Schlick, roughness };
         material.base_color = specular;
     }
+    let is_dull = material.surface == Surface::Lambertian && specular != DVec3::ZERO;
+    warnings.tally(
+        "diffuse materials whose highlights (Ks, Ns) are not rendered; Pr and Pm in the MTL file make them glossy",
+        u64::from(is_dull),
+        &site.place,
+    );
     // Kd's map has no place in what reflects Ks or nothing diffusely.
     let has_base = matches!(material.surface, Surface::Lambertian | Surface::MetallicRoughness { .. });
     if let Some(map) = entry.diffuse_map.as_ref().filter(|_| has_base) {

@@ -117,8 +117,29 @@ fn mtl_materials() {
             "the MTL statement \"bump\" is not supported and ignored",
             "the option \"-bm\" of MTL maps is not supported and ignored",
             "coloured glass (Tf) is not supported: glass is clear",
+            "diffuse materials whose highlights (Ks, Ns) are not rendered; Pr and Pm in the MTL file make them glossy: 1, \
+             the first in line 1, newmtl diffuse",
         ]
     );
+}
+
+/// One warning for all of them; none where Ks is black, or Pr says how glossy a material is.
+#[test]
+fn highlights_that_are_not_rendered() {
+    let warnings = |library: &str| materials(library).1.warnings;
+    let found = warnings("newmtl a\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 250\nillum 2\nnewmtl b\nKs 0.1\nillum 3\n");
+    assert!(found.len() == 1 && found[0].contains(": 2, the first in line 1, newmtl a"), "{found:?}");
+    let none = "newmtl a\nKd 1 0 0\nKs 0 0 0\nNs 250\nillum 2\nnewmtl b\nKs 1 1 1\nPr 0.1\nnewmtl c\nKs 1\nillum 7\n";
+    assert!(warnings(none).is_empty(), "{:?}", warnings(none));
+}
+
+/// A file that is no library may be anything.
+#[test]
+fn text_of_other_files_is_not_quoted() {
+    let mut files = Memory([("a.mtl", b"root:secret".to_vec())].into());
+    let text =
+        parse(format!("mtllib a.mtl\n{SQUARE}").as_bytes(), "a.obj", &mut files).unwrap_err().to_string();
+    assert!(text.contains("a.mtl: line 1: no newmtl") && !text.contains("secret"), "{text}");
 }
 
 #[test]

@@ -1,0 +1,51 @@
+//! What in a scene is hardly meant as it is: each said once, with a remedy.
+
+mod glass;
+#[cfg(test)]
+mod tests;
+
+use super::description::{Description, Material, Sky};
+use crate::limits::names;
+
+/// Returns a line for each kind of mistake.
+pub(super) fn warnings(scene: &Description) -> Vec<String> {
+    [no_light(scene), glass::in_the_way(scene), texture_on_plane(scene)].into_iter().flatten().collect()
+}
+
+/// Whether nothing that is there emits.
+fn no_light(scene: &Description) -> Option<String> {
+    let sky = match &scene.sky {
+        None => false,
+        Some(Sky::Gradient { bottom, top }) => bottom.max(*top).max_element() > 0.0,
+        Some(Sky::Image { image, scale, .. }) => {
+            *scale > 0.0 && image.pixels.iter().flatten().any(|&channel| channel > 0.0)
+        }
+    };
+    let emits = |material: usize| {
+        scene.materials.get(material).is_some_and(|material| material.emission.max_element() > 0.0)
+    };
+    let meshes = scene.instances.iter().filter_map(|instance| scene.meshes.get(instance.mesh));
+    let surfaces = || {
+        scene.shapes.iter().any(|shape| emits(shape.material))
+            || meshes.clone().any(|mesh| emits(mesh.material))
+    };
+    let lights = || scene.lights.iter().any(|light| light.strength().max_element() > 0.0);
+    (!sky && !lights() && !surfaces()).then(|| {
+        "no light: nothing in the scene emits, so the image is black; add a `sky`, an object that emits \
+         or an entry of `lights`"
+            .to_owned()
+    })
+}
+
+/// A plane has no border that texture coordinates could go from 0 to 1 between.
+fn texture_on_plane(scene: &Description) -> Option<String> {
+    let textured = |material: &Material| material.textures().next().is_some();
+    let mut planes = scene.shapes.iter().enumerate().filter(|(_, shape)| {
+        shape.kind.is_plane() && scene.materials.get(shape.material).is_some_and(textured)
+    });
+    let (index, shape) = planes.next()?;
+    Some(format!(
+        "{}: a plane has no end, so its texture is one colour; use a Quad as large as what is seen of it",
+        names::shape(scene, index, shape)
+    ))
+}

@@ -1,0 +1,79 @@
+//! What messages may hold: they quote files, whose text must not reach a terminal as it is.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// Maximum length of a line, in characters.
+const MAX_LINE: usize = 300;
+
+/// Returns `text` with control characters other than line breaks escaped as in Rust (`\u{1b}`), and
+/// the middle of lines of more than 300 characters left out.
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    let is_plain = |line: &str| !line.chars().any(is_unsafe) && line.len() <= MAX_LINE;
+    if text.split('\n').all(is_plain) {
+        return Cow::Borrowed(text);
+    }
+    let lines: Vec<String> = text.split('\n').map(|line| shortened(&plain(line))).collect();
+    Cow::Owned(lines.join("\n"))
+}
+
+/// Returns whether a terminal would act on a character: move its cursor, change colours, or write what
+/// follows from right to left.
+fn is_unsafe(letter: char) -> bool {
+    let is_format = matches!(
+        letter,
+        '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+    );
+    is_format || letter.is_control()
+}
+
+fn plain(line: &str) -> String {
+    let mut plain = String::with_capacity(line.len());
+    for letter in line.chars() {
+        if is_unsafe(letter) {
+            let _ = write!(plain, "{}", letter.escape_default());
+        } else {
+            plain.push(letter);
+        }
+    }
+    plain
+}
+
+/// Keeps both ends of a line: the file comes first, reason and remedy last.
+fn shortened(line: &str) -> String {
+    let count = line.chars().count();
+    if count <= MAX_LINE {
+        return line.to_owned();
+    }
+    let first = MAX_LINE / 2;
+    let last = MAX_LINE - 1 - first;
+    let start: String = line.chars().take(first).collect();
+    let end: String = line.chars().skip(count - last).collect();
+    format!("{start}…{end}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_are_escaped() {
+        assert_eq!(escaped("a: b\n  c: é"), "a: b\n  c: é");
+        assert_eq!(escaped("\u{1b}[31mred\r\u{7}\t\u{9b}2J"), "\\u{1b}[31mred\\r\\u{7}\\t\\u{9b}2J");
+        assert_eq!(escaped("ab\u{202e}dc\nx"), "ab\\u{202e}dc\nx");
+        assert!(!escaped("a\0b").contains('\0'));
+    }
+
+    #[test]
+    fn long_lines_keep_both_ends() {
+        let line = |middle: usize| format!("first{}last", "é".repeat(middle));
+        assert_eq!(escaped(&line(291)), line(291));
+        let text = format!("one\n{}\nthree", line(292));
+        let text = escaped(&text);
+        let lengths: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
+        assert_eq!(lengths, [3, 300, 5]);
+        assert!(text.contains("\nfirst") && text.contains("é…é") && text.contains("last\n"), "{text}");
+        // Escapes count as they are shown.
+        assert_eq!(escaped(&"\u{1b}".repeat(100)).chars().count(), 300);
+    }
+}
