@@ -14,6 +14,10 @@ use std::io::Cursor;
 /// Texels across, and down.
 const GREATEST_SIDE: u32 = 16384;
 
+/// What files of textures for GPUs begin with.
+const CONTAINERS: [(&[u8], &str); 2] =
+    [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"\xabKTX 11\xbb\r\n\x1a\n", "KTX")];
+
 /// How an image's numbers stand for light. What the image file says about that is ignored, as glTF asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Curve {
@@ -76,6 +80,10 @@ pub(super) fn decode(
     name: &str,
     site: &Site,
 ) -> Result<TextureImage, SceneError> {
+    if let Some((_, format)) = CONTAINERS.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        let remedy = "convert it to PNG or JPEG (`ktx extract`; for all textures of a glTF file `gltf-transform ktxdecompress`)";
+        return Err(site.unsupported(format!("{format}, the format of this image,"), remedy));
+    }
     let format = match image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
         Ok(other) => {
@@ -167,6 +175,19 @@ mod tests {
         let error = |bytes: &[u8]| decode(bytes, Curve::Srgb, "a", &site).unwrap_err();
         assert!(matches!(error(b""), SceneError::Malformed { .. }));
         assert!(matches!(error(b"GIF89a"), SceneError::Unsupported { .. }));
+        for (bytes, format) in [
+            (&b"\xabKTX 20\xbb\r\n\x1a\n\0"[..], "KTX2"),
+            (b"RIFF\x10\0\0\0WEBPVP8 ", "WebP"),
+            (b"DDS \x7c\0", "Dds"),
+        ] {
+            let message = error(bytes).to_string();
+            assert!(
+                message.contains(&format!(
+                    "{format}, the format of this image, is not supported; convert it to PNG"
+                )),
+                "{message}"
+            );
+        }
         let file = png(2, 1, &[[1, 2, 3, 255], [4, 5, 6, 128]]);
         assert!(matches!(error(&file[..file.len() / 2]), SceneError::Malformed { .. }));
         let large = [&file[..16], &[0, 0, 0x40, 0, 0, 0, 0x40, 0], &file[24..]].concat();

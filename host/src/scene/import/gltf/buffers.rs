@@ -3,6 +3,7 @@
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
 use super::super::site::{Site, shown};
+use super::features::DECOMPRESS;
 use super::json::Root;
 use crate::scene::error::SceneError;
 
@@ -60,6 +61,15 @@ impl<'a> Buffers<'a> {
                 (None, Some(chunk)) if index == 0 => {
                     let content = usize::try_from(buffer.byte_length).ok().and_then(|end| chunk.get(..end));
                     Content::Chunk(content.ok_or_else(|| short(chunk.len()))?)
+                }
+                (None, _)
+                    if buffer
+                        .extensions
+                        .as_ref()
+                        .is_some_and(|e| e.ext_meshopt.is_some() || e.khr_meshopt.is_some()) =>
+                {
+                    let feature = "a buffer that is there as meshopt data only";
+                    return Err(site.member("extensions").unsupported(feature, DECOMPRESS));
                 }
                 (None, _) => {
                     return Err(site.malformed("it has no uri", "only a GLB's first buffer may have none"));

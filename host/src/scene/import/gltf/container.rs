@@ -1,6 +1,7 @@
 //! GLB: a header, the JSON, the first buffer.
 
 use super::super::site::Site;
+use super::version;
 use crate::scene::error::SceneError;
 
 /// What a GLB file begins with.
@@ -9,33 +10,52 @@ pub const MAGIC: &[u8] = b"glTF";
 const JSON: u32 = 0x4e4f_534a;
 const BINARY: u32 = 0x004e_4942;
 
-/// The JSON and the first buffer, if the file has one.
-pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
+/// What a GLB file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Container<'a> {
+    /// The JSON.
+    pub json: &'a [u8],
+    /// The first buffer, if the file has one.
+    pub chunk: Option<&'a [u8]>,
+    /// Whether the chunks begin at multiples of 4 bytes, as the specification wants them.
+    pub aligned: bool,
+}
+
+/// Splits a GLB file into its JSON and its first buffer.
+pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<Container<'a>, SceneError> {
     let header = Site::new(name, "GLB header");
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         return Err(header.malformed("the file ends within it", "export the file again"));
     };
+    if version == 1 {
+        return Err(version::convert(&header));
+    }
     if version != 2 {
         return Err(header.unsupported(format!("GLB version {version}"), "export glTF 2.0"));
     }
     let Some(bytes) = bytes.get(..length as usize) else {
         return Err(truncated(&header, u64::from(length), bytes.len()));
     };
-    let (kind, json, rest) = chunk(bytes, 12, &Site::new(name, "GLB chunk 0"))?;
+    let (kind, json, end) = chunk(bytes, 12, &Site::new(name, "GLB chunk 0"))?;
     if kind != JSON {
         return Err(
             Site::new(name, "GLB chunk 0").malformed("it is not JSON", "JSON must be the first chunk")
         );
     }
+    let padded = end.next_multiple_of(4);
+    // Some writers do not pad the JSON: then the next chunk follows at once.
+    let binary_at = |at: usize| word(bytes, at.saturating_add(4)) == Some(BINARY);
+    let rest = if !binary_at(padded) && binary_at(end) { end } else { padded };
+    let aligned = rest == padded;
     if rest >= bytes.len() {
-        return Ok((json, None));
+        return Ok(Container { json, chunk: None, aligned });
     }
     // Other kinds of chunks are for extensions, and to be skipped.
     let (kind, binary, _) = chunk(bytes, rest, &Site::new(name, "GLB chunk 1"))?;
-    Ok((json, (kind == BINARY).then_some(binary)))
+    Ok(Container { json, chunk: (kind == BINARY).then_some(binary), aligned })
 }
 
-/// A chunk's kind and content, and where the next begins.
+/// A chunk's kind and content, and where it ends.
 fn chunk<'a>(bytes: &'a [u8], at: usize, site: &Site) -> Result<(u32, &'a [u8], usize), SceneError> {
     let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at.saturating_add(4))) else {
         return Err(truncated(site, at as u64 + 8, bytes.len()));
@@ -43,7 +63,7 @@ fn chunk<'a>(bytes: &'a [u8], at: usize, site: &Site) -> Result<(u32, &'a [u8], 
     let start = at + 8;
     let end = start.saturating_add(length as usize);
     match bytes.get(start..end) {
-        Some(content) => Ok((kind, content, end.next_multiple_of(4))),
+        Some(content) => Ok((kind, content, end)),
         None => Err(truncated(site, end as u64, bytes.len())),
     }
 }
@@ -68,9 +88,30 @@ mod tests {
     #[test]
     fn chunks_come_apart() {
         let file = glb("{}", Some(&[1, 2, 3, 4]));
-        let (json, binary) = split(&file, "a").unwrap();
-        assert_eq!((json.trim_ascii_end(), binary), (&b"{}"[..], Some(&[1, 2, 3, 4][..])));
-        assert_eq!(split(&glb("{}", None), "a").unwrap().1, None);
+        let Container { json, chunk, aligned } = split(&file, "a").unwrap();
+        assert_eq!((json.trim_ascii_end(), chunk, aligned), (&b"{}"[..], Some(&[1, 2, 3, 4][..]), true));
+        assert_eq!(split(&glb("{}", None), "a").unwrap().chunk, None);
+    }
+
+    #[test]
+    fn chunks_that_are_not_aligned_are_found() {
+        let header =
+            |length: usize| [b"glTF", &2u32.to_le_bytes()[..], &(length as u32).to_le_bytes()].concat();
+        let chunk = |kind: &[u8; 4], content: &[u8]| {
+            [&(content.len() as u32).to_le_bytes()[..], kind, content].concat()
+        };
+        for json in ["{}", "{ }", "{  }", "{   }"] {
+            let chunks = [chunk(b"JSON", json.as_bytes()), chunk(b"BIN\0", &[1, 2, 3])].concat();
+            let file = [header(12 + chunks.len()), chunks].concat();
+            let want = Container { json: json.as_bytes(), chunk: Some(&[1, 2, 3]), aligned: json.len() == 4 };
+            assert_eq!(split(&file, "a").unwrap(), want);
+            // Padding that the chunk's length leaves out.
+            let mut json_chunk = chunk(b"JSON", json.as_bytes());
+            json_chunk.resize(json_chunk.len().next_multiple_of(4), b' ');
+            let chunks = [json_chunk, chunk(b"BIN\0", &[1, 2, 3])].concat();
+            let file = [header(12 + chunks.len()), chunks].concat();
+            assert_eq!(split(&file, "a").unwrap(), Container { aligned: true, ..want });
+        }
     }
 
     #[test]

@@ -15,12 +15,30 @@ const SUPPORTED: [&str; 6] = [
     "KHR_texture_transform",
 ];
 
+/// What helps where geometry is compressed.
+pub const DECOMPRESS: &str =
+    "decompress it with `gltf-transform copy in.glb out.glb`, or export the file without it";
+
+/// Returns what helps where a file requires an extension.
+fn remedy(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => DECOMPRESS,
+        "KHR_texture_basisu" => {
+            "make PNG of its KTX2 textures with `gltf-transform ktxdecompress in.glb out.glb`"
+        }
+        "EXT_texture_webp" | "EXT_texture_avif" | "MSFT_texture_dds" => {
+            "export the file with PNG or JPEG textures"
+        }
+        _ => "export the file without it",
+    }
+}
+
 /// Refuses a file that requires what is not there, and warns of what else is not.
 pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), SceneError> {
     let supported = |extension: &str| SUPPORTED.contains(&extension);
     if let Some(extension) = root.extensions_required.iter().find(|extension| !supported(extension)) {
         return Err(Site::new(name, "extensionsRequired")
-            .unsupported(format!("the extension {}", shown(extension)), "export the file without it"));
+            .unsupported(format!("the extension {}", shown(extension)), remedy(extension)));
     }
     for extension in root.extensions_used.iter().filter(|extension| !supported(extension)) {
         warnings.once(match extension.as_str() {

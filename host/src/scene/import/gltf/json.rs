@@ -4,6 +4,7 @@
 //! bounded, and what is seldom there is boxed: so a document takes little more memory than its text.
 
 use super::super::site::Site;
+use super::version;
 use crate::scene::error::SceneError;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
@@ -18,13 +19,20 @@ const MANY: usize = 1 << 22;
 
 /// Reads a document from text.
 pub fn parse(text: &str, name: &str) -> Result<Root, SceneError> {
-    let root: Root = serde_json::from_str(text).map_err(|error| {
-        let message = error.to_string();
-        let message = message.split(" at line ").next().unwrap_or_default();
-        SceneError::at(name, text, error.line(), error.column(), message.to_owned())
-    })?;
     let site = Site::new(name, "asset.version");
+    let root: Root = match serde_json::from_str(text) {
+        Ok(root) => root,
+        Err(_) if version::is_first(text) => return Err(version::convert(&site)),
+        Err(error) => {
+            let message = error.to_string();
+            let message = message.split(" at line ").next().unwrap_or_default();
+            return Err(SceneError::at(name, text, error.line(), error.column(), message.to_owned()));
+        }
+    };
     let version = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
+    if root.asset.version.split('.').next() == Some("1") {
+        return Err(version::convert(&site));
+    }
     if root.asset.version.split('.').next() != Some("2") || version.split('.').next() != Some("2") {
         let version = super::super::site::shown(version);
         return Err(site.unsupported(format!("glTF version \"{version}\""), "export glTF 2.0"));
@@ -145,6 +153,11 @@ objects! {
     Buffer {
         uri: Option<String>,
         byte_length: u64,
+        #[serde(default)] extensions: Option<Box<BufferExtensions>>,
+    }
+    BufferExtensions {
+        #[serde(rename = "EXT_meshopt_compression")] ext_meshopt: Option<IgnoredAny>,
+        #[serde(rename = "KHR_meshopt_compression")] khr_meshopt: Option<IgnoredAny>,
     }
     Camera {
         name: Option<Box<str>>,
@@ -216,6 +229,10 @@ objects! {
         material: Option<u32>,
         #[serde(default = "triangles")] mode: u32,
         targets: Option<IgnoredAny>,
+        #[serde(default)] extensions: Option<Box<PrimitiveExtensions>>,
+    }
+    PrimitiveExtensions {
+        #[serde(rename = "KHR_draco_mesh_compression")] draco: Option<IgnoredAny>,
     }
     Node {
         name: Option<Box<str>>,
@@ -246,6 +263,11 @@ objects! {
     Texture {
         sampler: Option<u32>,
         source: Option<u32>,
+        #[serde(default)] extensions: Option<Box<TextureExtensions>>,
+    }
+    TextureExtensions {
+        #[serde(rename = "KHR_texture_basisu")] ktx2: Option<IgnoredAny>,
+        #[serde(rename = "EXT_texture_webp")] webp: Option<IgnoredAny>,
     }
 }
 

@@ -23,6 +23,7 @@ mod primitive;
 mod scene;
 mod texture;
 mod transform;
+mod version;
 
 use super::budget::Budget;
 use super::files::Files;
@@ -32,6 +33,7 @@ use super::warnings::Warnings;
 use crate::scene::description::Description;
 use crate::scene::error::SceneError;
 use buffers::Buffers;
+use container::Container;
 use json::Root;
 
 /// Reads glTF 2.0 from `bytes`, JSON or GLB; `name` stands for the file in messages.
@@ -41,14 +43,19 @@ use json::Root;
 /// shown, [`SceneError::Unsupported`] for what the file requires and this program does not have, [`SceneError::Resource`] for
 /// buffers and images that `files` does not give, [`SceneError::TooLarge`].
 pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
-    let (json, chunk) =
-        if bytes.starts_with(container::MAGIC) { container::split(bytes, name)? } else { (bytes, None) };
+    let Container { json, chunk, aligned } = match bytes.starts_with(container::MAGIC) {
+        true => container::split(bytes, name)?,
+        false => Container { json: bytes, chunk: None, aligned: true },
+    };
     let text = str::from_utf8(json).map_err(|error| {
         let place = format!("byte {} of the JSON", error.valid_up_to());
         Site::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
     })?;
     let root = json::parse(text, name)?;
     let mut warnings = Warnings::default();
+    if !aligned {
+        warnings.once("the chunks of the GLB are not aligned to 4 bytes, and read where they are");
+    }
     features::check(&root, name, &mut warnings)?;
     let mut budget = Budget::new(bytes.len());
     let buffers = Buffers::read(&root, name, chunk, files, &mut budget)?;

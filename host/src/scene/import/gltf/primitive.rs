@@ -3,6 +3,7 @@
 use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finish};
 use super::super::site::{Site, shown};
 use super::accessor::{Component, Elements, Expected};
+use super::features::DECOMPRESS;
 use super::json::Primitive;
 use super::material::Known;
 use super::{Document, Output};
@@ -46,6 +47,14 @@ pub fn read(
         output.warnings.tally("primitives without POSITION, left out", 1, &site.place);
         return Ok(None);
     };
+    let draco = primitive.extensions.as_ref().is_some_and(|extensions| extensions.draco.is_some());
+    if draco
+        && [Some(accessor), primitive.indices].into_iter().flatten().any(|index| is_empty(document, index))
+    {
+        return Err(site
+            .member("extensions.KHR_draco_mesh_compression")
+            .unsupported("a mesh that is there as Draco data only", DECOMPRESS));
+    }
     let positions = Elements::open(
         document,
         &mut output.budget,
@@ -98,6 +107,12 @@ pub fn read(
         check_uvs(&mut mesh.uvs, site, &mut output.warnings);
     }
     Ok(finish(mesh, site, &mut output.warnings))
+}
+
+/// Returns whether an accessor has no data of its own.
+fn is_empty(document: &Document, accessor: u32) -> bool {
+    let accessor = document.root.accessors.get(accessor as usize);
+    accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
 }
 
 /// The vertices in the order in which they make triangles, each below `count`.

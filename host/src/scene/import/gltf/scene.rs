@@ -2,8 +2,10 @@
 
 use super::super::mesh::{check_instance, extent};
 use super::super::site::Site;
+use super::super::warnings::Warnings;
 use super::buffers::get;
 use super::material::Materials;
+use super::transform::Forest;
 use super::{Document, Output};
 use super::{camera, light, primitive, transform};
 use crate::scene::description::Instance;
@@ -14,20 +16,20 @@ use std::collections::HashMap;
 /// Reads all that is in the scene.
 pub fn read(document: &Document, output: &mut Output) -> Result<(), SceneError> {
     let Document { name, root, .. } = document;
-    let roots = transform::roots(root, name)?;
+    let forest = transform::forest(root, name)?;
     let starts = match root.scene {
-        None => roots,
+        None => forest.roots.iter().map(|&root| (root, DAffine3::IDENTITY)).collect(),
         Some(index) => {
             let scene = get(&root.scenes, index, "scenes", &document.site("scene"))?;
             if root.scenes.len() > 1 {
                 output.warnings.once("only the default scene is read; the file has others");
             }
-            check_starts(&scene.nodes, &roots, &document.site(format!("scenes[{index}].nodes")))?;
-            scene.nodes.clone()
+            let site = document.site(format!("scenes[{index}].nodes"));
+            starts(document, &scene.nodes, &forest, &site, &mut output.warnings)?
         }
     };
     let mut meshes = Meshes::default();
-    transform::walk(root, &starts, name, &mut |index, world| {
+    let mut visit = |index: u32, world: DAffine3| {
         let Some(node) = root.nodes.get(index as usize) else { return Ok(()) };
         let site = document.site(format!("nodes[{index}]"));
         if let Some(camera) = node.camera {
@@ -40,24 +42,45 @@ pub fn read(document: &Document, output: &mut Output) -> Result<(), SceneError> 
             Some(light) => light::read(document, output, light.light, world, &site),
             None => Ok(()),
         }
-    })?;
+    };
+    for (start, place) in starts {
+        transform::walk(root, start, place, name, &mut visit)?;
+    }
     camera::distinguish(&mut output.description.cameras);
     Ok(())
 }
 
-/// Checks that a scene's nodes are roots, each there once; `roots` ascend.
-fn check_starts(starts: &[u32], roots: &[u32], site: &Site) -> Result<(), SceneError> {
-    let mut left = vec![true; roots.len()];
-    for start in starts {
-        let found = roots.binary_search(start).ok().and_then(|place| left.get_mut(place));
-        if !found.is_some_and(std::mem::take) {
-            return Err(site.malformed(
-                format!("nodes[{start}] is no root, or is there twice"),
-                "a scene must name nodes without parents, each once",
-            ));
+/// Returns the nodes where a scene begins, each with the place of its parent. The specification
+/// wants roots; a node that is below another is drawn where its parents put it, and each node once.
+fn starts(
+    document: &Document,
+    nodes: &[u32],
+    forest: &Forest,
+    site: &Site,
+    warnings: &mut Warnings,
+) -> Result<Vec<(u32, DAffine3)>, SceneError> {
+    let root = &document.root;
+    let mut listed = vec![false; root.nodes.len()];
+    let mut once = Vec::with_capacity(nodes.len());
+    for &node in nodes {
+        get(&root.nodes, node, "nodes", site)?;
+        if std::mem::replace(&mut listed[node as usize], true) {
+            warnings.tally("nodes that the scene names twice, drawn once", 1, &format!("nodes[{node}]"));
+        } else {
+            once.push(node);
         }
     }
-    Ok(())
+    let mut starts = Vec::with_capacity(once.len());
+    for node in once {
+        if forest.ancestors(node).next().is_some() {
+            let what = "nodes that the scene names and that are no roots, drawn where their parents put them";
+            warnings.tally(what, 1, &format!("nodes[{node}]"));
+        }
+        if !forest.ancestors(node).any(|ancestor| listed[ancestor as usize]) {
+            starts.push((node, forest.place_of_parent(root, node, document.name)?));
+        }
+    }
+    Ok(starts)
 }
 
 /// The meshes that have been read.

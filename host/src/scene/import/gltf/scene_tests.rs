@@ -58,11 +58,47 @@ fn the_default_scene_or_all_roots() {
         error(&triangle(&format!("{TRIANGLE_MESH},{nodes},\"scene\":2")))
             .contains("scene: it names scenes[2]")
     );
-    let twice = nodes.replace("[0]}", "[0,0]}");
+    let none = nodes.replace("[0]}", "[7]}");
     assert!(
-        error(&triangle(&format!("{TRIANGLE_MESH},{twice},\"scene\":0")))
-            .contains("scenes[0].nodes: nodes[0] is no root")
+        error(&triangle(&format!("{TRIANGLE_MESH},{none},\"scene\":0")))
+            .contains("scenes[0].nodes: it names nodes[7], and there are 2")
     );
+    let twice = nodes.replace("[0]}", "[0,0]}");
+    let scene = read(&triangle(&format!("{TRIANGLE_MESH},{twice},\"scene\":0")));
+    assert_eq!(scene.instances.len(), 1);
+    assert!(
+        scene.warnings[1].starts_with("nodes that the scene names twice, drawn once: 1"),
+        "{:?}",
+        scene.warnings
+    );
+}
+
+/// A scene must name roots. One that names a child is drawn, each node once, where its parents put
+/// it.
+#[test]
+fn a_scene_may_name_children() {
+    let drawn = |listed: &str| {
+        let nodes = r#""nodes":[{"children":[1],"translation":[1,0,0],"scale":[2,2,2]},
+            {"children":[2],"translation":[0,1,0]},{"mesh":0,"translation":[0,0,1]},{"mesh":0}]"#;
+        let scene = read(&triangle(&format!(
+            r#"{TRIANGLE_MESH},{nodes},"scene":0,"scenes":[{{"nodes":[{listed}]}}]"#
+        )));
+        let places: Vec<DVec3> =
+            scene.instances.iter().map(|instance| instance.transform.translation).collect();
+        (places, scene.warnings)
+    };
+    let place = DVec3::new(1.0, 2.0, 2.0);
+    assert_eq!(drawn("0"), (vec![place], vec![]));
+    assert_eq!(drawn("0,3"), (vec![place, DVec3::ZERO], vec![]));
+    for listed in ["1", "2", "0,1", "2,0", "2,1,0"] {
+        let (places, warnings) = drawn(listed);
+        assert_eq!(places, [place], "{listed}");
+        let [warning] = &warnings[..] else { panic!("{listed}: {warnings:?}") };
+        assert!(
+            warning
+                .starts_with("nodes that the scene names and that are no roots, drawn where their parents")
+        );
+    }
 }
 
 #[test]

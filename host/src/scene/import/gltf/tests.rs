@@ -228,9 +228,14 @@ fn what_is_no_gltf_says_where() {
     assert!(error("").contains("a.gltf:1:0"));
     assert!(error("{}").contains("missing field `asset`"));
     assert!(
-        error(r#"{"asset":{"version":"1.0"}}"#)
-            .contains("asset.version: glTF version \"1.0\" is not supported")
+        error(r#"{"asset":{"version":"3.0"}}"#)
+            .contains("asset.version: glTF version \"3.0\" is not supported")
     );
+    let first =
+        "a.gltf: asset.version: this is glTF 1.0; convert it with `gltf-pipeline -i old.gltf -o new.glb`";
+    assert_eq!(error(r#"{"asset":{"version":"1.0"}}"#), first);
+    // Its lists are objects, and it need not have an asset.
+    assert_eq!(error(r#"{"nodes":{"n":{"meshes":["m"]}},"scene":"s"}"#), first);
     let many = format!(r#"{{"asset":{{"version":"2.0"}},"materials":[{}{{}}]}}"#, "{},".repeat(1 << 16));
     assert!(error(&many).contains("more than 65536 of them"));
     let message = parse(b"{\xff", "a", &mut NoFiles).unwrap_err().to_string();
@@ -247,4 +252,66 @@ fn many_instances_of_many_parts_are_refused() {
         nodes.trim_end_matches(',')
     ));
     assert!(error(&text).contains("the scene grows while it is read"));
+}
+
+/// The triangle, whose accessors have no data of their own, in a primitive with `extensions`.
+fn compressed(accessor: &str, extensions: &str) -> String {
+    let primitive = format!(r#""attributes":{{"POSITION":0}},"extensions":{{{extensions}}}"#);
+    let rest =
+        format!(r#"{},"accessors":[{{{accessor}"componentType":5126,"count":3,"type":"VEC3"}}]"#, view(36));
+    mesh(&floats(&TRIANGLE), &primitive, &rest)
+}
+
+#[test]
+fn a_mesh_that_is_only_draco_data_is_refused() {
+    const DRACO: &str = r#""KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}"#;
+    let message = error(&compressed("", DRACO));
+    let want = "a.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: a mesh that is there as Draco data only \
+                is not supported; decompress it with `gltf-transform copy in.glb out.glb`";
+    assert!(message.starts_with(want), "{message}");
+    // With data for those who cannot decompress it, it is read.
+    assert_eq!(read(&compressed(r#""bufferView":0,"#, DRACO)).meshes.len(), 1);
+    // Without the extension, elements without data are 0: that is a mesh without triangles.
+    assert!(read(&compressed("", "")).meshes.is_empty());
+    let required = |extension: &str| {
+        let used = format!(r#"{{"asset":{{"version":"2.0"}},"extensionsRequired":["{extension}"]}}"#);
+        error(&used)
+    };
+    for (extension, remedy) in [
+        ("KHR_draco_mesh_compression", "gltf-transform copy"),
+        ("EXT_meshopt_compression", "gltf-transform copy"),
+        ("KHR_texture_basisu", "gltf-transform ktxdecompress"),
+        ("EXT_texture_webp", "PNG or JPEG"),
+        ("EXT_other", "export the file without it"),
+    ] {
+        let message = required(extension);
+        assert!(message.contains(extension) && message.contains(remedy), "{message}");
+    }
+    let buffer = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]}"#;
+    assert!(error(buffer).contains("buffers[0].extensions: a buffer that is there as meshopt data only"));
+}
+
+#[test]
+fn textures_of_other_formats_are_named() {
+    let textured = |texture: &str, images: &str| {
+        let primitive = r#""attributes":{"POSITION":0},"material":0"#;
+        let rest = format!(
+            r#"{},"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+            "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+            "textures":[{{{texture}}}],"images":[{images}]"#,
+            view(36)
+        );
+        mesh(&floats(&TRIANGLE), primitive, &rest)
+    };
+    for (texture, words) in [
+        (r#""extensions":{"KHR_texture_basisu":{"source":0}}"#, "KTX2 (KHR_texture_basisu)"),
+        (r#""extensions":{"EXT_texture_webp":{"source":0}}"#, "WebP (EXT_texture_webp)"),
+        ("", "textures without a PNG or JPEG image"),
+    ] {
+        let warnings = read(&textured(texture, "")).warnings.join("\n");
+        assert!(warnings.contains(words), "{warnings}");
+    }
+    let ktx2 = STANDARD.encode(b"\xabKTX 20\xbb\r\n\x1a\n\0\0\0\0");
+    let message = error(&textured(r#""source":0"#, &format!(r#"{{"uri":"data:image/ktx2;base64,{ktx2}"}}"#)));
+    assert!(message.contains("images[0]: KTX2, the format of this image, is not supported"), "{message}");
 }

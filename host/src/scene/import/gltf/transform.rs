@@ -36,9 +36,38 @@ pub fn local(node: &Node, site: &Site) -> Result<DAffine3, SceneError> {
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
-/// Checks that nodes form trees of bounded depth, and lists their roots.
-pub fn roots(root: &Root, name: &str) -> Result<Vec<u32>, SceneError> {
-    const NONE: u32 = u32::MAX;
+/// No node's index.
+const NONE: u32 = u32::MAX;
+
+/// The trees that nodes form.
+#[derive(Debug)]
+pub struct Forest {
+    /// Nodes without a parent.
+    pub roots: Vec<u32>,
+    parents: Vec<u32>,
+}
+
+impl Forest {
+    /// Returns the ancestors of a node, its parent first.
+    pub fn ancestors(&self, node: u32) -> impl Iterator<Item = u32> + '_ {
+        let parent = |&node: &u32| self.parents.get(node as usize).copied().filter(|&parent| parent != NONE);
+        std::iter::successors(Some(node), parent).skip(1)
+    }
+
+    /// Returns the place in the world of a node's parent.
+    pub fn place_of_parent(&self, root: &Root, node: u32, name: &str) -> Result<DAffine3, SceneError> {
+        let mut world = DAffine3::IDENTITY;
+        for ancestor in self.ancestors(node) {
+            if let Some(node) = root.nodes.get(ancestor as usize) {
+                world = local(node, &Site::new(name, format!("nodes[{ancestor}]")))? * world;
+            }
+        }
+        Ok(world)
+    }
+}
+
+/// Checks that nodes form trees of bounded depth.
+pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     let mut parents = vec![NONE; root.nodes.len()];
     for (index, node) in root.nodes.iter().enumerate() {
         let site = Site::new(name, format!("nodes[{index}].children"));
@@ -56,25 +85,29 @@ pub fn roots(root: &Root, name: &str) -> Result<Vec<u32>, SceneError> {
         (0..).zip(&parents).filter(|(_, parent)| **parent == NONE).map(|(index, _)| index).collect();
     // With one parent each, a walk down from the roots meets every node once, but those in circles and below.
     let mut met = vec![false; root.nodes.len()];
-    walk(root, &roots, name, &mut |index, _| {
-        met[index as usize] = true;
-        Ok(())
-    })?;
+    for &start in &roots {
+        walk(root, start, DAffine3::IDENTITY, name, &mut |index, _| {
+            met[index as usize] = true;
+            Ok(())
+        })?;
+    }
     match met.iter().position(|met| !met) {
-        None => Ok(roots),
+        None => Ok(Forest { roots, parents }),
         Some(index) => Err(Site::new(name, format!("nodes[{index}]"))
             .malformed("it is below itself, or below a node that is", "nodes must form trees")),
     }
 }
 
-/// Visits `starts` and all below them, with their places in the world. They are in no circle, or depth ends the walk.
+/// Visits a node at `place` and all below it, with their places in the world. They are in no
+/// circle, or depth ends the walk.
 pub fn walk(
     root: &Root,
-    starts: &[u32],
+    start: u32,
+    place: DAffine3,
     name: &str,
     visit: &mut dyn FnMut(u32, DAffine3) -> Result<(), SceneError>,
 ) -> Result<(), SceneError> {
-    let mut path = vec![(starts.iter(), DAffine3::IDENTITY)];
+    let mut path = vec![(std::slice::from_ref(&start).iter(), place)];
     while let Some((siblings, parent)) = path.last_mut() {
         let Some(&index) = siblings.next() else {
             path.pop();
