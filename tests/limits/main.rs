@@ -5,8 +5,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 mod camera;
+mod ends;
 mod geometry;
 mod light;
+mod notes;
 mod optics;
 mod program;
 mod scenes;

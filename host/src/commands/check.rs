@@ -20,7 +20,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     // What a render would refuse, such as a sky that is no number. Where something is out of range,
     // that comes first, as it may be why.
     let refused = scene.clone().lower(Space::IDENTITY).err();
-    let outside = !report.findings.is_empty();
+    let outside = report.is_outside();
     let refused = match refused {
         Some(error) if !outside => return Err(error.into()),
         refused => refused,
@@ -65,11 +65,11 @@ fn text(report: &Report) -> String {
         let _ = writeln!(text, "eye           {eye}");
     }
     let _ = writeln!(text, "space         origin {}, scale {:?}", report.space.origin, report.space.scale);
-    let _ = writeln!(
-        text,
-        "best space    origin {}, scale {:?}",
-        report.best_space.origin, report.best_space.scale
-    );
+    let best = report.best_space;
+    let _ = match best == report.space {
+        true => writeln!(text, "best space    this one"),
+        false => writeln!(text, "best space    origin {}, scale {:?}", best.origin, best.scale),
+    };
     let _ = writeln!(
         text,
         "accumulation  a pixel's mean is off by at most {:.1e} of itself",
@@ -83,6 +83,8 @@ fn text(report: &Report) -> String {
     }
     if report.findings.is_empty() {
         text += "nothing outside the supported range\n";
+    } else if !report.is_outside() {
+        text += "\nnothing outside the supported range but for notes\n";
     }
     text
 }

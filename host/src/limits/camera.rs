@@ -4,13 +4,13 @@
 //! middle of the image is 2 tan(fov / 2) / height. A point of the lens is rounded by u of its distance from the origin (measured: 0.9
 //! to 1.1 of that, at most 3), sideways, so that what is in focus blurs by as much.
 
-use super::finding::{Finding, Limit, Predicted, Supported, Unit};
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{PIXELS, ROUNDING, geometry};
 use crate::render::Settings;
 use crate::scene::Described;
 
 const NARROW: &str = "move the eye nearer and widen vertical_fov, or take fewer pixels";
-const LENS: &str = "move the renderer's origin to the scene, with the field `space`: `trisect check --write` computes it; or set defocus_angle to 0";
+pub(super) const LENS: &str = "move the renderer's origin to the scene, with the field `space`: `trisect check --write` computes it; or set defocus_angle to 0";
 
 pub(super) fn check(scene: &Described, settings: &Settings, found: &mut Vec<Finding>) {
     let Some((name, camera)) = scene.description.cameras.first() else { return };
@@ -19,6 +19,8 @@ pub(super) fn check(scene: &Described, settings: &Settings, found: &mut Vec<Find
     if ROUNDING / pixel > PIXELS {
         found.push(Finding {
             limit: Limit::NarrowView,
+            severity: Severity::Warning,
+            triangles: None,
             what: what(),
             quantity: "angle of a pixel, in radians",
             measured: pixel,
@@ -32,6 +34,8 @@ pub(super) fn check(scene: &Described, settings: &Settings, found: &mut Vec<Find
     if camera.defocus_angle > 0.0 && far * ROUNDING > PIXELS * footprint {
         found.push(Finding {
             limit: Limit::FarLens,
+            severity: Severity::Warning,
+            triangles: None,
             what: what(),
             quantity: "distance from the origin over a pixel's width in focus",
             measured: far / footprint,

@@ -47,6 +47,25 @@ impl Limit {
     }
 }
 
+/// How much a finding matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// It may show: `trisect check` has exit code 6, and a render warns.
+    Warning,
+    /// It touches less than a thousandth of the triangles, and of their area.
+    Note,
+}
+
+/// Triangles of a mesh that a finding touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Triangles {
+    /// Those outside the range.
+    pub outside: usize,
+    /// All of the mesh.
+    pub of: usize,
+}
+
 /// What the rule supports.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -127,6 +146,10 @@ impl fmt::Display for Predicted {
 pub struct Finding {
     /// Of which kind.
     pub limit: Limit,
+    /// How much it matters.
+    pub severity: Severity,
+    /// The triangles that it is about; `None` for what is no mesh.
+    pub triangles: Option<Triangles>,
     /// The object, material or light, as the scene's author knows it: `objects[3]` is the fourth of the scene file.
     pub what: String,
     /// What was measured.
@@ -148,7 +171,8 @@ impl fmt::Display for Finding {
             Supported::AtMost(bound) => ("most", bound),
             Supported::AtLeast(bound) => ("least", bound),
         };
-        writeln!(formatter, "{}: {}", self.limit.title(), self.what)?;
+        let note = if self.severity == Severity::Note { "note: " } else { "" };
+        writeln!(formatter, "{note}{}: {}", self.limit.title(), self.what)?;
         writeln!(formatter, "  {}: {:.3e}; supported: at {word} {bound:.3e}", self.quantity, self.measured)?;
         writeln!(formatter, "  predicted: {}", self.predicted)?;
         writeln!(formatter, "  remedy: {}", self.remedy)

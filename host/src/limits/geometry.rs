@@ -3,7 +3,7 @@
 //! A coordinate x is rounded by up to u |x|. A primitive of size s at a distance |p| is then off, and the distance to it with it, by
 //! |p| u / s of its size: all of it is lost near |p| = s 2²³. Measured on spheres: root mean square 0.5 to 0.9 of that, at most 3.2.
 
-use super::finding::{Finding, Limit, Predicted, Supported, Unit};
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Triangles, Unit};
 use super::{RELATIVE, ROUNDING, names};
 use crate::scene::description::ShapeKind;
 use crate::scene::{Described, Space};
@@ -12,7 +12,8 @@ use trisect_shared::triangle::Triangle;
 
 pub(super) const FAR: &str =
     "move the renderer's origin to the scene, with the field `space`: `trisect check --write` computes it";
-const SMALL: &str = "scale the scene up, with the field `space`: `trisect check --write` computes it";
+pub(super) const SMALL: &str =
+    "scale the scene up, with the field `space`: `trisect check --write` computes it";
 
 /// The least radius whose square f32 holds to [`RELATIVE`] on a device that takes subnormal numbers for 0: of the three squares of the
 /// vector to the centre, each may be lost that is below the least normal number.
@@ -35,6 +36,8 @@ fn far(what: String, distance: f64, size: f64) -> Option<Finding> {
     let error = distance * ROUNDING / size;
     (error > RELATIVE).then(|| Finding {
         limit: Limit::FarFromOrigin,
+        severity: Severity::Warning,
+        triangles: None,
         what,
         quantity: "distance from the origin over size",
         measured: distance / size,
@@ -54,6 +57,8 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
                 if length < least_radius() {
                     found.push(Finding {
                         limit: Limit::TooSmall,
+                        severity: Severity::Warning,
+                        triangles: None,
                         what: name(),
                         quantity: "radius in the renderer",
                         measured: length,
@@ -73,13 +78,51 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
         };
         found.extend(far(name(), place, size));
     }
+    let first = found.len();
+    let mut touched = Touched::default();
     for index in 0..description.instances.len() {
-        mesh(scene, index, found);
+        mesh(scene, index, &mut touched, found);
+    }
+    for finding in found.iter_mut().skip(first) {
+        let part = if finding.limit == Limit::FarFromOrigin { touched.far } else { touched.flat };
+        if part.is_little_of(&touched.all) {
+            finding.severity = Severity::Note;
+        }
     }
 }
 
+/// Less than this share of the triangles, and of their area, is no more than a note.
+const LITTLE: f64 = 1e-3;
+
+/// A number of triangles.
+#[derive(Clone, Copy, Debug, Default)]
+struct Share {
+    count: usize,
+    area: f64,
+}
+
+impl Share {
+    fn add(&mut self, area: f64) {
+        self.count += 1;
+        self.area += area;
+    }
+
+    /// By number and by area: a floor may be two triangles.
+    fn is_little_of(&self, all: &Self) -> bool {
+        (self.count as f64) < LITTLE * all.count as f64 && self.area <= LITTLE * all.area
+    }
+}
+
+/// The triangles of a scene, and those that findings of a kind touch.
+#[derive(Debug, Default)]
+struct Touched {
+    all: Share,
+    far: Share,
+    flat: Share,
+}
+
 /// The worst of the triangles of an instance, and how many there are like it.
-fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
+fn mesh(scene: &Described, index: usize, touched: &mut Touched, found: &mut Vec<Finding>) {
     let (space, description) = (scene.space, &scene.description);
     let instance = &description.instances[index];
     let Some(mesh) = description.meshes.get(instance.mesh) else { return };
@@ -96,9 +139,14 @@ fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
             continue;
         };
         let size = altitude([a, b, c]);
+        let area = 0.5 * (b - a).cross(c - a).length();
+        touched.all.add(area);
         let place = distance(space, a).max(distance(space, b)).max(distance(space, c));
         let error = place * ROUNDING / size;
-        far_count += usize::from(error > RELATIVE);
+        if error > RELATIVE {
+            far_count += 1;
+            touched.far.add(area);
+        }
         if error > worst.0 {
             worst = (error, place, size);
         }
@@ -106,18 +154,22 @@ fn mesh(scene: &Described, index: usize, found: &mut Vec<Finding>) {
         let square = Triangle { a, material: 0, b, instance: 0, c, pad1: 0 }.normal().length_squared();
         if !(square > Triangle::LEAST_SQUARE && square.is_finite()) {
             flat_count += 1;
+            touched.flat.add(area);
             least_square = least_square.min(f64::from(square));
         }
     }
-    let counted = |count| {
-        format!("{}: {count} of {} triangles", names::instance(description, index), mesh.triangles.len())
-    };
+    let of = mesh.triangles.len();
+    let counted = |count| format!("{}: {count} of {of} triangles", names::instance(description, index));
     if far_count > 0 {
-        found.extend(far(counted(far_count), worst.1, worst.2));
+        let finding = far(counted(far_count), worst.1, worst.2);
+        let triangles = Some(Triangles { outside: far_count, of });
+        found.extend(finding.map(|finding| Finding { triangles, ..finding }));
     }
     if flat_count > 0 {
         found.push(Finding {
             limit: Limit::TooSmall,
+            severity: Severity::Warning,
+            triangles: Some(Triangles { outside: flat_count, of }),
             what: counted(flat_count),
             quantity: "square of twice the area, the longest extent taken for 1, in f32",
             measured: least_square,

@@ -4,7 +4,7 @@
 //! variance is lost. Radiance beyond MAX / 256 = 1.33e36 makes the sum itself infinite, beyond MAX the sample, which is left out. Below
 //! √MIN_POSITIVE = 1.08e-19 the squares are subnormal, off by 2⁻¹⁵⁰ each, and 0 on a device that flushes them.
 
-use super::finding::{Finding, Limit, Predicted, Supported, Unit};
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{ROUNDING, closest, geometry, names};
 use crate::scene::Described;
 use crate::scene::description::{PunctualLight, Sky};
@@ -33,6 +33,8 @@ fn bright(what: String, quantity: &'static str, radiance: f64, remedy: &'static 
         if radiance > f64::from(f32::MAX) / f64::from(CHUNK_SAMPLES) { Unit::Mean } else { Unit::Variance };
     (radiance > brightest()).then(|| Finding {
         limit: Limit::TooBright,
+        severity: Severity::Warning,
+        triangles: None,
         what,
         quantity,
         measured: radiance,
@@ -88,6 +90,8 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
     if radiance > 0.0 && radiance < dimmest() && !punctual {
         found.push(Finding {
             limit: Limit::TooDim,
+            severity: Severity::Warning,
+            triangles: None,
             what: format!("{what}, the brightest"),
             quantity: EMITTED,
             measured: radiance,

@@ -5,7 +5,7 @@
 //! greater index n, light passes within a cone of sin² = 1 / n² only, where the cosine lies within 1 / (2 n²) of 1; its rounding moves
 //! the squared cosine of refraction, 1 - n² sin², by 3 n² u (measured: root mean square 2.4 to 2.9 n² u, at most 13).
 
-use super::finding::{Finding, Limit, Predicted, Supported, Unit};
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{RELATIVE, ROUNDING, names};
 use crate::scene::Described;
 use crate::scene::description::Surface;
@@ -25,6 +25,8 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
         if difference > 0.0 && near > RELATIVE {
             found.push(Finding {
                 limit: Limit::IorNearOne,
+                severity: Severity::Warning,
+                triangles: None,
                 what: what(),
                 quantity: "difference of ior and 1",
                 measured: difference,
@@ -38,6 +40,8 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
         if extreme > RELATIVE {
             found.push(Finding {
                 limit: Limit::IorExtreme,
+                severity: Severity::Warning,
+                triangles: None,
                 what: what(),
                 quantity: "ior or its inverse",
                 measured: contrast,

@@ -12,12 +12,13 @@ mod geometry;
 mod light;
 mod material;
 pub(crate) mod names;
+mod remedy;
 mod samples;
 mod surface;
 mod write;
 
 pub use extent::Extent;
-pub use finding::{Finding, Limit, Predicted, Supported, Unit};
+pub use finding::{Finding, Limit, Predicted, Severity, Supported, Triangles, Unit};
 pub use samples::{ACCUMULATION, plain_accumulation};
 pub use write::{Change, WriteError, write};
 
@@ -64,17 +65,27 @@ pub struct Report {
     pub more: BTreeMap<Limit, usize>,
 }
 
+impl Report {
+    /// Returns whether something is outside the supported range, notes apart.
+    pub fn is_outside(&self) -> bool {
+        self.findings.iter().any(|finding| finding.severity == Severity::Warning)
+    }
+}
+
 /// Looks for all that is outside the supported range, in the space that the scene asks for, and for the space that suits it best.
 pub fn check(scene: &Described, settings: &Settings) -> Report {
     let extent = Extent::of(&scene.description);
-    let (findings, more) = worst(collect(scene, settings));
+    let best_space = best(scene, extent.best_space());
+    let mut found = collect(scene, settings);
+    remedy::settle(scene, settings, best_space, &mut found);
+    let (findings, more) = worst(found);
     Report {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION"),
         scene: scene.name.clone(),
         extent,
         space: scene.space,
-        best_space: best(scene, extent.best_space()),
+        best_space,
         accumulation: ACCUMULATION,
         findings,
         more,
@@ -108,9 +119,11 @@ fn best(scene: &Described, wanted: Space) -> Space {
     [wanted, Space { scale: 1.0, ..wanted }].into_iter().find(fits).unwrap_or(scene.space)
 }
 
-/// One line for each kind of finding, for people who render the scene.
+/// One line for each kind of finding, notes apart, for people who render the scene.
 pub fn warnings(scene: &Described, settings: &Settings) -> Vec<String> {
-    let (findings, more) = worst(collect(scene, settings));
+    let mut found = collect(scene, settings);
+    found.retain(|finding| finding.severity == Severity::Warning);
+    let (findings, more) = worst(found);
     summary(&findings, &more)
 }
 
@@ -118,7 +131,11 @@ pub fn warnings(scene: &Described, settings: &Settings) -> Vec<String> {
 fn worst(mut found: Vec<Finding>) -> (Vec<Finding>, BTreeMap<Limit, usize>) {
     found.sort_by(|a, b| {
         let by_error = b.predicted.value.total_cmp(&a.predicted.value);
-        a.limit.cmp(&b.limit).then(by_error).then_with(|| a.what.cmp(&b.what))
+        a.limit
+            .cmp(&b.limit)
+            .then(a.severity.cmp(&b.severity))
+            .then(by_error)
+            .then_with(|| a.what.cmp(&b.what))
     });
     let mut kept: Vec<Finding> = Vec::new();
     let mut more = BTreeMap::new();

@@ -6,7 +6,7 @@
 //! for.
 
 use super::ROUNDING;
-use super::finding::{Finding, Limit, Predicted, Supported, Unit};
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use crate::render::Settings;
 
 /// The greatest relative error that summing any number of terms of one sign makes.
@@ -25,6 +25,8 @@ fn beyond(samples: u32, error: f64) -> Option<Finding> {
     let noise = 1.0 / f64::from(samples.max(1)).sqrt();
     (error > noise).then(|| Finding {
         limit: Limit::Samples,
+        severity: Severity::Warning,
+        triangles: None,
         what: "image.samples".to_owned(),
         quantity: "samples a pixel",
         measured: f64::from(samples),

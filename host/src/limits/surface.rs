@@ -5,14 +5,14 @@
 //! any other. The hit itself is off by R u (measured: root mean square 0.7 to 1.1), which an object of size s that rests on the sphere
 //! shows as R u / s of its size. A plane's test adds products of coordinates and normal, each rounded by u of itself (measured: 0.3, at most 2).
 
-use super::finding::{Finding, Limit, Predicted, Supported, Unit};
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{RELATIVE, ROUNDING, geometry, names};
 use crate::scene::Described;
 use crate::scene::description::ShapeKind;
 use glam::DVec3;
 
 const SPHERE: &str = "for ground use a `Plane` (or a `Quad`) instead of a great sphere; else keep the eye and small objects away from it";
-const FLAT: &str =
+pub(super) const FLAT: &str =
     "give a `Plane` a `point` near the eye; with the field `space`, move the renderer's origin to the eye";
 
 /// What hits of a sphere are off: by the rounding of its radius or place; `None` where it is too small for its place, which is another
@@ -78,6 +78,8 @@ fn grounds(scene: &Described, found: &mut Vec<Finding>) {
         if error > RELATIVE * least {
             found.push(Finding {
                 limit: Limit::NearSurface,
+                severity: Severity::Warning,
+                triangles: None,
                 what: names::shape(&scene.description, index, &shapes[index]),
                 quantity: "radius of the smallest sphere on it",
                 measured: least,
@@ -104,6 +106,8 @@ pub(super) fn check(scene: &Described, found: &mut Vec<Finding>) {
             };
             found.push(Finding {
                 limit: Limit::NearSurface,
+                severity: Severity::Warning,
+                triangles: None,
                 what: names::shape(&scene.description, index, shape),
                 quantity: "the eye's distance from it",
                 measured: height,
