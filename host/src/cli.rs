@@ -28,6 +28,7 @@ pub use view::ViewArgs;
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
+use trisect::output::exposure::MAX_STOPS;
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
 #[derive(Debug, Parser)]
@@ -94,7 +95,7 @@ pub struct CompareArgs {
 /// `trisect check`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 nothing found, 4 bad scene, 6 something is outside the supported range."
+    after_help = "Exit codes: 0 nothing found but notes, 4 bad scene, 6 something is outside the supported range."
 )]
 pub struct CheckArgs {
     /// Scene file or model.
@@ -134,6 +135,13 @@ fn parse_resolution(text: &str) -> Result<(u32, u32), String> {
     Ok((parse_count(width)?, parse_count(height)?))
 }
 
+fn parse_stops(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(stops) if stops.abs() <= MAX_STOPS => Ok(stops),
+        _ => Err(format!("must be a number of stops between -{MAX_STOPS} and {MAX_STOPS}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,6 +157,14 @@ mod tests {
         assert_eq!((parse_limit("0"), parse_limit("1e-3")), (Ok(0.0), Ok(1e-3)));
         for bad in ["NaN", "nan", "-NaN", "-1", "", "x"] {
             assert!(parse_limit(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn stops() {
+        assert_eq!((parse_stops("-14.2"), parse_stops("0")), (Ok(-14.2), Ok(0.0)));
+        for bad in ["", "nan", "inf", "-65", "1e9", "EV"] {
+            assert!(parse_stops(bad).is_err(), "{bad}");
         }
     }
 

@@ -73,6 +73,8 @@ pub struct RenderStats {
     pub denoise_seconds: f64,
     /// What each rank's part took, where there are several; `device_seconds` is their sum then.
     pub cluster: Option<ClusterReport>,
+    /// Stops by which the image file is brighter than the radiance that was rendered.
+    pub exposure: f32,
     /// Launches.
     pub submissions: u64,
     /// Samples in the image.
@@ -109,6 +111,7 @@ impl RenderStats {
             denoise: None,
             denoise_seconds: 0.0,
             cluster: None,
+            exposure: 0.0,
             submissions: 0,
             samples: 0,
             rejected_samples: 0,

@@ -55,7 +55,8 @@ pub fn sphere_scene(count: u32) -> Result<Described, BenchError> {
         ..Description::default()
     };
     let image = ImageSettings { width: 1280, height: 720, samples: 16, depth: 50, fresnel: Fresnel::Schlick };
-    Ok(Described { name: format!("{count} spheres"), description, image, space: Space::IDENTITY })
+    let (name, notes) = (format!("{count} spheres"), Vec::new());
+    Ok(Described { name, description, image, space: Space::IDENTITY, notes })
 }
 
 /// Centre, radius and cell of at least `count` small spheres: on the coarsest grid that has as many clear of the large ones.

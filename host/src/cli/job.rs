@@ -5,8 +5,10 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::backend::Choice;
 use trisect::bvh::BvhQuality;
+use trisect::output::exposure::Exposure;
 use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
 use trisect::scene::Includes;
+use trisect::scene::import::is_model;
 
 /// What and where to render.
 #[derive(Clone, Debug, Args)]
@@ -251,6 +253,20 @@ impl BackendArg {
 }
 
 impl JobArgs {
+    /// Returns whether the scene is a model by itself.
+    pub fn shows_model(&self) -> bool {
+        self.scene.as_deref().is_some_and(is_model)
+    }
+
+    /// Returns how the exposure is chosen where `given` is what the command line says.
+    pub fn exposure(&self, given: Option<f32>) -> Exposure {
+        match given {
+            Some(stops) => Exposure::Stops(stops),
+            None if self.shows_model() => Exposure::Automatic,
+            None => Exposure::Stops(0.0),
+        }
+    }
+
     /// The scene's settings with what the command line says instead.
     pub fn settings(&self, scene: Settings) -> Settings {
         let follow = |given: u32, from: u32, to: u32| {

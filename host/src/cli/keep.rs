@@ -83,6 +83,10 @@ pub struct ResumeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
+    /// Exposure of the image file: each stop doubles the light; without it, as the first command.
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
+    pub exposure: Option<f32>,
+
     /// Where to render; without it, where the first command did.
     #[arg(long, value_enum)]
     pub backend: Option<super::BackendArg>,
@@ -126,6 +130,11 @@ pub struct MergeArgs {
     /// A checkpoint of all of them, or an image: .png (sRGB), .exr, .hdr or .pfm (linear). Not one of FILES.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+
+    /// Exposure of an image: each stop doubles the light; without it, as the command of the first
+    /// checkpoint.
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
+    pub exposure: Option<f32>,
 }
 
 #[cfg(test)]

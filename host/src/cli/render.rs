@@ -1,8 +1,9 @@
 //! `trisect render`.
 
-use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, KeepArgs, TellArgs};
+use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, KeepArgs, TellArgs, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
+use trisect::output::exposure::Exposure;
 use trisect::output::layers::Aov;
 
 /// `trisect render`.
@@ -33,6 +34,11 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", default_value = "out.png")]
     pub output: PathBuf,
 
+    /// Exposure of the image file: each stop doubles the light (default: 0; for a model by itself,
+    /// in a .png, by its median luminance).
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: Option<f32>,
+
     /// What is said of it.
     #[command(flatten)]
     pub tell: TellArgs,
@@ -40,6 +46,13 @@ pub struct RenderArgs {
     /// Several processes.
     #[command(flatten)]
     pub cluster: ClusterArgs,
+}
+
+impl RenderArgs {
+    /// Returns how the exposure of the image file is chosen.
+    pub fn exposure(&self) -> Exposure {
+        self.job.exposure(self.exposure)
+    }
 }
 
 fn parse_aov(text: &str) -> Result<Aov, String> {

@@ -1,6 +1,6 @@
 //! `trisect view`.
 
-use super::{ClusterArgs, DenoiseArgs, JobArgs, parse_count};
+use super::{ClusterArgs, DenoiseArgs, JobArgs, parse_count, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::denoise::History;
@@ -37,9 +37,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_share)]
     pub split: f64,
 
-    /// Brighter by so many stops: each doubles the light.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub exposure: f32,
+    /// Exposure: each stop doubles the light (default: 0; for a model by itself by its median
+    /// luminance).
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: Option<f32>,
 
     /// No window: render --frames frames and print what they take.
     #[arg(long)]
@@ -72,9 +73,9 @@ impl ViewArgs {
         History { frames: self.history, clamp: self.history_clamp }
     }
 
-    /// For the library.
+    /// For the library; without an automatic exposure.
     pub fn screen(&self) -> Screen {
-        Screen { split: self.split, stops: self.exposure }
+        Screen { split: self.split, stops: self.exposure.unwrap_or(0.0) }
     }
 }
 

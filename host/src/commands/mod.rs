@@ -46,6 +46,8 @@ pub struct Session {
     pub space: Space,
     /// Why this backend; empty where the user named it.
     pub choice: String,
+    /// What was decided about a model by itself.
+    pub notes: Vec<String>,
     /// Reading and validating the scene.
     pub load_seconds: f64,
     /// Opening the device.
@@ -64,6 +66,7 @@ pub struct Loaded {
     pub settings: Settings,
     space: Space,
     warnings: Vec<String>,
+    notes: Vec<String>,
     seconds: f64,
 }
 
@@ -80,7 +83,7 @@ impl Loaded {
         let settings = job.settings(described.settings());
         settings.check()?;
         let beyond = limits::warnings(&described, &settings);
-        let space = described.space;
+        let (space, notes) = (described.space, described.notes.clone());
         let scene = described.lower(Space::IDENTITY)?;
         let mut warnings = scene.warnings.clone();
         if !settings.light_sampling && !scene.lights.is_empty() {
@@ -91,7 +94,7 @@ impl Loaded {
         }
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
         warnings.extend(beyond.iter().map(|line| format!("{line}; what helps: trisect check {name}")));
-        Ok(Self { scene, settings, space, warnings, seconds: start.elapsed().as_secs_f64() })
+        Ok(Self { scene, settings, space, warnings, notes, seconds: start.elapsed().as_secs_f64() })
     }
 
     /// Of a scene that was read elsewhere.
@@ -99,7 +102,8 @@ impl Loaded {
     pub fn of(scene: Scene, job: &JobArgs) -> Result<Self, Error> {
         let settings = job.settings(scene.settings());
         settings.check()?;
-        Ok(Self { scene, settings, space: Space::IDENTITY, warnings: Vec::new(), seconds: 0.0 })
+        let (warnings, notes) = (Vec::new(), Vec::new());
+        Ok(Self { scene, settings, space: Space::IDENTITY, warnings, notes, seconds: 0.0 })
     }
 
     /// Says what is not as asked for.
@@ -115,6 +119,7 @@ impl Loaded {
         let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
         let renderer = Renderer::with_quality(selection.backend, scene, quality)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
+        let notes = self.notes.clone();
         Ok(Session {
             renderer,
             settings,
@@ -122,6 +127,7 @@ impl Loaded {
             digest: None,
             space,
             choice,
+            notes,
             load_seconds,
             open_seconds,
             spare: None,

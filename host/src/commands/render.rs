@@ -8,6 +8,7 @@ use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
 use crate::cli::{JobArgs, RenderArgs};
 use crate::progress::Bar;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,6 +19,7 @@ use trisect::denoise::Denoise;
 use trisect::distribute::DistributeError;
 use trisect::film::{Film, Part};
 use trisect::image::{Image, ImageError};
+use trisect::output::exposure::{Exposed, Exposure};
 use trisect::output::layers::{self, Aov};
 use trisect::output::{Format, Outputs};
 use trisect::render::Settings;
@@ -216,6 +218,9 @@ pub fn announce(session: &Session, aim: &str) {
     if !session.choice.is_empty() {
         say(&format!("  {}", session.choice));
     }
+    for note in &session.notes {
+        say(note);
+    }
 }
 
 /// What was rendered.
@@ -245,7 +250,10 @@ pub fn finish(
             Ok(denoised) => denoised,
             Err(error) => {
                 // Nothing that was rendered is lost.
-                match or_elsewhere(&arguments.output, |path| Ok(output::write(&film.image(), path)?)) {
+                let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
+                match or_elsewhere(&arguments.output, |path| {
+                    write(path, &[], &session, &drawn, exposed.as_ref())
+                }) {
                     Ok(path) => say(&format!("warning: wrote {} without denoising", path.display())),
                     Err(error) => say(&format!("error: {error}")),
                 }
@@ -268,8 +276,9 @@ fn conclude(
     denoised: Option<Image>,
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
+    let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
     let path = or_elsewhere(&arguments.output, |path| {
-        write(path, &arguments.aov, &session, &drawn, denoised.as_ref())
+        write(path, &arguments.aov, &session, &drawn, exposed.as_ref())
     })?;
     let moved = path != arguments.output;
 
@@ -278,6 +287,7 @@ fn conclude(
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
     stats.scene = session.name;
     stats.choice = session.choice;
+    stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
     if let Some(path) = &arguments.tell.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
@@ -293,6 +303,9 @@ fn conclude(
         }
         if let Some(sampling) = &stats.sampling {
             say(&sampling.summary());
+        }
+        if let Some(automatic) = exposed.as_ref().and_then(|(_, exposed)| exposed.automatic) {
+            say(&automatic.to_string());
         }
         say(&format!("wrote {}", path.display()));
     } else if moved {
@@ -311,37 +324,49 @@ fn conclude(
     Ok((code, !moved))
 }
 
-/// Writes the image that was denoised, or what was drawn, with its layers.
+/// Returns the image to write, that of a denoiser or what was drawn, with its exposure; `None` for
+/// bytes, which are as they should be. An automatic exposure is that of the film, whatever a
+/// denoiser makes of it.
+fn exposed<'a>(
+    exposure: Exposure,
+    path: &Path,
+    drawn: &'a Drawn,
+    denoised: Option<Image>,
+) -> Option<(Cow<'a, Image>, Exposed)> {
+    let drawn = match drawn {
+        Drawn::Film(film) => Cow::Owned(film.image()),
+        #[cfg(feature = "mpi")]
+        Drawn::Image(image) => Cow::Borrowed(*image),
+        #[cfg(feature = "mpi")]
+        Drawn::Bytes(..) => return None,
+    };
+    let exposed = exposure.of(&drawn, path);
+    let mut image = denoised.map_or(drawn, Cow::Owned);
+    if exposed.stops != 0.0 {
+        exposed.apply(image.to_mut());
+    }
+    Some((image, exposed))
+}
+
+/// Writes the image, with layers of its film.
 fn write(
     path: &Path,
     aov: &[Aov],
     session: &Session,
     drawn: &Drawn,
-    denoised: Option<&Image>,
+    exposed: Option<&(Cow<Image>, Exposed)>,
 ) -> Result<(), Error> {
-    #[cfg_attr(
-        not(feature = "mpi"),
-        allow(clippy::infallible_destructuring_match, reason = "ranks bring the others")
-    )]
-    let film = match drawn {
+    match (drawn, exposed) {
         #[cfg(feature = "mpi")]
-        Drawn::Bytes(width, height, bytes) => return Ok(output::write_bytes(*width, *height, bytes, path)?),
+        (Drawn::Bytes(width, height, bytes), _) => Ok(output::write_bytes(*width, *height, bytes, path)?),
         #[cfg(feature = "mpi")]
-        Drawn::Image(image) => return Ok(output::write(image, path)?),
-        Drawn::Film(film) => film,
-    };
-    let plain;
-    let image = match denoised {
-        Some(image) => image,
-        None => {
-            plain = film.image();
-            &plain
+        (Drawn::Image(image), None) => Ok(output::write(image, path)?),
+        (Drawn::Film(film), None) => Ok(output::write(&film.image(), path)?),
+        (Drawn::Film(film), Some((image, exposed))) if !aov.is_empty() => {
+            let camera = session.renderer.camera(&session.settings);
+            let object = |primitive| session.renderer.object(primitive);
+            Ok(layers::write(image, film, &camera, object, aov, exposed.stops, path)?)
         }
-    };
-    if aov.is_empty() {
-        return Ok(output::write(image, path)?);
+        (_, Some((image, _))) => Ok(output::write(image, path)?),
     }
-    let camera = session.renderer.camera(&session.settings);
-    let object = |primitive| session.renderer.object(primitive);
-    Ok(layers::write(image, film, &camera, object, aov, path)?)
 }

@@ -10,6 +10,7 @@ use trisect::Error;
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header};
 use trisect::film::{Film, Part};
 use trisect::image::ImageError;
+use trisect::output::exposure::Exposure;
 use trisect::output::{self, Format, Outputs};
 use trisect::threads::start_shared;
 
@@ -69,6 +70,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
+    command.exposure = arguments.exposure.or(command.exposure);
     // What the first command told is done with, and where the image goes is checked.
     command.tell.stats = arguments.tell.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
@@ -125,7 +127,13 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         sum.merge(path, &Checkpoint::read(path)?)?;
     }
     if as_image {
-        output::write(&sum.film.image(), &arguments.output)?;
+        let mut image = sum.film.image();
+        let exposed = exposure(arguments, &sum.header).of(&image, &arguments.output);
+        exposed.apply(&mut image);
+        output::write(&image, &arguments.output)?;
+        if let Some(automatic) = exposed.automatic {
+            say(&automatic.to_string());
+        }
     } else {
         sum.write(&arguments.output)?;
     }
@@ -145,6 +153,17 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     }
     say(&format!("wrote {}", arguments.output.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the exposure of a merged image: as the command that began it would have it. A checkpoint
+/// that the library wrote may have another command, and asks for none.
+fn exposure(arguments: &MergeArgs, header: &Header) -> Exposure {
+    let words = std::iter::once("trisect").chain(header.command.iter().map(String::as_str));
+    match (arguments.exposure, Cli::try_parse_from(words).map(|parsed| parsed.command)) {
+        (Some(stops), _) => Exposure::Stops(stops),
+        (None, Ok(Command::Render(command))) => command.exposure(),
+        (None, _) => Exposure::Stops(0.0),
+    }
 }
 
 /// By its extension: a checkpoint of such a name would not be what was meant.

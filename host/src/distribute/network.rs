@@ -29,11 +29,13 @@ pub enum Tag {
     Ping = 10,
     /// What a checkpoint is of.
     Resume = 11,
+    /// Stops by which all ranks show their rows.
+    Exposure = 12,
 }
 
 impl Tag {
     /// All of them.
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 12] = [
         Self::Pulse,
         Self::Hello,
         Self::Go,
@@ -45,6 +47,7 @@ impl Tag {
         Self::Done,
         Self::Ping,
         Self::Resume,
+        Self::Exposure,
     ];
 
     /// That a number stands for.

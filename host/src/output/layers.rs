@@ -65,7 +65,8 @@ pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
     }
 }
 
-/// Writes the image and these layers of its film. `object` tells the object of a primitive.
+/// Writes the image and these layers of its film. `object` tells the object of a primitive; `stops`
+/// is the exposure that the image has and the film has not, which the variance must follow.
 ///
 /// # Errors
 ///
@@ -76,6 +77,7 @@ pub fn write(
     camera: &Camera,
     object: impl Fn(Option<u32>) -> u32,
     aovs: &[Aov],
+    stops: f32,
     path: &Path,
 ) -> Result<(), ImageError> {
     let codec = |message: String| ImageError::Codec { path: path.to_owned(), message };
@@ -85,7 +87,7 @@ pub fn write(
     }
     let mut channels = three(["R", "G", "B"], image.pixels.iter().map(|pixel| pixel.map(f64::from)));
     for aov in aovs {
-        channels.extend(layer(*aov, film, camera, &object));
+        channels.extend(layer(*aov, film, camera, &object, f64::from(stops).exp2()));
     }
     let size = (image.width as usize, image.height as usize);
     let channels = AnyChannels::sort(channels.into_iter().collect());
@@ -101,6 +103,7 @@ fn layer(
     film: &Film,
     camera: &Camera,
     object: impl Fn(Option<u32>) -> u32,
+    factor: f64,
 ) -> Vec<AnyChannel<FlatSamples>> {
     let guides = || film.guides.iter();
     match aov {
@@ -121,7 +124,10 @@ fn layer(
         }
         Aov::Variance => {
             let names = ["variance.R", "variance.G", "variance.B"];
-            three(names, film.pixels.iter().map(|pixel| pixel.variance_of_mean()))
+            three(
+                names,
+                film.pixels.iter().map(|pixel| pixel.variance_of_mean().map(|v| v * factor * factor)),
+            )
         }
         Aov::Samples => {
             let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
@@ -164,7 +170,7 @@ mod tests {
         let path = std::env::temp_dir().join(format!("trisect-{}-layers.exr", std::process::id()));
         let aovs = Aov::ALL.map(|(_, aov)| aov);
         let object = |primitive| renderer.object(primitive);
-        write(&film.image(), &film, &renderer.camera(&settings), object, &aovs, &path).unwrap();
+        write(&film.image(), &film, &renderer.camera(&settings), object, &aovs, 0.0, &path).unwrap();
         let file = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
         let file = file.all_attributes().from_file(&path).unwrap();
         // As any reader of images sees it: the picture.
@@ -211,7 +217,7 @@ mod tests {
         assert!(normal.iter().map(|x| x * x).sum::<f64>() <= 1.0 + 1e-6);
         // A film without guides cannot show them.
         let plain = renderer.render(&Settings { guides: false, ..settings.clone() }, &mut ()).unwrap().film;
-        let refused = write(&plain.image(), &plain, &renderer.camera(&settings), |_| 0, &aovs, &path);
+        let refused = write(&plain.image(), &plain, &renderer.camera(&settings), |_| 0, &aovs, 0.0, &path);
         assert!(refused.is_err());
     }
 

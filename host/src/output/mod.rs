@@ -1,6 +1,7 @@
 //! Image files by extension: PNG (8-bit sRGB), EXR and PFM (32-bit linear), HDR (linear, shared exponent).
 
 mod conflict;
+pub mod exposure;
 pub mod layers;
 pub mod pfm;
 

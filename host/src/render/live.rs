@@ -7,6 +7,7 @@ use crate::Error;
 use crate::denoise::{self, Denoise, Frames, History, Kernel, Seen, Shown, keep, passes, reach};
 use crate::film::{Film, HostMemory, Rows, Target};
 use crate::image::Image;
+use crate::output::exposure::MAX_STOPS;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
@@ -292,7 +293,7 @@ impl Renderer {
 
 /// For a display's launch.
 pub(super) fn display_params(size: (u32, u32), split: u32, stops: f32, first_row: u32) -> DisplayParams {
-    let exposure = stops.clamp(-20.0, 20.0).exp2();
+    let exposure = stops.clamp(-MAX_STOPS, MAX_STOPS).exp2();
     DisplayParams { width: size.0, height: size.1, split, exposure, first_row, pad0: 0, pad1: 0, pad2: 0 }
 }
 

@@ -64,6 +64,8 @@ pub struct Described {
     pub image: ImageSettings,
     /// Where the file asks to compute.
     pub space: Space,
+    /// What was decided about a model by itself, for people.
+    pub notes: Vec<String>,
 }
 
 /// Reads the files that a scene in this folder names from the file system.
@@ -142,14 +144,15 @@ impl Described {
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
         lower::check_room(&model).map_err(refused)?;
-        let (description, image) = model::complete(model);
-        Ok(Self { name: name.to_owned(), description, image, space: Space::IDENTITY })
+        let model::Completed { description, image, notes } = model::complete(model);
+        Ok(Self { name: name.to_owned(), description, image, space: Space::IDENTITY, notes })
     }
 
     fn read(text: &str, name: &str, folder: &Folder) -> Result<Self, SceneError> {
         let file = format::parse(text, name)?;
         let (description, image) = describe::describe(&file, folder, &mut FromDisk(folder))?;
-        Ok(Self { name: name.to_owned(), description, image, space: file.space.space })
+        let notes = Vec::new();
+        Ok(Self { name: name.to_owned(), description, image, space: file.space.space, notes })
     }
 
     /// What to render unless told otherwise, with the program's defaults for what no file says.

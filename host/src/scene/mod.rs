@@ -12,6 +12,7 @@ mod include;
 mod insert;
 mod lower;
 mod model;
+mod own_light;
 mod prove;
 mod records;
 mod room;

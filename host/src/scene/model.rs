@@ -3,23 +3,45 @@
 use super::ImageSettings;
 use super::description::{Description, ShapeKind, Sky};
 use super::lower::camera_for;
+use super::own_light::OwnLight;
 use crate::render::Fresnel;
 use glam::DVec3;
 
-/// Gives a model a camera that sees all of it, if it has none, and, if nothing in it emits, a sky of radiance 1.
-pub(super) fn complete(mut model: Description) -> (Description, ImageSettings) {
+/// A model with what it lacks to be seen.
+pub(super) struct Completed {
+    pub description: Description,
+    pub image: ImageSettings,
+    /// What was decided, for people.
+    pub notes: Vec<String>,
+}
+
+/// Gives a model a camera that sees all of it, if it has none, and a sky of radiance 1, unless its
+/// own lights carry the image.
+pub(super) fn complete(mut model: Description) -> Completed {
+    let mut notes = Vec::new();
     let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
     if model.cameras.is_empty() {
         let (center, radius) = ball(&model);
         model.cameras.push(("all".to_owned(), camera_for(center, radius)));
         model.warnings.push("no camera: the view shows all of the model".to_owned());
     }
-    let emits = model.materials.iter().any(|material| material.emission.max_element() > 0.0);
-    if model.sky.is_none() && model.lights.is_empty() && !emits {
-        model.sky = Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE });
-        model.warnings.push("no light: the sky has radiance 1".to_owned());
+    if model.sky.is_none() {
+        let reason = match OwnLight::of(&model) {
+            OwnLight::Nothing => Some("no light: the sky has radiance 1"),
+            OwnLight::Little => {
+                Some("the model's own lights do not carry the image: a sky of radiance 1 is added to them")
+            }
+            OwnLight::Enough => None,
+        };
+        match reason {
+            Some(reason) => {
+                model.sky = Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE });
+                model.warnings.push(reason.to_owned());
+            }
+            None => notes.push("lit by the model's own lights: no sky is added".to_owned()),
+        }
     }
-    (model, image)
+    Completed { description: model, image, notes }
 }
 
 /// A ball around everything; of radius 1 around nothing.

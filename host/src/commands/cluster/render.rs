@@ -8,7 +8,7 @@ use super::super::say;
 use super::Crew;
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::backend::Device;
@@ -16,6 +16,7 @@ use trisect::checkpoint::{Checkpoint, Header, arithmetic};
 use trisect::distribute::{
     DistributeError, Failure, Kept, Mode, Picture, Plan, Travels, Work, choose, onto, plan,
 };
+use trisect::image::Image;
 use trisect::output::{self, Format};
 use trisect::render::Settings;
 use trisect::{Error, Error::Cancelled};
@@ -178,7 +179,7 @@ fn travels(arguments: &RenderArgs, settings: &Settings, plan: &Plan, ranks: u32)
     } else if plan.mode == Mode::Average {
         // Where shares differ, who has more than a chunk sends exact sums.
         if most.len() <= 256 { Travels::Chunk } else { Travels::Mean }
-    } else if matches!(Format::of(&arguments.output), Ok(Format::Png)) {
+    } else if matches!(Format::of(&arguments.output), Ok(Format::Png)) && arguments.exposure().is_none() {
         Travels::Bytes
     } else {
         Travels::Color
@@ -193,10 +194,14 @@ fn keep(arguments: &RenderArgs, watch: Option<Watch>, partial: &Picture, quiet: 
             return;
         }
     }
+    let exposed = |mut image: Image, path: &Path| {
+        arguments.exposure().of(&image, path).apply(&mut image);
+        Ok(output::write(&image, path)?)
+    };
     let written = or_elsewhere(&arguments.output, |path| match partial {
         Picture::Bytes { width, height, bytes } => Ok(output::write_bytes(*width, *height, bytes, path)?),
-        Picture::Color(image) => Ok(output::write(image, path)?),
-        Picture::Film(film) => Ok(output::write(&film.image(), path)?),
+        Picture::Color(image) => exposed(image.clone(), path),
+        Picture::Film(film) => exposed(film.image(), path),
     });
     match written {
         Ok(path) => say(&format!("wrote what there is to {}", path.display())),

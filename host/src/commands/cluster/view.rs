@@ -2,17 +2,18 @@
 
 use super::super::data;
 use super::super::view::headless;
-use super::super::view::look;
-use super::Crew;
+use super::super::view::{look, metered};
+use super::{Crew, Session};
 use crate::cli::{DistributeArg, ViewArgs};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{Device, DeviceKind};
 use trisect::bench::{Row, Summary, table};
-use trisect::distribute::{DistributeError, FrameCost, Series, SeriesReport, plan, series};
+use trisect::distribute::{DistributeError, FrameCost, Series, SeriesReport, Tag, plan, series};
 use trisect::film::{Rows, Target};
+use trisect::output::exposure::Exposure;
 use trisect::render::Settings;
-use trisect::view::Viewer;
+use trisect::view::{Look, Viewer};
 
 /// Renders the frames of a camera's path over all ranks.
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
@@ -37,7 +38,11 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
         Ok(session) => session,
         Err(code) => return Ok(code),
     };
-    let look = look(arguments, &session.settings)?;
+    let mut look = look(arguments, &session.settings)?;
+    let session = match exposed(&mut crew, arguments, session, &mut look) {
+        Ok(session) => session,
+        Err(error) => return Ok(crew.give_up(&error)),
+    };
     let poses = match headless::poses(arguments, &session) {
         Ok(poses) => poses,
         Err(error) => return Ok(crew.give_up(&error)),
@@ -104,6 +109,36 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
         Ok((_, None)) => Ok(ExitCode::SUCCESS),
         Err(error) => Ok(crew.give_up(&error)),
     }
+}
+
+/// Chooses an automatic exposure on the root, for all ranks.
+fn exposed(
+    crew: &mut Crew,
+    arguments: &ViewArgs,
+    mut session: Session,
+    look: &mut Look,
+) -> Result<Session, Error> {
+    if arguments.job.exposure(arguments.exposure) != Exposure::Automatic {
+        return Ok(session);
+    }
+    if crew.link.is_root() {
+        let of = look.clone();
+        let stops;
+        (session, stops) = crew.link.during(move || {
+            let stops = metered(&mut session, &of);
+            (session, stops)
+        })?;
+        look.screen.stops = stops?;
+        crew.link.send_all(Tag::Exposure, &look.screen.stops.to_le_bytes())?;
+    } else {
+        let message = crew.link.expect(Tag::Exposure)?;
+        let bytes = message.bytes.try_into().map_err(|_| DistributeError::Protocol {
+            rank: message.from,
+            message: "no exposure".to_owned(),
+        })?;
+        look.screen.stops = f32::from_le_bytes(bytes);
+    }
+    Ok(session)
 }
 
 /// Frames that compile, and fill what travels.

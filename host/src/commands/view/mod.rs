@@ -4,10 +4,11 @@ pub mod headless;
 #[cfg(feature = "window")]
 mod window;
 
-use super::Session;
+use super::{Session, say};
 use crate::cli::{DenoiseArg, ViewArgs};
 use std::process::ExitCode;
 use trisect::Error;
+use trisect::output::exposure::{Automatic, Exposure};
 use trisect::render::Settings;
 use trisect::view::Look;
 
@@ -30,6 +31,27 @@ pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<Look, Error> {
     })
 }
 
+/// Longer side of the image that an automatic exposure is measured in, in pixels.
+const METER_PIXELS: u32 = 128;
+/// Its samples a pixel.
+const METER_SAMPLES: u32 = 16;
+
+/// Returns the exposure that a model by itself is shown with, by a small image of it, and says so.
+pub fn metered(session: &mut Session, look: &Look) -> Result<f32, Error> {
+    let Settings { width, height, .. } = look.settings;
+    let share = f64::from(METER_PIXELS) / f64::from(width.max(height).max(METER_PIXELS));
+    let side = |pixels: u32| ((f64::from(pixels) * share) as u32).max(1);
+    let settings = Settings {
+        width: side(width),
+        height: side(height),
+        samples: METER_SAMPLES,
+        ..look.settings.clone()
+    };
+    let automatic = Automatic::of(&session.renderer.render(&settings, &mut ())?.film.image());
+    say(&automatic.to_string());
+    Ok(automatic.stops)
+}
+
 /// Shows a scene's frames.
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     if arguments.cluster.distribute.is_some() {
@@ -42,8 +64,12 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     arguments.history().check()?;
     let outputs = headless::check(arguments)?;
     let mut session = Session::open(&arguments.job, &outputs)?;
-    let look = look(arguments, &session.settings)?;
+    let mut look = look(arguments, &session.settings)?;
     session.settings = look.settings.clone();
+    session.notes.iter().for_each(|note| say(note));
+    if arguments.job.exposure(arguments.exposure) == Exposure::Automatic {
+        look.screen.stops = metered(&mut session, &look)?;
+    }
     if arguments.headless {
         return headless::run(arguments, session, &look);
     }

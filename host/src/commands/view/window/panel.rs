@@ -2,7 +2,7 @@
 
 use super::graph::Graph;
 use crate::cli::BackendArg;
-use egui::{ComboBox, Label, RichText, Slider, Ui};
+use egui::{ComboBox, Label, RichText, Slider, SliderClamping, Ui};
 use trisect::denoise::{Denoise, Filter, History, LEVELS};
 use trisect::render::Screen;
 use trisect::view::{LEAST_SCALE, Look, Mode, Navigator, Shot};
@@ -141,7 +141,9 @@ fn unbounded(ui: &mut Ui, value: &mut f32, range: std::ops::RangeInclusive<f32>,
 
 fn shown(ui: &mut Ui, screen: &mut Screen) {
     ui.add(Slider::new(&mut screen.split, 0.0..=1.0).text("raw | denoised"));
-    ui.add(Slider::new(&mut screen.stops, -10.0..=10.0).text("exposure, stops"));
+    // A model in lux may need more than the slider has: what it is stays until it is moved.
+    let stops = Slider::new(&mut screen.stops, -20.0..=20.0).clamping(SliderClamping::Edits);
+    ui.add(stops.text("exposure, stops"));
 }
 
 fn camera(ui: &mut Ui, navigator: &mut Navigator) {
