@@ -178,7 +178,11 @@ fn other_files_of_a_model_are_missing_or_none() {
     let buffers = json!({ "buffers": [{ "byteLength": 39, "uri": "none%20such.bin" }] });
     files.refused("buffer.gltf", gltf(buffers), &["buffers[0]", "none%20such.bin", "No such file", remedy]);
     files.refused("texture.gltf", gltf(textured("none.png")), &["images[0]", "none.png", remedy]);
-    files.refused("outside.gltf", gltf(textured("/etc/hostname")), &["images[0]", "absolute"]);
+    files.refused(
+        "outside.gltf",
+        gltf(textured("/etc/hostname")),
+        &["images[0]", "outside the scene's folder"],
+    );
     files.refused("web.gltf", gltf(textured("https://a.b/c.png")), &["images[0]", "scheme \"https\""]);
     files.write("text.png", "not a picture");
     files.refused("text.gltf", gltf(textured("text.png")), &["images[0]", "no image", "PNG or JPEG"]);
