@@ -80,8 +80,9 @@ impl Lab<'_> {
             }
             None => true,
         };
-        let ended = supervisor.stop().filter(|_| ended);
         let Found { mut points, absent, epochs, pictures } = found;
+        let lacks = |index: usize| absent[index].is_none() && !lacking(sweep, &points, index).is_empty();
+        let ended = supervisor.stop().filter(|_| ended && (0..sweep.modes.len()).any(lacks));
         let missing = missing(sweep, &points, &absent, ended);
         points.sort_by_key(|(mode, point)| (*mode, point.spp));
         let mut points: Vec<Point> = points.into_iter().map(|(_, point)| point).collect();
@@ -229,15 +230,20 @@ fn missing(
             let needs = format!("it needs {LEAST_ADAPTIVE} to tell where noise is");
             add(format!("{spp} samples a pixel; {needs}"));
         }
-        let is_there = |spp| points.iter().any(|(of, point)| *of == index && point.spp == spp);
-        let levels = sweep.levels.iter().filter(|&&spp| !is_too_few(mode, spp) && !is_there(spp));
-        let levels: Vec<String> = levels.map(u32::to_string).collect();
+        let levels: Vec<String> = lacking(sweep, points, index).iter().map(u32::to_string).collect();
         if !levels.is_empty() {
             let cause = ended.map_or("there is no reference".to_owned(), Stop::reason);
             add(format!("{} samples a pixel; {cause}", levels.join(", ")));
         }
     }
     all
+}
+
+/// Returns the numbers of samples that a mode should have been measured with, and was not.
+fn lacking(sweep: &Sweep, points: &[(usize, Point)], index: usize) -> Vec<u32> {
+    let is_there = |spp| points.iter().any(|(of, point)| *of == index && point.spp == spp);
+    let levels = sweep.levels.iter().copied();
+    levels.filter(|&spp| !is_too_few(&sweep.modes[index], spp) && !is_there(spp)).collect()
 }
 
 /// Returns whether a way has no meaning with so few samples.

@@ -21,7 +21,7 @@ fn followed(supervisor: &mut Scripted) -> Convergence {
     // A render is one submission, however fast the machine is.
     renderer.limit_submissions(Some(u64::MAX));
     let goal = Goal::Error { target: 1e-9, most: 32 };
-    let reference = Reference::render(renderer, &scene, &settings, goal, &mut ()).unwrap();
+    let reference = Reference::render(renderer, &scene, &settings, None, goal, &mut ()).unwrap();
     let courses = Courses { modes: &modes, first: 1, last: 16, seeds: 4 };
     lab.converge(&courses, Some(&reference), supervisor).unwrap()
 }

@@ -142,7 +142,9 @@ mod tests {
                     };
                     match own {
                         true => {
-                            layout.panel.map(|place| controls(ui, place, add));
+                            if let Some(place) = layout.panel {
+                                controls(ui, place, add);
+                            }
                             width = layout.image.width();
                         }
                         false => {
