@@ -40,5 +40,6 @@ mod rays;
 mod scale;
 mod scattering;
 mod spheres;
+mod splits;
 mod sums;
 mod triangles;

@@ -131,7 +131,7 @@ fn within(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
 
 impl Errors {
     /// Of images of one scene by different random numbers, all of the reference's size, and the
-    /// [`flips`] of some of them.
+    /// FLIP of some of them.
     ///
     /// # Errors
     ///

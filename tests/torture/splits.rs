@@ -1,0 +1,99 @@
+//! What spatial splits would gain where boxes overlap: an experiment, for `docs/performance.md`.
+
+use crate::construct::{ray, words};
+use crate::cost_scenes;
+use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use obvhs::ray::{Ray as ObvhsRay, RayHit};
+use obvhs::splits::split_aabbs_precise;
+use obvhs::triangle::Triangle as ObvhsTriangle;
+use std::time::Duration;
+use trisect_probes::record::vector;
+use trisect_shared::math::{unit_f32, unit_sphere};
+use trisect_shared::triangle::Triangle;
+
+/// Mean number of triangles that obvhs tests for random rays through the scene.
+fn tests(tree: &Bvh2, triangles: &[ObvhsTriangle]) -> f64 {
+    const RAYS: u32 = 256;
+    let mut tests = 0u64;
+    for i in 0..RAYS {
+        let (w, v) = (words(4420, i), words(4421, i));
+        let origin = Vec3::new(unit_f32(w.x), unit_f32(w.y), unit_f32(w.z)) * 2.0 - 1.0;
+        let input = ray(origin, unit_sphere(v.x, v.y));
+        let number = |v: Vec3| Vec3A::from(v).to_array().into();
+        let theirs = ObvhsRay::new(number(vector(input.a)), number(vector(input.b)), 0.0, f32::MAX);
+        tree.ray_traverse(theirs, &mut RayHit::none(), |ray, index| {
+            tests += 1;
+            triangles[tree.primitive_indices[index] as usize].intersect(ray)
+        });
+    }
+    tests as f64 / f64::from(RAYS)
+}
+
+/// Boxes of the triangles, each cut while its halves are at most `gain` of its area, up to `growth` times as many.
+fn split(triangles: &[ObvhsTriangle], gain: f32, rounds: u32) -> (Vec<Aabb>, Vec<u32>) {
+    let mut boxes: Vec<Aabb> = triangles.iter().map(ObvhsTriangle::aabb).collect();
+    let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
+    let area = boxes.iter().map(Aabb::half_area).sum::<f32>() / boxes.len() as f32;
+    split_aabbs_precise(
+        &mut boxes,
+        &mut indices,
+        triangles,
+        0.1 * area,
+        f32::MAX,
+        1.0 / gain,
+        1.0 / gain,
+        rounds,
+        4,
+    );
+    (boxes, indices)
+}
+
+#[test]
+#[ignore = "an experiment that prints figures and checks nothing"]
+fn splits_and_reinsertion() {
+    for scene in cost_scenes::all() {
+        if !["100,000 needles", "overlapping soup", "slivers", "mesh"].contains(&scene.name) {
+            continue;
+        }
+        let number = |v: Vec3| Vec3A::from(v).to_array().into();
+        let triangle = |t: &Triangle| ObvhsTriangle { v0: number(t.a), v1: number(t.b), v2: number(t.c) };
+        let triangles: Vec<ObvhsTriangle> = scene.scene.triangles.iter().map(triangle).collect();
+        let boxes: Vec<Aabb> = triangles.iter().map(ObvhsTriangle::aabb).collect();
+        for (name, preset) in [
+            ("fast", BvhBuildParams::fast_build()),
+            ("medium", BvhBuildParams::medium_build()),
+            ("very slow", BvhBuildParams::very_slow_build()),
+        ] {
+            let preset = BvhBuildParams { max_prims_per_leaf: 1, pre_split: false, ..preset };
+            let tree = build_bvh2(&boxes, preset, &mut Duration::default());
+            eprintln!("SPLIT {} | {name} | boxes 1.00 | tests {:.1}", scene.name, tests(&tree, &triangles));
+        }
+        for rounds in [1, 2, 3, 4, 5, 6] {
+            let (cut, indices) = split(&triangles, 0.7, rounds);
+            let mut tree = PlocBuilder::with_capacity(cut.len()).build(
+                PlocSearchDistance::Medium,
+                &cut,
+                indices,
+                SortPrecision::U64,
+                2,
+            );
+            for ratio in [0.0, 0.15] {
+                if ratio > 0.0 {
+                    ReinsertionOptimizer::default().run(&mut tree, ratio, None);
+                }
+                eprintln!(
+                    "SPLIT {} | {rounds} rounds of splits, reinsertion {ratio} | boxes {:.2} | tests {:.1}",
+                    scene.name,
+                    cut.len() as f64 / triangles.len() as f64,
+                    tests(&tree, &triangles),
+                );
+            }
+        }
+    }
+}
