@@ -391,8 +391,8 @@ fn a_sky_that_is_no_number() {
     assert_eq!(trisect(&["check", &file("a.ron")]).status.code(), Some(0));
 }
 
-/// A cache that takes no files is found before the reference is rendered, here of more samples than a
-/// test has time for.
+/// A cache that takes no files is found before the reference is rendered, here of more samples than
+/// a test has time for.
 #[test]
 fn a_cache_that_cannot_be_written() {
     let folder = folder("cache");

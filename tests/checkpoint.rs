@@ -195,7 +195,8 @@ fn mistakes_are_named() {
     fails(&["merge", &file, "-o", &file], 2, &["a.ckpt", "-o would overwrite"]);
 }
 
-/// A checkpoint that was begun elsewhere replaces no file unasked: neither the image that it names nor the statistics.
+/// A checkpoint that was begun elsewhere replaces no file unasked: neither the image that it names
+/// nor the statistics.
 #[test]
 fn nothing_is_written_on_a_checkpoints_word() {
     let folder = Temporary::new("checkpoint", "word");

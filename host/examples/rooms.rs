@@ -1,12 +1,14 @@
-//! Writes the scenes of the cost figures in `docs/accuracy.md`: closed rooms around a mesh, and a sun straight above one.
+//! Writes the scenes of the cost figures in `docs/accuracy.md`: closed rooms around a mesh, and a
+//! sun straight above one.
 //!
 //! ```text
 //! cargo run --release --example mesh_ply -- scenes/generated/asteroid_500k.ply 158
 //! cargo run --release --example rooms -- scenes/generated
 //! ```
 //!
-//! The folder gets `room.ron` (walls, an area light under the ceiling and the mesh of 499,280 triangles), `terraces.ron` (the
-//! same room around 976,060 triangles of steps, many of which face straight up), `terraces.ply`, `sun.ron` and
+//! The folder gets `room.ron` (walls, an area light under the ceiling and the mesh of 499,280
+//! triangles), `terraces.ron` (the same room around 979,296 triangles of steps, many of which face
+//! straight up), `terraces.ply`, `sun.ron` and
 //! `sun_tilted.ron` (the mesh under a sun along -y, and under one tilted by a hundredth).
 
 use glam::Vec3;

@@ -7,9 +7,9 @@ use std::path::Path;
 /// What switches the layer off.
 const SWITCH: &str = "NODEVICE_SELECT";
 
-/// Switches Mesa's device-selection layer off on a machine without a display. The layer asks a display
-/// server which device to list first, and without `XDG_RUNTIME_DIR` libwayland prints "error:
-/// XDG_RUNTIME_DIR is invalid or not set in the environment" for each instance of Vulkan.
+/// Switches Mesa's device-selection layer off on a machine without a display. The layer asks a
+/// display server which device to list first, and without `XDG_RUNTIME_DIR` libwayland prints
+/// "error: XDG_RUNTIME_DIR is invalid or not set in the environment" for each instance of Vulkan.
 ///
 /// # Safety
 ///
@@ -22,8 +22,8 @@ pub unsafe fn quieten() {
     }
 }
 
-/// Returns whether the layer can find no display server, and the user has not told it which device to
-/// list first.
+/// Returns whether the layer can find no display server, and the user has not told it which device
+/// to list first.
 fn is_headless(variable: impl Fn(&str) -> Option<String>) -> bool {
     let is_path = |name: &str| variable(name).is_some_and(|value| Path::new(&value).is_absolute());
     let is_set = |name: &str| variable(name).is_some_and(|value| !value.is_empty());

@@ -45,9 +45,9 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
     }
 }
 
-/// Writes `bytes` to `path`: in place of an earlier file, or into it where it cannot be replaced. It
-/// cannot be if it is a pipe or a device, if its folder takes no new files, or if a new file would
-/// have other owners or lack its other names.
+/// Writes `bytes` to `path`: in place of an earlier file, or into it where it cannot be replaced.
+/// It cannot be if it is a pipe or a device, if its folder takes no new files, or if a new file
+/// would have other owners or lack its other names.
 ///
 /// # Errors
 ///

@@ -8,13 +8,15 @@ use glam::Vec4;
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use glam::Vec4Swizzles;
 
-/// Smallest magnitude of a direction's component in the slab test; a smaller one, and zero, counts as this.
+/// Smallest magnitude of a direction's component in the slab test; a smaller one, and zero, counts
+/// as this.
 ///
-/// Its reciprocal is finite, which keeps 0 · ∞ and ∞ - ∞ out of the test whatever a backend's minimum does with
-/// NaN, for coordinates up to 1e20 (torture tests 24 and 25). A ray perpendicular to an axis misses each slab of
-/// that axis that it is not inside, so it visits what a slightly tilted ray visits. (If the axis were left out, a
-/// ray along another axis would be decided by that one alone and visit the whole tree.) Inside a slab the ray
-/// stays for 1e18 times half the slab's thickness.
+/// Its reciprocal is finite, which keeps 0 · ∞ and ∞ - ∞ out of the test whatever a backend's
+/// minimum does with NaN, for coordinates up to 1e20 (torture tests 24 and 25). A ray perpendicular
+/// to an axis misses each slab of that axis that it is not inside, so it visits what a slightly
+/// tilted ray visits. (If the axis were left out, a ray along another axis would be decided by that
+/// one alone and visit the whole tree.) Inside a slab the ray stays for 1e18 times half the slab's
+/// thickness.
 pub const MIN_COMPONENT: f32 = 1e-18;
 
 /// How far along a ray a step along each axis is.

@@ -122,21 +122,25 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     }
 }
 
-/// Returns the shading normal, bent towards the surface's own `normal` where the view direction mirrored about it would
-/// run into the surface: there a mirror would be black, as coarse smooth meshes are at silhouettes. All are unit vectors,
+/// Returns the shading normal, bent towards the surface's own `normal` where the view direction
+/// mirrored about it would run into the surface: there a mirror would be black, as coarse smooth
+/// meshes are at silhouettes. All are unit vectors,
 /// `viewer` and `shading` on the side of `normal`.
 ///
-/// The mirrored direction is lifted to a cosine c with the surface's normal of [`MIN_REFLECTED_COSINE`], or of nine tenths
-/// of the viewer's; the bent normal is the sum of that direction and the viewer's. The lifted direction's length is at
-/// most sqrt(1 + c²), so the view mirrored about the bent normal has a cosine of at least c / 2, and the viewer sees the
-/// front of the shading.
+/// The mirrored direction is lifted to a cosine c with the surface's normal of
+/// [`MIN_REFLECTED_COSINE`], or of nine tenths of the viewer's; the bent normal is the sum of that
+/// direction and the viewer's. The lifted direction's length is at most sqrt(1 + c²), so the view
+/// mirrored about the bent normal has a cosine of at least c / 2, and the viewer sees the front of
+/// the shading.
 #[inline(always)]
 pub fn reflecting(shading: Vec3, normal: Vec3, viewer: Vec3) -> Vec3 {
     let (facing, up) = (2.0 * shading.dot(viewer), viewer.dot(normal));
-    // How far the mirrored direction is to be lifted. Never by nothing at the horizon, where no normal would be left.
+    // How far the mirrored direction is to be lifted. Never by nothing at the horizon, where no
+    // normal would be left.
     let lift = min(0.9 * up, MIN_REFLECTED_COSINE) + 1e-7 + up - facing * shading.dot(normal);
     if lift > 0.0 { normalize(shading * facing + normal * lift) } else { shading }
 }
 
-/// Least cosine of a mirrored direction with the surface's own normal: about 0.6 degrees from the horizon.
+/// Least cosine of a mirrored direction with the surface's own normal: about 0.6 degrees from the
+/// horizon.
 pub const MIN_REFLECTED_COSINE: f32 = 0.01;

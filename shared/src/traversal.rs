@@ -158,7 +158,8 @@ pub unsafe fn closest_hit_below<const FEATURES: Features>(
     unsafe { search::<FEATURES>(params, scene, ray, reach, root).0 }
 }
 
-/// Returns the closest hit, as [`closest_hit`], and what the search visited, if `FEATURES` has [`COUNTED`].
+/// Returns the closest hit, as [`closest_hit`], and what the search visited, if `FEATURES` has
+/// [`COUNTED`].
 ///
 /// # Safety
 ///

@@ -1,7 +1,8 @@
 //! What rays cost at the extremes (44): nodes and leaves that they visit, counted, never timed.
 //!
-//! A ray along an axis or in an axis plane may cost what the same ray costs when it is tilted by a thousandth, and no more
-//! primitives than obvhs tests by its own traversal of its own tree. `COST` lines on standard error make the table of
+//! A ray along an axis or in an axis plane may cost what the same ray costs when it is tilted by a
+//! thousandth, and no more primitives than obvhs tests by its own traversal of its own tree. `COST`
+//! lines on standard error make the table of
 //! `docs/accuracy.md`.
 
 use crate::construct::{ray, unit, words};
@@ -52,9 +53,10 @@ impl Cost {
         Self { nodes: over(|v| v.nodes), leaves: over(|v| v.leaves) }
     }
 
-    /// Whether this is at most what the tilted rays cost: `MEAN` times their mean, `MAXIMUM` times their maximum. An exact
-    /// ray runs in the planes that boxes share, so it may enter both boxes at a plane, and all four at an edge, of which a
-    /// tilted ray enters one; and it stays in them where a tilted one leaves.
+    /// Whether this is at most what the tilted rays cost: `MEAN` times their mean, `MAXIMUM` times
+    /// their maximum. An exact ray runs in the planes that boxes share, so it may enter both boxes
+    /// at a plane, and all four at an edge, of which a tilted ray enters one; and it stays in them
+    /// where a tilted one leaves.
     fn is_bounded_by(&self, tilted: &Self) -> bool {
         const MEAN: f64 = 2.0;
         const MAXIMUM: f64 = 4.0;
@@ -65,8 +67,8 @@ impl Cost {
     }
 }
 
-/// Rays along axes, in axis planes, and of suns along axes, `count` of each: from outside or from the eye, from the middles
-/// of leaves' boxes and from their faces.
+/// Rays along axes, in axis planes, and of suns along axes, `count` of each: from outside or from
+/// the eye, from the middles of leaves' boxes and from their faces.
 fn families(scene: &CostScene, probe: &ProbeScene, count: u32) -> Vec<Family> {
     let boxes: Vec<(Vec3, Vec3)> = probe
         .bvh
@@ -218,7 +220,8 @@ fn tell(
     );
 }
 
-/// Boxes that are endless along x and z: what a slab test sees that takes a ray along y for inside all of these slabs.
+/// Boxes that are endless along x and z: what a slab test sees that takes a ray along y for inside
+/// all of these slabs.
 fn without_two_axes(probe: &ProbeScene) -> ProbeScene {
     let mut broken = probe.clone();
     for node in &mut broken.bvh.nodes {
@@ -257,13 +260,15 @@ fn t44_costs(subject: Subject) {
             }
             for (traversal, costs) in traversals {
                 let [exact, leaning] = costs;
-                // Where the search ends at any hit, the order of both traversals decides, not the tree.
+                // Where the search ends at any hit, the order of both traversals decides, not the
+                // tree.
                 let theirs = obvhs.as_ref().filter(|_| traversal == "stack" && operation == CLOSEST);
                 let theirs = theirs.map(|tree| obvhs_tests(probe, tree, &rays));
                 tell(subject, traversal, scene.name, name, costs, theirs);
                 let what = format!("{}, {name}, {traversal}", scene.name);
                 assert!(exact.is_bounded_by(&leaning), "{what}: {exact:?}, tilted {leaning:?}");
-                // A tree of one primitive a leaf tests as many of them as obvhs' own, but for what padding lets in.
+                // A tree of one primitive a leaf tests as many of them as obvhs' own, but for what
+                // padding lets in.
                 assert!(
                     theirs.is_none_or(|theirs| exact.leaves.0 <= 1.5 * theirs + 4.0),
                     "{what}: {exact:?}, obvhs {theirs:?}"

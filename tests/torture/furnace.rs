@@ -157,7 +157,8 @@ fn t31_hollow_and_nested(subject: Subject) {
     );
 }
 
-/// A ball of 32 triangles with the normals of a sphere: at its silhouette they look away from the viewer.
+/// A ball of 32 triangles with the normals of a sphere: at its silhouette they look away from the
+/// viewer.
 fn coarse_ball(material: &str) -> Scene {
     let objects = r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"#;
     let mut scene = furnace(&format!("\"a\": {material}"), objects, 0.13);
@@ -175,8 +176,8 @@ fn coarse_ball(material: &str) -> Scene {
     scene
 }
 
-/// Mirrors of few triangles in the furnace: a convex body sees nothing of itself, so each pixel is 1. A mirrored direction
-/// that ran into the surface would be lost, and the silhouette black.
+/// Mirrors of few triangles in the furnace: a convex body sees nothing of itself, so each pixel is
+/// 1. A mirrored direction that ran into the surface would be lost, and the silhouette black.
 fn t45_coarse_mirrors(subject: Subject) {
     let mirrors = [
         "Metal(albedo: (1, 1, 1), fuzz: 0)",

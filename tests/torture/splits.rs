@@ -35,7 +35,8 @@ fn tests(tree: &Bvh2, triangles: &[ObvhsTriangle]) -> f64 {
     tests as f64 / f64::from(RAYS)
 }
 
-/// Cuts boxes of more than a tenth of the mean area, up to `rounds` times, where both halves have at most `gain` of the area.
+/// Cuts boxes of more than a tenth of the mean area, up to `rounds` times, where both halves have
+/// at most `gain` of the area.
 fn split(triangles: &[ObvhsTriangle], gain: f32, rounds: u32) -> (Vec<Aabb>, Vec<u32>) {
     let mut boxes: Vec<Aabb> = triangles.iter().map(ObvhsTriangle::aabb).collect();
     let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();

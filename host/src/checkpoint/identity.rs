@@ -65,8 +65,8 @@ pub fn arithmetic(device: &Device, math: MathMode) -> String {
 
 impl Identity {
     /// Returns the [fingerprint](Fingerprint) of a render of a scene with this
-    /// [digest](crate::scene::Scene::digest), with what a file must say besides, as it outlives program
-    /// and device: what was made of the scene, and the arithmetic.
+    /// [digest](crate::scene::Scene::digest), with what a file must say besides, as it outlives
+    /// program and device: what was made of the scene, and the arithmetic.
     pub fn new(
         scene: &[u8; 32],
         settings: &Settings,

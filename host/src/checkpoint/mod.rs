@@ -205,7 +205,8 @@ struct Format {
     format: u32,
 }
 
-/// Checks that [`write()`] can write `path`. Creates nothing under that name, and changes nothing that is there.
+/// Checks that [`write()`] can write `path`. Creates nothing under that name, and changes nothing
+/// that is there.
 ///
 /// # Errors
 ///

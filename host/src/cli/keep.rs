@@ -79,7 +79,8 @@ pub struct ResumeArgs {
     #[command(flatten)]
     pub includes: super::IncludeArgs,
 
-    /// Image file; without it, that of the first command, if that is in or below the checkpoint's folder or the current one.
+    /// Image file; without it, that of the first command, if that is in or below the checkpoint's
+    /// folder or the current one.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
@@ -127,7 +128,8 @@ pub struct MergeArgs {
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
 
-    /// A checkpoint of all of them, or an image: .png (sRGB), .exr, .hdr or .pfm (linear). Not one of FILES.
+    /// A checkpoint of all of them, or an image: .png (sRGB), .exr, .hdr or .pfm (linear). Not one
+    /// of FILES.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 

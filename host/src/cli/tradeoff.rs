@@ -8,8 +8,9 @@ use std::time::Duration;
 /// Where references are kept, and how good they are.
 #[derive(Clone, Debug, Args)]
 pub struct ReferenceArgs {
-    /// Mean samples per pixel of the reference, as many as its share of --time-limit allows (35 % for tradeoff, 20 % for converge).
-    /// Default: for tradeoff as many as fit, for converge eight times --last.
+    /// Mean samples per pixel of the reference, as many as its share of --time-limit allows (35 %
+    /// for tradeoff, 20 % for converge). Default: for tradeoff as many as fit, for converge eight
+    /// times --last.
     #[arg(long, value_name = "N", value_parser = super::parse_count)]
     pub reference_spp: Option<u32>,
 
@@ -33,11 +34,13 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub seeds: usize,
 
-    /// Numbers of samples a pixel, with commas between; without it, three that about fit --time-limit.
+    /// Numbers of samples a pixel, with commas between; without it, three that about fit
+    /// --time-limit.
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = super::parse_count)]
     pub levels: Vec<u32>,
 
-    /// Maximum time for all of it, such as 60s. What is not measured by then is named in the report, and the exit code is 7.
+    /// Maximum time for all of it, such as 60s. What is not measured by then is named in the
+    /// report, and the exit code is 7.
     #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 
@@ -86,7 +89,8 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "N", value_parser = super::parse_count, default_value_t = 4096)]
     pub last: u32,
 
-    /// Maximum time for all of it, such as 60s, in equal shares for all ways. What is not measured by then is named, and the exit code is 7.
+    /// Maximum time for all of it, such as 60s, in equal shares for all ways. What is not measured
+    /// by then is named, and the exit code is 7.
     #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 

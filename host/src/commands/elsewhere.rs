@@ -14,8 +14,8 @@ pub fn or_elsewhere(path: &Path, write: impl Fn(&Path) -> Result<(), Error>) -> 
     written
 }
 
-/// Writes a file of this name to a new folder, in the one for temporary files or else in the current
-/// one, and returns its path. No one else can have put a file or a link into a new folder.
+/// Writes a file of this name to a new folder, in the one for temporary files or else in the
+/// current one, and returns its path. No one else can have put a file or a link into a new folder.
 pub fn write_elsewhere(path: &Path, write: impl Fn(&Path) -> Result<(), Error>) -> Result<PathBuf, Error> {
     let temporary = write_in_new_folder(&std::env::temp_dir(), path, &write);
     temporary.or_else(|error| {

@@ -172,7 +172,8 @@ impl Session {
         Ok(Self { digest, spare, ..session })
     }
 
-    /// Reads the scene, checks the settings, opens the backend. The command is to write these files.
+    /// Reads the scene, checks the settings, opens the backend. The command is to write these
+    /// files.
     pub fn open(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         Self::open_kept(job, &KeepArgs::default(), outputs)
     }

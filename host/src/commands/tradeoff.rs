@@ -22,7 +22,8 @@ const NEVER: f64 = 1e-9;
 /// Times as many samples as the last that a course is followed to.
 const REFERENCE_OF_COURSE: u32 = 8;
 
-/// Share of the time that the reference of courses gets, which has few samples beside all of theirs.
+/// Share of the time that the reference of courses gets, which has few samples beside all of
+/// theirs.
 const REFERENCE_SHARE_OF_COURSE: f64 = 0.2;
 
 /// Pixels from which on FLIP is computed of fewer repetitions.
@@ -61,7 +62,8 @@ pub fn user_cache() -> Option<PathBuf> {
     std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home)
 }
 
-/// Returns where references are kept. A folder that others write to is none: their references would be believed.
+/// Returns where references are kept. A folder that others write to is none: their references would
+/// be believed.
 fn cache(arguments: &ReferenceArgs) -> Result<PathBuf, TradeoffError> {
     let user = || user_cache().map(|cache| cache.join("trisect/references"));
     arguments.cache.clone().or_else(user).ok_or(TradeoffError::NoCache)

@@ -65,7 +65,8 @@ impl Folder {
 }
 
 impl Outputs {
-    /// Adds a file. What exists and is no regular file, such as `/dev/null`, conflicts with nothing; nor does `-`, standard output.
+    /// Adds a file. What exists and is no regular file, such as `/dev/null`, conflicts with
+    /// nothing; nor does `-`, standard output.
     #[must_use]
     pub fn file(mut self, option: &'static str, path: Option<&Path>) -> Self {
         let path = path
@@ -96,7 +97,8 @@ impl Outputs {
         Ok(())
     }
 
-    /// Checks that no output is one of the files that the command reads. `input` says what they are.
+    /// Checks that no output is one of the files that the command reads. `input` says what they
+    /// are.
     ///
     /// # Errors
     ///

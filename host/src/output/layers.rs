@@ -53,7 +53,8 @@ impl Aov {
 ///
 /// # Errors
 ///
-/// Returns [`ImageError::NoLayers`] where the extension is not `.exr`, [`ImageError::LayerTwice`] where a layer stands twice.
+/// Returns [`ImageError::NoLayers`] where the extension is not `.exr`, [`ImageError::LayerTwice`]
+/// where a layer stands twice.
 pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
     if super::Format::of(path)? != super::Format::Exr {
         return Err(ImageError::NoLayers { path: path.to_owned() });

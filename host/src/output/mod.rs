@@ -41,8 +41,8 @@ impl Format {
     }
 }
 
-/// Checks before a render that its image can be written: the extension, the folder, the rights. Creates nothing under that name, and leaves an
-/// existing file as it is.
+/// Checks before a render that its image can be written: the extension, the folder, the rights.
+/// Creates nothing under that name, and leaves an existing file as it is.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::of(path)?;
     probe(path)

@@ -1,4 +1,5 @@
-//! What identifies an image: the one list for ranks that render it, checkpoints of it, and references.
+//! What identifies an image: the one list for ranks that render it, checkpoints of it, and
+//! references.
 
 use super::Settings;
 use crate::bvh::BvhQuality;

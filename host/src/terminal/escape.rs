@@ -17,8 +17,8 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(lines.join("\n"))
 }
 
-/// Returns whether a terminal would act on a character: move its cursor, change colours, or write what
-/// follows from right to left.
+/// Returns whether a terminal would act on a character: move its cursor, change colours, or write
+/// what follows from right to left.
 fn is_unsafe(letter: char) -> bool {
     let is_format = matches!(
         letter,

@@ -47,7 +47,8 @@ pub struct Pair {
     pub modes: [String; 2],
     /// Mean over all pixels of the first over the second's, less 1.
     pub brightness: Interval,
-    /// The chance of means that differ as much, of the whole and of blocks, if both converge to one image (Welch's test, Šidák's correction).
+    /// The chance of means that differ as much, of the whole and of blocks, if both converge to one
+    /// image (Welch's test, Šidák's correction).
     pub p: f64,
     /// Whether that is too small to believe.
     pub differ: bool,

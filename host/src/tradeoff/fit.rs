@@ -22,8 +22,9 @@ const REFERENCE_TIMES: (Duration, Duration) = (Duration::from_millis(1), Duratio
 /// Numbers of samples a pixel of a way.
 const LEVELS: u32 = 3;
 
-/// Shares `time` out: a third for the reference, the rest for `modes` ways of three numbers of samples, each four times the one before. `analysis`: seconds that
-/// an image takes beside rendering.
+/// Shares `time` out: a third for the reference, the rest for `modes` ways of three numbers of
+/// samples, each four times the one before. `analysis`: seconds that an image takes beside
+/// rendering.
 pub fn fit(time: Duration, modes: usize, seeds: usize, (each, fixed): (f64, f64), analysis: f64) -> Fit {
     let reference = time.mul_f64(REFERENCE_SHARE).clamp(REFERENCE_TIMES.0, REFERENCE_TIMES.1);
     let rest = time.as_secs_f64() * (1.0 - REFERENCE_SHARE) * 0.8;

@@ -187,8 +187,8 @@ impl<'a> Lab<'a> {
         Ok((image, took))
     }
 
-    /// Returns the seconds that the base takes for a sample of each pixel, and for none; infinite if
-    /// the end came before it was measured.
+    /// Returns the seconds that the base takes for a sample of each pixel, and for none; infinite
+    /// if the end came before it was measured.
     ///
     /// # Errors
     ///

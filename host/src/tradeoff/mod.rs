@@ -1,7 +1,8 @@
 //! The trade-off lab: what each knob for speed costs in accuracy, measured.
 //!
-//! [`Mode`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of samples; [`Errors`] tell noise from bias against a
-//! [`Reference`]; [`Tradeoff::write`] writes it down. A [`Supervisor`] ends it, with what was measured by then.
+//! [`Mode`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of
+//! samples; [`Errors`] tell noise from bias against a [`Reference`]; [`Tradeoff::write`] writes it
+//! down. A [`Supervisor`] ends it, with what was measured by then.
 
 mod bias;
 mod charts;

@@ -258,7 +258,8 @@ impl Path {
                     let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
                     if bent {
                         shading = if front { surface.shading } else { -surface.shading };
-                        // What is diffuse keeps its normal: its shading must not depend on the viewer.
+                        // What is diffuse keeps its normal: its shading must not depend on the
+                        // viewer.
                         if material.kind != LAMBERTIAN {
                             shading = reflecting(shading, normal, -ray.direction);
                         }

@@ -34,8 +34,9 @@ fn weights_of_a_pair_sum_to_one() {
     }
 }
 
-/// A view direction mirrored about the bent normal leaves the surface by half the lowest cosine at least, wherever viewer and shading normal look; a
-/// normal that needs no bending keeps its bits. Negative control: about the normal as it is, many are lost.
+/// A view direction mirrored about the bent normal leaves the surface by half the lowest cosine at
+/// least, wherever viewer and shading normal look; a normal that needs no bending keeps its bits.
+/// Negative control: about the normal as it is, many are lost.
 #[test]
 fn mirrored_directions_leave_the_surface() {
     let (mut bent, mut lost) = (0, 0);
@@ -64,8 +65,8 @@ fn mirrored_directions_leave_the_surface() {
         let n = reflecting(shading, normal, viewer);
         assert!((n.dot(n) - 1.0).abs() < 1e-6 && n.dot(normal) > 0.0, "{shading} {normal} {viewer}: {n}");
         assert!(n.dot(viewer) > 0.0, "{shading} {normal} {viewer}: {n}");
-        // Rounding: of this line's dot products, and of the viewer's cosine, by which the normal, a sum of two directions
-        // as long as their cosines together, is turned.
+        // Rounding: of this line's dot products, and of the viewer's cosine, by which the normal, a
+        // sum of two directions as long as their cosines together, is turned.
         let rounding = 2e-6 + 4.0 * f32::EPSILON / (up + lowest);
         assert!(
             mirrored(n) >= 0.5 * lowest - rounding,

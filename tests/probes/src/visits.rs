@@ -8,8 +8,9 @@ use trisect_shared::ray::{Departure, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::traversal::closest_hit_counted;
 
-/// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction. Finds the closest hit.
-/// Output: a visited nodes, tested leaves, the primitive, the distance's bits.
+/// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction.
+/// Finds the closest hit. Output: a visited nodes, tested leaves, the primitive, the distance's
+/// bits.
 pub const CLOSEST: u32 = 0;
 /// The same for a shadow ray, which ends at the first hit.
 pub const SHADOW: u32 = 1;

@@ -98,8 +98,10 @@ impl Crew {
         ExitCode::from(code)
     }
 
-    /// Reads the scene on each rank, or on the root for all, opens each rank's device, and finds out whether all would render the same: `check` is
-    /// what the root must know before, and returns what it will write, and `adjust` fits the settings to the device and says what else must be the same. On all ranks a session, or the end.
+    /// Reads the scene on each rank, or on the root for all, opens each rank's device, and finds
+    /// out whether all would render the same: `check` is what the root must know before, and
+    /// returns what it will write, and `adjust` fits the settings to the device and says what else
+    /// must be the same. On all ranks a session, or the end.
     pub fn assemble(
         &mut self,
         job: &JobArgs,

@@ -1,8 +1,8 @@
 //! Lights without extent and smooth glass: paths cross it by chance, and never find such a light.
 //!
 //! The shadow of a ball is expected. What is not: a pane that turns the sun off, and things within
-//! glass that no light reaches. The search is rough: meshes are their boxes, and what is between light
-//! and glass is not looked at.
+//! glass that no light reaches. The search is rough: meshes are their boxes, and what is between
+//! light and glass is not looked at.
 
 use crate::limits::names;
 use crate::scene::description::{
