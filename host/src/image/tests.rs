@@ -94,7 +94,7 @@ fn what_is_no_file_is_not_opened() {
     std::fs::create_dir_all(&folder).unwrap();
     let error = Image::read(&folder).unwrap_err().to_string();
     std::fs::remove_dir(&folder).unwrap();
-    assert!(error.contains("this is not a file"), "{error}");
+    assert!(error.contains("this is a folder"), "{error}");
     for extension in ["exr", "hdr", "png"] {
         let bytes = small(Format::of(Path::new(&format!("a.{extension}"))).unwrap());
         let error = read(&format!("f.{extension}"), &bytes[..bytes.len() / 2]).unwrap_err();
