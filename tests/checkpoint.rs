@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant, SystemTime};
@@ -223,11 +224,15 @@ fn nothing_is_written_on_a_checkpoints_word() {
     check_failure(&trisect(&over), &over, 2, &["--checkpoint", "--stats", "name two"]);
 }
 
-/// What was written elsewhere, by the words that say it.
-fn elsewhere(said: &str, words: &str) -> std::path::PathBuf {
-    let line = said.lines().find(|line| line.starts_with("wrote ") && line.contains(words));
-    let line = line.unwrap_or_else(|| panic!("no {words}: {said}"));
-    line.split(' ').find(|word| word.contains('/')).unwrap().into()
+/// Returns the file whose name ends so in the new folder in `safe` that the program says it wrote
+/// it to. The line keeps its start and its end: names as long as these are cut in between.
+fn elsewhere(said: &str, safe: &Path, end: &str) -> PathBuf {
+    let mut lines = said.lines().filter(|line| line.starts_with("wrote ") && line.contains(end));
+    let line = lines.next().unwrap_or_else(|| panic!("no {end}: {said}"));
+    let folders = fs::read_dir(safe).unwrap().map(|entry| entry.unwrap().path());
+    let named = folders.filter(|folder| line.contains(folder.to_str().unwrap()));
+    let mut files = named.flat_map(|folder| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
+    files.find(|file| file.to_str().unwrap().ends_with(end)).unwrap_or_else(|| panic!("no {end} in {line}"))
 }
 
 /// A folder that goes while the render runs: image and checkpoint are where the program says, and the render goes on from there.
@@ -251,9 +256,9 @@ fn a_target_that_goes() {
     let said = text(&output);
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(said.contains("a.ckpt") && said.contains("a.pfm") && said.contains("tries again"), "{said}");
-    let found = Checkpoint::read(&elsewhere(&said, "a.ckpt")).unwrap();
+    let found = Checkpoint::read(&elsewhere(&said, &safe, "a.ckpt")).unwrap();
     assert!(found.film.coverage.parts()[0].samples.len() >= 256);
-    assert_eq!(trisect::image::Image::read(&elsewhere(&said, "a.pfm")).unwrap().width, 96);
+    assert_eq!(trisect::image::Image::read(&elsewhere(&said, &safe, "a.pfm")).unwrap().width, 96);
     // Who would queue the rest is told that it is not where it should be: 1, and not 7.
     fs::create_dir_all(&there).unwrap();
     let limited = [&begin[..], &["--time-limit", "6s"]].concat();
@@ -263,7 +268,7 @@ fn a_target_that_goes() {
     fs::rename(&there, folder.path("gone too")).unwrap();
     let output = running.end();
     assert_eq!(output.status.code(), Some(1), "{}", text(&output));
-    assert!(Checkpoint::read(&elsewhere(&text(&output), "a.ckpt")).is_ok());
+    assert!(Checkpoint::read(&elsewhere(&text(&output), &safe, "a.ckpt")).is_ok());
 }
 
 /// A disk that is full: the checkpoint that does not fit is written elsewhere, and the exit code is not 0.
@@ -289,6 +294,6 @@ fn a_full_disk() {
     let said = text(&output);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("No space left on device"), "{said}");
-    let found = Checkpoint::read(&elsewhere(&said, "a.ckpt")).unwrap();
+    let found = Checkpoint::read(&elsewhere(&said, &safe, "a.ckpt")).unwrap();
     assert_eq!(found.film, uninterrupted(&folder));
 }

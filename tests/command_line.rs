@@ -248,11 +248,11 @@ fn data_on_standard_output() {
     assert_eq!(json(&["bench", "--frames=2", "--json", "-"])["format"], 1);
     assert_eq!(json(&["view", "--headless", "--frames=2", "--json", "-"])["frames"], 1);
     assert!(!folder.join("-").exists());
-    // And in a render that goes on.
+    // And in a render that is resumed, whose statistics are asked for again.
     let checkpoint = folder.join("a.ckpt");
     let checkpoint = checkpoint.to_str().unwrap();
     json(&["render", "-o", image, "--stats", "-", "--checkpoint", checkpoint]);
-    let output = trisect(&["resume", checkpoint, "--quiet"]);
+    let output = trisect(&["resume", checkpoint, "--quiet", "--stats", "-"]);
     let again: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(again["format"], 1);
 }
