@@ -231,6 +231,29 @@ fn bench_report_draws_charts() {
     }
 }
 
+/// A pixel that is no number is left out of the measures, and lets no gate pass.
+#[test]
+fn images_with_nan_differ() {
+    let folder = folder("nan");
+    let write = |name: &str, first: f32| {
+        let mut bytes = b"PF\n2 1\n-1.0\n".to_vec();
+        bytes.extend([first, 1.0, 1.0, 1.0, 1.0, 1.0].into_iter().flat_map(f32::to_le_bytes));
+        let path = folder.join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let (nan, infinite, one) =
+        (write("nan.pfm", f32::NAN), write("inf.pfm", f32::INFINITY), write("one.pfm", 1.0));
+    let code = |a: &str, b: &str| {
+        let mut compare = Command::new(binary());
+        compare.args(["compare", a, b, "--max-rel-mse", "1e-3"]).output().unwrap().status.code()
+    };
+    for bad in [&nan, &infinite] {
+        assert_eq!((code(bad, &one), code(&one, bad), code(bad, bad)), (Some(5), Some(5), Some(5)), "{bad}");
+    }
+    assert_eq!(code(&one, &one), Some(0));
+}
+
 /// By the name `-`, data goes to standard output, alone.
 #[test]
 fn data_on_standard_output() {

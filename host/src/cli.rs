@@ -87,7 +87,7 @@ pub struct CompareArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Exit with code 5 if relMSE is greater than X, a number of 0 or more.
+    /// Exit with code 5 if relMSE is greater than X (0 or more), or a pixel is NaN or infinite.
     #[arg(long, value_name = "X", value_parser = parse_limit)]
     pub max_rel_mse: Option<f64>,
 }

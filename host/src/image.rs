@@ -128,15 +128,17 @@ impl Image {
         match format {
             Format::Pfm => read_pfm(&bounds, file),
             Format::Exr => exr::read_file(&bounds, file),
-            Format::Hdr => decode(&bounds, file, ImageFormat::Hdr),
+            Format::Hdr => decode(&bounds, file, ImageFormat::Hdr, u64::MAX),
             Format::Png => {
                 let mut start = Vec::new();
                 (&mut file).take(64).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(io)?;
+                let mut largest = 0;
                 if let Some((width, height, shortest)) = bounds::png(&start) {
                     let needed = width.saturating_mul(height).saturating_mul(MIN_OF_PIXEL);
                     bounds.check(&Demand { width, height, shortest, needed })?;
+                    largest = needed;
                 }
-                decode(&bounds, file, ImageFormat::Png)
+                decode(&bounds, file, ImageFormat::Png, largest.saturating_add(bounds::MAX_CHUNK))
             }
         }
     }
@@ -147,7 +149,8 @@ impl Image {
 const MIN_OF_PIXEL: u64 = 24;
 
 /// Decodes what the image library reads.
-fn decode(bounds: &Bounds, file: File, format: ImageFormat) -> Result<Image, ImageError> {
+/// It may take `largest` bytes for its pixels and what else is in the file.
+fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Result<Image, ImageError> {
     let codec = |error: image::ImageError| match error {
         image::ImageError::IoError(source) if source.kind() == ErrorKind::UnexpectedEof => {
             ImageError::Codec { path: bounds.path.to_owned(), message: "the file is cut off".to_owned() }
@@ -157,7 +160,8 @@ fn decode(bounds: &Bounds, file: File, format: ImageFormat) -> Result<Image, Ima
     };
     let mut reader = ImageReader::with_format(BufReader::new(file), format);
     let mut limits = Limits::default();
-    limits.max_alloc = Some(bounds.free); // its default refuses images that this program writes
+    // Its default refuses images that this program writes; and a colour profile may claim gigabytes.
+    limits.max_alloc = Some(bounds.free.min(largest));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(codec)?;
     let (width, height) = decoder.dimensions();

@@ -5,6 +5,7 @@ mod escape;
 
 pub use escape::escaped;
 
+use std::ffi::OsStr;
 use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
 use trisect::Error;
@@ -32,6 +33,11 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// Prints what clap has to say instead of a command, the help to standard output and what is wrong
 /// to standard error, and returns the exit code.
 pub fn print_usage(usage: &clap::Error) -> ExitCode {
+    if usage.use_stderr() && std::env::args_os().any(|argument| !is_plain(&argument)) {
+        // It quotes the argument.
+        say(usage.render().to_string().trim_end());
+        return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(1));
+    }
     let printed = usage.print().and_then(|()| io::stdout().flush());
     // Who cannot be told what is wrong still gets the exit code.
     match if usage.use_stderr() { Ok(()) } else { written(printed) } {
@@ -41,6 +47,12 @@ pub fn print_usage(usage: &clap::Error) -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Returns whether an argument may be quoted as it is: short, and without control characters.
+fn is_plain(argument: &OsStr) -> bool {
+    argument.len() <= 200
+        && argument.to_str().is_some_and(|text| text == escaped(text) && !text.contains('\n'))
 }
 
 fn written(result: io::Result<()>) -> Result<(), Error> {

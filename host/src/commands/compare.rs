@@ -2,10 +2,11 @@
 
 use crate::cli::CompareArgs;
 use std::fmt::Write;
+use std::path::Path;
 use std::process::ExitCode;
-use trisect::Error;
 use trisect::image::{Image, ImageError};
 use trisect::metrics::{ImageView, compare};
+use trisect::{Error, memory};
 
 /// Images differ by more than the user allows.
 const DIFFERENT: u8 = 5;
@@ -13,6 +14,7 @@ const DIFFERENT: u8 = 5;
 /// Compares two images and prints the measures.
 pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     let image = Image::read(&arguments.image)?;
+    fits(&image, &arguments.image)?;
     let reference = Image::read(&arguments.reference)?;
     trisect::threads::start_shared(None)?;
     let result = compare(&view(&image)?, &view(&reference)?)?;
@@ -35,9 +37,23 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
         let _ = writeln!(text, "NaN or infinite      {} pixels", result.non_finite);
     }
     super::print(&text)?;
-    // Written so that a relMSE of NaN differs.
-    let within = arguments.max_rel_mse.is_none_or(|limit| result.rel_mse <= limit);
+    // Written so that a relMSE of NaN differs; what is not finite is left out of it, and differs, too.
+    let is_within = |limit| result.rel_mse <= limit && result.non_finite == 0;
+    let within = arguments.max_rel_mse.is_none_or(is_within);
     Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) })
+}
+
+/// Bytes a pixel that another image and the measures take, FLIP above all.
+const COMPARED: u64 = 120;
+
+/// Checks that there is memory to compare an image with another one.
+fn fits(image: &Image, path: &Path) -> Result<(), ImageError> {
+    let (width, height) = (u64::from(image.width), u64::from(image.height));
+    let (needed, free) = (width.saturating_mul(height).saturating_mul(COMPARED), memory::available());
+    match needed > free {
+        true => Err(ImageError::TooLarge { path: path.to_owned(), width, height, needed, free }),
+        false => Ok(()),
+    }
 }
 
 fn view(image: &Image) -> Result<ImageView<'_>, Error> {

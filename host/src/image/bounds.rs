@@ -8,6 +8,10 @@ use std::path::Path;
 /// their files.
 pub(super) const ALWAYS: u64 = 64 << 20;
 
+/// Bytes that what is beside the pixels of a PNG may take, a colour profile above all, which unpacks
+/// to a thousand times its size.
+pub(crate) const MAX_CHUNK: u64 = 16 << 20;
+
 /// Bytes that deflate (PNG, EXR's ZIP) makes of one, at most.
 pub(super) const MAX_DEFLATE: u64 = 1032;
 

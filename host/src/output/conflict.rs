@@ -60,7 +60,14 @@ impl Folder {
     fn has(&self, file: &Path) -> bool {
         let place = place(file);
         let name = place.file_name().map(Path::new);
-        name.is_some_and(|name| (self.writes)(name) && is_same(&self.path.join(name), file))
+        if name.is_some_and(|name| (self.writes)(name) && is_same(&self.path.join(name), file)) {
+            return true;
+        }
+        // What is there under a name that the command writes may be a link to the file.
+        let entries = std::fs::read_dir(&self.path).into_iter().flatten().flatten();
+        entries
+            .into_iter()
+            .any(|entry| (self.writes)(Path::new(&entry.file_name())) && is_same(&entry.path(), file))
     }
 }
 
@@ -187,6 +194,15 @@ mod tests {
             assert!(outputs.check_inputs("a texture", [at(over)]).is_err(), "{over}");
         }
         outputs.check_inputs("a texture", [at("back.png"), at("sub/front.png")]).unwrap();
+        // A link of a name that is written leads to an input, symbolic or hard.
+        fs::remove_file(at("front.png")).unwrap();
+        fs::write(at("scene.ron"), b"").unwrap();
+        symlink("scene.ron", at("front.png")).unwrap();
+        assert!(outputs.check_inputs("the scene", [at("scene.ron")]).is_err());
+        fs::remove_file(at("front.png")).unwrap();
+        outputs.check_inputs("the scene", [at("scene.ron")]).unwrap();
+        fs::hard_link(at("scene.ron"), at("front.png")).unwrap();
+        assert!(outputs.check_inputs("the scene", [at("scene.ron")]).is_err());
         assert!(outputs.clone().file("--json", Some(&at("front.png"))).check().is_err());
         outputs.file("--json", Some(&at("a.json"))).check().unwrap();
     }

@@ -17,8 +17,13 @@ pub const MAX_STOPS: f32 = 64.0;
 /// Median luminances that are shown as they are: a sky of radiance 1 gives a surface its albedo.
 const SHOWN_AS_IS: std::ops::RangeInclusive<f32> = 1.0 / 16.0..=1.0;
 
-/// Luminance that another median is brought to: middle grey, 46 % of the range of sRGB.
+/// Luminance that a median far from those is brought to: middle grey, 46 % of the range of sRGB.
 const MIDDLE_GREY: f32 = 0.18;
+
+/// How far beyond [`SHOWN_AS_IS`] a median is brought to middle grey, as a factor. In between, the
+/// luminance that is shown goes from the range's end to middle grey by powers, so that the exposure
+/// has no step for noise to cross.
+const TRANSITION: f32 = 8.0;
 
 /// Radiance of the background of a model by itself: black, or the sky that it is given.
 const BACKGROUNDS: [[f32; 3]; 2] = [[0.0; 3], [1.0; 3]];
@@ -49,6 +54,8 @@ pub struct Automatic {
     pub stops: f32,
     /// Median luminance of the pixels that show more than a background; `None` if there are none.
     pub median: Option<f32>,
+    /// Whether all pixels are black.
+    pub is_black: bool,
 }
 
 impl Exposure {
@@ -90,16 +97,25 @@ impl Automatic {
         let mut values: Vec<f32> =
             image.pixels.iter().filter(shows).map(|&pixel| luminance(Vec3::from(pixel))).collect();
         values.retain(|value| *value > 0.0 && value.is_finite());
+        let is_black = image.pixels.iter().all(|pixel| *pixel == [0.0; 3]);
         if values.is_empty() {
-            return Self { stops: 0.0, median: None };
+            return Self { stops: 0.0, median: None, is_black };
         }
         let middle = values.len() / 2;
         let median = *values.select_nth_unstable_by(middle, f32::total_cmp).1;
-        let stops = if SHOWN_AS_IS.contains(&median) { 0.0 } else { (MIDDLE_GREY / median).log2() };
+        let stops = (shown(median) / median).log2();
         // What is printed gives the same image as `--exposure`.
         let stops = (stops.clamp(-MAX_STOPS, MAX_STOPS) * 10.0).round() / 10.0;
-        Self { stops, median: Some(median) }
+        Self { stops, median: Some(median), is_black }
     }
+}
+
+/// Returns the luminance that a median is shown with.
+fn shown(median: f32) -> f32 {
+    let end = median.clamp(*SHOWN_AS_IS.start(), *SHOWN_AS_IS.end());
+    // 0 at the end of the range, 1 from the transition's other end on.
+    let share = ((median / end).log2().abs() / TRANSITION.log2()).min(1.0);
+    if share == 0.0 { median } else { end * (MIDDLE_GREY / end).powf(share) }
 }
 
 impl fmt::Display for Automatic {
@@ -112,6 +128,10 @@ impl fmt::Display for Automatic {
                 formatter,
                 "exposure {:.1} EV (from the median luminance; --exposure 0 for none)",
                 self.stops
+            ),
+            None if self.is_black => formatter.write_str(
+                "exposure 0 EV (the image is black: no light reaches what is seen; add lights or a sky in a scene file: \
+                 trisect check MODEL --write SCENE.ron)",
             ),
             None => formatter.write_str("exposure 0 EV (nothing but background is seen)"),
         }
@@ -132,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_median_beyond_a_display_becomes_middle_grey() {
-        for (median, stops) in [(20_000.0, -16.8), (0.18e-3, 10.0), (1.1, -2.6), (0.05, 1.8)] {
+        for (median, stops) in [(20_000.0, -16.8), (0.18e-3, 10.0), (8.1, -5.5), (1.0 / 130.0, 4.5)] {
             let mut image = grey(&[0.0, 0.5 * median, median, 3.0 * median, 1.0, 1.0, 0.0, f32::NAN]);
             let found = Automatic::of(&image);
             assert!((found.stops - stops).abs() < 1e-5, "{median}: {found:?}");
@@ -145,6 +165,26 @@ mod tests {
         // it should be.
         assert_eq!(Automatic::of(&grey(&[0.0, 0.0, 0.0, 1e5])).stops, -19.1);
         assert_eq!(Automatic::of(&grey(&[1.0, 1.0, 1.0, 1e5])).stops, -19.1);
+    }
+
+    /// Noise moves a median by some percent, and the exposure by a tenth of a stop or two.
+    #[test]
+    fn exposure_has_no_steps() {
+        let of = |median: f32| Automatic::of(&grey(&[median])).stops;
+        let mut median = 1e-4;
+        while median < 1e4 {
+            assert!((of(median * 1.02) - of(median)).abs() < 0.21, "{median}");
+            median *= 1.02;
+        }
+        // Negative control: all beyond the range to middle grey.
+        assert!((MIDDLE_GREY / 1.01).log2() < -2.0 && of(1.01).abs() < 0.11);
+    }
+
+    #[test]
+    fn black_is_said() {
+        let said = |values: &[f32]| Automatic::of(&grey(values)).to_string();
+        assert!(said(&[0.0, 0.0]).contains("the image is black"));
+        assert!(said(&[0.0, 1.0]).contains("nothing but background"));
     }
 
     #[test]

@@ -6,9 +6,28 @@ use std::fmt::Write;
 /// Maximum length of a line, in characters.
 const MAX_LINE: usize = 300;
 
+/// What lines begin with that may quote names from outside. Their further lines are indented.
+const QUOTING: [&str; 3] = ["error: ", "warning: ", "wrote "];
+
 /// Returns `text` with control characters other than line breaks escaped as in Rust (`\u{1b}`), and
-/// the middle of lines of more than 300 characters left out.
+/// the middle of lines of more than 300 characters left out. Of a message that may quote names, a line
+/// break is escaped, too, where the next line is not indented: no name may begin another message.
 pub fn escaped(text: &str) -> Cow<'_, str> {
+    let mut lines = text.split('\n').skip(1);
+    if QUOTING.iter().any(|start| text.starts_with(start)) && lines.any(|line| !line.starts_with("  ")) {
+        let mut joined = String::with_capacity(text.len());
+        for (index, line) in text.split('\n').enumerate() {
+            let is_further = index > 0 && line.starts_with("  ");
+            joined += if is_further { "\n" } else { ["\\n", ""][usize::from(index == 0)] };
+            joined += line;
+        }
+        return Cow::Owned(plain_lines(&joined).into_owned());
+    }
+    plain_lines(text)
+}
+
+/// Returns `text` with its lines plain and short.
+fn plain_lines(text: &str) -> Cow<'_, str> {
     let is_plain = |line: &str| !line.chars().any(is_unsafe) && line.len() <= MAX_LINE;
     if text.split('\n').all(is_plain) {
         return Cow::Borrowed(text);
@@ -62,6 +81,16 @@ mod tests {
         assert_eq!(escaped("\u{1b}[31mred\r\u{7}\t\u{9b}2J"), "\\u{1b}[31mred\\r\\u{7}\\t\\u{9b}2J");
         assert_eq!(escaped("ab\u{202e}dc\nx"), "ab\\u{202e}dc\nx");
         assert!(!escaped("a\0b").contains('\0'));
+    }
+
+    #[test]
+    fn names_begin_no_message() {
+        let forged = "error: x.ron\nerror: all is lost: not there\n  remedy";
+        assert_eq!(escaped(forged), "error: x.ron\\nerror: all is lost: not there\n  remedy");
+        assert_eq!(escaped("wrote a\nb.png"), "wrote a\\nb.png");
+        // What quotes nothing keeps its lines.
+        assert_eq!(escaped("64 spp\n2 s"), "64 spp\n2 s");
+        assert_eq!(escaped("error: a\n  b"), "error: a\n  b");
     }
 
     #[test]

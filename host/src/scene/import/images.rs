@@ -116,12 +116,14 @@ pub(super) fn decode(
         Ok(())
     };
     // Before the decoder prepares for rows of this width.
+    let mut largest = u64::MAX;
     if let Some((width, height, shortest)) = bounds::png(bytes).filter(|_| format == ImageFormat::Png) {
         check((width, height), shortest)?;
+        largest = width.saturating_mul(height).saturating_mul(9).saturating_add(bounds::MAX_CHUNK);
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
-    limits.max_alloc = Some(memory::available() / 2);
+    limits.max_alloc = Some((memory::available() / 2).min(largest));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
