@@ -183,6 +183,30 @@ fn inputs_are_kept() {
     assert!(!Path::new(&image).exists());
 }
 
+/// A pipe by its name, whose reader may never come, is refused before anything is rendered, and what
+/// is open already is written to.
+#[cfg(unix)]
+#[test]
+fn outputs_are_files_or_devices() {
+    let folder = folder("outputs");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (pipe, image) = (path("pipe.png"), path("a.png"));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // More samples than anyone waits for.
+    let long = ["render", "--backend", "cpu", "--resolution", "16x9", "--spp", "100000000"];
+    let words = ["pipe.png", "this is a pipe", "regular files", "/dev/null", "/dev/stdout"];
+    fails(&[&long[..], &["-o", &pipe]].concat(), 1, &words);
+    fails(&[&long[..], &["-o", &image, "--stats", &pipe]].concat(), 1, &words);
+    fails(&[&long[..], &["-o", &image, "--checkpoint", &pipe]].concat(), 1, &["pipe.png", "no regular file"]);
+    let short = ["render", "--backend", "cpu", "--resolution", "16x9", "--spp", "1", "-o", &image];
+    for stats in ["/dev/null", "/dev/stdout"] {
+        let output = trisect(&[&short[..], &["--stats", stats]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(output.stdout.starts_with(b"{"), stats == "/dev/stdout");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
 /// Devices have no end and pipes may have no writer: neither is opened, wherever a file is read.
 #[cfg(unix)]
 #[test]

@@ -271,6 +271,42 @@ fn a_target_that_goes() {
     assert!(Checkpoint::read(&elsewhere(&text(&output), &safe, "a.ckpt")).is_ok());
 }
 
+/// Two renders with one checkpoint, and two that resume one: the first that writes has the file, and
+/// the film of the other is where it says, with exit code 1.
+#[test]
+fn two_at_once() {
+    let folder = Temporary::new("checkpoint", "two");
+    let (file, safe) = (folder.file("a.ckpt"), folder.path("safe"));
+    fs::create_dir_all(&safe).unwrap();
+    let first_loses = |first: &[&str], second: &[&str], words: &str| {
+        let mut running = Running::start(program(first).env("TMPDIR", &safe));
+        running.until(words);
+        running.signal("STOP");
+        let output = trisect(second);
+        assert!(output.status.success(), "{}", text(&output));
+        let before = fs::read(&file).unwrap();
+        running.signal("CONT");
+        let output = running.end();
+        let said = text(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("another process wrote this file") && said.contains("--checkpoint"), "{said}");
+        assert!(fs::read(&file).unwrap() == before, "{said}");
+        let film = Checkpoint::read(&elsewhere(&said, &safe, "a.ckpt")).unwrap().film;
+        assert_eq!(film, Checkpoint::read(file.as_ref()).unwrap().film);
+    };
+    let images = ["one.pfm", "other.pfm"].map(|name| folder.file(name));
+    let render = |image| [&["render", &BOOK, "-o", image, "--checkpoint", &file], IMAGE].concat();
+    first_loses(&render(&images[0]), &render(&images[1]), "96x54");
+    // What is left to resume.
+    fs::remove_file(&file).unwrap();
+    let output = trisect(&[&render(&images[0])[..], &["--time-limit", "1ms"]].concat());
+    assert_eq!(output.status.code(), Some(7), "{}", text(&output));
+    fs::remove_dir_all(&safe).unwrap();
+    fs::create_dir_all(&safe).unwrap();
+    let resume = |image| ["resume", &file, "-o", image];
+    first_loses(&resume(&images[0]), &resume(&images[1]), "are there");
+}
+
 /// A disk that is full: the checkpoint that does not fit is written elsewhere, and the exit code is not 0.
 #[test]
 fn a_full_disk() {

@@ -123,6 +123,18 @@ fn files_that_are_too_long_are_errors() {
     check_failure(&output, &render, 0, &[]);
 }
 
+/// Statistics that fit are written where they should be, though the image fits nowhere.
+#[test]
+fn statistics_outlive_the_image() {
+    let folder = Temporary::new("resources", "statistics");
+    let (image, stats) = (folder.file("a.exr"), folder.file("a.json"));
+    let render = render(&image, &["--resolution", "64x36", "--stats", &stats]);
+    let words = ["a.exr", "File too large", "wrote", "a.json"];
+    check_failure(&in_bash(r#"ulimit -f 8; exec "$0" "$@""#, &render), &render, 1, &words);
+    assert!(fs::read_to_string(&stats).unwrap().contains("\"phases\""));
+    assert!(!fs::exists(&image).unwrap());
+}
+
 #[test]
 fn memory_that_is_not_there_is_an_error() {
     let folder = Temporary::new("resources", "memory");

@@ -59,8 +59,9 @@ fn check(facts: &Metadata) -> Result<()> {
     Err(InputError::NotRegular { kind: kind(facts) }.into())
 }
 
+/// Returns what a file is that is neither a regular file nor a folder, with its article.
 #[cfg(unix)]
-fn kind(facts: &Metadata) -> &'static str {
+pub fn kind(facts: &Metadata) -> &'static str {
     use std::os::unix::fs::FileTypeExt;
     let kind = facts.file_type();
     match () {
@@ -71,8 +72,9 @@ fn kind(facts: &Metadata) -> &'static str {
     }
 }
 
+/// Returns what a file is that is neither a regular file nor a folder, with its article.
 #[cfg(not(unix))]
-fn kind(_: &Metadata) -> &'static str {
+pub fn kind(_: &Metadata) -> &'static str {
     "a device or a pipe"
 }
 

@@ -5,6 +5,11 @@
 //! file system give them the same process id. A killed process leaves its temporary file behind;
 //! the next write of the same file removes it after an hour.
 
+mod claim;
+mod special;
+
+pub use claim::Claim;
+
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +33,15 @@ const MAX_LINKS: u32 = 40;
 /// Returns the file system's error, or [`ErrorKind::InvalidInput`] if `path` exists and is no
 /// regular file. Nothing is left behind then.
 pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    replace_by(path, write, |temporary, path| Ok(temporary.persist(path)?)).map(drop)
+}
+
+/// As [`replace`], but `persist` moves the file to its name. Returns the new file.
+fn replace_by(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+    persist: impl FnOnce(NamedTempFile, &Path) -> io::Result<File>,
+) -> io::Result<File> {
     let path = &target(path);
     let earlier = earlier(path)?;
     let mut temporary = beside(path, earlier.is_some())?;
@@ -36,13 +50,13 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
         let _ = temporary.as_file().set_permissions(earlier.permissions());
     }
     temporary.as_file().sync_all()?;
-    temporary.persist(path)?;
+    let file = persist(temporary, path)?;
     sweep(path);
     // Syncs the name, too, where folders can be opened.
-    match File::open(folder(path)) {
-        Ok(folder) => folder.sync_all().or(Ok(())),
-        Err(_) => Ok(()),
+    if let Ok(folder) = File::open(folder(path)) {
+        let _ = folder.sync_all();
     }
+    Ok(file)
 }
 
 /// Writes `bytes` to `path`: in place of an earlier file, or into it where it cannot be replaced.
@@ -51,11 +65,11 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
 ///
 /// # Errors
 ///
-/// Returns the file system's error.
+/// Returns the file system's error, also for a pipe that no one reads.
 pub fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let earlier = fs::metadata(path).ok();
     if earlier.as_ref().is_some_and(|facts| !facts.is_file()) {
-        return fs::write(path, bytes);
+        return special::write(path, bytes);
     }
     let replaced = replace(path, |file| {
         if let Some(earlier) = &earlier
@@ -75,12 +89,13 @@ pub fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
 ///
 /// # Errors
 ///
-/// Returns the error that writing would meet.
+/// Returns the error that writing would meet, and [`ErrorKind::InvalidInput`] for a socket, a block
+/// device, and a pipe that this process does not have open already.
 pub fn probe(path: &Path) -> io::Result<()> {
     let opened = match fs::metadata(path) {
         Ok(facts) if facts.is_dir() => Err(ErrorKind::IsADirectory.into()),
         // Opening a pipe waits for its reader, and closing it would be the end to that.
-        Ok(facts) if !facts.is_file() => Ok(()),
+        Ok(facts) if !facts.is_file() => special::check(path, &facts),
         Ok(_) => OpenOptions::new().append(true).open(path).map(drop),
         Err(error) => Err(error),
     };
@@ -96,9 +111,11 @@ pub fn probe(path: &Path) -> io::Result<()> {
 ///
 /// Returns the error that writing would meet.
 pub fn probe_replace(path: &Path) -> io::Result<()> {
+    if !path.is_dir() {
+        earlier(&target(path))?;
+    }
     probe(path)?;
     let path = &target(path);
-    earlier(path)?;
     beside(path, false).map(drop)
 }
 

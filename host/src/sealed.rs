@@ -4,7 +4,7 @@
 //! are little-endian. In 64 KiB a CRC-32 finds each change of up to three bits, and each within 32 neighbouring ones (Koopman 2002, table 1).
 
 use crate::input;
-use crate::replace::replace;
+use crate::replace::{Claim, replace};
 use rayon::prelude::*;
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -133,14 +133,28 @@ fn is_crc(bytes: &[u8], crc: &[u8]) -> bool {
 ///
 /// What the file system says; then nothing is left of it.
 pub fn write(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
-    let invalid = |message: &str| io::Error::new(io::ErrorKind::InvalidInput, message);
-    if header.len() as u64 > GREATEST_HEADER {
-        return Err(invalid("its header would be too long"));
-    }
     replace(path, |file| write_to(file, magic, header, data))
 }
 
+/// Writes a file as [`write()`] does, if none is there or the one that is there is that of `claim`.
+///
+/// # Errors
+///
+/// As [`Claim::replace`].
+pub fn write_claimed(
+    path: &Path,
+    claim: &mut Claim,
+    magic: &[u8; 8],
+    header: &[u8],
+    data: &[&[u8]],
+) -> io::Result<()> {
+    claim.replace(path, |file| write_to(file, magic, header, data))
+}
+
 fn write_to(file: &mut File, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
+    if header.len() as u64 > GREATEST_HEADER {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "its header would be too long"));
+    }
     let length: usize = data.iter().map(|part| part.len()).sum();
     let mut prefix = magic.to_vec();
     prefix.extend((header.len() as u64).to_le_bytes());

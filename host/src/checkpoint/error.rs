@@ -67,6 +67,15 @@ pub enum CheckpointError {
         /// What.
         what: String,
     },
+    /// Another process wrote the file since this render began, or since this render wrote it last.
+    #[error(
+        "{}: another process wrote this file meanwhile, and it stays as it is; name a --checkpoint of its own for each render",
+        path.display()
+    )]
+    Taken {
+        /// The file.
+        path: PathBuf,
+    },
     /// A render that begins would write over what another one has.
     #[error("{}: is there already; go on with it (trisect resume), or remove it", path.display())]
     Exists {

@@ -5,15 +5,17 @@
 
 mod error;
 mod identity;
+mod place;
 mod saver;
 
 pub use error::CheckpointError;
 pub use identity::{Identity, arithmetic};
+pub use place::Place;
 pub use saver::{Every, Saver};
 
 use crate::film::{Coverage, Film, GuideTotals, Part, PixelTotals};
 use crate::render::GREATEST_DEPTH;
-use crate::replace;
+use crate::replace::{self, Claim};
 use crate::sealed::{self, Contents, SealError};
 use bytemuck::cast_slice;
 use rayon::prelude::*;
@@ -222,6 +224,27 @@ pub fn probe(path: &Path) -> Result<(), CheckpointError> {
 /// As there.
 pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), CheckpointError> {
     let io = |source: io::Error| CheckpointError::Io { path: path.to_owned(), source };
+    let header = stored(header, film).map_err(io)?;
+    sealed::write(path, MAGIC, &header, &data(film)).map_err(io)
+}
+
+/// Writes a checkpoint in place of the one of `claim`, or where none is.
+fn write_claimed(
+    path: &Path,
+    claim: &mut Claim,
+    header: &Header,
+    film: &Film,
+) -> Result<(), CheckpointError> {
+    let io = |source: io::Error| match source.kind() {
+        io::ErrorKind::AlreadyExists => CheckpointError::Taken { path: path.to_owned() },
+        _ => CheckpointError::Io { path: path.to_owned(), source },
+    };
+    let header = stored(header, film).map_err(io)?;
+    sealed::write_claimed(path, claim, MAGIC, &header, &data(film)).map_err(io)
+}
+
+/// Returns the header of a film's file.
+fn stored(header: &Header, film: &Film) -> io::Result<Vec<u8>> {
     let stored = Stored {
         width: film.width,
         height: film.height,
@@ -229,8 +252,12 @@ pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), Checkpoint
         parts: film.coverage.parts(),
         header: header.clone(),
     };
-    let header = serde_json::to_vec(&stored).map_err(|error| io(error.into()))?;
-    sealed::write(path, MAGIC, &header, &[cast_slice(&film.pixels), cast_slice(&film.guides)]).map_err(io)
+    Ok(serde_json::to_vec(&stored)?)
+}
+
+/// Returns the data of a film's file.
+fn data(film: &Film) -> [&[u8]; 2] {
+    [cast_slice(&film.pixels), cast_slice(&film.guides)]
 }
 
 /// Numbers are written as this processor has them.

@@ -1,6 +1,6 @@
 //! Writes a film now and then while it grows, on a thread of its own.
 
-use super::{CheckpointError, Header, write};
+use super::{CheckpointError, Header, Place};
 use crate::film::{Coverage, Film, Part};
 use crate::threads;
 use std::io;
@@ -73,9 +73,9 @@ struct State {
 }
 
 /// Writes checkpoints of a render. A film is copied, which takes a few milliseconds for a million pixels, and written while the render goes on; what was not yet
-/// written when the next one is due is waited for, not for the render.
+/// written when the next one is due is waited for, not for the render. A file that another process wrote meanwhile is not replaced.
 pub struct Saver {
-    path: PathBuf,
+    place: Place,
     header: Mutex<Header>,
     every: Every,
     start: Instant,
@@ -83,14 +83,23 @@ pub struct Saver {
 }
 
 impl Saver {
-    /// For a render that begins now.
+    /// Returns one for a render that begins now, and replaces no file that is there.
     pub fn new(path: &Path, header: Header, every: Every) -> Self {
+        Self::with(Place::new(path), header, every)
+    }
+
+    /// Returns one for a render that continues from the file of `place`, and replaces it.
+    pub fn resume(place: Place, header: Header, every: Every) -> Self {
+        Self::with(place, header, every)
+    }
+
+    fn with(place: Place, header: Header, every: Every) -> Self {
         let (to, films) = channel::<(Film, Header)>();
         let (done, back) = channel();
-        let place = path.to_owned();
+        let own = place.clone();
         let thread = threads::spawn("thread that writes checkpoints", move || {
             for (film, header) in films {
-                let written = write(&place, &header, &film);
+                let written = own.write(&header, &film);
                 if done.send((film, written)).is_err() {
                     return;
                 }
@@ -99,7 +108,7 @@ impl Saver {
         // Without it, the thread that renders writes them.
         let writer = Writer { to: Some(to), back, thread: thread.ok() };
         let state = State {
-            path: path.to_owned(),
+            path: place.path().to_owned(),
             writer,
             spare: Some(Film::new(0, 0)),
             last: Instant::now(),
@@ -107,12 +116,12 @@ impl Saver {
             failed: None,
         };
         let (header, start) = (Mutex::new(header), Instant::now());
-        Self { path: path.to_owned(), header, every, start, state: Mutex::new(state) }
+        Self { place, header, every, start, state: Mutex::new(state) }
     }
 
     /// Where.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.place.path()
     }
 
     /// What it writes.
@@ -147,7 +156,7 @@ impl Saver {
         {
             let (film, header) = lost.0;
             // Without that thread, by this one.
-            state.failed = write(&self.path, &header, &film).err().or(state.failed.take());
+            state.failed = self.place.write(&header, &film).err().or(state.failed.take());
             state.spare = Some(film);
         }
     }
@@ -163,13 +172,13 @@ impl Saver {
     ///
     /// # Errors
     ///
-    /// [`CheckpointError::Io`]; the one before is still there, if there was one.
+    /// [`CheckpointError::Io`]; the one before is still there, if there was one. [`CheckpointError::Taken`] if another process wrote the file.
     pub fn finish(&self, film: &Film) -> Result<(), CheckpointError> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.take_back(true);
         state.failed = None;
         state.last = Instant::now();
-        write(&self.path, &self.header(), film)
+        self.place.write(&self.header(), film)
     }
 }
 

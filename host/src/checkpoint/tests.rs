@@ -178,13 +178,57 @@ fn a_saver_writes() {
     drop(saver); // waits
     assert_eq!(Checkpoint::read(&path).unwrap().film, film);
     let more = self::film(&[part(0..4, 0..256), part(0..4, 256..512)]);
-    let saver = Saver::new(&path, header.clone(), Every::default());
+    let saver = Saver::resume(Place::of(&path), header.clone(), Every::default());
     saver.look(&more);
     saver.finish(&more).unwrap();
     let found = Checkpoint::read(&path).unwrap();
     assert_eq!(found.film, more);
     assert!(found.header.seconds > header.seconds);
     fs::remove_file(path).unwrap();
+}
+
+/// Of two renders with one checkpoint the first that writes has it, and the other loses nothing.
+#[test]
+fn two_savers_replace_none_of_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ckpt");
+    let header = checkpoint(&[]).header;
+    let films = [film(&[part(0..4, 0..256)]), film(&[part(0..4, 256..512)]), film(&[part(0..4, 512..768)])];
+    let is_taken = |written: Result<(), CheckpointError>| {
+        let error = written.unwrap_err();
+        assert!(matches!(&error, CheckpointError::Taken { path: named } if *named == path), "{error}");
+        error.to_string()
+    };
+    let has = |film: &Film| Checkpoint::read(&path).unwrap().film == *film;
+    let new = || Saver::new(&path, header.clone(), Every::Samples(1));
+    let (one, other) = (new(), new());
+    one.finish(&films[0]).unwrap();
+    let message = is_taken(other.finish(&films[1]));
+    assert!(message.contains("a.ckpt") && message.contains("--checkpoint"), "{message}");
+    // Nor on the thread that writes while the render goes on.
+    other.look(&films[1]);
+    let failure = (0..1000).find_map(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+        other.failure()
+    });
+    is_taken(failure.map_or(Ok(()), Err));
+    assert!(has(&films[0]));
+    // Its own is replaced, and so is one that is gone.
+    one.finish(&films[1]).unwrap();
+    fs::remove_file(&path).unwrap();
+    one.finish(&films[0]).unwrap();
+    // The same where both resume it.
+    let resume = || Saver::resume(Place::of(&path), header.clone(), Every::default());
+    let (one, other) = (resume(), resume());
+    one.finish(&films[1]).unwrap();
+    one.finish(&films[2]).unwrap();
+    is_taken(other.finish(&films[1]));
+    assert!(has(&films[2]));
+    // Negative control: who does not ask replaces it.
+    write(&path, &header, &films[0]).unwrap();
+    assert!(has(&films[0]));
+    is_taken(one.finish(&films[2]));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 /// What cannot be written is said, and the render goes on.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use trisect::Error;
-use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity, Saver};
+use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity, Place, Saver};
 use trisect::film::Film;
 use trisect::render::{Keeper, Observer};
 
@@ -71,18 +71,15 @@ impl<O: Observer> Observer for Told<'_, O> {
 }
 
 impl Watch {
-    /// Of a command that began at `start`, and has such a checkpoint. `interrupted` is set when it should end.
+    /// Of a command that began at `start`, and writes such a checkpoint. `interrupted` is set when it should end.
     pub fn new(
         arguments: &RenderArgs,
-        header: Option<Header>,
+        saver: Option<Saver>,
         start: Instant,
         interrupted: Arc<AtomicBool>,
     ) -> Self {
-        let KeepArgs { checkpoint, every, time_limit, .. } = &arguments.keep;
-        let saver = checkpoint.as_ref().zip(header);
-        let saver = saver.map(|(path, header)| Saver::new(path, header, every.unwrap_or_default()));
         // A limit that no clock reaches is none.
-        let end = time_limit.and_then(|limit| start.checked_add(limit));
+        let end = arguments.keep.time_limit.and_then(|limit| start.checked_add(limit));
         Self { interrupted, end, saver }
     }
 
@@ -149,7 +146,7 @@ pub struct Begun {
     /// Those that are to be in it.
     pub samples: Range<u32>,
     /// Of the checkpoint, if there is to be one.
-    pub header: Option<Header>,
+    pub saver: Option<Saver>,
 }
 
 impl Begun {
@@ -157,26 +154,28 @@ impl Begun {
     pub fn new(
         arguments: &RenderArgs,
         session: &Session,
-        before: Option<(PathBuf, Checkpoint)>,
+        before: Option<(Place, Checkpoint)>,
     ) -> Result<Self, Error> {
         let settings = &session.settings;
+        let KeepArgs { checkpoint, every, .. } = &arguments.keep;
+        let every = every.unwrap_or_default();
         let spp = settings.samples;
         let samples = arguments.keep.samples.as_ref().map_or(0..spp, |samples| samples.0.clone());
         settings.check_part(&trisect::film::Part { rows: 0..settings.height, samples: samples.clone() })?;
         // A copy of the film on its way to the disk.
-        let copy =
-            if arguments.keep.checkpoint.is_some() { Film::bytes_per_pixel(settings.guides) } else { 0 };
+        let copy = if checkpoint.is_some() { Film::bytes_per_pixel(settings.guides) } else { 0 };
         let quality = arguments.job.bvh_quality.map(crate::cli::QualityArg::quality);
         let identity =
             session.digest.map(|digest| Identity::new(&digest, settings, quality, &session.renderer));
-        if let (Some((path, Checkpoint { mut header, film })), Some(identity)) = (before, &identity) {
+        if let (Some((place, Checkpoint { mut header, film })), Some(identity)) = (before, &identity) {
             if session.fell_back {
                 // As in the middle of a render: who goes on is noted.
                 header.identity.also(&identity.arithmetic);
             }
-            let differs = |difference| CheckpointError::Differs { path, difference };
+            let path = || place.path().to_owned();
+            let differs = |difference| CheckpointError::Differs { path: path(), difference };
             identity.check(&header.identity).map_err(differs)?;
-            return Ok(Self { film, samples, header: Some(header) });
+            return Ok(Self { film, samples, saver: Some(Saver::resume(place, header, every)) });
         }
         settings.check_with(copy)?;
         let header = match identity {
@@ -193,7 +192,10 @@ impl Begun {
             None => None,
         };
         let new = if settings.guides { Film::with_guides } else { Film::new };
-        Ok(Self { film: new(settings.width, settings.height), samples, header })
+        let film = new(settings.width, settings.height);
+        let saver = checkpoint.as_ref().zip(header);
+        let saver = saver.map(|(path, header)| Saver::new(path, header, every));
+        Ok(Self { film, samples, saver })
     }
 }
 

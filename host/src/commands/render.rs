@@ -10,11 +10,11 @@ use crate::cli::{JobArgs, RenderArgs};
 use crate::progress::Bar;
 use std::borrow::Cow;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::backend::BackendError;
-use trisect::checkpoint::{self, Checkpoint, CheckpointError, arithmetic};
+use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, arithmetic};
 use trisect::denoise::Denoise;
 use trisect::distribute::DistributeError;
 use trisect::film::{Film, Part};
@@ -71,11 +71,11 @@ pub fn go(
     arguments: &RenderArgs,
     mut session: Session,
     denoise: Option<Denoise>,
-    before: Option<(PathBuf, Checkpoint)>,
+    before: Option<(Place, Checkpoint)>,
     start: Instant,
 ) -> Result<ExitCode, Error> {
-    let Begun { mut film, samples, header } = Begun::new(arguments, &session, before)?;
-    let watch = Watch::new(arguments, header, start, interrupts());
+    let Begun { mut film, samples, saver } = Begun::new(arguments, &session, before)?;
+    let watch = Watch::new(arguments, saver, start, interrupts());
     let bar = Bar::new(arguments.tell.quiet);
     let mut told = Told { bar, watch: &watch, told: arguments.tell.quiet };
     let mut spare = session.spare.take();
@@ -277,10 +277,9 @@ fn conclude(
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
     let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
-    let path = or_elsewhere(&arguments.output, |path| {
+    let written = or_elsewhere(&arguments.output, |path| {
         write(path, &arguments.aov, &session, &drawn, exposed.as_ref())
-    })?;
-    let moved = path != arguments.output;
+    });
 
     let mut told = None;
     let stats = &mut stats;
@@ -293,6 +292,19 @@ fn conclude(
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
         told = Some(or_elsewhere(path, |path| data::write(path, &text)));
     }
+    let path = match (written, &told) {
+        (Ok(path), _) => path,
+        // The statistics are written, whatever becomes of the image.
+        (Err(error), told) => {
+            match told {
+                Some(Ok(path)) if !data::is_stdout(path) => say(&format!("wrote {}", path.display())),
+                Some(Err(error)) => say(&format!("error: {error}")),
+                _ => {}
+            }
+            return Err(error);
+        }
+    };
+    let moved = path != arguments.output;
     if !arguments.tell.quiet {
         say(&stats.summary());
         if arguments.tell.verbose {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::Error;
-use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header};
+use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header, Place};
 use trisect::film::{Film, Part};
 use trisect::image::ImageError;
 use trisect::output::exposure::Exposure;
@@ -25,6 +25,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks(&arguments.cluster)?;
     let start = Instant::now();
     start_shared(arguments.threads.map(|threads| threads as usize))?;
+    let place = Place::of(&arguments.file);
     let checkpoint = Checkpoint::read(&arguments.file)?;
     let command = command(arguments, &checkpoint.header)?;
     check_output(arguments, &command)?;
@@ -41,7 +42,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
             say(&format!("  the image goes to {}, as the checkpoint says", command.output.display()));
         }
     }
-    render::go(&command, session, denoise, Some((arguments.file.clone(), checkpoint)), start)
+    render::go(&command, session, denoise, Some((place, checkpoint)), start)
 }
 
 /// What a checkpoint has, for people.

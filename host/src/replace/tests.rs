@@ -190,3 +190,86 @@ fn one_file_of_many_names() {
         assert!(!is_same(&at(one), &at(other)), "{one} {other}");
     }
 }
+
+/// Returns whether a claim refuses to replace the file that is there, which stays.
+fn is_refused(claim: &mut Claim, path: &Path) -> bool {
+    let before = fs::read(path).unwrap();
+    let written = claim.replace(path, |file| file.write_all(b"not this"));
+    written.is_err_and(|error| error.kind() == ErrorKind::AlreadyExists) && fs::read(path).unwrap() == before
+}
+
+#[test]
+fn a_claim_is_to_ones_own_file() {
+    let folder = new_folder();
+    let path = folder.path().join("a.ckpt");
+    let mut claim = Claim::default();
+    // A file that comes while the first is written.
+    let written = claim.replace(&path, |file| {
+        put(&path, b"other")?;
+        file.write_all(b"own")
+    });
+    assert_eq!(written.unwrap_err().kind(), ErrorKind::AlreadyExists);
+    assert_eq!(fs::read(&path).unwrap(), b"other");
+    assert!(is_refused(&mut claim, &path));
+    fs::remove_file(&path).unwrap();
+    for bytes in [b"own", b"new"] {
+        claim.replace(&path, |file| file.write_all(bytes)).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), bytes);
+    }
+    // A write that fails does not lose the claim.
+    assert!(claim.replace(&path, |_| Err(io::Error::other("the disk is full"))).is_err());
+    claim.replace(&path, |file| file.write_all(b"own")).unwrap();
+    // Other files, some of which would have its inode number if it were not kept open.
+    for _ in 0..8 {
+        put(&path, b"other").unwrap();
+        assert!(is_refused(&mut claim, &path));
+    }
+    let mut second = Claim::of(&path);
+    second.replace(&path, |file| file.write_all(b"second")).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"second");
+    assert_eq!(names(&folder), ["a.ckpt"]);
+}
+
+/// A pipe that no one reads is refused at once, by a probe and by a writer that found none before.
+#[test]
+fn pipes_do_not_hang() {
+    let folder = new_folder();
+    let (pipe, link) = (folder.path().join("a.png"), folder.path().join("link.png"));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    symlink(&pipe, &link).unwrap();
+    for path in [&pipe, &link] {
+        let error = probe(path).unwrap_err();
+        assert!(error.to_string().contains("a pipe") && error.to_string().contains("/dev/null"), "{error}");
+        assert!(probe_replace(path).is_err());
+        let error = put(path, b"first").unwrap_err();
+        assert!(error.to_string().contains("no one reads"), "{error}");
+    }
+    // More than a pipe holds, to a reader that is slow.
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || {
+            let mut file = File::open(pipe).unwrap();
+            std::thread::sleep(Duration::from_millis(100));
+            let mut bytes = Vec::new();
+            io::Read::read_to_end(&mut file, &mut bytes).unwrap();
+            bytes
+        }
+    });
+    let bytes = vec![7; 1 << 20];
+    while put(&pipe, &bytes).is_err() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(reader.join().unwrap(), bytes);
+    let socket = folder.path().join("socket");
+    let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+    assert!(probe(&socket).unwrap_err().to_string().contains("a socket"));
+    // A pipe that is open already.
+    let (_reader, writer) = io::pipe().unwrap();
+    let open = PathBuf::from(format!("/dev/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&writer)));
+    let open_link = folder.path().join("open");
+    symlink(&open, &open_link).unwrap();
+    for path in [&open, &open_link] {
+        probe(path).unwrap();
+        put(path, b"few").unwrap();
+    }
+}

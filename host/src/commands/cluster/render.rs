@@ -8,11 +8,11 @@ use super::super::say;
 use super::Crew;
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::backend::Device;
-use trisect::checkpoint::{Checkpoint, Header, arithmetic};
+use trisect::checkpoint::{Checkpoint, Header, Place, arithmetic};
 use trisect::distribute::{
     DistributeError, Failure, Kept, Mode, Picture, Plan, Travels, Work, choose, onto, plan,
 };
@@ -24,8 +24,8 @@ use trisect::{Error, Error::Cancelled};
 /// Of a render that goes on.
 #[derive(Clone)]
 pub struct Before {
-    /// Its checkpoint, which the root has.
-    pub path: PathBuf,
+    /// Of its checkpoint, which the root has.
+    pub place: Place,
     /// What it is of.
     pub header: Header,
     /// Whether its film has guides.
@@ -85,13 +85,13 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
     // The root keeps the film, where someone does.
     let (mut kept, mut held) = (None, None);
     if arguments.keep.given().is_some() && crew.link.is_root() {
-        let before = before.and_then(|before| Some((before.path, before.checkpoint?)));
+        let before = before.and_then(|before| Some((before.place, before.checkpoint?)));
         if let Some((_, checkpoint)) = before.as_ref().filter(|_| !quiet) {
             say(&there(checkpoint));
         }
         match Begun::new(arguments, &session, before) {
-            Ok(Begun { film, samples, header }) => {
-                let watch = Watch::new(arguments, header, start, crew.flag());
+            Ok(Begun { film, samples, saver }) => {
+                let watch = Watch::new(arguments, saver, start, crew.flag());
                 let held = held.insert((watch, samples));
                 kept = Some(Kept { film, samples: held.1.clone(), keeper: &held.0 });
             }

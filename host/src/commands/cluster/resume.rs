@@ -7,7 +7,7 @@ use crate::cli::ResumeArgs;
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
 use trisect::Error;
-use trisect::checkpoint::{Checkpoint, Header};
+use trisect::checkpoint::{Checkpoint, Header, Place};
 use trisect::distribute::{DistributeError, Tag};
 
 /// What ranks must know of the root's checkpoint.
@@ -30,18 +30,19 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
 
 /// Reads the file, on the root, and hears of it elsewhere.
 fn begin(crew: &mut Crew, arguments: &ResumeArgs) -> Result<Before, Error> {
-    let path = arguments.file.clone();
     if crew.link.is_root() {
-        let file = path.clone();
+        let place = Place::of(&arguments.file);
+        let file = arguments.file.clone();
         let checkpoint = crew.link.during(move || Checkpoint::read(&file))??;
         check_output(arguments, &command(arguments, &checkpoint.header)?)?;
         let told = Told { header: checkpoint.header.clone(), guides: !checkpoint.film.guides.is_empty() };
         crew.link.send_all(Tag::Resume, &serde_json::to_vec(&told).unwrap_or_default())?;
-        return Ok(Before { path, header: told.header, guides: told.guides, checkpoint: Some(checkpoint) });
+        return Ok(Before { place, header: told.header, guides: told.guides, checkpoint: Some(checkpoint) });
     }
     let message = crew.link.expect(Tag::Resume)?;
     let Told { header, guides } = serde_json::from_slice(&message.bytes).map_err(|error| {
         DistributeError::Protocol { rank: message.from, message: format!("no checkpoint: {error}") }
     })?;
-    Ok(Before { path, header, guides, checkpoint: None })
+    let place = Place::new(&arguments.file);
+    Ok(Before { place, header, guides, checkpoint: None })
 }
