@@ -8,10 +8,10 @@ use crate::scene::error::SceneError;
 use crate::scene::values::GREATEST;
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Whether a position is one: finite, no coordinate beyond 1e18.
-pub(super) fn check_position(position: [f64; 3]) -> Result<[f32; 3], String> {
+/// Returns a position that is one: finite, no coordinate beyond 1e18.
+pub(super) fn check_position(position: [f64; 3]) -> Result<[f64; 3], String> {
     if position.iter().all(|x| x.abs() <= GREATEST) {
-        return Ok(position.map(|x| x as f32));
+        return Ok(position);
     }
     let kind = if position.iter().all(|x| x.is_finite()) { "is beyond 1e18" } else { "is not finite" };
     let [x, y, z] = position;

@@ -13,6 +13,7 @@ pub mod gltf;
 mod images;
 mod mesh;
 pub mod obj;
+mod origin;
 pub mod ply;
 mod site;
 #[cfg(test)]

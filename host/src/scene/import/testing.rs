@@ -1,6 +1,9 @@
 //! Small files for tests, and ways to break them.
 
 use super::Files;
+use crate::scene::Space;
+use crate::scene::description::Description;
+use glam::{DVec3, Vec3};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::collections::HashMap;
@@ -115,4 +118,45 @@ impl Random {
             }
         }
     }
+}
+
+/// Centre of a model far from the origin.
+pub const FAR: DVec3 = DVec3::new(1e5, -2e5, 3.0);
+
+/// Vertices of a model of size 1e-3 about [`FAR`].
+pub const DETAILS: [DVec3; 4] =
+    [DVec3::ZERO, DVec3::new(1e-3, 0.0, 0.0), DVec3::new(1e-3, 7e-4, 0.0), DVec3::new(3e-4, 1e-3, 2.5e-4)];
+
+/// Returns [`FAR`] + [`DETAILS`] as text, after `prefix`, one vertex a line.
+pub fn far_vertices(prefix: &str) -> String {
+    DETAILS.iter().map(|&detail| FAR + detail).map(|p| format!("{prefix}{} {} {}\n", p.x, p.y, p.z)).collect()
+}
+
+/// Moves [`FAR`] to the renderer's origin and returns the greatest error of a vertex there, rounded
+/// to f32 as the renderer has it, in shares of the model's size. The first instance shows
+/// [`DETAILS`] in their order.
+pub fn error_in_space(mut scene: Description) -> f64 {
+    scene.move_to(Space { origin: FAR, scale: 1.0 }).unwrap();
+    let instance = &scene.instances[0];
+    let positions = &scene.meshes[instance.mesh].positions;
+    assert_eq!(positions.len(), DETAILS.len());
+    let errors = positions.iter().zip(DETAILS).map(|(&p, detail)| {
+        let world = instance.transform.transform_point3(Vec3::from(p).as_dvec3());
+        (world.as_vec3().as_dvec3() - detail).abs().max_element()
+    });
+    errors.fold(0.0, f64::max) / 1e-3
+}
+
+/// What f32 rounds a model of size 1 by, about its centre, and once more in the renderer.
+pub const ROUNDED: f64 = 1.0 / (1 << 22) as f64;
+
+/// Returns a scene with its positions rounded to f32 in the world's coordinates: the negative
+/// control of [`error_in_space`].
+pub fn rounded_in_world(mut scene: Description) -> Description {
+    let instance = &mut scene.instances[0];
+    let transform = std::mem::take(&mut instance.transform);
+    for p in &mut scene.meshes[instance.mesh].positions {
+        *p = transform.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().into();
+    }
+    scene
 }

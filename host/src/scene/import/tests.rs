@@ -1,10 +1,12 @@
 //! Hostile files.
 
-use super::testing::{Memory, Random, floats, glb, png, shorts};
+use super::testing::{Memory, ROUNDED, Random, error_in_space, far_vertices, floats, glb, png, shorts};
 use super::{Parse, is_model, load, texture};
 use super::{gltf, obj, ply};
 use crate::scene::description::{Description, Texels};
 use crate::scene::error::SceneError;
+use crate::scene::{Described, Includes};
+use glam::DVec3;
 use std::path::Path;
 
 /// Checks what a description promises.
@@ -135,5 +137,29 @@ fn extensions_choose_the_format() {
     assert!(matches!(texture(&root.join("a.png"), true).unwrap().texels, Texels::Linear8(_)));
     assert!(matches!(texture(&root.join("a.GLB"), false), Err(SceneError::Malformed { .. })));
     assert!(matches!(load(Path::new("none.ply")), Err(SceneError::Read { .. })));
+    std::fs::remove_dir_all(root).unwrap();
+}
+
+/// In a scene, whose transform comes after the file's own; each file stands where it says.
+#[test]
+fn far_models_of_a_scene_keep_their_shape() {
+    let root = std::env::temp_dir().join(format!("trisect-import-far-{}", std::process::id()));
+    std::fs::create_dir_all(&root).unwrap();
+    std::fs::write(root.join("a.obj"), far_vertices("v ") + "f 1 2 3 4\n").unwrap();
+    let scene = |transform: &str| {
+        let text = format!(
+            "Scene(version: 1, image: (width: 8, height: 4), materials: {{}}, objects: [Mesh(file: \"a.obj\"{transform})], \
+             camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 40))"
+        );
+        let path = root.join("a.ron");
+        std::fs::write(&path, text).unwrap();
+        Described::load_including(&path, Includes::Below).unwrap().description
+    };
+    let error = error_in_space(scene(""));
+    assert!(error <= ROUNDED, "{error:e}");
+    let error = error_in_space(Described::load(&root.join("a.obj")).unwrap().description);
+    assert!(error <= ROUNDED, "{error:e}");
+    let moved = &scene(", transform: [Scale(2), Translate((-2e5, 4e5, -6))]").instances[0];
+    assert!(moved.transform.translation.abs_diff_eq(DVec3::splat(1e-3), 1e-3), "{}", moved.transform);
     std::fs::remove_dir_all(root).unwrap();
 }

@@ -97,7 +97,7 @@ pub fn read(
             let user = document.site(format!("{} ({}.attributes.POSITION)", positions.place, site.place));
             user.malformed(format!("vertex {vertex} at {problem}"), POSITION_REMEDY)
         })?;
-        mesh.positions.push(position);
+        mesh.positions.push(position.map(|x| x as f32));
     }
     if let Some(normals) = normals {
         mesh.normals = used.iter().map(|&vertex| normals.floats(vertex)).collect();

@@ -13,7 +13,7 @@ pub const NONE: u32 = u32::MAX;
 /// What an OBJ file says.
 #[derive(Debug, Default)]
 pub struct Geometry {
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Vec<[f64; 3]>,
     /// (0, 0) is the top left.
     pub uvs: Vec<[f32; 2]>,
     pub normals: Vec<[f32; 3]>,
@@ -60,6 +60,12 @@ impl Geometry {
     /// The name of a group's object or group; "" before the first.
     pub fn name(&self, group: &Group) -> &str {
         self.names.name(group.name)
+    }
+
+    /// Returns the position of each corner of each triangle.
+    pub fn corners(&self) -> impl Iterator<Item = [f64; 3]> {
+        let corners = self.groups.iter().flat_map(|group| group.triangles.as_flattened());
+        corners.filter_map(|&[position, ..]| self.positions.get(position as usize).copied())
     }
 
     /// The name of a group's material; "" for none.

@@ -1,8 +1,10 @@
 //! Wavefront OBJ with MTL materials.
 //!
-//! Of OBJ: `v`, `vt`, `vn`, `f`, `o`, `g`, `usemtl` and `mtllib`. Polygons become fans around their first vertex; those of the
-//! same object or group with the same material become a mesh, as do those without normals or texture coordinates apart from
-//! those with. Normals are those of `vn`: smoothing groups are not. Texture coordinates have v upwards there, downwards here.
+//! Of OBJ: `v`, `vt`, `vn`, `f`, `o`, `g`, `usemtl` and `mtllib`. Polygons become fans around their
+//! first vertex; those of the same object or group with the same material become a mesh, as do
+//! those without normals or texture coordinates apart from those with. Positions are f64; of a file
+//! far from 0 they are stored relative to its centre. Normals are those of `vn`: smoothing groups
+//! are not. Texture coordinates have v upwards there, downwards here.
 //!
 //! Of MTL, the first line that applies:
 //!
@@ -26,12 +28,13 @@ use super::budget::Budget;
 use super::files::Files;
 use super::images::Images;
 use super::mesh::{check_instance, check_uvs, extent, finish};
+use super::origin;
 use super::site::Site;
 use super::warnings::Warnings;
 use crate::scene::description::{Description, Instance, Mesh};
 use crate::scene::error::SceneError;
 use geometry::{Geometry, Group, NONE};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use lines::Source;
 use material::Materials;
 use std::collections::HashMap;
@@ -54,17 +57,18 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     let mut description = Description::default();
     let mut materials = Materials::new(libraries);
     let mut images = Images::default();
+    let origin = origin::choose(geometry.corners());
+    let transform = DAffine3::from_translation(origin);
     for group in &geometry.groups {
         let site =
             Site::new(name, format!("the object or group \"{}\"", super::site::shown(geometry.name(group))));
         budget.place(group.triangles.len() as u64, &site)?;
-        let mut mesh = mesh(&geometry, group);
+        let mut mesh = mesh(&geometry, group, origin);
         check_uvs(&mut mesh.uvs, &site, &mut warnings);
         let Some(mut mesh) = finish(mesh, &site, &mut warnings) else { continue };
         let mut used =
             material::Used { description: &mut description, images: &mut images, files: &mut *files };
         mesh.material = materials.get(geometry.material(group), &mut used, &mut budget, &mut warnings)?;
-        let transform = DAffine3::IDENTITY;
         if check_instance(extent(&mesh), 0, &transform, &mut budget, &site)? {
             description.instances.push(Instance { mesh: description.meshes.len(), transform });
             description.meshes.push(mesh);
@@ -78,8 +82,9 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     Ok(description)
 }
 
-/// A group's mesh: a vertex for each combination of position, texture coordinates and normal.
-fn mesh(geometry: &Geometry, group: &Group) -> Mesh {
+/// A group's mesh about `origin`: a vertex for each combination of position, texture coordinates
+/// and normal.
+fn mesh(geometry: &Geometry, group: &Group, origin: DVec3) -> Mesh {
     let mut mesh = Mesh { name: super::site::shown(geometry.name(group)), ..Mesh::default() };
     let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();
     mesh.triangles.reserve_exact(group.triangles.len());
@@ -87,7 +92,7 @@ fn mesh(geometry: &Geometry, group: &Group) -> Mesh {
         mesh.triangles.push(corners.map(|corner| {
             *vertices.entry(corner).or_insert_with(|| {
                 let [position, uv, normal] = corner;
-                mesh.positions.push(geometry.positions[position as usize]);
+                mesh.positions.push(origin::relative(geometry.positions[position as usize], origin));
                 if uv != NONE {
                     mesh.uvs.push(geometry.uvs[uv as usize]);
                 }

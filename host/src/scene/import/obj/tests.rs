@@ -1,6 +1,6 @@
 //! Whole files.
 
-use super::super::testing::{Memory, png};
+use super::super::testing::{FAR, Memory, ROUNDED, error_in_space, far_vertices, png, rounded_in_world};
 use super::*;
 use crate::scene::description::{Alpha, ConductorFresnel, Material, Surface};
 use crate::scene::import::NoFiles;
@@ -155,4 +155,35 @@ fn materials_in_no_library_are_grey() {
         "{:?}",
         scene.warnings
     );
+}
+
+#[test]
+fn models_far_from_the_origin_keep_their_shape() {
+    let scene = read(&format!("v 0 0 0\n{}f 2 3 4 5\n", far_vertices("v ")));
+    let error = error_in_space(scene.clone());
+    assert!(error <= ROUNDED, "{error:e}");
+    let control = error_in_space(rounded_in_world(scene));
+    assert!(control > 0.1, "{control:e}");
+}
+
+#[test]
+fn meshes_of_a_file_share_an_origin() {
+    let scene = read(&format!("{}o a\nf 1 2 3\no b\nf 1 3 4\n", far_vertices("v ")));
+    let [a, b] = &scene.instances[..] else { panic!() };
+    assert_eq!(a.transform, b.transform);
+    assert!(a.transform.translation.abs_diff_eq(FAR, 1e-3));
+    let corners =
+        |mesh: usize| scene.meshes[mesh].triangles[0].map(|i| scene.meshes[mesh].positions[i as usize]);
+    let ([a1, _, a3], [b1, b3, _]) = (corners(0), corners(1));
+    assert_eq!((a1, a3), (b1, b3));
+}
+
+/// A small part of a model that stands at the origin, too.
+#[test]
+fn models_near_the_origin_keep_their_bits() {
+    let scene =
+        read("v 0.1 -0 0\nv 10.1 0.3 0\nv 10.1001 0.3 0\nv 10.1 0.3001 -0\no a\nf 1 2 3\no b\nf 2 3 4\n");
+    assert!(scene.instances.iter().all(|instance| instance.transform == DAffine3::IDENTITY));
+    assert_eq!(scene.meshes[1].positions, [[10.1, 0.3, 0.0], [10.1001, 0.3, 0.0], [10.1, 0.3001, 0.0]]);
+    assert_eq!(scene.meshes[0].positions[0].map(f32::to_bits), [0.1f32, -0.0, 0.0].map(f32::to_bits));
 }

@@ -46,6 +46,12 @@ impl<'a> Body<'a> {
         }
     }
 
+    /// Returns whether each number of a kind is exact in f32. Text may have more digits than its
+    /// header says.
+    pub fn is_single(&self, kind: Number) -> bool {
+        self.encoding != Encoding::Ascii && !matches!(kind, Number::I32 | Number::U32 | Number::F64)
+    }
+
     /// Reads a number.
     pub fn number(&mut self, kind: Number) -> Result<f64, SceneError> {
         if self.encoding == Encoding::Ascii {

@@ -1,14 +1,17 @@
 //! PLY: ASCII and binary of both byte orders.
 //!
-//! Of the element `vertex`: `x`, `y`, `z`; `nx`, `ny`, `nz`; `u` and `v`, or `s` and `t`, or `texture_u` and `texture_v`, with v
-//! upwards there, downwards here. Of the element `face`: the list `vertex_indices` or `vertex_index`; polygons become fans around
-//! their first vertex. Numbers may be of any type, indices of any integer type. Everything is of one grey diffuse material.
+//! Of the element `vertex`: `x`, `y`, `z`; `nx`, `ny`, `nz`; `u` and `v`, or `s` and `t`, or
+//! `texture_u` and `texture_v`, with v upwards there, downwards here. Of the element `face`: the
+//! list `vertex_indices` or `vertex_index`; polygons become fans around their first vertex. Numbers
+//! may be of any type, indices of any integer type. Positions are read in f64; of a file far from 0
+//! they are stored relative to its centre. Everything is of one grey diffuse material.
 
 mod body;
 mod header;
 
 use super::budget::Budget;
 use super::mesh::{POSITION_REMEDY, check_instance, check_position, check_uvs, extent, finish};
+use super::origin;
 use super::site::{Site, shown};
 use super::warnings::Warnings;
 use crate::scene::description::{Alpha, Description, Instance, Material, Mesh, Surface};
@@ -34,11 +37,13 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Description, SceneError> {
     // As a vertex takes bytes, more than these are found to be missing before indices are.
     let vertices = count_of("vertex").unwrap_or(0).min(u64::from(u32::MAX)) as u32;
 
+    // Positions that f32 would round; those that it would not are the mesh's at once.
+    let mut exact = Vec::new();
     let mut mesh = Mesh { name: "mesh".to_owned(), ..Mesh::default() };
     for element in &header.elements {
         body.reserve(element)?;
         match element.name.as_str() {
-            "vertex" => read_vertices(&mut body, element, &mut mesh, &mut warnings)?,
+            "vertex" => read_vertices(&mut body, element, &mut mesh, &mut exact, &mut warnings)?,
             "face" => read_faces(&mut body, element, vertices, &mut mesh, &mut warnings)?,
             other => {
                 warnings.once(format!("the PLY element \"{}\" is not supported and ignored", shown(other)));
@@ -48,12 +53,20 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Description, SceneError> {
     }
 
     let site = Site::new(name, "face");
-    check_uvs(&mut mesh.uvs, &Site::new(name, "vertex"), &mut warnings);
+    let vertex = Site::new(name, "vertex");
+    check_uvs(&mut mesh.uvs, &vertex, &mut warnings);
+    let corners = mesh.triangles.as_flattened().iter();
+    let origin = origin::choose(corners.filter_map(|&corner| exact.get(corner as usize).copied()));
+    if exact.is_empty() {
+        origin::warn_of_single(&mesh.positions, &vertex, &mut warnings);
+    } else {
+        mesh.positions = exact.into_iter().map(|position| origin::relative(position, origin)).collect();
+    }
     let mut description = Description::default();
     if mesh.triangles.is_empty() {
         warnings.once("the file has no faces");
     } else if let Some(mesh) = finish(mesh, &site, &mut warnings) {
-        let transform = DAffine3::IDENTITY;
+        let transform = DAffine3::from_translation(origin);
         check_instance(extent(&mesh), mesh.triangles.len(), &transform, &mut budget, &site)?;
         description.instances.push(Instance { mesh: 0, transform });
         description.meshes.push(mesh);
@@ -81,6 +94,7 @@ fn read_vertices(
     body: &mut Body,
     element: &Element,
     mesh: &mut Mesh,
+    exact: &mut Vec<[f64; 3]>,
     warnings: &mut Warnings,
 ) -> Result<(), SceneError> {
     let role = |name: &str| VERTEX.iter().position(|names| names.contains(&name));
@@ -102,7 +116,12 @@ fn read_vertices(
         warnings.once(format!("these properties of PLY vertices are not supported and ignored: {names}"));
     }
     let count = element.count as usize; // all there, as the body has room for them
-    mesh.positions.reserve_exact(count);
+    let single = element.properties.iter().all(|property| match property.kind {
+        Kind::Scalar(number) if matches!(role(&property.name), Some(0..3)) => body.is_single(number),
+        _ => true,
+    });
+    mesh.positions.reserve_exact(if single { count } else { 0 });
+    exact.reserve_exact(if single { 0 } else { count });
     mesh.normals.reserve_exact(if normals { count } else { 0 });
     mesh.uvs.reserve_exact(if uvs { count } else { 0 });
     let roles: Vec<Option<usize>> = element.properties.iter().map(|p| role(&p.name)).collect();
@@ -116,10 +135,14 @@ fn read_vertices(
             }
         }
         let [x, y, z, nx, ny, nz, u, v] = values;
-        mesh.positions.push(check_position([x, y, z]).map_err(|problem| {
+        let position = check_position([x, y, z]).map_err(|problem| {
             let site = body.site(&format!("vertex {vertex}"));
             site.malformed(format!("it is at {problem}"), POSITION_REMEDY)
-        })?);
+        })?;
+        match single {
+            true => mesh.positions.push(position.map(|x| x as f32)),
+            false => exact.push(position),
+        }
         if normals {
             mesh.normals.push([nx as f32, ny as f32, nz as f32]);
         }

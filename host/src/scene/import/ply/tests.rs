@@ -1,5 +1,6 @@
 //! Whole files.
 
+use super::super::testing::{DETAILS, FAR, ROUNDED, error_in_space, far_vertices, rounded_in_world};
 use super::*;
 
 fn header(format: &str, vertex: &str, count: &str, index: &str, faces: usize) -> String {
@@ -103,4 +104,56 @@ fn errors_say_what_and_where() {
         let message = error(text.as_bytes());
         assert!(message.contains(expected), "{message}");
     }
+}
+
+/// Text, whatever type its header names, and binary files of doubles.
+#[test]
+fn models_far_from_the_origin_keep_their_shape() {
+    let text =
+        header("ascii", "float:x float:y float:z", "uchar", "int", 1) + &far_vertices("") + "4 0 1 2 3\n";
+    let mut binary =
+        header("binary_little_endian", "double:x double:y double:z", "uchar", "uchar", 1).into_bytes();
+    binary.extend(DETAILS.iter().flat_map(|&p| (FAR + p).to_array()).flat_map(f64::to_le_bytes));
+    binary.extend([4, 0, 1, 2, 3]);
+    for file in [text.into_bytes(), binary] {
+        let scene = parse(&file, "a.ply").unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let error = error_in_space(scene.clone());
+        assert!(error <= ROUNDED, "{error:e}");
+        let control = error_in_space(rounded_in_world(scene));
+        assert!(control > 0.1, "{control:e}");
+    }
+}
+
+#[test]
+fn single_precision_far_from_the_origin_is_a_warning() {
+    let read = |place: f32, size: f32| {
+        let mut file =
+            header("binary_little_endian", "float:x float:y float:z", "uchar", "uchar", 1).into_bytes();
+        let numbers = VERTICES.as_flattened().iter().map(|x| place + size * x);
+        file.extend(numbers.flat_map(f32::to_le_bytes));
+        file.extend([4, 0, 1, 2, 3]);
+        parse(&file, "a.ply").unwrap()
+    };
+    let scene = read(1e5, 0.125);
+    let message = "meshes in single precision far from the origin, whose digits are not in the file; export double \
+                   precision, or move the model to the origin first: 1, the first in vertex";
+    assert_eq!(scene.warnings, [message]);
+    assert!(read(1e5, 1e-3).warnings.contains(&message.to_owned()));
+    for (place, size) in [(0.0, 1.0), (1e5, 64.0)] {
+        let scene = read(place, size);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        assert_eq!(scene.instances[0].transform, DAffine3::IDENTITY);
+    }
+}
+
+#[test]
+fn models_near_the_origin_keep_their_bits() {
+    let body = "0.1 -0 0\n16.7 0 0\n1 0.3 0\n0 1 1e-9\n4 0 1 2 3\n";
+    let text = header("ascii", "double:x double:y double:z", "uchar", "int", 1) + body;
+    let scene = parse(text.as_bytes(), "a.ply").unwrap();
+    assert_eq!(scene.instances[0].transform, DAffine3::IDENTITY);
+    let expected = [[0.1f32, -0.0, 0.0], [16.7, 0.0, 0.0], [1.0, 0.3, 0.0], [0.0, 1.0, 1e-9]];
+    let bits = |positions: &[[f32; 3]]| positions.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>();
+    assert_eq!(bits(&scene.meshes[0].positions), bits(&expected));
 }

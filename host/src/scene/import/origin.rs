@@ -1,0 +1,101 @@
+//! The point that a file's positions are stored relative to.
+//!
+//! A description stores positions in f32. Of a model far from 0, such as one in a country's
+//! coordinates, that would round away what the file says of its shape. Its positions are stored
+//! relative to its centre instead, and its instances' transforms, which are f64, bring it back.
+
+use super::site::Site;
+use super::warnings::Warnings;
+use crate::scene::values::GREATEST;
+use glam::DVec3;
+
+/// A file whose centre is at most this many times its half extent from 0 stores positions as they
+/// are: f32 rounds them to 2^-20 of the half extent or better, which is below what an image shows.
+/// Beyond, the loss grows without bound.
+const MAX_DISTANCE: f64 = 16.0;
+
+/// As [`MAX_DISTANCE`], for files that are in single precision themselves: beyond, they are rounded
+/// by 2^-10 of the half extent.
+const MAX_SINGLE_DISTANCE: f64 = 16384.0;
+
+/// Box around positions.
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    fn of(positions: impl Iterator<Item = DVec3>) -> Self {
+        let empty = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+        positions.fold(empty, |Self { low, high }, p| Self { low: low.min(p), high: high.max(p) })
+    }
+
+    fn center(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Returns whether the centre is more than `limit` half extents from 0; `false` of no
+    /// positions.
+    fn is_farther(&self, limit: f64) -> bool {
+        let half = 0.5 * (self.high - self.low).max_element();
+        self.center().abs().max_element() > limit * half
+    }
+}
+
+/// Returns the point that all meshes of a file are stored relative to: 0, or the centre of
+/// `positions`, those that triangles use.
+///
+/// One for the whole file: vertices that two meshes share stay at the same place, so that no crack
+/// opens between them.
+pub(super) fn choose(positions: impl Iterator<Item = [f64; 3]>) -> DVec3 {
+    let bounds = Bounds::of(positions.map(DVec3::from));
+    // At the world's very border, rounding could carry a vertex across it.
+    let inside = bounds.low.abs().max(bounds.high.abs()).max_element() <= 0.5 * GREATEST;
+    if inside && bounds.is_farther(MAX_DISTANCE) { bounds.center() } else { DVec3::ZERO }
+}
+
+/// Returns a position relative to `origin`, in f32.
+pub(super) fn relative(position: [f64; 3], origin: DVec3) -> [f32; 3] {
+    (DVec3::from(position) - origin).as_vec3().into()
+}
+
+/// Warns of positions that a file has in single precision and too far from 0: no reader can restore
+/// their digits.
+pub(super) fn warn_of_single(positions: &[[f32; 3]], site: &Site, warnings: &mut Warnings) {
+    let bounds = Bounds::of(positions.iter().map(|position| DVec3::from(position.map(f64::from))));
+    if bounds.is_farther(MAX_SINGLE_DISTANCE) {
+        let what = "meshes in single precision far from the origin, whose digits are not in the file; export double \
+                    precision, or move the model to the origin first";
+        warnings.tally(what, 1, &site.place);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two opposite corners of a cube with half edge 1.
+    fn cube(center: DVec3) -> [[f64; 3]; 2] {
+        [(center - 1.0).into(), (center + 1.0).into()]
+    }
+
+    #[test]
+    fn only_far_files_get_an_origin() {
+        for near in [DVec3::ZERO, DVec3::new(0.0, 1.0, 0.0), DVec3::new(16.0, -16.0, 3.0)] {
+            assert_eq!(choose(cube(near).into_iter()), DVec3::ZERO);
+        }
+        for far in [DVec3::new(0.0, -17.0, 3.0), DVec3::new(4.5e6, 250.0, 5.4e6)] {
+            assert_eq!(choose(cube(far).into_iter()), far);
+        }
+        let border = [[1e18, 0.0, 0.0], [0.999e18, 0.0, 0.0]];
+        assert_eq!(choose(border.into_iter()), DVec3::ZERO);
+        assert_eq!(choose(std::iter::empty()), DVec3::ZERO);
+    }
+
+    #[test]
+    fn positions_near_the_origin_keep_their_bits() {
+        for x in [0.1, -0.0, 0.0, 1e-40, 16.7, -3e18] {
+            assert_eq!(relative([x; 3], DVec3::ZERO).map(f32::to_bits), [(x as f32).to_bits(); 3]);
+        }
+    }
+}
