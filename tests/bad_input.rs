@@ -301,7 +301,7 @@ fn comparisons_of_what_cannot_be_compared() {
     fails(&["compare", "a.gif", &path("one.pfm")], 2, &["a.gif", ".png"]);
 }
 
-/// Whether a terminal would act on it, or a line is longer than people read.
+/// Returns whether a terminal would act on it, or a line is longer than people read.
 fn is_safe(text: &str) -> bool {
     text.lines().all(|line| line.chars().count() <= 300 && !line.chars().any(char::is_control))
 }

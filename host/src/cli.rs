@@ -101,7 +101,7 @@ pub struct CheckArgs {
     /// Scene file or model.
     pub scene: PathBuf,
 
-    /// Which files the scene may name.
+    /// Files that the scene may name.
     #[command(flatten)]
     pub includes: IncludeArgs,
 

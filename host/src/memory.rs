@@ -1,4 +1,4 @@
-//! How much memory is available.
+//! Available memory.
 
 #[cfg(target_os = "linux")]
 mod cgroup;

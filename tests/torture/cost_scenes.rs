@@ -11,11 +11,11 @@ use trisect_shared::math::{basis, normalize, unit_f32, unit_sphere};
 pub struct CostScene {
     pub name: &'static str,
     pub scene: Scene,
-    /// Where rays start besides from primitives, if not from outside.
+    /// Origin of rays besides primitives; without it, they start outside.
     pub eye: Option<Vec3>,
-    /// Whether each ray, however directed, visits thousands of nodes: so few are traced.
+    /// Each ray, however directed, visits thousands of nodes: few are traced.
     pub is_costly: bool,
-    /// Whether all boxes are the same: obvhs' builder takes a pass for each of them.
+    /// All boxes are the same: obvhs' builder takes a pass for each of them.
     pub is_coincident: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What rays cost at the extremes (44): nodes and leaves that they visit, counted, never timed.
+//! Visits of rays at the extremes (44): nodes and leaves, counted, never timed.
 //!
 //! A ray along an axis or in an axis plane may cost what the same ray costs when it is tilted by a
 //! thousandth, and no more primitives than obvhs tests by its own traversal of its own tree. `COST`

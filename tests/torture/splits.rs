@@ -1,4 +1,4 @@
-//! What spatial splits would gain where boxes overlap: an experiment, for `docs/performance.md`.
+//! Measures what spatial splits would gain where boxes overlap, for `docs/performance.md`.
 
 use crate::construct::{ray, words};
 use crate::cost_scenes;

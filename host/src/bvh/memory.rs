@@ -1,4 +1,4 @@
-//! Whether there is memory for a tree, asked before it is built.
+//! Checks that there is memory for a tree before it is built.
 
 use crate::memory::display;
 use crate::scene::SceneError;

@@ -96,7 +96,7 @@ pub struct ReportArgs {
     /// Scenes to render on the device and on one CPU thread, beside the built-in ones.
     pub scenes: Vec<PathBuf>,
 
-    /// Which files the scenes may name.
+    /// Files that the scenes may name.
     #[command(flatten)]
     pub includes: IncludeArgs,
 

@@ -16,7 +16,7 @@ pub struct JobArgs {
     /// Scene file; without one, the built-in hello world.
     pub scene: Option<PathBuf>,
 
-    /// Which files the scene may name.
+    /// Files that the scene may name.
     #[command(flatten)]
     pub includes: IncludeArgs,
 

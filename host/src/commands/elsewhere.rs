@@ -1,4 +1,4 @@
-//! Where a file goes that cannot be written where it should be.
+//! Fallback places for files that cannot be written where they should be.
 
 use super::say;
 use std::path::{Path, PathBuf};

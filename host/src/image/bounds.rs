@@ -34,7 +34,7 @@ pub(crate) struct Demand {
 }
 
 impl Demand {
-    /// Whether a file of `length` bytes is too short for what its header says.
+    /// Returns whether a file of `length` bytes is too short for what its header says.
     pub fn is_cut(&self, length: u64) -> bool {
         self.needed > ALWAYS && length < self.shortest
     }

@@ -47,7 +47,7 @@ impl Limit {
     }
 }
 
-/// How much a finding matters.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
@@ -146,7 +146,7 @@ impl fmt::Display for Predicted {
 pub struct Finding {
     /// Of which kind.
     pub limit: Limit,
-    /// How much it matters.
+    /// Severity.
     pub severity: Severity,
     /// The triangles that it is about; `None` for what is no mesh.
     pub triangles: Option<Triangles>,

@@ -1,4 +1,4 @@
-//! How much a control group leaves of its limit (Linux, versions 1 and 2).
+//! Memory that a control group leaves of its limit (Linux, versions 1 and 2).
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -28,7 +28,7 @@ const TRANSITION: f32 = 8.0;
 /// Radiance of the background of a model by itself: black, or the sky that it is given.
 const BACKGROUNDS: [[f32; 3]; 2] = [[0.0; 3], [1.0; 3]];
 
-/// How the exposure of an image file is chosen.
+/// Choice of the exposure of an image file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
     /// By the median luminance of a model, in files that a display shows as they are (PNG); formats
@@ -54,7 +54,7 @@ pub struct Automatic {
     pub stops: f32,
     /// Median luminance of the pixels that show more than a background; `None` if there are none.
     pub median: Option<f32>,
-    /// Whether all pixels are black.
+    /// True if all pixels are black.
     pub is_black: bool,
 }
 

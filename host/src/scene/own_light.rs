@@ -1,4 +1,4 @@
-//! Whether a model's own lights carry its image.
+//! Estimates whether a model's own lights carry its image.
 //!
 //! Compares the direct irradiance at points spread over the model with that of the sky that it
 //! would get otherwise. Nothing casts shadows here: an estimate decides about a sky, not about an

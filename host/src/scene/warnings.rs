@@ -12,7 +12,7 @@ pub(super) fn warnings(scene: &Description) -> Vec<String> {
     [no_light(scene), glass::in_the_way(scene), texture_on_plane(scene)].into_iter().flatten().collect()
 }
 
-/// Whether nothing that is there emits.
+/// Returns whether nothing that is there emits.
 fn no_light(scene: &Description) -> Option<String> {
     let sky = match &scene.sky {
         None => false,

@@ -17,7 +17,7 @@ pub(super) enum Bias {
 }
 
 /// Percentages of less than this are printed as 0.000.
-const LEAST_PERCENT: f64 = 0.0005;
+const MIN_PERCENT: f64 = 0.0005;
 
 impl Bias {
     /// Returns whether it is one to speak of.
@@ -41,7 +41,7 @@ impl Errors {
     /// Returns the bias that was seen.
     pub(super) fn bias(&self) -> Bias {
         let size = self.squared_bias.value.max(0.0).sqrt();
-        let shows = |share: f64| 100.0 * share.abs() >= LEAST_PERCENT;
+        let shows = |share: f64| 100.0 * share.abs() >= MIN_PERCENT;
         match self.biased {
             false => Bias::NotSeen,
             true if shows(size) => Bias::Size(size),

@@ -1,6 +1,6 @@
 //! Convergence as evidence: noise falls as the root of the samples, and what does not is bias.
 
-use super::course::{Capture, Convergence, Course, LEAST_CAPTURES, Pair};
+use super::course::{Capture, Convergence, Course, MIN_CAPTURES, Pair};
 use super::errors::{self, Errors, Means};
 use super::measure::is_missing;
 use super::point::Missing;
@@ -43,10 +43,10 @@ impl Courses<'_> {
         check_seeds(self.seeds)?;
         let doubled = std::iter::successors(Some(self.first), |count| count.checked_mul(2));
         let counts: Vec<u32> = doubled.take_while(|&count| count <= self.last).collect();
-        if counts.len() < LEAST_CAPTURES {
+        if counts.len() < MIN_CAPTURES {
             let (what, given) =
                 ("the number of doublings from --first to --last", counts.len().saturating_sub(1));
-            return Err(TradeoffError::TooFew { what, given, least: LEAST_CAPTURES - 1 });
+            return Err(TradeoffError::TooFew { what, given, least: MIN_CAPTURES - 1 });
         }
         Ok(counts)
     }

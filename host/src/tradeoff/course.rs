@@ -1,4 +1,4 @@
-//! How errors fall with samples: what was found, and what it says.
+//! Error against the number of samples: the course of each way, and its verdict.
 
 use super::bias::Bias;
 use super::errors::Errors;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 const TOLERANCE: f64 = 0.05;
 
 /// Numbers of samples that tell a slope.
-pub(super) const LEAST_CAPTURES: usize = 3;
+pub(super) const MIN_CAPTURES: usize = 3;
 
 /// Samples that go by before an image is looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,7 +94,7 @@ impl Course {
         };
         let without: Vec<f64> = (0..seeds).map(|s| slope(Some(s))).collect();
         let slope = Interval::of(slope(None), jackknife_error(&without), seeds as f64 - 1.0);
-        let slope = (captures.len() >= LEAST_CAPTURES).then_some(slope);
+        let slope = (captures.len() >= MIN_CAPTURES).then_some(slope);
         let last = captures.last().map(|capture| &capture.errors);
         let bias = last.map_or(Bias::NotSeen, Errors::bias);
         let plateau = if let Bias::Size(size) = bias { Some(size) } else { None };

@@ -18,7 +18,7 @@ use crate::statistics;
 use std::time::Instant;
 
 /// Samples from which on those by noise differ from as many for each pixel.
-const LEAST_ADAPTIVE: u32 = 8;
+const MIN_ADAPTIVE: u32 = 8;
 
 /// Ways between two looks at the base's time.
 const MODES_OF_AN_EPOCH: usize = 3;
@@ -227,7 +227,7 @@ fn missing(
         }
         // Two halves of two samples each say where noise is; what comes after them goes there.
         for &spp in sweep.levels.iter().filter(|&&spp| is_too_few(mode, spp)) {
-            let needs = format!("it needs {LEAST_ADAPTIVE} to tell where noise is");
+            let needs = format!("it needs {MIN_ADAPTIVE} to tell where noise is");
             add(format!("{spp} samples a pixel; {needs}"));
         }
         let levels: Vec<String> = lacking(sweep, points, index).iter().map(u32::to_string).collect();
@@ -248,7 +248,7 @@ fn lacking(sweep: &Sweep, points: &[(usize, Point)], index: usize) -> Vec<u32> {
 
 /// Returns whether a way has no meaning with so few samples.
 fn is_too_few(mode: &Mode, spp: u32) -> bool {
-    mode.adaptive && spp < LEAST_ADAPTIVE
+    mode.adaptive && spp < MIN_ADAPTIVE
 }
 
 /// The standard deviation of what was measured at several times; 0 of fewer than two.
@@ -259,7 +259,7 @@ fn epochs_deviation(logs: &[f64]) -> f64 {
     }
 }
 
-/// Whether a way is not there, and others may be.
+/// Returns whether a way is not there, and others may be.
 pub(super) fn is_missing(error: &Error) -> bool {
     use SettingsError::{NoFastMath, NoQueue, NoVariant, VariantLacks};
     let of = |error: &SettingsError| {

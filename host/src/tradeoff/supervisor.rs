@@ -1,4 +1,4 @@
-//! What watches a measurement, and when it ends.
+//! Supervision of a measurement: its progress, and its end.
 
 use crate::Error;
 use crate::render::Observer;

@@ -14,7 +14,7 @@ pub trait Files {
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>>;
 }
 
-/// Which files a scene may name.
+/// Files that a scene may name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Includes {
     /// Files in the scene's folder and in folders below it. Links in there are followed.

@@ -98,7 +98,7 @@ impl Form {
         }
     }
 
-    /// Whether a point is well inside.
+    /// Returns whether a point is well inside.
     fn contains(&self, point: DVec3) -> bool {
         match *self {
             Self::Ball { center, radius } => point.distance(center) < 0.99 * radius,
@@ -135,7 +135,7 @@ impl Form {
         Some((points.map(|(a, b)| center + u * a + v * b), u.cross(v).normalize_or_zero()))
     }
 
-    /// Whether a ray meets it at a distance of more than `least`.
+    /// Returns whether a ray meets it at a distance of more than `least`.
     fn is_hit(&self, origin: DVec3, direction: DVec3, least: f64) -> bool {
         match *self {
             Self::Ball { center, radius } => {
@@ -173,7 +173,7 @@ fn block_is_hit(corner: DVec3, edges: [DVec3; 3], origin: DVec3, direction: DVec
     near <= far && far.is_finite()
 }
 
-/// Whether a material lets light through that no path can be connected to.
+/// Returns whether a material lets light through that no path can be connected to.
 fn is_smooth_glass(material: &Material) -> bool {
     let smooth = |roughness: f64| roughness * roughness < f64::from(SMOOTH);
     let clear = match material.surface {
@@ -222,7 +222,7 @@ fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
     (glass, things)
 }
 
-/// Whether a light shines on a point, and in which direction; the length is 1.
+/// Returns whether a light shines on a point, and in which direction; the length is 1.
 fn direction(light: &PunctualLight, point: DVec3) -> Option<DVec3> {
     match *light {
         PunctualLight::Directional { direction, .. } => Some(direction),
@@ -234,7 +234,7 @@ fn direction(light: &PunctualLight, point: DVec3) -> Option<DVec3> {
     }
 }
 
-/// Whether glass keeps a light from something.
+/// Returns whether glass keeps a light from something.
 fn keeps_from(light: &PunctualLight, glass: &Form, things: &[Form]) -> bool {
     let position = match light {
         PunctualLight::Directional { .. } => None,

@@ -1,4 +1,4 @@
-//! Where the image and the controls are in the window.
+//! Layout of the window: the places of the image and of the controls.
 
 use egui::{Frame, Rect, ScrollArea, Ui, UiBuilder, pos2, vec2};
 
