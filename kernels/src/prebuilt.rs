@@ -33,11 +33,13 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// Whether it renders what needs these features right, by whatever method.
+    /// Returns whether the variant renders what needs these features right, by any method.
     pub fn serves(self, features: Features) -> bool {
         // Without microfacets a variant has one Fresnel, not the choice of both.
         let fresnel = self.features & (SCHLICK | MICROFACETS) != SCHLICK || features & SCHLICK != 0;
-        features & !METHOD & !self.features == 0 && fresnel
+        // The sampler is compiled in: a launch cannot choose it.
+        let sampler = (self.features ^ features) & SOBOL == 0;
+        features & !METHOD & !self.features == 0 && fresnel && sampler
     }
 }
 

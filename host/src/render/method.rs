@@ -127,6 +127,8 @@ fn stored(
         return if !variant.serves(needed) || other {
             let missing = if missing != 0 {
                 describe(missing)
+            } else if variant.features & !needed & SOBOL != 0 {
+                "the independent sampler".to_owned()
             } else if !variant.serves(needed) {
                 "Fresnel's equations".to_owned()
             } else {
@@ -184,7 +186,7 @@ fn describe(features: Features) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::Fresnel;
+    use crate::render::{Fresnel, Sampler};
     use crate::scene::Scene;
 
     const DEFAULT: (Traversal, Schedule) = (Traversal::Stack, Schedule::Regenerate);
@@ -226,6 +228,16 @@ mod tests {
         let named = Settings { variant: Some("render_schlick"), ..settings() };
         let error = choose(0, &named, |_| DEFAULT, false).map_err(|error| error.to_string());
         assert!(error.is_err_and(|error| error.contains("lacks Fresnel's equations")));
+    }
+
+    /// A Sobol kernel renders another image than settings that say "independent".
+    #[test]
+    fn the_sampler_is_met() {
+        let named = Settings { variant: Some("render_all_sobol"), ..settings() };
+        let error = choose(0, &named, |_| DEFAULT, false).map_err(|error| error.to_string());
+        assert!(error.is_err_and(|error| error.contains("lacks the independent sampler")));
+        let sobol = Settings { sampler: Sampler::Sobol, ..named };
+        assert!(choose(0, &sobol, |_| DEFAULT, false).is_ok());
     }
 
     #[test]
