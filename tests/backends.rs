@@ -2,17 +2,17 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::backend::{Choice, open};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-fn the_named_backend_is_opened(subject: Subject) {
+fn the_named_backend_is_opened(subject: BackendUnderTest) {
     // Skips aloud, or fails, where it is missing.
     if subject.renderer(&scene("three_spheres.ron")).is_none() {
         return;
     }
     let choice = match subject {
-        Subject::Cpu => Choice::Cpu,
-        Subject::Wgpu | Subject::WgpuNaga => Choice::Wgpu,
-        Subject::Cuda => Choice::Cuda,
+        BackendUnderTest::Cpu => Choice::Cpu,
+        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => Choice::Wgpu,
+        BackendUnderTest::Cuda => Choice::Cuda,
     };
     let selection = open(choice, Some(0), None).unwrap();
     assert_eq!(selection.backend.device().backend, subject.name());

@@ -5,7 +5,7 @@ use trisect::film::{Film, PixelTotals};
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_tests::statistics::ZTest;
-use trisect_tests::{Subject, for_each_backend, root, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
 
 /// Samples a pixel of the reference.
 const SAMPLES: f64 = 30_000.0;
@@ -35,7 +35,7 @@ fn reference() -> Film {
     film
 }
 
-fn the_image_is_the_books(subject: Subject) {
+fn the_image_is_the_books(subject: BackendUnderTest) {
     let good = scene("rtiow_final.ron");
     let reference = reference();
     let test = |scene: &Scene| {
@@ -57,7 +57,7 @@ fn the_image_is_the_books(subject: Subject) {
         |scene| scene.materials.iter_mut().for_each(|material| material.fuzz = 0.0),
     ];
     // On the CPU only: what the comparison can find does not depend on the backend.
-    for (i, plant) in faults.into_iter().enumerate().filter(|_| subject == Subject::Cpu) {
+    for (i, plant) in faults.into_iter().enumerate().filter(|_| subject == BackendUnderTest::Cpu) {
         let mut scene = good.clone();
         plant(&mut scene);
         let result = test(&scene).unwrap();

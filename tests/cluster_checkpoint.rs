@@ -7,14 +7,16 @@ use std::thread;
 use std::time::SystemTime;
 use trisect::backend::cpu::Cpu;
 use trisect::checkpoint::Checkpoint;
-use trisect::distribute::local::Local;
-use trisect::distribute::{Kept, Link, PATIENCE, Picture, Plan, Work, onto};
+use trisect::cluster::local::Local;
+use trisect::cluster::{
+    AssembledImage, ClusterPlan, DEFAULT_PATIENCE, Heartbeat, ResumableFilm, Work, render_into_film,
+};
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
 use trisect_tests::mpi::{self, Job};
 use trisect_tests::program::{Temporary, trisect, wait_for};
-use trisect_tests::renders::After;
+use trisect_tests::renders::StopAfterParts;
 use trisect_tests::{root, scene};
 
 fn renderer(scene: &Scene) -> Renderer {
@@ -23,24 +25,24 @@ fn renderer(scene: &Scene) -> Renderer {
 
 /// Goes on with a film over so many ranks, the last of which has a scene of its own.
 fn grown(ranks: u32, scenes: [&Scene; 2], settings: &Settings, film: Film, pieces: u32) -> Film {
-    let keeper = After::new(pieces);
-    let work = Work::kept(settings.clone(), 3);
-    let mut kept = Some(Kept { film, samples: 0..settings.samples, keeper: &keeper });
+    let keeper = StopAfterParts::new(pieces);
+    let work = Work::for_film(settings.clone(), 3);
+    let mut kept = Some(ResumableFilm { film, samples: 0..settings.samples, observer: &keeper });
     thread::scope(|scope| {
         let mut threads = Vec::new();
         for local in Local::ranks(ranks) {
             let (work, kept) = (&work, kept.take());
             let scene = scenes[usize::from(threads.len() as u32 + 1 == ranks)];
             threads.push(scope.spawn(move || {
-                let mut link = Link::new(local, PATIENCE);
-                onto(&mut link, renderer(scene), work, kept, &mut (), &|| false).unwrap().0
+                let mut link = Heartbeat::new(local, DEFAULT_PATIENCE);
+                render_into_film(&mut link, renderer(scene), work, kept, &mut (), &|| false).unwrap().0
             }));
         }
         let mut films: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
         let finished = films.swap_remove(0).unwrap();
         assert_eq!(finished.report.ranks.len(), ranks as usize);
         match finished.picture {
-            Picture::Film(film) => {
+            AssembledImage::Film(film) => {
                 assert_eq!(finished.counts, film.counts());
                 *film
             }
@@ -55,7 +57,7 @@ fn any_number_of_ranks_goes_on() {
     for guides in [false, true] {
         let settings =
             Settings { width: 12, height: 19, samples: 5000, depth: 8, guides, ..scene.settings() };
-        let empty = || if guides { Film::with_guides(12, 19) } else { Film::new(12, 19) };
+        let empty = || if guides { Film::with_aovs(12, 19) } else { Film::new(12, 19) };
         let want = renderer(&scene).render(&settings, &mut ()).unwrap().film;
         let (mut film, mut runs) = (empty(), 0);
         while !film.coverage.missing(&(0..5000)).is_empty() {
@@ -83,16 +85,22 @@ fn what_is_not_kept_so_is_refused() {
     let settings = Settings { width: 8, height: 8, samples: 256, ..scene.settings() };
     let refuse = |work: Work, film: Film, words: &str| {
         let local = Local::ranks(1).into_iter().next().unwrap();
-        let kept = Kept { film, samples: 0..256, keeper: &() };
-        let result =
-            onto(&mut Link::new(local, PATIENCE), renderer(&scene), &work, Some(kept), &mut (), &|| false);
+        let kept = ResumableFilm { film, samples: 0..256, observer: &() };
+        let result = render_into_film(
+            &mut Heartbeat::new(local, DEFAULT_PATIENCE),
+            renderer(&scene),
+            &work,
+            Some(kept),
+            &mut (),
+            &|| false,
+        );
         let text = result.map(|_| ()).unwrap_err().error.to_string();
         assert!(text.contains(words), "{text}");
     };
-    let work = Work::kept(settings, 3);
+    let work = Work::for_film(settings, 3);
     refuse(work.clone(), Film::new(8, 9), "8x9");
-    refuse(work.clone(), Film::with_guides(8, 8), "the same --aov and --denoise");
-    refuse(Work { plan: Plan::default(), ..work }, Film::new(8, 8), "Work::kept");
+    refuse(work.clone(), Film::with_aovs(8, 8), "the same --aov and --denoise");
+    refuse(Work { plan: ClusterPlan::default(), ..work }, Film::new(8, 8), "Work::kept");
 }
 
 fn text(output: &Output) -> String {

@@ -3,7 +3,7 @@
 
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn settings(renderer_scene: &trisect::scene::Scene) -> Settings {
     Settings { width: 96, height: 54, samples: 5, depth: 20, ..renderer_scene.settings() }
@@ -14,7 +14,7 @@ fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
 }
 
 /// A frame depends on nothing that an earlier frame left: not on memory, not on the pace that it taught the scheduler.
-fn frames_repeat(subject: Subject) {
+fn frames_repeat(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene);
@@ -35,7 +35,7 @@ fn frames_repeat(subject: Subject) {
 }
 
 /// How a frame is cut into submissions does not touch its bits: a kernel resumes the sums that the last one left.
-fn submissions_do_not_matter(subject: Subject) {
+fn submissions_do_not_matter(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene);
@@ -54,7 +54,7 @@ fn submissions_do_not_matter(subject: Subject) {
 }
 
 /// More samples than a chunk holds: the second chunk holds the samples that follow, and is added to the first.
-fn chunks_add_up(subject: Subject) {
+fn chunks_add_up(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 8, height: 6, samples: 300, depth: 8, ..scene.settings() };

@@ -4,15 +4,18 @@
 use std::sync::Arc;
 use std::thread;
 use trisect::backend::cpu::Cpu;
-use trisect::denoise::{Denoise, Filter, History};
-use trisect::distribute::local::Local;
-use trisect::distribute::{Balance, Finished, Link, Mode, PATIENCE, Picture, Plan, Travels, Work, still};
-use trisect::film::{Film, Rows};
+use trisect::cluster::local::Local;
+use trisect::cluster::{
+    AssembledImage, Balance, ClusterPlan, DEFAULT_PATIENCE, DistributionMode, Finished, Heartbeat,
+    WireFormat, Work, render_image,
+};
+use trisect::denoise::{DenoiseSettings, Filter, TemporalSettings};
+use trisect::film::{Film, RowSet};
 use trisect::image::Image;
 use trisect::output::{Format, encode};
-use trisect::render::{Renderer, Screen, Settings};
+use trisect::render::{DisplayOptions, Renderer, Settings};
 use trisect::scene::Scene;
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
@@ -25,8 +28,8 @@ fn by_ranks(ranks: u32, scene_of: &(dyn Fn(u32) -> Scene + Sync), work: &Work) -
     for local in Local::ranks(ranks) {
         let (work, scene) = (work.clone(), scene_of(threads.len() as u32));
         threads.push(thread::spawn(move || {
-            let mut link = Link::new(local, PATIENCE);
-            still(&mut link, renderer(&scene), &work, &mut (), &|| false).unwrap().0
+            let mut link = Heartbeat::new(local, DEFAULT_PATIENCE);
+            render_image(&mut link, renderer(&scene), &work, &mut (), &|| false).unwrap().0
         }));
     }
     let mut images: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
@@ -34,8 +37,8 @@ fn by_ranks(ranks: u32, scene_of: &(dyn Fn(u32) -> Scene + Sync), work: &Work) -
     images.swap_remove(0).unwrap()
 }
 
-fn work(settings: &Settings, plan: Plan, travels: Travels) -> Work {
-    Work { settings: settings.clone(), plan, travels, choice: String::new() }
+fn work(settings: &Settings, plan: ClusterPlan, travels: WireFormat) -> Work {
+    Work { settings: settings.clone(), plan, wire_format: travels, choice: String::new() }
 }
 
 fn whole(scene: &Scene, settings: &Settings) -> Film {
@@ -44,7 +47,7 @@ fn whole(scene: &Scene, settings: &Settings) -> Film {
 
 fn color(finished: Finished) -> Image {
     match finished.picture {
-        Picture::Color(image) => image,
+        AssembledImage::Color(image) => image,
         other => panic!("{other:?}"),
     }
 }
@@ -67,9 +70,9 @@ fn rows_give_the_same_film() {
     let image = want.image();
     for balance in [Balance::Static, Balance::Dynamic] {
         for (ranks, block_shift) in [(1, 3), (2, 3), (2, 0), (3, 1), (7, 2), (24, 0)] {
-            let plan = Plan { mode: Mode::Rows, balance, block_shift };
+            let plan = ClusterPlan { mode: DistributionMode::Rows, balance, block_shift };
             let same = |_: u32| scene.clone();
-            let finished = by_ranks(ranks, &same, &work(&settings, plan, Travels::Color));
+            let finished = by_ranks(ranks, &same, &work(&settings, plan, WireFormat::Color));
             assert_eq!(finished.counts, want.counts(), "{ranks} {balance:?}");
             assert_eq!(finished.report.ranks.len(), ranks as usize);
             assert_eq!(bits(&color(finished)), bits(&image), "{ranks} {balance:?}");
@@ -79,7 +82,7 @@ fn rows_give_the_same_film() {
     let mut other = scene.clone();
     other.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
     let mixed = |rank: u32| if rank == 1 { other.clone() } else { scene.clone() };
-    let finished = by_ranks(3, &mixed, &work(&settings, Plan::default(), Travels::Color));
+    let finished = by_ranks(3, &mixed, &work(&settings, ClusterPlan::default(), WireFormat::Color));
     let share = differing(&color(finished), &image) as f64 / f64::from(40 * 23);
     assert!((0.1..0.5).contains(&share), "a third of the rows should differ, not {share}");
 }
@@ -91,29 +94,29 @@ fn all_that_travels_gives_the_same() {
     // More than a chunk.
     let settings = Settings { width: 16, height: 9, samples: 300, ..scene.settings() };
     let want = whole(&scene, &settings);
-    let plan = Plan { block_shift: 0, ..Plan::default() };
+    let plan = ClusterPlan { block_shift: 0, ..ClusterPlan::default() };
     let same = |_: u32| scene.clone();
-    let bytes = by_ranks(2, &same, &work(&settings, plan, Travels::Bytes));
-    let Picture::Bytes { width, height, bytes } = bytes.picture else { panic!("no bytes") };
+    let bytes = by_ranks(2, &same, &work(&settings, plan, WireFormat::Bytes));
+    let AssembledImage::Bytes { width, height, bytes } = bytes.picture else { panic!("no bytes") };
     let png = encode(&want.image(), Format::Png).unwrap();
     assert_eq!(trisect::output::encode_bytes(width, height, &bytes).unwrap(), png);
 
     let guided = Settings { guides: true, ..settings.clone() };
     let want = whole(&scene, &guided);
     for (mode, travels, settings) in [
-        (Mode::Rows, Travels::Sums, &settings),
-        (Mode::Rows, Travels::Guided, &guided),
-        (Mode::Average, Travels::Guided, &guided),
+        (DistributionMode::Rows, WireFormat::Sums, &settings),
+        (DistributionMode::Rows, WireFormat::SumsAndAovs, &guided),
+        (DistributionMode::Average, WireFormat::SumsAndAovs, &guided),
     ] {
-        let finished = by_ranks(2, &same, &work(settings, Plan { mode, ..plan }, travels));
-        let Picture::Film(film) = finished.picture else { panic!("no film") };
+        let finished = by_ranks(2, &same, &work(settings, ClusterPlan { mode, ..plan }, travels));
+        let AssembledImage::Film(film) = finished.picture else { panic!("no film") };
         let film = *film;
-        if mode == Mode::Rows {
+        if mode == DistributionMode::Rows {
             assert_eq!(film.pixels, want.pixels, "{travels:?}");
         }
         assert_eq!(film.coverage, want.coverage);
-        if travels == Travels::Guided && mode == Mode::Rows {
-            assert_eq!(film.guides, want.guides);
+        if travels == WireFormat::SumsAndAovs && mode == DistributionMode::Rows {
+            assert_eq!(film.aovs, want.aovs);
         }
     }
 }
@@ -123,7 +126,7 @@ fn all_that_travels_gives_the_same() {
 fn averages_give_the_same_film() {
     let scene = scene("rtiow_final.ron");
     let same = |_: u32| scene.clone();
-    let plan = Plan { mode: Mode::Average, ..Plan::default() };
+    let plan = ClusterPlan { mode: DistributionMode::Average, ..ClusterPlan::default() };
     for (samples, ranks, whole_chunks) in [
         (1024, 1, true),
         (1024, 2, true),
@@ -135,7 +138,7 @@ fn averages_give_the_same_film() {
     ] {
         let settings = Settings { width: 12, height: 17, samples, ..scene.settings() };
         let want = whole(&scene, &settings);
-        let travels = if samples.div_ceil(ranks) > 256 { Travels::Mean } else { Travels::Chunk };
+        let travels = if samples.div_ceil(ranks) > 256 { WireFormat::Mean } else { WireFormat::Chunk };
         let finished = by_ranks(ranks, &same, &work(&settings, plan, travels));
         assert_eq!(finished.counts, want.counts(), "{samples} {ranks}");
         let (image, want) = (color(finished), want.image());
@@ -163,13 +166,13 @@ fn averages_give_the_same_film() {
 fn noise_falls_with_the_root_of_the_ranks() {
     let scene = scene("rtiow_final.ron");
     let same = |_: u32| scene.clone();
-    let plan = Plan { mode: Mode::Average, ..Plan::default() };
+    let plan = ClusterPlan { mode: DistributionMode::Average, ..ClusterPlan::default() };
     // Of two images of other seeds, over the root of 2; of what a screen shows, since a single bright path would decide over all others.
     let noise = |ranks: u32, per_rank: u32| {
         let image = |seed: u32| {
             let settings =
                 Settings { width: 160, height: 90, samples: ranks * per_rank, seed, ..scene.settings() };
-            color(by_ranks(ranks, &same, &work(&settings, plan, Travels::Chunk)))
+            color(by_ranks(ranks, &same, &work(&settings, plan, WireFormat::Chunk)))
         };
         let (a, b) = (image(1), image(2));
         let squares = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
@@ -186,52 +189,52 @@ fn noise_falls_with_the_root_of_the_ranks() {
     assert!((ratio - 1.0).abs() > 0.05, "{ratio}");
 }
 
-for_each_backend!(shares_are_rows_of_the_film, bands_are_rows_of_the_frame, twins_render_the_same);
+for_each_backend!(shares_are_rows_of_the_film, bands_are_rows_of_the_frame, second_streams_render_the_same);
 
 /// A renderer and its twin, at the same time and from two places: each has what it has by itself. Where a backend has no twins, there is nothing to compare.
-fn twins_render_the_same(subject: Subject) {
+fn second_streams_render_the_same(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let Some(mut twin) = renderer.twin().unwrap() else {
+    let Some(mut twin) = renderer.second_stream().unwrap() else {
         eprintln!("{subject:?} has no twins");
         return;
     };
     let settings = Settings { width: 97, height: 61, samples: 4, ..scene.settings() };
-    let rows = Rows::from(0..settings.height);
+    let rows = RowSet::from(0..settings.height);
     let mut aside = scene.camera;
     aside.look_from.x += 1.0;
     let frames = |renderer: &mut Renderer| -> Vec<Vec<u32>> {
         let mut frame = || {
             let mut pixels = Vec::new();
-            renderer.frame(&settings, &rows, &Screen::default(), &mut pixels).unwrap();
+            renderer.frame(&settings, &rows, &DisplayOptions::default(), &mut pixels).unwrap();
             pixels
         };
         (0..20).map(|_| frame()).collect()
     };
     let here = frames(&mut renderer);
-    twin.look(aside).unwrap();
+    twin.set_camera(aside).unwrap();
     let there = frames(&mut twin);
     thread::scope(|scope| {
         let other = scope.spawn(|| frames(&mut twin));
         assert!(frames(&mut renderer) == here, "{subject:?}");
         assert!(other.join().unwrap() == there, "{subject:?}, the twin");
     });
-    twin.look(scene.camera).unwrap();
+    twin.set_camera(scene.camera).unwrap();
     assert!(frames(&mut twin) == here, "{subject:?}, the twin from the first place");
     // The sabotage twin: another place is another image.
     assert_ne!(here[0], there[0]);
 }
 
 /// What a rank has of a device is what one process has of it.
-fn shares_are_rows_of_the_film(subject: Subject) {
+fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 41, height: 29, samples: 3, ..scene.settings() };
     let width = settings.width as usize;
     let (mut screen, mut pixels) = (Vec::new(), Vec::new());
     let film = renderer.render(&settings, &mut ()).unwrap().film;
-    let all = Rows::from(0..settings.height);
-    renderer.frame(&settings, &all, &Screen::default(), &mut screen).unwrap();
+    let all = RowSet::from(0..settings.height);
+    renderer.frame(&settings, &all, &DisplayOptions::default(), &mut screen).unwrap();
     for (shown, pixel) in screen.iter().zip(&film.image().pixels) {
         for (byte, value) in shown.to_le_bytes().into_iter().zip(pixel) {
             assert!(byte.abs_diff(trisect::metrics::srgb::encode_u8(*value)) <= 1);
@@ -239,14 +242,14 @@ fn shares_are_rows_of_the_film(subject: Subject) {
     }
     for (shift, ranks) in [(0, 2), (2, 3), (3, 2)] {
         for rank in 0..ranks {
-            let rows = Rows::interleaved(settings.height, shift, rank, ranks);
-            let sums = renderer.render_sums(&settings, &rows, 0..3, &mut ()).unwrap();
+            let rows = RowSet::interleaved(settings.height, shift, rank, ranks);
+            let sums = renderer.render_chunk(&settings, &rows, 0..3, &mut ()).unwrap();
             for (row, own) in rows.iter().zip(sums.pixels.chunks_exact(width)) {
                 for (sums, total) in own.iter().zip(&film.pixels[row as usize * width..]) {
                     assert_eq!(trisect::film::PixelTotals::of(sums, 3), *total, "{subject:?} row {row}");
                 }
             }
-            renderer.frame(&settings, &rows, &Screen::default(), &mut pixels).unwrap();
+            renderer.frame(&settings, &rows, &DisplayOptions::default(), &mut pixels).unwrap();
             for (row, own) in rows.iter().zip(pixels.chunks_exact(width)) {
                 assert_eq!(
                     own,
@@ -257,25 +260,28 @@ fn shares_are_rows_of_the_film(subject: Subject) {
         }
     }
     // The twin: another rank's rows.
-    let other = Rows::interleaved(settings.height, 0, 1, 2);
-    renderer.frame(&settings, &other, &Screen::default(), &mut pixels).unwrap();
+    let other = RowSet::interleaved(settings.height, 0, 1, 2);
+    renderer.frame(&settings, &other, &DisplayOptions::default(), &mut pixels).unwrap();
     assert_ne!(pixels[..width], screen[..width]);
 }
 
 /// Bands of rows, each with what filters reach around it, are the rows of the whole frame: also of frames that follow each other at rest.
-fn bands_are_rows_of_the_frame(subject: Subject) {
+fn bands_are_rows_of_the_frame(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 24, height: 300, samples: 1, ..scene.settings() };
     let width = settings.width as usize;
-    for denoise in [Some(Denoise::new(Filter::Svgf)), Some(Denoise::new(Filter::Atrous)), None] {
+    for denoise in
+        [Some(DenoiseSettings::new(Filter::Svgf)), Some(DenoiseSettings::new(Filter::Atrous)), None]
+    {
         let mut frames = |rows: std::ops::Range<u32>| {
             let mut shown = Vec::new();
             for _ in 0..3 {
-                let live =
-                    renderer.live_rows(&settings, denoise.as_ref(), Some(&History::DEFAULT), &rows).unwrap();
+                let live = renderer
+                    .live_rows(&settings, denoise.as_ref(), Some(&TemporalSettings::DEFAULT), &rows)
+                    .unwrap();
                 let mut pixels = Vec::new();
-                renderer.show(&live, &Screen::default(), &mut pixels).unwrap();
+                renderer.show(&live, &DisplayOptions::default(), &mut pixels).unwrap();
                 shown.push(pixels);
             }
             shown

@@ -12,13 +12,13 @@ use trisect_shared::ray::Ray;
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::{brighter, cpu, differing, film};
 use trisect_tests::statistics::{GLOBAL_LIMIT, ZTest};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// Precise CUDA equals the CPU bit for bit: sums, squares, counts and segments of every pixel.
 #[test]
 fn cuda_gives_the_cpus_bits() {
     let scene = scene("rtiow_final.ron");
-    let Some(mut cuda) = Subject::Cuda.renderer(&scene) else { return };
+    let Some(mut cuda) = BackendUnderTest::Cuda.renderer(&scene) else { return };
     let mut cpu = cpu(&scene);
     for seed in [1, 2] {
         for roulette in [true, false] {
@@ -32,7 +32,7 @@ fn cuda_gives_the_cpus_bits() {
                 // The twin: the last bit of one sphere's radius.
                 let mut faulty = scene.clone();
                 faulty.spheres[0].radius = faulty.spheres[0].radius.next_up();
-                let faulty = film(&mut Subject::Cuda.renderer(&faulty).unwrap(), &settings);
+                let faulty = film(&mut BackendUnderTest::Cuda.renderer(&faulty).unwrap(), &settings);
                 assert_ne!(differing(&faulty, &want), 0, "a comparison that cannot fail");
             }
         }
@@ -40,13 +40,13 @@ fn cuda_gives_the_cpus_bits() {
 }
 
 /// Exact Fresnel, on the small scene, by each backend against the CPU: both kernels' variants are reached.
-fn exact_fresnel_agrees(subject: Subject) {
+fn exact_fresnel_agrees(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 64, height: 36, samples: 4, ..scene.settings() };
     let want = film(&mut cpu(&scene), &settings);
     let agrees = |got: &Film| {
-        if matches!(subject, Subject::Cpu | Subject::Cuda) {
+        if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
             return differing(got, &want) == 0;
         }
         // Same random numbers, so almost the same paths: a few go another way at an edge, after an ulp of difference.
@@ -100,7 +100,7 @@ fn camera_ray(camera: &Camera, settings: &Settings, pixel: usize) -> Ray {
 }
 
 /// First hits differ in a counted few pixels, each at an edge.
-fn first_hits_agree(subject: Subject) {
+fn first_hits_agree(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 400, height: 225, seed: 7, ..scene.settings() };
@@ -124,7 +124,7 @@ fn first_hits_agree(subject: Subject) {
     eprintln!("{subject:?}: {edges} of {} first hits differ, all at edges", want.len());
     // 0.01 %, the bound of numerics' torture test 20.
     assert!(edges * 10_000 <= want.len(), "{edges}");
-    if matches!(subject, Subject::Cpu | Subject::Cuda) {
+    if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
         assert_eq!(got, want);
     }
 
@@ -139,7 +139,7 @@ fn first_hits_agree(subject: Subject) {
 
 /// First hits by themselves, with no other backend to agree with: the nearest sphere by double precision, its distance, its outward
 /// normal.
-fn first_hits_are_the_nearest(subject: Subject) {
+fn first_hits_are_the_nearest(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 200, height: 112, seed: 8, ..scene.settings() };
@@ -185,7 +185,7 @@ fn first_hits_are_the_nearest(subject: Subject) {
 }
 
 /// Radiance from different seeds differs by noise only; 1 % of albedo is found.
-fn radiance_is_the_same_within_noise(subject: Subject) {
+fn radiance_is_the_same_within_noise(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 128, height: 72, samples: 256, seed: 11, ..scene.settings() };
@@ -201,7 +201,7 @@ fn radiance_is_the_same_within_noise(subject: Subject) {
 }
 
 /// Russian roulette changes the noise, not the mean.
-fn roulette_keeps_the_mean(subject: Subject) {
+fn roulette_keeps_the_mean(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 96, height: 54, samples: 128, seed: 21, ..scene.settings() };
@@ -232,7 +232,7 @@ for_each_backend!(
 #[test]
 fn fast_math_is_the_same_within_noise() {
     let scene = scene("rtiow_final.ron");
-    let Some(mut cuda) = Subject::Cuda.renderer(&scene) else { return };
+    let Some(mut cuda) = BackendUnderTest::Cuda.renderer(&scene) else { return };
     let settings = Settings { width: 160, height: 90, samples: 128, seed: 31, ..scene.settings() };
     let precise = film(&mut cuda, &settings);
     let fast = Settings { math: trisect::render::MathMode::Fast, ..settings };
@@ -240,7 +240,7 @@ fn fast_math_is_the_same_within_noise() {
     let fast = Settings { seed: 32, ..fast };
     let test = ZTest::new(&film(&mut cuda, &fast), &precise);
     assert!(test.passes(), "{test:?}");
-    let Some(mut cuda) = Subject::Cuda.renderer(&brighter(&scene)) else { return };
+    let Some(mut cuda) = BackendUnderTest::Cuda.renderer(&brighter(&scene)) else { return };
     let test = ZTest::new(&film(&mut cuda, &fast), &precise);
     assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
 }

@@ -6,7 +6,7 @@ use trisect::render::{Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_tests::renders::{differing, film, lit};
 use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
-use trisect_tests::{Subject, for_each_backend, root, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
 
 /// A scene and its settings, small; and samples a pixel with and without light sampling on the CPU.
 struct Case {
@@ -44,16 +44,17 @@ fn cases() -> Vec<Case> {
 }
 
 /// What a software adapter has time for: fewer scenes, pixels and samples.
-fn smaller(subject: Subject, case: &mut Case) -> bool {
-    if subject != Subject::Cpu {
+fn smaller(subject: BackendUnderTest, case: &mut Case) -> bool {
+    if subject != BackendUnderTest::Cpu {
         (case.settings.width, case.settings.height) = (16, 12);
         case.samples = (case.samples.0 / 16, case.samples.1 / 32);
     }
-    subject == Subject::Cpu || ["cornell_box.ron", "materials.ron", "gltf/features.gltf"].contains(&case.name)
+    subject == BackendUnderTest::Cpu
+        || ["cornell_box.ron", "materials.ron", "gltf/features.gltf"].contains(&case.name)
 }
 
 /// `with` against `without` light sampling: blocks' and the whole's sigmas.
-fn compare(subject: Subject, case: &Case, with: &Scene) -> Option<BlockTest> {
+fn compare(subject: BackendUnderTest, case: &Case, with: &Scene) -> Option<BlockTest> {
     let render = |scene: &Scene, light_sampling, samples, seed| {
         let settings = Settings { samples, light_sampling, seed, ..case.settings.clone() };
         Some(Blocks::new(&film(&mut subject.renderer(scene)?, &settings)))
@@ -63,7 +64,7 @@ fn compare(subject: Subject, case: &Case, with: &Scene) -> Option<BlockTest> {
 }
 
 /// Next-event estimation with multiple importance sampling changes the noise, not the mean.
-fn light_sampling_keeps_the_mean(subject: Subject) {
+fn light_sampling_keeps_the_mean(subject: BackendUnderTest) {
     for mut case in cases() {
         if !smaller(subject, &mut case) {
             continue;
@@ -71,7 +72,7 @@ fn light_sampling_keeps_the_mean(subject: Subject) {
         let Some(test) = compare(subject, &case, &case.scene) else { return };
         eprintln!("{}: {test:?}", case.name);
         assert!(test.whole < GLOBAL_LIMIT, "{}: {test:?}", case.name);
-        if subject != Subject::Cpu {
+        if subject != BackendUnderTest::Cpu {
             continue;
         }
         assert!(test.passes(), "{}: {test:?}", case.name);
@@ -80,21 +81,21 @@ fn light_sampling_keeps_the_mean(subject: Subject) {
 
 /// The twin: weights that are 2 % off, as lights brighter by that would show them.
 #[test]
-fn sabotage_wrong_weights_are_found() {
+fn negative_control_wrong_weights_are_found() {
     let case = case("light_sphere.ron", (256, 4096));
-    let test = compare(Subject::Cpu, &case, &lit(&case.scene, 1.02)).unwrap();
+    let test = compare(BackendUnderTest::Cpu, &case, &lit(&case.scene, 1.02)).unwrap();
     assert!(test.whole > GLOBAL_LIMIT, "a comparison that cannot fail: {test:?}");
 }
 
 /// Sobol's points and independent ones, roulette from the first and from a later segment: the same mean. (The variance that a film of
 /// Sobol points estimates is that of independent ones: above theirs, so that this test is too kind to them.)
-fn samplers_and_roulette_keep_the_mean(subject: Subject) {
+fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
     let names = ["cornell_box.ron", "materials.ron", "rtiow_final.ron"];
-    for name in names.into_iter().take(if subject == Subject::Cpu { 3 } else { 1 }) {
+    for name in names.into_iter().take(if subject == BackendUnderTest::Cpu { 3 } else { 1 }) {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let samples = if subject == Subject::Cpu { 256 } else { 4 };
-        let (width, height) = if subject == Subject::Cpu { (32, 24) } else { (16, 12) };
+        let samples = if subject == BackendUnderTest::Cpu { 256 } else { 4 };
+        let (width, height) = if subject == BackendUnderTest::Cpu { (32, 24) } else { (16, 12) };
         let plain = Settings { width, height, samples, depth: 12, seed: 1, ..scene.settings() };
         let want = Blocks::new(&film(&mut renderer, &plain));
         let sobol = Settings { sampler: Sampler::Sobol, seed: 2, ..plain.clone() };
@@ -109,10 +110,10 @@ fn samplers_and_roulette_keep_the_mean(subject: Subject) {
             let test = Blocks::new(&got).compare(&want, 1e-5);
             eprintln!("{name}, {way}: {test:?}");
             assert!(test.whole < GLOBAL_LIMIT, "{name}, {way}: {test:?}");
-            assert!(subject != Subject::Cpu || test.share > 0.99, "{name}, {way}: {test:?}");
+            assert!(subject != BackendUnderTest::Cpu || test.share > 0.99, "{name}, {way}: {test:?}");
         }
         // The twin.
-        if subject == Subject::Cpu && name != "cornell_box.ron" {
+        if subject == BackendUnderTest::Cpu && name != "cornell_box.ron" {
             let got = film(&mut subject.renderer(&lit(&scene, 1.05)).unwrap(), &sobol);
             let test = Blocks::new(&got).compare(&want, 1e-5);
             assert!(test.whole > GLOBAL_LIMIT, "{name}: a comparison that cannot fail: {test:?}");
@@ -130,10 +131,12 @@ fn variants_give_the_same_bits() {
         let scene = scene(name);
         let mut general = scene.clone();
         let mut lamp = general.materials[0];
-        (lamp.emission, lamp.light_density) = (glam::Vec3::ONE, 1.0);
+        (lamp.emission, lamp.light_pdf) = (glam::Vec3::ONE, 1.0);
         general.materials.push(lamp);
-        let (mut simple, mut all) =
-            (Subject::Cpu.renderer(&scene).unwrap(), Subject::Cpu.renderer(&general).unwrap());
+        let (mut simple, mut all) = (
+            BackendUnderTest::Cpu.renderer(&scene).unwrap(),
+            BackendUnderTest::Cpu.renderer(&general).unwrap(),
+        );
         for sampler in [Sampler::Independent, Sampler::Sobol] {
             for roulette in [false, true] {
                 let settings =

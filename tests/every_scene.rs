@@ -9,7 +9,7 @@ use trisect::scene::Scene;
 use trisect_shared::path::FirstHit;
 use trisect_tests::renders::{brighter, cpu, differing, film, scene_files};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Share of pixels whose radiance is the same but for rounding: the same random numbers take the same paths, but for a few that an ulp
 /// sends another way at an edge, a choice of a lobe, or a texel's border.
@@ -30,7 +30,7 @@ fn elsewhere(a: &[FirstHit], b: &[FirstHit]) -> usize {
     a.iter().zip(b).filter(|(a, b)| a.primitive != b.primitive).count()
 }
 
-fn one(subject: Subject, path: &Path) -> Option<()> {
+fn one(subject: BackendUnderTest, path: &Path) -> Option<()> {
     let scene = Scene::load(path).unwrap();
     let name = path.file_name().unwrap().display();
     let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..scene.settings() };
@@ -42,7 +42,7 @@ fn one(subject: Subject, path: &Path) -> Option<()> {
     // More pixels: they cost one ray each.
     let many = Settings { width: 160, height: 120, ..settings.clone() };
     let (hits, wanted) = (renderer.first_hits(&many, 1).unwrap(), cpu.first_hits(&many, 1).unwrap());
-    if matches!(subject, Subject::Cpu | Subject::Cuda) {
+    if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
         assert_eq!(differing(&got, &want), 0, "{name}");
         assert!(hits == wanted, "{name}: first hits");
     } else {
@@ -57,7 +57,7 @@ fn one(subject: Subject, path: &Path) -> Option<()> {
     Some(())
 }
 
-fn every_scene_is_the_cpus(subject: Subject) {
+fn every_scene_is_the_cpus(subject: BackendUnderTest) {
     let files = scene_files();
     assert!(files.len() >= 12, "{files:?}");
     for path in &files {
@@ -65,7 +65,7 @@ fn every_scene_is_the_cpus(subject: Subject) {
             return;
         }
     }
-    if subject == Subject::WgpuNaga {
+    if subject == BackendUnderTest::WgpuNaga {
         return; // its twins are the other route's: NVIDIA's driver makes about 30 devices in a process
     }
     // The twins: albedo + 1 %, where there is light and scattering; another sample's rays.

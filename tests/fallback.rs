@@ -7,7 +7,7 @@ use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
 use trisect::film::Film;
 use trisect::render::{MathMode, Renderer, Settings};
 use trisect::{Error, scene::Scene};
-use trisect_tests::hooked::Hooked;
+use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
 use trisect_tests::program::{Temporary, check_failure, trisect};
 use trisect_tests::scene;
 
@@ -25,7 +25,7 @@ fn failing(scene: &Scene, mut left: u32) -> Renderer {
         })?;
         Ok(())
     };
-    Renderer::new(Box::new(Hooked::new(lost)), scene).unwrap()
+    Renderer::new(Box::new(FaultInjectingBackend::new(lost)), scene).unwrap()
 }
 
 #[test]
@@ -33,13 +33,13 @@ fn a_device_that_is_lost() {
     let scene = scene("three_spheres.ron");
     for guides in [false, true] {
         let settings = Settings { width: 32, height: 20, samples: 700, depth: 8, guides, ..scene.settings() };
-        let empty = || if guides { Film::with_guides(32, 20) } else { Film::new(32, 20) };
+        let empty = || if guides { Film::with_aovs(32, 20) } else { Film::new(32, 20) };
         let whole = renderer(&scene).render(&settings, &mut ()).unwrap().film;
         for left in 0..4 {
             let (mut film, mut asked) = (empty(), Vec::new());
-            let mut render = |elsewhere: &mut trisect::render::Elsewhere<'_>| {
+            let mut render = |elsewhere: &mut trisect::render::FallbackFactory<'_>| {
                 let mut settings = settings.clone();
-                failing(&scene, left).render_onto_or(
+                failing(&scene, left).render_missing_with_fallback(
                     &mut film,
                     &mut settings,
                     &(0..700),
@@ -65,7 +65,7 @@ fn a_device_that_is_lost() {
             // Without another: an error, and all that was there.
             let mut film = empty();
             let mut given_up = |_: &BackendError, _: &Film, _: &mut Settings| None;
-            let result = failing(&scene, left).render_onto_or(
+            let result = failing(&scene, left).render_missing_with_fallback(
                 &mut film,
                 &mut settings.clone(),
                 &(0..700),
@@ -74,7 +74,7 @@ fn a_device_that_is_lost() {
                 &mut given_up,
             );
             assert!(matches!(result, Err(Error::Backend(BackendError::Device { .. }))) || film == whole);
-            renderer(&scene).render_onto(&mut film, &settings, &(0..700), &(), &mut ()).unwrap();
+            renderer(&scene).render_missing(&mut film, &settings, &(0..700), &(), &mut ()).unwrap();
             assert_eq!(film, whole);
         }
         // The twin: who goes on has other random numbers.
@@ -85,7 +85,7 @@ fn a_device_that_is_lost() {
         };
         let settings = &mut settings.clone();
         let mut lost = failing(&scene, 1);
-        lost.render_onto_or(&mut film, settings, &(0..700), &(), &mut (), &mut other).unwrap();
+        lost.render_missing_with_fallback(&mut film, settings, &(0..700), &(), &mut (), &mut other).unwrap();
         assert_ne!(film, whole, "a comparison that cannot fail");
     }
 }
@@ -105,8 +105,8 @@ fn roundings_of_several_devices() {
     };
     let (cpu, one, other) = (device("cpu", ""), device("wgpu", "one"), device("wgpu", "other"));
     let mut both = of(&one);
-    both.also(&arithmetic(&cpu, MathMode::Precise));
-    both.also(&arithmetic(&cpu, MathMode::Precise));
+    both.add_rounding(&arithmetic(&cpu, MathMode::Precise));
+    both.add_rounding(&arithmetic(&cpu, MathMode::Precise));
     assert_eq!(both.arithmetic.matches("precise").count(), 2);
     for goes_on in [&cpu, &one] {
         assert_eq!((both.check(&of(goes_on)), of(goes_on).check(&both)), (Ok(()), Ok(())));
@@ -116,7 +116,7 @@ fn roundings_of_several_devices() {
     assert!(of(&one).check(&of(&cpu)).is_err());
     // A device with the bits of the processor is no other one.
     let mut same = of(&device("cuda", "any"));
-    same.also(&arithmetic(&cpu, MathMode::Precise));
+    same.add_rounding(&arithmetic(&cpu, MathMode::Precise));
     assert_eq!(same, of(&cpu));
 }
 

@@ -1,58 +1,58 @@
 //! Films that grow part by part, on each backend: where a render ended, and what was there before, does not show.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
-use trisect::film::{Film, Part};
+use trisect::film::{Film, SampleBlock};
 use trisect::render::Settings;
-use trisect_tests::renders::After;
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::renders::StopAfterParts;
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// A film that was ended after each part, by a renderer of its own each time, is that of one piece.
-fn ends_do_not_show(subject: Subject) {
+fn ends_do_not_show(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     for guides in [false, true] {
         let settings = Settings { width: 40, height: 24, samples: 600, depth: 8, guides, ..scene.settings() };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let whole = renderer.render(&settings, &mut ()).unwrap();
-        let mut film = if guides { Film::with_guides(40, 24) } else { Film::new(40, 24) };
+        let mut film = if guides { Film::with_aovs(40, 24) } else { Film::new(40, 24) };
         let mut runs = 0;
         while !film.coverage.missing(&(0..600)).is_empty() {
             let mut renderer = subject.renderer(&scene).unwrap();
-            let once = After::new(1);
-            let stats = renderer.render_onto(&mut film, &settings, &(0..600), &once, &mut ()).unwrap();
+            let once = StopAfterParts::new(1);
+            let stats = renderer.render_missing(&mut film, &settings, &(0..600), &once, &mut ()).unwrap();
             assert_eq!(stats.samples, film.counts().samples);
             runs += 1;
         }
         assert!(runs >= 2, "{runs}");
         assert_eq!(film, whole.film);
         // Nothing is left: nothing is rendered.
-        let stats = renderer.render_onto(&mut film, &settings, &(0..600), &(), &mut ()).unwrap();
+        let stats = renderer.render_missing(&mut film, &settings, &(0..600), &(), &mut ()).unwrap();
         assert_eq!((stats.submissions, &film), (0, &whole.film));
         // The twin: a chunk of another seed in the place of one.
-        let mut other = if guides { Film::with_guides(40, 24) } else { Film::new(40, 24) };
+        let mut other = if guides { Film::with_aovs(40, 24) } else { Film::new(40, 24) };
         let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
-        renderer.render_onto(&mut other, &strange, &(0..256), &(), &mut ()).unwrap();
-        renderer.render_onto(&mut other, &settings, &(0..600), &(), &mut ()).unwrap();
+        renderer.render_missing(&mut other, &strange, &(0..256), &(), &mut ()).unwrap();
+        renderer.render_missing(&mut other, &settings, &(0..600), &(), &mut ()).unwrap();
         assert_ne!(other, whole.film, "a comparison that cannot fail");
     }
 }
 
 /// Whatever parts are there, the rest is rendered.
-fn any_part_may_be_there(subject: Subject) {
+fn any_part_may_be_there(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..scene.settings() };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let whole = renderer.render(&settings, &mut ()).unwrap().film;
     let mut film = Film::new(24, 32);
     for (rows, samples) in [(3..5, 0..256), (5..20, 256..512), (0..1, 0..512)] {
-        let part = renderer.render_part(&settings, &Part { rows, samples }, &mut ()).unwrap();
+        let part = renderer.render_part(&settings, &SampleBlock { rows, samples }, &mut ()).unwrap();
         film.add(&part.film).unwrap();
     }
-    renderer.render_onto(&mut film, &settings, &(0..512), &(), &mut ()).unwrap();
+    renderer.render_missing(&mut film, &settings, &(0..512), &(), &mut ()).unwrap();
     assert_eq!(film, whole);
-    for wrong in [Film::new(24, 31), Film::with_guides(24, 32)] {
-        assert!(renderer.render_onto(&mut wrong.clone(), &settings, &(0..512), &(), &mut ()).is_err());
+    for wrong in [Film::new(24, 31), Film::with_aovs(24, 32)] {
+        assert!(renderer.render_missing(&mut wrong.clone(), &settings, &(0..512), &(), &mut ()).is_err());
     }
-    let split = renderer.render_onto(&mut Film::new(24, 32), &settings, &(0..300), &(), &mut ());
+    let split = renderer.render_missing(&mut Film::new(24, 32), &settings, &(0..300), &(), &mut ());
     assert!(split.is_err(), "a chunk in two");
 }
 

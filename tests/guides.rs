@@ -2,13 +2,13 @@
 //! those of the first hits, the same on each backend.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
-use trisect::denoise::{Denoise, Filter};
-use trisect::film::{Film, GuideTotals, Part};
+use trisect::denoise::{DenoiseSettings, Filter};
+use trisect::film::{AovTotals, Film, SampleBlock};
 use trisect::render::{Renderer, Sampler, Schedule, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_tests::renders::{cpu, differing, film};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// One of each kernel with guides.
 const SCENES: [(&str, Sampler); 4] = [
@@ -23,14 +23,14 @@ fn settings(scene: &Scene, sampler: Sampler, samples: u32) -> Settings {
 }
 
 /// The guides are written beside the film, not into it: its bits are those of a render without.
-fn the_image_does_not_change(subject: Subject) {
+fn the_image_does_not_change(subject: BackendUnderTest) {
     for (name, sampler) in SCENES {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let with = settings(&scene, sampler, 3);
         let without = Settings { guides: false, ..with.clone() };
         let (a, b) = (film(&mut renderer, &with), film(&mut renderer, &without));
-        assert_eq!((a.guides.len(), b.guides.len()), (40 * 30, 0));
+        assert_eq!((a.aovs.len(), b.aovs.len()), (40 * 30, 0));
         // Another kernel: a driver's compiler may round its divisions otherwise, where Vulkan lets it.
         let same = differing(&a, &b) == 0;
         assert!(same || subject.name() == "wgpu", "{name}: {} pixels differ", differing(&a, &b));
@@ -40,7 +40,7 @@ fn the_image_does_not_change(subject: Subject) {
 }
 
 /// At one sample they are what [`Renderer::first_hits`] finds, which has a kernel of its own.
-fn they_are_of_the_first_hit(subject: Subject) {
+fn they_are_of_the_first_hit(subject: BackendUnderTest) {
     for name in ["rtiow_final.ron", "cornell_box.ron"] {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -48,7 +48,7 @@ fn they_are_of_the_first_hit(subject: Subject) {
         let film = film(&mut renderer, &settings);
         let hits = renderer.first_hits(&settings, 0).unwrap();
         let mut missed = 0;
-        for (guides, hit) in film.guides.iter().zip(&hits) {
+        for (guides, hit) in film.aovs.iter().zip(&hits) {
             let primitive = (hit.primitive != NO_PRIMITIVE).then_some(hit.primitive);
             missed += u32::from(primitive.is_none());
             assert_eq!((guides.primitive(), guides.hits + guides.misses), (primitive, 1), "{name}");
@@ -64,9 +64,9 @@ fn they_are_of_the_first_hit(subject: Subject) {
 }
 
 /// The same on each backend: bits on CUDA, and on Vulkan but for few pixels, whose ray meets something else there.
-fn they_are_the_cpus(subject: Subject) {
+fn they_are_the_cpus(subject: BackendUnderTest) {
     let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|c| (a[c] - b[c]).abs() <= 1e-4 * (1.0 + b[c].abs()));
-    let same = |a: &GuideTotals, b: &GuideTotals| {
+    let same = |a: &AovTotals, b: &AovTotals| {
         a.primitive() == b.primitive()
             && near(a.normal(), b.normal())
             && near(a.albedo(), b.albedo())
@@ -78,10 +78,10 @@ fn they_are_the_cpus(subject: Subject) {
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let settings = settings(&scene, sampler, 2);
         let (got, want) = (film(&mut renderer, &settings), film(&mut cpu(&scene), &settings));
-        if subject == Subject::Cuda {
-            assert_eq!(got.guides, want.guides, "{name}");
+        if subject == BackendUnderTest::Cuda {
+            assert_eq!(got.aovs, want.aovs, "{name}");
         }
-        let count = |film: &Film| film.guides.iter().zip(&want.guides).filter(|(a, b)| !same(a, b)).count();
+        let count = |film: &Film| film.aovs.iter().zip(&want.aovs).filter(|(a, b)| !same(a, b)).count();
         // Measured on an H100: 11 on the book's scene, none on lavapipe.
         assert!(count(&got) <= 24, "{name}: {} of 1200 pixels differ", count(&got));
         let shifted = film(&mut renderer, &Settings { seed: 12, ..settings });
@@ -90,7 +90,7 @@ fn they_are_the_cpus(subject: Subject) {
 }
 
 /// Rows, samples in parts and submissions of any size add up to the same.
-fn parts_add_up(subject: Subject) {
+fn parts_add_up(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 12, height: 9, ..settings(&scene, Sampler::Independent, 300) };
@@ -98,13 +98,13 @@ fn parts_add_up(subject: Subject) {
     let whole = film(&mut renderer, &settings);
     renderer.limit_submissions(Some(1000));
     let part = |renderer: &mut Renderer, rows, samples| {
-        renderer.render_part(&settings, &Part { rows, samples }, &mut ()).unwrap().film
+        renderer.render_part(&settings, &SampleBlock { rows, samples }, &mut ()).unwrap().film
     };
     let mut sum = part(&mut renderer, 5..9, 0..300);
     sum.add(&part(&mut renderer, 0..5, 256..300)).unwrap();
     assert_ne!(sum, whole, "a part is missing");
     sum.add(&part(&mut renderer, 0..5, 0..256)).unwrap();
-    assert_eq!(sum.guides, whole.guides);
+    assert_eq!(sum.aovs, whole.aovs);
     assert!(sum == whole);
     let plain = Settings { guides: false, ..settings };
     let other = film(&mut renderer, &plain);
@@ -113,35 +113,35 @@ fn parts_add_up(subject: Subject) {
 
 /// One film, denoised on each backend: the CPU's bits on CUDA and on software Vulkan. Hardware may divide less exactly there, by 2.5 ULP, which a
 /// weight passes on to a neighbour.
-fn the_denoised_image_is_the_cpus(subject: Subject) {
+fn the_denoised_image_is_the_cpus(subject: BackendUnderTest) {
     for (name, filter) in [("rtiow_final.ron", Filter::Svgf), ("cornell_box.ron", Filter::Atrous)] {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let mut reference = cpu(&scene);
         let settings = settings(&scene, Sampler::Independent, 2);
         let film = film(&mut reference, &settings);
-        let denoise = Denoise::new(filter);
+        let denoise = DenoiseSettings::new(filter);
         let image = |renderer: &mut Renderer, denoise| {
             renderer.denoise(&film, &settings, denoise).unwrap().0.pixels.into_flattened()
         };
         let (got, want) = (image(&mut renderer, &denoise), image(&mut reference, &denoise));
-        let exact = subject == Subject::Cuda || subject.is_software();
+        let exact = subject == BackendUnderTest::Cuda || subject.is_software();
         let bound = if exact { 0.0 } else { 1e-3 };
         let differ =
             |a: &[f32]| a.iter().zip(&want).filter(|(a, b)| (*a - *b).abs() > bound * (1.0 + *b)).count();
         assert_eq!(differ(&got), 0, "{name}");
         // The twin: a level less.
-        let less = Denoise { levels: denoise.levels - 1, ..denoise };
+        let less = DenoiseSettings { levels: denoise.levels - 1, ..denoise };
         assert!(differ(&image(&mut renderer, &less)) > 100, "{name}: the comparison sees nothing");
     }
 }
 
 /// A frame that stays on the device is the one that goes to a file.
-fn a_live_frame_is_the_same(subject: Subject) {
+fn a_live_frame_is_the_same(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene, Sampler::Independent, 3);
-    let denoise = Denoise::new(Filter::Svgf);
+    let denoise = DenoiseSettings::new(Filter::Svgf);
     let film = film(&mut renderer, &settings);
     let want = renderer.denoise(&film, &settings, &denoise).unwrap().0;
     for samples_a_submission in [None, Some(700)] {

@@ -5,13 +5,13 @@ use std::fs;
 use std::time::Instant;
 use trisect::checkpoint::Checkpoint;
 use trisect_shared::rng::PathKey;
-use trisect_tests::Subject;
+use trisect_tests::BackendUnderTest;
 use trisect_tests::program::{Temporary, trisect};
 use trisect_tests::running::{Running, program};
 use trisect_tests::{root, scene};
 
 /// Kills renders so often, while they begin, go on, write or end, and then while they are resumed.
-fn killed_at_any_moment(subject: Subject, resolution: &str, spp: u32, least: u32) {
+fn killed_at_any_moment(subject: BackendUnderTest, resolution: &str, spp: u32, least: u32) {
     if subject.renderer(&scene("three_spheres.ron")).is_none() {
         return;
     }
@@ -20,7 +20,7 @@ fn killed_at_any_moment(subject: Subject, resolution: &str, spp: u32, least: u32
     let (spp_text, device) = (spp.to_string(), subject.index().to_string());
     let mut image = vec!["render", book.to_str().unwrap(), "--backend", subject.name(), "--depth", "8"];
     image.extend(["--resolution", resolution, "--spp", &spp_text]);
-    if subject != Subject::Cpu {
+    if subject != BackendUnderTest::Cpu {
         image.extend(["--device", &device]);
     }
     let run = |arguments: &[&str]| {
@@ -79,16 +79,17 @@ fn killed_at_any_moment(subject: Subject, resolution: &str, spp: u32, least: u32
 
 #[test]
 fn cpu() {
-    killed_at_any_moment(Subject::Cpu, "96x54", 1024, 20);
+    killed_at_any_moment(BackendUnderTest::Cpu, "96x54", 1024, 20);
 }
 
 #[test]
 fn wgpu() {
-    let (resolution, spp) = if Subject::Wgpu.is_software() { ("48x27", 1024) } else { ("960x540", 4096) };
-    killed_at_any_moment(Subject::Wgpu, resolution, spp, 5);
+    let (resolution, spp) =
+        if BackendUnderTest::Wgpu.is_software() { ("48x27", 1024) } else { ("960x540", 4096) };
+    killed_at_any_moment(BackendUnderTest::Wgpu, resolution, spp, 5);
 }
 
 #[test]
 fn cuda() {
-    killed_at_any_moment(Subject::Cuda, "960x540", 4096, 5);
+    killed_at_any_moment(BackendUnderTest::Cuda, "960x540", 4096, 5);
 }

@@ -10,11 +10,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::Error;
 use trisect::backend::BackendError;
 use trisect::film::Film;
-use trisect::render::{Keeper, Renderer, Settings};
-use trisect_tests::{Subject, renders, scene};
+use trisect::render::{FilmObserver, Renderer, Settings};
+use trisect_tests::{BackendUnderTest, renders, scene};
 
 /// Writes to address 0: the driver gives up the context, with all that is in it.
-const FATAL: &str = "
+const CRASHING_PTX: &str = "
 .version 7.0
 .target sm_61
 .address_size 64
@@ -30,17 +30,21 @@ const FATAL: &str = "
 ";
 
 /// Loses the context, which is the process's, after some parts.
-struct Fatal {
+struct ContextDestroyer {
     context: Arc<CudaContext>,
     left: AtomicU32,
 }
 
-impl Keeper for Fatal {
-    fn added(&self, _: &Film) {
+impl FilmObserver for ContextDestroyer {
+    fn part_added(&self, _: &Film) {
         if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
             self.context.bind_to_thread().unwrap();
-            let fatal =
-                self.context.load_module(Ptx::from_src(FATAL)).unwrap().load_function("fatal").unwrap();
+            let fatal = self
+                .context
+                .load_module(Ptx::from_src(CRASHING_PTX))
+                .unwrap()
+                .load_function("fatal")
+                .unwrap();
             let stream = self.context.new_stream().unwrap();
             let shape = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
             // SAFETY: of nothing but this test's process, whose context it ends.
@@ -51,7 +55,7 @@ impl Keeper for Fatal {
 }
 
 fn cuda(scene: &trisect::scene::Scene) -> Option<Renderer> {
-    Subject::Cuda.renderer(scene)
+    BackendUnderTest::Cuda.renderer(scene)
 }
 
 /// One test: a process has one context, and its end is the last.
@@ -65,7 +69,7 @@ fn lost() {
     a_full_device(&scene);
 
     let context = CudaContext::new(0).unwrap();
-    let fatal = Fatal { context, left: AtomicU32::new(2) };
+    let fatal = ContextDestroyer { context, left: AtomicU32::new(2) };
     let mut film = Film::new(settings.width, settings.height);
     let mut said = None;
     let mut elsewhere = |error: &BackendError, film: &Film, _: &mut Settings| {
@@ -76,8 +80,9 @@ fn lost() {
         Some(Ok(renders::cpu(&scene)))
     };
     let mut with = settings.clone();
-    let stats =
-        renderer.render_onto_or(&mut film, &mut with, &(0..2048), &fatal, &mut (), &mut elsewhere).unwrap();
+    let stats = renderer
+        .render_missing_with_fallback(&mut film, &mut with, &(0..2048), &fatal, &mut (), &mut elsewhere)
+        .unwrap();
     eprintln!("{said:?}");
     assert!(said.is_some() && stats.samples == whole.counts().samples);
     assert_eq!(film, whole);
@@ -88,8 +93,8 @@ fn lost() {
     // The twin: other random numbers on the CPU.
     let mut film = Film::new(settings.width, settings.height);
     let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
-    renders::cpu(&scene).render_onto(&mut film, &strange, &(0..256), &(), &mut ()).unwrap();
-    renders::cpu(&scene).render_onto(&mut film, &settings, &(0..2048), &(), &mut ()).unwrap();
+    renders::cpu(&scene).render_missing(&mut film, &strange, &(0..256), &(), &mut ()).unwrap();
+    renders::cpu(&scene).render_missing(&mut film, &settings, &(0..2048), &(), &mut ()).unwrap();
     assert_ne!(film, whole, "a comparison that cannot fail");
 }
 

@@ -4,23 +4,23 @@
 use std::path::Path;
 use std::time::Duration;
 use trisect::backend::cpu::Cpu;
-use trisect::backend::{Backend, BackendError, Device, Job, Launch, SceneRecords};
-use trisect::denoise::{Pass, Shown};
-use trisect::film::{Rows, Target};
+use trisect::backend::{Backend, BackendError, Device, FilmDesc, Launch, SceneRecords};
+use trisect::denoise::{DisplayLaunch, Pass};
+use trisect::film::{RowSet, RowTarget};
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
+use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::Lit;
+use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 use trisect_shared::path::FirstHit;
 use trisect_tests::renders::{brighter, differing, film};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Spheres by Schlick's and by Fresnel's reflectance; quads and a light; all kinds of shapes and textures.
 const SCENES: [&str; 4] = ["rtiow_final.ron", "three_spheres.ron", "cornell_box.ron", "next_week.ron"];
 
-fn one_image_by_each_method(subject: Subject) {
+fn one_image_by_each_method(subject: BackendUnderTest) {
     for name in SCENES {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
         let scene = Scene::load(&path).unwrap();
@@ -36,7 +36,7 @@ fn one_image_by_each_method(subject: Subject) {
             (Some(Traversal::Stack), Some(Schedule::Persistent)),
             (Some(Traversal::Linear), None),
         ] {
-            if subject == Subject::WgpuNaga && schedule == Some(Schedule::Persistent) {
+            if subject == BackendUnderTest::WgpuNaga && schedule == Some(Schedule::Persistent) {
                 continue; // refused, below
             }
             let got = by(traversal, schedule);
@@ -65,9 +65,9 @@ fn one_image_by_each_method(subject: Subject) {
 }
 
 /// A device that has no memory for tiles.
-struct Full(Box<dyn Backend>);
+struct OutOfTileMemory(Box<dyn Backend>);
 
-impl Backend for Full {
+impl Backend for OutOfTileMemory {
     fn device(&self) -> &Device {
         self.0.device()
     }
@@ -76,28 +76,28 @@ impl Backend for Full {
         self.0.upload(scene)
     }
 
-    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
         let needed = size_of_val(nodes) as u64;
         Err(BackendError::TooLarge { backend: "full", what: "the view", needed, limit: 0 })
     }
 
-    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
-        self.0.prepare(job)
+    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
+        self.0.begin_film(job)
     }
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         self.0.render(launch)
     }
 
-    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError> {
         self.0.read_film(rows, film)
     }
 
-    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
-        self.0.read_guides(rows, guides)
+    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
+        self.0.read_aovs(rows, guides)
     }
 
-    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         self.0.write_film(film, guides)
     }
 
@@ -105,11 +105,11 @@ impl Backend for Full {
         self.0.denoise(passes)
     }
 
-    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         self.0.read_denoised(image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
         self.0.display(frame, to)
     }
 
@@ -125,7 +125,7 @@ fn tiles_without_memory_are_named() {
     let settings = Settings { width: 36, height: 20, samples: 3, tile: Some(8), ..scene.settings() };
     let open = || Box::new(Cpu::open(Some(1)).unwrap());
     let settings = Settings { traversal: Some(Traversal::Stack), ..settings };
-    let mut full = Renderer::new(Box::new(Full(open())), &scene).unwrap();
+    let mut full = Renderer::new(Box::new(OutOfTileMemory(open())), &scene).unwrap();
     let mut other = Renderer::new(open(), &scene).unwrap();
     let [full, other] = [&mut full, &mut other].map(|r| r.render(&settings, &mut ()).unwrap());
     assert_eq!(differing(&full.film, &other.film), 0);
@@ -136,14 +136,14 @@ fn tiles_without_memory_are_named() {
 }
 
 /// A launch of a part of the rows, and one that goes on where another ended: a queue of few pixels, and sums taken up again.
-fn queues_of_parts(subject: Subject) {
+fn queues_of_parts(subject: BackendUnderTest) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
     let scene = Scene::load(&path).unwrap();
     let settings = Settings { width: 21, height: 13, samples: 9, seed: 9, ..scene.settings() };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let want = film(&mut renderer, &Settings { schedule: Some(Schedule::Regenerate), ..settings.clone() });
     let persistent = Settings { schedule: Some(Schedule::Persistent), ..settings };
-    if subject == Subject::WgpuNaga {
+    if subject == BackendUnderTest::WgpuNaga {
         let refused = renderer.render(&persistent, &mut ()).map(|_| ()).map_err(|error| error.to_string());
         assert!(refused.as_ref().is_err_and(|text| text.contains("--schedule persistent")), "{refused:?}");
         return;

@@ -46,9 +46,9 @@ fn agrees(test: &BlockTest) -> bool {
 }
 
 /// A planted fault and its name.
-type Fault = (&'static str, fn(&mut Scene));
+type Mutant = (&'static str, fn(&mut Scene));
 
-fn check(name: &str, samples: u32, faults: &[Fault]) {
+fn check(name: &str, samples: u32, faults: &[Mutant]) {
     let (good, reference) = (scene(name), reference(name));
     let test = compare(&good, &reference, samples);
     eprintln!("{name}: {test:?}");

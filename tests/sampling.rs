@@ -5,24 +5,24 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use trisect::adaptive::{self, Adaptive, Free, Goal, Request, Sampled};
 use trisect::backend::DeviceKind;
 use trisect::film::Film;
 use trisect::metrics::{ImageView, compare};
-use trisect::render::{Observer, Renderer, Sampler, Settings};
-use trisect::sampling::{self, Adaptive, Free, Goal, Request, Sampled};
+use trisect::render::{RenderObserver, Renderer, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect::statistics::mean_and_error;
-use trisect_tests::hooked::Hooked;
+use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
 use trisect_tests::renders::{cpu, differing, film};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn request(goal: Goal, adaptive: Adaptive) -> Request {
     Request { goal, adaptive, free: Free::default(), denoise: None }
 }
 
 fn sample(renderer: &mut Renderer, settings: &Settings, goal: Goal, adaptive: Adaptive) -> Sampled {
-    sampling::render(renderer, settings, &request(goal, adaptive), &mut ()).unwrap()
+    adaptive::render(renderer, settings, &request(goal, adaptive), &mut ()).unwrap()
 }
 
 fn small(scene: &Scene) -> Settings {
@@ -30,13 +30,13 @@ fn small(scene: &Scene) -> Settings {
 }
 
 /// Tiles take samples of their own, decided by what was rendered before: the same everywhere.
-fn own_samples_are_the_cpus(subject: Subject) {
+fn own_samples_are_the_cpus(subject: BackendUnderTest) {
     for (name, adaptive) in [("cornell_box.ron", Adaptive::On), ("rtiow_final.ron", Adaptive::Off)] {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let settings = small(&scene);
         // A mean that no number of samples for all pixels has.
-        let goal = Goal::Error { target: 1e-6, most: 53 };
+        let goal = Goal::Error { target: 1e-6, max_samples: 53 };
         let mut own =
             |seed| sample(&mut renderer, &Settings { seed, ..settings.clone() }, goal, adaptive).film;
         let got = own(0);
@@ -45,7 +45,9 @@ fn own_samples_are_the_cpus(subject: Subject) {
         assert!(counts.iter().min() < counts.iter().max(), "{name}: all pixels have as many samples");
         assert_eq!(got.counts().unwritten + got.counts().rejected, 0);
         let kind = renderer.backend().device().kind;
-        if subject == Subject::Cuda || subject == Subject::Wgpu && kind == DeviceKind::SoftwareGpu {
+        if subject == BackendUnderTest::Cuda
+            || subject == BackendUnderTest::Wgpu && kind == DeviceKind::SoftwareGpu
+        {
             assert_eq!(differing(&got, &want), 0, "{name}");
         } else {
             let test = Blocks::new(&got).compare(&Blocks::new(&want), 1e-4);
@@ -54,13 +56,13 @@ fn own_samples_are_the_cpus(subject: Subject) {
     }
     // The twin.
     let scene = scene("cornell_box.ron");
-    let goal = Goal::Error { target: 1e-6, most: 24 };
+    let goal = Goal::Error { target: 1e-6, max_samples: 24 };
     let of = |seed| sample(&mut cpu(&scene), &Settings { seed, ..small(&scene) }, goal, Adaptive::On).film;
     assert_ne!(differing(&of(0), &of(1)), 0, "a comparison that cannot fail");
 }
 
 /// Brighter samples are scaled down, by the same bits; a clamp above all of them changes nothing.
-fn a_clamp_is_the_cpus(subject: Subject) {
+fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { samples: 4, ..small(&scene) };
@@ -76,7 +78,9 @@ fn a_clamp_is_the_cpus(subject: Subject) {
     assert!(most(&low) <= 1.0 + 1e-6 && most(&free) > 2.0, "{} {}", most(&low), most(&free));
     let kind = renderer.backend().device().kind;
     let want = film(&mut cpu(&scene), &clamped(Some(1.0)));
-    if subject == Subject::Cuda || subject == Subject::Wgpu && kind == DeviceKind::SoftwareGpu {
+    if subject == BackendUnderTest::Cuda
+        || subject == BackendUnderTest::Wgpu && kind == DeviceKind::SoftwareGpu
+    {
         assert_eq!(differing(&low, &want), 0);
     } else {
         assert!(Blocks::new(&low).compare(&Blocks::new(&want), 1e-4).whole < GLOBAL_LIMIT);
@@ -111,7 +115,7 @@ fn the_error_is_what_was_asked_for() {
         let reference = film(&mut renderer, &samples);
         let mut errors = Vec::new();
         for seed in 0..4 {
-            let goal = Goal::Error { target, most: 4096 };
+            let goal = Goal::Error { target, max_samples: 4096 };
             let got = sample(&mut renderer, &Settings { seed, ..settings.clone() }, goal, adaptive);
             let sampling = got.stats.sampling.unwrap();
             assert!(sampling.met && sampling.noise.error <= target);
@@ -121,7 +125,7 @@ fn the_error_is_what_was_asked_for() {
         eprintln!("{name}: {errors:?} for {target}");
         assert!((mean / target - 1.0).abs() < 0.2, "{name}: {mean} for {target}");
         // The twin: half the error is not within a fifth.
-        let goal = Goal::Error { target: 0.5 * target, most: 4096 };
+        let goal = Goal::Error { target: 0.5 * target, max_samples: 4096 };
         let off = error(&sample(&mut renderer, &settings, goal, adaptive).film, &reference) / target - 1.0;
         assert!(off.abs() > 0.2, "{name}: a comparison that cannot fail: {off}");
     }
@@ -139,7 +143,7 @@ fn stopping_adds_no_bias() {
         let mut means = [Vec::new(), Vec::new()];
         for seed in 0..128 {
             let settings = Settings { seed: 10 * seed + 5, ..settings.clone() };
-            let goal = Goal::Error { target: 0.15, most: 4096 };
+            let goal = Goal::Error { target: 0.15, max_samples: 4096 };
             let adaptive = sample(&mut renderer, &settings, goal, Adaptive::On).film;
             let plain = film(&mut renderer, &Settings { samples: 48, seed: 10 * seed + 7, ..settings });
             for (means, film) in means.iter_mut().zip([adaptive, plain]) {
@@ -166,7 +170,7 @@ fn stopping_adds_no_bias() {
 fn few_samples() {
     let scene = scene("cornell_box.ron");
     for most in [2, 4, 8, 16] {
-        let goal = Goal::Error { target: 1e-6, most };
+        let goal = Goal::Error { target: 1e-6, max_samples: most };
         let got = sample(&mut cpu(&scene), &small(&scene), goal, Adaptive::On);
         let sampling = got.stats.sampling.unwrap();
         // Parts of samples are rounded by chance.
@@ -183,14 +187,14 @@ fn goals() {
     let mut renderer = cpu(&scene);
     let settings = Settings { width: 16, height: 9, depth: 4, ..scene.settings() };
     for target in [0.0, -1.0, 1.0, f64::NAN] {
-        let bad = request(Goal::Error { target, most: 1 }, Adaptive::Auto);
-        let error = sampling::render(&mut renderer, &settings, &bad, &mut ()).err().unwrap();
+        let bad = request(Goal::Error { target, max_samples: 1 }, Adaptive::Auto);
+        let error = adaptive::render(&mut renderer, &settings, &bad, &mut ()).err().unwrap();
         assert!(error.to_string().contains("--target-error"), "{error}");
         assert_eq!(error.exit_code(), 2);
     }
     let none = request(Goal::Time(Duration::ZERO), Adaptive::Auto);
-    assert!(sampling::render(&mut renderer, &settings, &none, &mut ()).is_err());
-    let few = sample(&mut renderer, &settings, Goal::Error { target: 1e-9, most: 20 }, Adaptive::Auto);
+    assert!(adaptive::render(&mut renderer, &settings, &none, &mut ()).is_err());
+    let few = sample(&mut renderer, &settings, Goal::Error { target: 1e-9, max_samples: 20 }, Adaptive::Auto);
     let sampling = few.stats.sampling.unwrap();
     assert!(!sampling.met && (sampling.mean_samples - 20.0).abs() < 0.1, "{sampling:?}");
     assert!(sampling.warning().unwrap().contains("--max-spp"));
@@ -202,15 +206,15 @@ fn goals() {
 #[test]
 fn it_can_be_cancelled() {
     struct No;
-    impl Observer for No {
+    impl RenderObserver for No {
         fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
             ControlFlow::Break(())
         }
     }
     let scene = scene("three_spheres.ron");
-    let request = request(Goal::Error { target: 0.01, most: 100 }, Adaptive::Auto);
+    let request = request(Goal::Error { target: 0.01, max_samples: 100 }, Adaptive::Auto);
     let settings = Settings { width: 16, height: 9, ..scene.settings() };
-    let ended = sampling::render(&mut cpu(&scene), &settings, &request, &mut No);
+    let ended = adaptive::render(&mut cpu(&scene), &settings, &request, &mut No);
     assert!(matches!(ended, Err(trisect::Error::Cancelled)));
 }
 
@@ -218,7 +222,7 @@ fn it_can_be_cancelled() {
 #[test]
 fn the_end_is_not_waited_for_long() {
     struct EndsLater<'a>(&'a AtomicBool);
-    impl Observer for EndsLater<'_> {
+    impl RenderObserver for EndsLater<'_> {
         fn progress(&mut self, done: u64, _: u64) -> ControlFlow<()> {
             if done > 0 {
                 self.0.store(true, Ordering::Relaxed);
@@ -226,7 +230,7 @@ fn the_end_is_not_waited_for_long() {
             ControlFlow::Continue(())
         }
 
-        fn goes_on(&self) -> bool {
+        fn should_continue(&self) -> bool {
             !self.0.load(Ordering::Relaxed)
         }
     }
@@ -246,11 +250,15 @@ fn the_end_is_not_waited_for_long() {
                 }
                 Ok(())
             };
-            let device = if is_gpu { Hooked::new(after).as_gpu() } else { Hooked::new(after) };
+            let device = if is_gpu {
+                FaultInjectingBackend::new(after).as_gpu()
+            } else {
+                FaultInjectingBackend::new(after)
+            };
             let mut renderer = Renderer::new(Box::new(device), &scene).unwrap();
             renderer.limit_submissions(Some(100_000));
-            let request = request(Goal::Error { target: 0.05, most: 100_000 }, adaptive);
-            let found = sampling::render(&mut renderer, &settings, &request, &mut EndsLater(&ended)).unwrap();
+            let request = request(Goal::Error { target: 0.05, max_samples: 100_000 }, adaptive);
+            let found = adaptive::render(&mut renderer, &settings, &request, &mut EndsLater(&ended)).unwrap();
             let sampling = found.stats.sampling.unwrap();
             assert!(sampling.ended && found.image.pixels.iter().flatten().all(|v| v.is_finite()));
             let counts = found.film.counts();

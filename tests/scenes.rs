@@ -54,7 +54,7 @@ fn every_scene_renders() {
     for path in trisect_tests::renders::scene_files() {
         let scene = trisect::scene::Scene::load(&path).unwrap();
         let settings = trisect::render::Settings { width: 32, height: 18, samples: 2, ..scene.settings() };
-        let mut renderer = trisect_tests::Subject::Cpu.renderer(&scene).unwrap();
+        let mut renderer = trisect_tests::BackendUnderTest::Cpu.renderer(&scene).unwrap();
         let film = renderer.render(&settings, &mut ()).unwrap().film;
         assert_eq!(film.counts().samples, 32 * 18 * 2, "{}", path.display());
         count += 1;

@@ -3,18 +3,18 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use glam::DVec3;
-use trisect::denoise::{Denoise, Filter, History};
+use trisect::denoise::{DenoiseSettings, Filter, TemporalSettings};
 use trisect::image::Image;
 use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::{CameraPose, Scene};
 use trisect_tests::renders::{cpu, film};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-const SVGF: Denoise = Denoise::new(Filter::Svgf);
+const SVGF: DenoiseSettings = DenoiseSettings::new(Filter::Svgf);
 
 /// Where other kernels run in between, Mesa's lavapipe compiles one as large as those for lights anew for each frame, for 7 s: there, spheres.
-fn lights(subject: Subject) -> Scene {
+fn lights(subject: BackendUnderTest) -> Scene {
     scene(if subject.is_software() { "rtiow_final.ron" } else { "cornell_box.ron" })
 }
 
@@ -50,13 +50,13 @@ fn follow(
     renderer: &mut Renderer,
     poses: &[CameraPose],
     settings: &Settings,
-    denoise: Option<&Denoise>,
-    history: &History,
+    denoise: Option<&DenoiseSettings>,
+    history: &TemporalSettings,
     kept: usize,
 ) -> Vec<Image> {
     let mut images = Vec::new();
     for (index, pose) in poses.iter().enumerate() {
-        renderer.look(*pose).unwrap();
+        renderer.set_camera(*pose).unwrap();
         let live = renderer.live(settings, denoise, Some(history)).unwrap();
         if index + kept >= poses.len() {
             images.push(renderer.read_live(&live).unwrap());
@@ -84,12 +84,12 @@ fn greatest_difference(a: &Image, b: &Image) -> f32 {
 }
 
 /// What a camera at rest sees is the mean of the same samples as those of a film; and nothing is left of where it was before.
-fn rest_is_the_plain_mean(subject: Subject) {
+fn rest_is_the_plain_mean(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene, 3);
     let many = vec![*renderer.pose(); 32];
-    let live = follow(&mut renderer, &many, &settings, None, &History::DEFAULT, 2);
+    let live = follow(&mut renderer, &many, &settings, None, &TemporalSettings::DEFAULT, 2);
     let plain = film(&mut renderer, &Settings { samples: 32, guides: true, ..settings.clone() }).image();
     // 32 sums of f32 and a division by the albedo: some 40 roundings of 6e-8, of which a tenth is seen.
     let off = greatest_difference(&live[1], &plain);
@@ -102,12 +102,12 @@ fn rest_is_the_plain_mean(subject: Subject) {
     assert!((a / b - 1.0).abs() < 1e-4);
 
     // After a way, as many frames at rest as the past counts for: then it is gone, to the bit.
-    let history = History { frames: 6, ..History::DEFAULT };
+    let history = TemporalSettings { frames: 6, ..TemporalSettings::DEFAULT };
     let mut poses = path(scene.camera, 0.002, 9);
     poses.extend(vec![poses[8]; 6]);
     let mut seen = |frames| {
         forget(&mut renderer, &settings);
-        follow(&mut renderer, &poses, &settings, None, &History { frames, ..history }, 2)
+        follow(&mut renderer, &poses, &settings, None, &TemporalSettings { frames, ..history }, 2)
     };
     let (with, without) = (seen(6), seen(0));
     assert!(with[1] == without[1], "something stayed");
@@ -115,21 +115,21 @@ fn rest_is_the_plain_mean(subject: Subject) {
 }
 
 /// While the camera moves, the past helps; with one that counts for nothing, it does not.
-fn a_way_is_better_than_its_frames(subject: Subject) {
+fn a_way_is_better_than_its_frames(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene, 4);
     let poses = path(scene.camera, 0.002, 10);
     let sobol = Settings { samples: 512, seed: 9, sampler: Sampler::Sobol, ..settings.clone() };
     let mut reference = cpu(&scene);
-    reference.look(poses[9]).unwrap();
+    reference.set_camera(poses[9]).unwrap();
     let reference = film(&mut reference, &sobol).image();
     // Measured: 4.9 and 1.38 with lights, 1.50 and 1.12 without, where edges are most of the error.
     let least = if scene.flats.is_empty() { [1.3, 1.05] } else { [3.5, 1.2] };
     for (filter, gain) in [None, Some(&SVGF)].into_iter().zip(least) {
         let mut last = |frames| {
             forget(&mut renderer, &settings);
-            let history = History { frames, ..History::DEFAULT };
+            let history = TemporalSettings { frames, ..TemporalSettings::DEFAULT };
             let images = follow(&mut renderer, &poses, &settings, filter, &history, 1);
             error(&images[0], &reference)
         };
@@ -162,17 +162,17 @@ fn ghost(mean: &Image, reference: &Image) -> f64 {
 const GHOST: f64 = 0.05;
 
 /// Over many seeds a pixel's noise goes, and what the past leaves in the wrong place stays.
-fn no_ghosts(subject: Subject) {
+fn no_ghosts(subject: BackendUnderTest) {
     let scene = spheres();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let base = settings(&scene, 0);
     let poses = path(scene.camera, 0.02, 6);
     let sobol = Settings { samples: 2048, seed: 99, sampler: Sampler::Sobol, ..base.clone() };
     let mut reference = cpu(&scene);
-    reference.look(poses[5]).unwrap();
+    reference.set_camera(poses[5]).unwrap();
     let reference = film(&mut reference, &sobol).image();
     let seeds = if subject.is_software() { 24 } else { 48 };
-    let mut mean = |denoise: Option<&Denoise>, history: &History| {
+    let mut mean = |denoise: Option<&DenoiseSettings>, history: &TemporalSettings| {
         let mut sum = Image { width: 48, height: 40, pixels: vec![[0.0; 3]; 48 * 40] };
         for seed in 0..seeds {
             let settings = Settings { seed, ..base.clone() };
@@ -184,18 +184,18 @@ fn no_ghosts(subject: Subject) {
         }
         ghost(&sum, &reference)
     };
-    let with = mean(None, &History::DEFAULT);
-    let noise = mean(None, &History { frames: 0, ..History::DEFAULT });
+    let with = mean(None, &TemporalSettings::DEFAULT);
+    let noise = mean(None, &TemporalSettings { frames: 0, ..TemporalSettings::DEFAULT });
     // The twin: every surface is taken for every other one (and the filter itself is shut).
-    let open = Denoise { levels: 1, color: 0.0, normal: f32::INFINITY, depth: f32::INFINITY, ..SVGF };
-    let blind = mean(Some(&open), &History { clamp: f32::INFINITY, ..History::DEFAULT });
+    let open = DenoiseSettings { levels: 1, color: 0.0, normal: f32::INFINITY, depth: f32::INFINITY, ..SVGF };
+    let blind = mean(Some(&open), &TemporalSettings { clamp: f32::INFINITY, ..TemporalSettings::DEFAULT });
     println!("greatest error of a block: {with:.3}; without a past {noise:.3}; blind {blind:.3}");
     assert!(with < GHOST, "{with}");
     assert!(blind > 1.5 * GHOST, "a test that sees no ghosts: {blind}");
 }
 
 /// After a cut to a view that shares nothing with the last one, the past is not asked.
-fn a_cut_forgets(subject: Subject) {
+fn a_cut_forgets(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene, 5);
@@ -203,7 +203,7 @@ fn a_cut_forgets(subject: Subject) {
     let away = CameraPose { look_at: start.look_from * 2.0 - start.look_at, ..start };
     let mut last = |frames, poses: &[CameraPose]| {
         forget(&mut renderer, &settings);
-        let history = History { frames, ..History::DEFAULT };
+        let history = TemporalSettings { frames, ..TemporalSettings::DEFAULT };
         follow(&mut renderer, poses, &settings, Some(&SVGF), &history, 1).remove(0)
     };
     assert!(last(32, &[start, away]) == last(0, &[start, away]));
@@ -213,7 +213,7 @@ fn a_cut_forgets(subject: Subject) {
 
 /// A series of frames on each backend: the CPU's bits on CUDA and on software Vulkan. Hardware may divide less exactly there: some paths meet something
 /// else, and a neighbour counts on one and not on the other.
-fn they_are_the_cpus(subject: Subject) {
+fn they_are_the_cpus(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene, 6);
@@ -223,11 +223,11 @@ fn they_are_the_cpus(subject: Subject) {
         forget(renderer, &settings);
         follow(renderer, &poses, &settings, Some(&SVGF), &history, 4)
     };
-    let want = series(&mut cpu(&scene), History::DEFAULT);
+    let want = series(&mut cpu(&scene), TemporalSettings::DEFAULT);
     // naga's modules take another path through the book's scene for some pixels. On an H100's Vulkan 828 and 981 pixels differ.
     let (bound, most) = match subject {
-        Subject::Cpu | Subject::Cuda => (0.0, 0),
-        Subject::Wgpu if subject.is_software() => (0.0, 0),
+        BackendUnderTest::Cpu | BackendUnderTest::Cuda => (0.0, 0),
+        BackendUnderTest::Wgpu if subject.is_software() => (0.0, 0),
         _ if subject.is_software() => (1e-3, 40),
         _ => (1e-3, 1600),
     };
@@ -237,8 +237,8 @@ fn they_are_the_cpus(subject: Subject) {
             |(a, b): &(&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > bound * (1.0 + b[c]));
         pairs.filter(off).count()
     };
-    let off = differ(&series(&mut renderer, History::DEFAULT));
-    let other = differ(&series(&mut renderer, History { frames: 2, ..History::DEFAULT }));
+    let off = differ(&series(&mut renderer, TemporalSettings::DEFAULT));
+    let other = differ(&series(&mut renderer, TemporalSettings { frames: 2, ..TemporalSettings::DEFAULT }));
     println!("{off} of 7680 pixels differ by more than {bound}; with another history {other}");
     assert!(off <= most);
     assert!(other > 500 && other > 2 * most, "the comparison sees nothing: {other}");

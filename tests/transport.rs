@@ -5,11 +5,11 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect_tests::renders::{film, lit};
 use trisect_tests::statistics::Known;
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// Samples a pixel: the CPU can afford more, and proves that the faults are found.
-fn samples(subject: Subject, cpu: u32, others: u32) -> u32 {
-    if subject == Subject::Cpu { cpu } else { others }
+fn samples(subject: BackendUnderTest, cpu: u32, others: u32) -> u32 {
+    if subject == BackendUnderTest::Cpu { cpu } else { others }
 }
 
 /// Whether the film's mean is `want`, within 4 sigma and what 256 sums in f32 round.
@@ -20,7 +20,7 @@ fn is(film: &Film, want: f64) -> bool {
 }
 
 /// The scenes whose files derive their answer.
-fn irradiance_is_known(subject: Subject) {
+fn irradiance_is_known(subject: BackendUnderTest) {
     let cases = [
         ("light_disc.ron", 0.4),
         ("light_sphere.ron", 0.375),
@@ -34,7 +34,7 @@ fn irradiance_is_known(subject: Subject) {
         let settings = Settings { samples: samples(subject, many, 8), ..scene.settings() };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         assert!(is(&film(&mut renderer, &settings), want), "{name}");
-        if subject == Subject::Cpu {
+        if subject == BackendUnderTest::Cpu {
             let mut renderer = subject.renderer(&lit(&scene, 1.01)).unwrap();
             assert!(!is(&film(&mut renderer, &settings), want), "{name}: a comparison that cannot fail");
         }

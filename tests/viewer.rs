@@ -10,7 +10,7 @@ use trisect::image::Image;
 use trisect::scene::Scene;
 use trisect_tests::desktop::{Capture, Desktop};
 use trisect_tests::program::folder;
-use trisect_tests::{Subject, binary, root};
+use trisect_tests::{BackendUnderTest, binary, root};
 use x11rb::protocol::xproto::Window;
 
 /// Keys' symbols (X11/keysymdef.h).
@@ -251,7 +251,7 @@ fn sizes_and_hiding() {
 /// Frames of a GPU backend reach the window, too: here of the adapter that the tests use.
 #[test]
 fn frames_of_wgpu() {
-    let index = Subject::Wgpu.index().to_string();
+    let index = BackendUnderTest::Wgpu.index().to_string();
     let arguments = [
         "--backend",
         "wgpu",

@@ -9,11 +9,11 @@ use trisect::bvh::{Bvh, Wide};
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings, Traversal};
 use trisect::scene::Scene;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach};
-use trisect_shared::features::{AVX2, AVX512, FLATS, Features, LINEAR, TRIANGLES, WIDE};
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
+use trisect_shared::features::{AVX2, AVX512, Features, LINEAR, PLANAR, TRIANGLES, WIDE};
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
 use trisect_shared::traversal::closest_hit;
@@ -87,7 +87,7 @@ fn build(kind: u32, size: f32, count: u32) -> Scene {
 }
 
 /// Rays of all sorts: from anywhere and from primitives, along axes, with components of nearly zero, at vertices and centres.
-fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, Reach)> {
+fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, RayQuery)> {
     let small = [0.0, -0.0, 1e-45, -1e-38, 1e-20, 1e-8, 1.0, -1.0];
     let all = scene.primitives() as u32;
     (0..count)
@@ -110,11 +110,14 @@ fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, Reach)> {
                 direction = Vec3::Z;
             }
             let departure = match v[3] % 3 {
-                0 => Departure::from(w[3] % all, w[2] % 2 == 0),
-                _ => Departure::NONE,
+                0 => OriginPrimitive::new(w[3] % all, w[2] % 2 == 0),
+                _ => OriginPrimitive::NONE,
             };
-            let limit = if v[3] % 5 == 0 { size * unit_f32(w[1]) } else { Reach::CLOSEST.limit };
-            (Ray { origin, direction: direction.normalize(), departure }, Reach { limit, ..Reach::CLOSEST })
+            let limit = if v[3] % 5 == 0 { size * unit_f32(w[1]) } else { RayQuery::CLOSEST.t_max };
+            (
+                Ray { origin, direction: direction.normalize(), origin_primitive: departure },
+                RayQuery { t_max: limit, ..RayQuery::CLOSEST },
+            )
         })
         .collect()
 }
@@ -133,20 +136,20 @@ impl Traced {
         Self { scene, bvh, wide }
     }
 
-    fn all<const FEATURES: Features>(&self, tree: WideTree, rays: &[(Ray, Reach)]) -> Vec<Hit> {
+    fn all<const FEATURES: Features>(&self, tree: WideTree, rays: &[(Ray, RayQuery)]) -> Vec<Hit> {
         let (spheres, flats) = (self.scene.spheres.len() as u32, self.scene.flats.len() as u32);
         let params = RenderParams {
             root: self.bvh.root.0,
-            first_flat: spheres,
+            first_planar: spheres,
             first_triangle: spheres + flats,
-            primitives: self.scene.primitives() as u32,
+            primitive_count: self.scene.primitives() as u32,
             ..RenderParams::zeroed()
         };
         let arrays = shared::Scene {
             spheres: &self.scene.spheres,
             nodes: &self.bvh.nodes,
             materials: &[],
-            flats: &self.scene.flats,
+            planars: &self.scene.flats,
             triangles: &self.bvh.triangles,
             shading: &[],
             lights: &[],
@@ -162,8 +165,8 @@ impl Traced {
     }
 
     /// In a wide tree.
-    fn hits(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, Reach)]) -> Vec<Hit> {
-        const ALL: Features = FLATS | TRIANGLES | WIDE;
+    fn hits(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, RayQuery)]) -> Vec<Hit> {
+        const ALL: Features = PLANAR | TRIANGLES | WIDE;
         match set {
             InstructionSet::Avx512 => self.all::<{ ALL | AVX512 }>(tree, rays),
             InstructionSet::Avx2 => self.all::<{ ALL | AVX2 }>(tree, rays),
@@ -172,7 +175,13 @@ impl Traced {
     }
 
     /// How many hits differ from those of the linear search.
-    fn differing(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, Reach)], want: &[Hit]) -> usize {
+    fn differing(
+        &self,
+        set: InstructionSet,
+        tree: WideTree,
+        rays: &[(Ray, RayQuery)],
+        want: &[Hit],
+    ) -> usize {
         let got = self.hits(set, tree, rays);
         let bits = |hit: &Hit| (hit.distance.to_bits(), hit.primitive);
         got.iter().zip(want).filter(|(got, want)| bits(got) != bits(want)).count()
@@ -194,10 +203,10 @@ fn hits_are_those_of_each_primitive_tested() {
         let size = f32::powi(2.0, scale);
         let traced = Traced::new(build(kind, size, 40));
         let rays = rays(&traced.scene, &traced.bvh, size, 6000);
-        let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
+        let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
         let hits = want.iter().filter(|hit| hit.primitive != NO_PRIMITIVE).count();
         assert!(hits * 4 > rays.len(), "scene {kind}: {hits} rays hit");
-        let stack = traced.all::<{ FLATS | TRIANGLES }>(WideTree::NONE, &rays);
+        let stack = traced.all::<{ PLANAR | TRIANGLES }>(WideTree::NONE, &rays);
         let other = stack.iter().zip(&want).filter(|(a, b)| a != b).count();
         assert_eq!(other, 0, "scene {kind}, 2^{scale}: binary tree");
         for set in sets() {
@@ -240,15 +249,15 @@ fn shadow_rays_know_their_target() {
         let traced = Traced::new(build(kind, 1.0, 40));
         let primitives = traced.scene.primitives() as u32;
         let closest = rays(&traced.scene, &traced.bvh, 1.0, 6000);
-        let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &closest);
+        let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &closest);
         // Half of the targets are what the ray meets first.
         let target = |i: usize| match want[i].primitive {
             primitive if i.is_multiple_of(2) && primitive != NO_PRIMITIVE => primitive,
             _ => words(23, i as u32)[0] % primitives,
         };
-        let any: Vec<(Ray, Reach)> = (0..)
+        let any: Vec<(Ray, RayQuery)> = (0..)
             .zip(&closest)
-            .map(|(i, (ray, reach))| (*ray, Reach { any: true, target: target(i), ..*reach }))
+            .map(|(i, (ray, reach))| (*ray, RayQuery { any_hit: true, light_primitive: target(i), ..*reach }))
             .collect();
         let is_blocked = |hit: &Hit, target| hit.primitive != NO_PRIMITIVE && hit.primitive != target;
         let blocked = (0..).zip(&want).filter(|(i, hit)| is_blocked(hit, target(*i))).count();
@@ -280,7 +289,7 @@ fn the_smallest_scenes() {
         let traced = Traced::new(scene);
         let spare_bvh = Bvh::build(&spare, None).unwrap();
         let rays = rays(&spare, &spare_bvh, 1.0, 2000);
-        let want = traced.all::<{ FLATS | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
+        let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
         for set in sets() {
             assert_eq!(traced.differing(set, traced.wide.tree(), &rays, &want), 0, "{}", set.name());
         }

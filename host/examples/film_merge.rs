@@ -5,22 +5,26 @@
 //! ```
 
 use std::time::Instant;
-use trisect::film::{Film, FilmError, Part};
-use trisect_shared::film::{Carry, PixelSums};
+use trisect::film::{Film, FilmError, SampleBlock};
+use trisect_shared::film::{Compensation, PixelSums};
 
 fn main() -> Result<(), FilmError> {
     let (width, height) = (1920, 1080);
     let mut chunk = vec![PixelSums::ZERO; width as usize * height as usize];
     for (i, sums) in chunk.iter_mut().enumerate() {
         (0..4).for_each(|s| {
-            sums.add(glam::Vec3::new(0.1, 0.7, 1e-3) * (i % 97 + s) as f32, &mut Carry::ZERO.clone(), 0)
+            sums.add(
+                glam::Vec3::new(0.1, 0.7, 1e-3) * (i % 97 + s) as f32,
+                &mut Compensation::ZERO.clone(),
+                0,
+            )
         });
     }
     let mut film = Film::new(width, height);
     let mut times = Vec::new();
     for first in (0..160).step_by(4) {
         let start = Instant::now();
-        film.merge(&Part { rows: 0..height, samples: first..first + 4 }, &chunk)?;
+        film.merge(&SampleBlock { rows: 0..height, samples: first..first + 4 }, &chunk)?;
         times.push(start.elapsed().as_secs_f64() * 1e3);
     }
     let first = times.remove(0);

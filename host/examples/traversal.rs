@@ -26,11 +26,11 @@ use trisect::backend::cpu::{Cpu, InstructionSet};
 use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach};
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
 use trisect_shared::features::{self, Features, TRIANGLES, WIDE};
 use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::params::RenderParams;
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
 use trisect_shared::sphere::MISS;
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         spheres: &[],
         nodes: &bvh.nodes,
         materials: &[],
-        flats: &[],
+        planars: &[],
         triangles: &bvh.triangles,
         shading: &[],
         lights: &[],
@@ -83,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // SAFETY: `Bvh::build` proved the tree for these triangles.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         unsafe {
-            closest_hit::<TRIANGLES>(&params, arrays, *ray, Reach::CLOSEST)
+            closest_hit::<TRIANGLES>(&params, arrays, *ray, RayQuery::CLOSEST)
         }
     };
     let sets = [InstructionSet::best(), InstructionSet::Avx2].map(|set| match set.is_available() {
@@ -123,7 +123,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Off the surface, as obvhs knows no departure.
         let origin = ray.origin + ray.direction * distance + normal * (1e-4 * distance);
         let direction = normalize(normal + unit_sphere(w.x, w.y));
-        diffuse.push(Ray { origin, direction, departure: Departure::NONE });
+        diffuse.push(Ray { origin, direction, origin_primitive: OriginPrimitive::NONE });
     }
     let mut shuffled: Vec<(u32, Ray)> = (0u32..)
         .zip(&diffuse)
@@ -204,7 +204,7 @@ fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, 
         let mut answer = (0, 0.0);
         for ray in rays {
             // SAFETY: the caller's promise.
-            let hit = unsafe { closest_hit::<FEATURES>(params, scene, *ray, Reach::CLOSEST) };
+            let hit = unsafe { closest_hit::<FEATURES>(params, scene, *ray, RayQuery::CLOSEST) };
             count(&mut answer, black_box(hit.distance));
         }
         answer

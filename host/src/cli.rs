@@ -1,11 +1,11 @@
 //! The command line.
 
 mod bench;
+mod checkpointing;
 mod cluster;
 mod denoise;
 mod goal;
 mod job;
-mod keep;
 mod render;
 mod shell;
 mod tradeoff;
@@ -14,15 +14,15 @@ mod view;
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
 #[cfg(feature = "mpi")]
 pub use bench::{ClusterBenchArgs, SyncArg};
+pub use checkpointing::{CheckpointArgs, FallbackArg, MergeArgs, ResumeArgs, Samples};
 #[cfg(feature = "mpi")]
 pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
 pub use job::{BackendArg, IncludeArgs, JobArgs, MathArg, QualityArg};
-pub use keep::{FallbackArg, KeepArgs, MergeArgs, ResumeArgs, Samples};
 pub use render::RenderArgs;
-pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, ManArgs, TellArgs};
+pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
 

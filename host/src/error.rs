@@ -1,17 +1,17 @@
 //! What can go wrong, and the exit code for each.
 
+use crate::adaptive::SamplingError;
 use crate::backend::BackendError;
 use crate::bench::BenchError;
 use crate::checkpoint::CheckpointError;
+use crate::cluster::ClusterError;
 use crate::denoise::DenoiseError;
-use crate::distribute::DistributeError;
 use crate::film::FilmError;
 use crate::image::ImageError;
-use crate::limits::WriteError;
 use crate::metrics::MetricsError;
 use crate::output::ConflictError;
+use crate::precision::WriteError;
 use crate::render::SettingsError;
-use crate::sampling::SamplingError;
 use crate::scene::SceneError;
 use crate::threads::ThreadError;
 use crate::tradeoff::TradeoffError;
@@ -52,7 +52,7 @@ pub enum Error {
     Denoise(#[from] DenoiseError),
     /// Ranks that do not render together.
     #[error(transparent)]
-    Distribute(#[from] DistributeError),
+    Cluster(#[from] ClusterError),
     /// The trade-off lab could not measure, or write it down.
     #[error(transparent)]
     Tradeoff(#[from] TradeoffError),
@@ -94,7 +94,7 @@ impl Error {
                     1
                 }
             }
-            Self::Distribute(error) => error.exit_code(),
+            Self::Cluster(error) => error.exit_code(),
             Self::Checkpoint(
                 CheckpointError::NoText { .. }
                 | CheckpointError::Unsupported { .. }

@@ -59,7 +59,7 @@
 //!
 //! # Watching a render, and ending it
 //!
-//! An [`render::Observer`] is told how far it is, and may end it; then the film is lost. A [`render::Keeper`] sees the film grow, and what it ends
+//! An [`render::RenderObserver`] is told how far it is, and may end it; then the film is lost. A [`render::FilmObserver`] sees the film grow, and what it ends
 //! is not lost: the same film goes on later, elsewhere, to the same bits.
 //!
 //! ```
@@ -103,28 +103,28 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr, reason = "a library returns what it has to say")]
 
+pub mod adaptive;
 pub mod alias;
+mod atomic_file;
 pub mod backend;
 pub mod bench;
 pub mod bvh;
 pub mod checkpoint;
+mod checksummed_file;
+pub mod cluster;
 pub mod denoise;
-pub mod distribute;
 pub mod error;
 pub mod film;
 pub mod image;
 mod input;
 pub mod lights;
-pub mod limits;
 pub mod memory;
 pub mod metrics;
 pub mod output;
 mod plot;
+pub mod precision;
 pub mod render;
-mod replace;
-pub mod sampling;
 pub mod scene;
-mod sealed;
 pub mod statistics;
 pub mod stats;
 pub mod threads;

@@ -4,10 +4,10 @@ use crate::alias;
 use crate::scene::Scene;
 use glam::Vec3;
 use std::f64::consts::PI;
-use trisect_shared::flat::{DISC, Flat};
 use trisect_shared::light::{AREA, DIRECTIONAL, Light};
 use trisect_shared::material::Material;
 use trisect_shared::math::luminance;
+use trisect_shared::planar::{DISC, Planar};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
 
@@ -29,7 +29,7 @@ impl Lights {
     /// The table for `scene`, its triangles in the order of `triangles`. Chances follow the power: luminance times π times area for
     /// what emits, and for both kinds without extent the power that they send into the scene. A panorama has half of all choices.
     pub fn new(scene: &Scene, triangles: &[Triangle]) -> Self {
-        let emitted = |material: u32| f64::from(scene.materials[material as usize].light_density);
+        let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
         let areas = areas(&scene.spheres, &scene.flats, triangles);
         let mut lights = Vec::new();
         let mut powers = Vec::new();
@@ -81,16 +81,16 @@ impl Lights {
         }
         let mut materials = scene.materials.clone();
         for material in &mut materials {
-            let power = PI * f64::from(material.light_density) / greatest;
+            let power = PI * f64::from(material.light_pdf) / greatest;
             let density = if rows.is_empty() { 0.0 } else { share * power / sum };
-            material.light_density = density as f32;
+            material.light_pdf = density as f32;
         }
         Self { lights, materials, environment_probability }
     }
 }
 
 /// Area and material of each primitive, in their order.
-fn areas(spheres: &[Sphere], flats: &[Flat], triangles: &[Triangle]) -> impl Iterator<Item = (f64, u32)> {
+fn areas(spheres: &[Sphere], flats: &[Planar], triangles: &[Triangle]) -> impl Iterator<Item = (f64, u32)> {
     let spheres = spheres.iter().map(|s| (4.0 * PI * f64::from(s.radius).powi(2), s.material));
     let flats = flats.iter().map(|f| (f64::from(f.area), f.material));
     let triangles = triangles.iter().map(|t| {
@@ -108,7 +108,7 @@ fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
         add(s.center - s.radius);
         add(s.center + s.radius);
     }
-    let is_plane = |f: &Flat| f.kind == DISC && f.edge_u.abs().max_element() >= 0.5 * PLANE_RADIUS;
+    let is_plane = |f: &Planar| f.kind == DISC && f.edge_u.abs().max_element() >= 0.5 * PLANE_RADIUS;
     for f in scene.flats.iter().filter(|f| !is_plane(f)) {
         [f.origin, f.origin + f.edge_u, f.origin + f.edge_v].into_iter().for_each(&mut add);
     }

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
     match process::prepare() {
         Ok(()) => run(),
         Err(message) => {
-            terminal::say(&format!("error: {message}"));
+            terminal::eprint(&format!("error: {message}"));
             ExitCode::FAILURE
         }
     }
@@ -60,7 +60,7 @@ fn run() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            terminal::say(&format!("error: {error}"));
+            terminal::eprint(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
     }

@@ -1,12 +1,12 @@
 //! The progress bar: on a terminal only, on standard error.
 
-use crate::commands::say;
+use crate::commands::eprint;
 use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::time::Duration;
-use trisect::render::Observer;
+use trisect::render::RenderObserver;
 
 /// Steps of a bar that shows stages.
 const STAGE_STEPS: u64 = 1000;
@@ -52,8 +52,8 @@ impl Bar {
     }
 
     /// Writes a line to standard error, above the bar where there is one.
-    pub fn say(&self, line: &str) {
-        self.bar.suspend(|| say(line));
+    pub fn print_line(&self, line: &str) {
+        self.bar.suspend(|| eprint(line));
     }
 
     /// Returns whether nothing is shown.
@@ -104,7 +104,7 @@ fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> St
     if is_wide { share + &samples + &rest } else { share + &rest }
 }
 
-impl Observer for Bar {
+impl RenderObserver for Bar {
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         self.bar.set_length(total);
         self.bar.set_position(done);

@@ -1,11 +1,11 @@
 //! What a render took, for people and as versioned JSON.
 
+use crate::adaptive::Sampling;
 use crate::backend::Device;
-use crate::denoise::Denoise;
-use crate::distribute::ClusterReport;
+use crate::cluster::ClusterReport;
+use crate::denoise::DenoiseSettings;
 use crate::film::FilmCounts;
 use crate::render::{Schedule, Settings, Traversal};
-use crate::sampling::Sampling;
 use serde::Serialize;
 use std::time::Duration;
 use trisect_kernels::Variant;
@@ -68,7 +68,7 @@ pub struct RenderStats {
     /// What samples were taken by, where the number of them was not asked for.
     pub sampling: Option<Sampling>,
     /// How the image was denoised, if it was.
-    pub denoise: Option<Denoise>,
+    pub denoise: Option<DenoiseSettings>,
     /// Sum of its passes' times by the device's timer.
     pub denoise_seconds: f64,
     /// What each rank's part took, where there are several; `device_seconds` is their sum then.

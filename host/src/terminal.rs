@@ -13,7 +13,7 @@ use trisect::image::ImageError;
 
 /// Writes a line to standard error for people, [escaped]. A render does not depend
 /// on whether that succeeds: a full disk, a closed pipe.
-pub fn say(text: &str) {
+pub fn eprint(text: &str) {
     // One write, so that lines of several processes do not mix.
     let _ = io::stderr().lock().write_all(format!("{}\n", escaped(text)).as_bytes());
 }
@@ -35,7 +35,7 @@ pub fn print(text: &str) -> Result<(), Error> {
 pub fn print_usage(usage: &clap::Error) -> ExitCode {
     if usage.use_stderr() && std::env::args_os().any(|argument| !is_plain(&argument)) {
         // It quotes the argument.
-        say(usage.render().to_string().trim_end());
+        eprint(usage.render().to_string().trim_end());
         return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(1));
     }
     let printed = usage.print().and_then(|()| io::stdout().flush());
@@ -43,7 +43,7 @@ pub fn print_usage(usage: &clap::Error) -> ExitCode {
     match if usage.use_stderr() { Ok(()) } else { written(printed) } {
         Ok(()) => ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(1)),
         Err(error) => {
-            say(&format!("error: {error}"));
+            eprint(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
     }

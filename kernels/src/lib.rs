@@ -10,9 +10,9 @@
 //! | 0 | uniform | by value | [`RenderParams`](trisect_shared::params::RenderParams) |
 //! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | the arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
 //! | 11 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
-//! | 12 | storage | pointer | `[Carry]`, a whole image; read and written by launches of a part of a chunk only |
+//! | 12 | storage | pointer | `[Compensation]`, a whole image; read and written by launches of a part of a chunk only |
 //! | 13 | storage | pointer | a counter, 0 when a launch begins: where persistent threads find their pixels |
-//! | 14 | storage | pointer | `[Guides]`, a whole image; of kernels with `GUIDES` only |
+//! | 14 | storage | pointer | `[Guides]`, a whole image; of kernels with `AOVS` only |
 //!
 //! A thread serves pixel (x, y) of the launch's share of the rows; work groups are 8 × 8. Persistent threads serve what they take, in any number of work groups.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
@@ -46,10 +46,10 @@ macro_rules! for_each_variant {
             render_all_linear "render_all_linear": ALL | LINEAR | REGENERATE,
             render_all_pixel "render_all_pixel": ALL,
             render_all_persistent "render_all_persistent": ALL | REGENERATE | PERSISTENT,
-            render_guides "render_guides": MICROFACETS | ROULETTE | SCHLICK | REGENERATE | GUIDES,
-            render_all_guides "render_all_guides": ALL | REGENERATE | GUIDES,
-            render_all_guides_sobol "render_all_guides_sobol": ALL | SOBOL | REGENERATE | GUIDES,
-            render_all_guides_persistent "render_all_guides_persistent": ALL | REGENERATE | PERSISTENT | GUIDES,
+            render_guides "render_guides": MICROFACETS | ROULETTE | SCHLICK | REGENERATE | AOVS,
+            render_all_guides "render_all_guides": ALL | REGENERATE | AOVS,
+            render_all_guides_sobol "render_all_guides_sobol": ALL | SOBOL | REGENERATE | AOVS,
+            render_all_guides_persistent "render_all_guides_persistent": ALL | REGENERATE | PERSISTENT | AOVS,
         }
     };
 }
@@ -63,38 +63,38 @@ macro_rules! for_each_variant {
 /// | 2 | storage | pointer | `[Guides]` |
 /// | 3 | storage | pointer | `[Lit]`, read |
 /// | 4 | storage | pointer | `[Lit]`, written |
-/// | 5 | storage | pointer | `[Edge]` |
+/// | 5 | storage | pointer | `[GBufferTexel]` |
 #[macro_export]
 macro_rules! for_each_pass {
     ($pass:ident) => {
         $pass! {
-            denoise_gather "denoise_gather": |params, sums, guides, from, to, edges, x, y, pixel| {
-                let (lit, edge) = denoise::gather(params, load::<PixelSums>(sums, pixel), load::<Guides>(guides, pixel));
+            denoise_gather "denoise_gather": |params, sums, aovs, from, to, edges, x, y, pixel| {
+                let (lit, edge) = denoise::demodulate(params, load::<PixelSums>(sums, pixel), load::<AovSums>(aovs, pixel));
                 store(to, pixel, lit);
                 store(edges, pixel, edge);
             },
-            denoise_estimate "denoise_estimate": |params, sums, guides, from, to, edges, x, y, pixel| {
+            denoise_estimate "denoise_estimate": |params, sums, aovs, from, to, edges, x, y, pixel| {
                 let samples = load::<PixelSums>(sums, pixel).samples;
-                store(to, pixel, denoise::estimate(params, from, edges, samples, x, y));
+                store(to, pixel, denoise::estimate_variance(params, from, edges, samples, x, y));
             },
-            denoise_finish "denoise_finish": |params, sums, guides, from, to, edges, x, y, pixel| {
-                store(to, pixel, denoise::finish(load::<Lit>(from, pixel), load::<Guides>(guides, pixel)));
+            denoise_finish "denoise_finish": |params, sums, aovs, from, to, edges, x, y, pixel| {
+                store(to, pixel, denoise::remodulate(load::<FilteredPixel>(from, pixel), load::<AovSums>(aovs, pixel)));
             },
         }
     };
 }
 
-/// The same for the levels of the filter, with the same bindings. A thread serves [`PIXELS`](trisect_shared::denoise::PIXELS) pixels of
+/// The same for the levels of the filter, with the same bindings. A thread serves [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels of
 /// column x; y is the number of their set.
 #[macro_export]
 macro_rules! for_each_level {
     ($level:ident) => {
         $level! {
-            denoise_atrous "denoise_atrous": |params, sums, guides, from, to, edges, x, row| {
-                denoise::levels::<false>(params, from, edges, to, x, row);
+            denoise_atrous "denoise_atrous": |params, sums, aovs, from, to, edges, x, row| {
+                denoise::atrous_levels::<false>(params, from, edges, to, x, row);
             },
-            denoise_svgf "denoise_svgf": |params, sums, guides, from, to, edges, x, row| {
-                denoise::levels::<true>(params, from, edges, to, x, row);
+            denoise_svgf "denoise_svgf": |params, sums, aovs, from, to, edges, x, row| {
+                denoise::atrous_levels::<true>(params, from, edges, to, x, row);
             },
         }
     };
@@ -108,25 +108,25 @@ macro_rules! for_each_level {
 /// | 1 | storage | pointer | `[PixelSums]` |
 /// | 2 | storage | pointer | `[Guides]` |
 /// | 3 | storage | pointer | `[Lit]`, read |
-/// | 4 | storage | pointer | `[Edge]`, read |
-/// | 5 | storage | pointer | `[Past]`, read |
+/// | 4 | storage | pointer | `[GBufferTexel]`, read |
+/// | 5 | storage | pointer | `[HistoryPixel]`, read |
 /// | 6 | storage | pointer | `[Lit]`, written |
-/// | 7 | storage | pointer | `[Past]`, written |
+/// | 7 | storage | pointer | `[HistoryPixel]`, written |
 /// | 8 | storage | pointer | `[PixelSums]`, of all frames since the camera rests |
 /// | 9 | storage | pointer | `[Guides]`, of those |
 #[macro_export]
 macro_rules! for_each_temporal {
     ($pass:ident) => {
         $pass! {
-            denoise_add "denoise_add": |params, sums, guides, from, edges, past, to, next, kept, seen, x, y, pixel| {
-                let before = (load::<PixelSums>(kept, pixel), load::<Guides>(seen, pixel));
-                let now = denoise::add(params, load::<PixelSums>(sums, pixel), load::<Guides>(guides, pixel), before);
+            denoise_add "denoise_add": |params, sums, aovs, from, edges, past, to, next, kept, seen, x, y, pixel| {
+                let before = (load::<PixelSums>(kept, pixel), load::<AovSums>(seen, pixel));
+                let now = denoise::accumulate(params, load::<PixelSums>(sums, pixel), load::<AovSums>(aovs, pixel), before);
                 store(kept, pixel, now.0);
                 store(seen, pixel, now.1);
             },
-            denoise_reproject "denoise_reproject": |params, sums, guides, from, edges, past, to, next, kept, seen, x, y, pixel| {
+            denoise_reproject "denoise_reproject": |params, sums, aovs, from, edges, past, to, next, kept, seen, x, y, pixel| {
                 let samples = load::<PixelSums>(sums, pixel).samples;
-                let found = denoise::reproject(params, from, edges, past, samples, load::<Guides>(guides, pixel), x, y);
+                let found = denoise::reproject(params, from, edges, past, samples, load::<AovSums>(aovs, pixel), x, y);
                 store(to, pixel, found.0);
                 store(next, pixel, found.1);
             },
@@ -147,7 +147,7 @@ macro_rules! for_each_display {
     ($pass:ident) => {
         $pass! {
             display "display": |params, sums, lit, to, x, pixel| {
-                let shown = display::display(params, load::<PixelSums>(sums, pixel), load::<Lit>(lit, pixel), x);
+                let shown = display::display(params, load::<PixelSums>(sums, pixel), load::<FilteredPixel>(lit, pixel), x);
                 store(to, pixel, shown);
             },
         }

@@ -1,7 +1,7 @@
 //! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
 
 use trisect_shared::features::{
-    ALL, Features, GUIDES, LINEAR, METHOD, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL,
+    ALL, AOVS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, STRATEGY,
     TEXTURES,
 };
 
@@ -34,12 +34,12 @@ pub struct Variant {
 
 impl Variant {
     /// Returns whether the variant renders what needs these features right, by any method.
-    pub fn serves(self, features: Features) -> bool {
+    pub fn supports(self, features: Features) -> bool {
         // Without microfacets a variant has one Fresnel, not the choice of both.
         let fresnel = self.features & (SCHLICK | MICROFACETS) != SCHLICK || features & SCHLICK != 0;
         // The sampler is compiled in: a launch cannot choose it.
         let sampler = (self.features ^ features) & SOBOL == 0;
-        features & !METHOD & !self.features == 0 && fresnel && sampler
+        features & !STRATEGY & !self.features == 0 && fresnel && sampler
     }
 }
 
@@ -68,7 +68,7 @@ const TEMPORAL: Modules = for_each_temporal!(modules);
 const DISPLAYS: Modules = for_each_display!(modules);
 const FIRST_HITS: Modules = &[(FIRST_HIT, include_bytes!("../prebuilt/spirv/first_hit.spv"))];
 
-/// Whether an entry point is a level of the denoiser's filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS) pixels.
+/// Whether an entry point is a level of the denoiser's filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels.
 pub fn is_level(entry_point: &str) -> bool {
     LEVELS.iter().any(|(name, _)| *name == entry_point)
 }
@@ -86,8 +86,8 @@ pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
 
 /// The first, that is the cheapest, variant that can do all of `features`, by just their method.
 pub fn variant(features: Features) -> Option<Variant> {
-    let same_method = |variant: &Variant| variant.features & METHOD == features & METHOD;
-    VARIANTS.iter().copied().find(|variant| variant.serves(features) && same_method(variant))
+    let same_strategy = |variant: &Variant| variant.features & STRATEGY == features & STRATEGY;
+    VARIANTS.iter().copied().find(|variant| variant.supports(features) && same_strategy(variant))
 }
 
 /// The variant with this name.

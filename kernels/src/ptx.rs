@@ -8,21 +8,21 @@ use core::arch::nvptx::{
 };
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::AtomicU32;
-use trisect_shared::buffer::{Slots, load, store};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::buffer::{SharedSlice, load, store};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit, Past};
+use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
-    ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
+    ALL, AOVS, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
 };
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::flat::Flat;
-use trisect_shared::guides::Guides;
+use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::params::{FLAG_FINISH, FLAG_OWN, RenderParams};
+use trisect_shared::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
 use trisect_shared::path::{self, FirstHit};
+use trisect_shared::planar::Planar;
 use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -56,13 +56,13 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
 ///
 /// The scene's pointers are arguments of their own: only of those LLVM knows that they point to global memory.
 macro_rules! entry_point {
-    ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident, $guides:ident| $body:block) => {
+    ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         /// See `kernels/README.md` for the arguments.
         ///
         /// # Safety
         ///
         /// The pointers name device arrays of the given lengths, the output, the carries and the guides of width * height records. Only kernels with
-        /// [`GUIDES`] touch guides, and only render kernels carries.
+        /// [`AOVS`] touch guides, and only render kernels carries.
         #[unsafe(no_mangle)]
         #[allow(clippy::too_many_arguments, reason = "a pointer each")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -71,7 +71,7 @@ macro_rules! entry_point {
             spheres: *const Sphere,
             nodes: *const BvhNode,
             materials: *const Material,
-            flats: *const Flat,
+            planars: *const Planar,
             triangles: *const Triangle,
             shading: *const TriangleShading,
             lights: *const Light,
@@ -79,9 +79,9 @@ macro_rules! entry_point {
             texels: *const Texel,
             environment: *const EnvironmentTexel,
             $output: *mut $record,
-            $carries: *mut Carry,
+            $compensations: *mut Compensation,
             $counter: *mut u32,
-            $guides: *mut Guides,
+            $aovs: *mut AovSums,
         ) {
             let ($x, $y) = pixel_of_thread(&$params);
             // Persistent threads find their pixels elsewhere.
@@ -94,7 +94,7 @@ macro_rules! entry_point {
                     spheres: from_raw_parts(spheres, lengths.spheres),
                     nodes: from_raw_parts(nodes, lengths.nodes),
                     materials: from_raw_parts(materials, lengths.materials),
-                    flats: from_raw_parts(flats, lengths.flats),
+                    planars: from_raw_parts(planars, lengths.planars),
                     triangles: from_raw_parts(triangles, lengths.triangles),
                     shading: from_raw_parts(shading, lengths.triangles),
                     lights: from_raw_parts(lights, lengths.lights),
@@ -110,25 +110,25 @@ macro_rules! entry_point {
 
 macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
-        entry_point!($name, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter, guides| {
+        entry_point!($name, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, compensations, counter, aovs| {
             let pixels = params.width as usize * params.height as usize;
-            let mut guides = Slots::new(guides, pixels);
+            let mut aovs = SharedSlice::new(aovs, pixels);
             if const { has($features, PERSISTENT) } {
-                let (mut film, mut carries) = (Slots::new(film, pixels), Slots::new(carries, pixels));
+                let (mut film, mut compensations) = (SharedSlice::new(film, pixels), SharedSlice::new(compensations, pixels));
                 let mut counter = AtomicU32::from_ptr(counter);
-                path::render_queue::<{ $features }>(&params, scene, &mut film, &mut carries, &mut guides, &mut counter);
+                path::render_persistent::<{ $features }>(&params, scene, &mut film, &mut compensations, &mut aovs, &mut counter);
                 return;
             }
             let pixel = (y * params.width + x) as usize;
-            let (film, carries) = (film.add(pixel), carries.add(pixel));
-            let (mut sums, mut carry) = ([PixelSums::ZERO], [Carry::ZERO]);
-            if params.resume != 0 || params.flags & FLAG_OWN != 0 {
-                (sums, carry) = ([*film], [*carries]);
+            let (film, compensations) = (film.add(pixel), compensations.add(pixel));
+            let (mut sums, mut compensation) = ([PixelSums::ZERO], [Compensation::ZERO]);
+            if params.resume != 0 || params.flags & FLAG_PER_PIXEL_RANGE != 0 {
+                (sums, compensation) = ([*film], [*compensations]);
             }
-            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut carry, 0, &mut guides);
+            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut compensation, 0, &mut aovs);
             *film = sums[0];
-            if params.flags & FLAG_FINISH == 0 {
-                *carries = carry[0];
+            if params.flags & FLAG_END_OF_CHUNK == 0 {
+                *compensations = compensation[0];
             }
         });
     )*};
@@ -136,13 +136,13 @@ macro_rules! render {
 
 for_each_variant!(render);
 
-entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _carries, _counter, _guides| {
+entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _compensations, _counter, _aovs| {
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
 });
 
 /// A pass of the denoiser.
 macro_rules! pass {
-    ($name:ident: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
+    ($name:ident: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
         /// A pass of the denoiser.
         ///
         /// # Safety
@@ -153,10 +153,10 @@ macro_rules! pass {
         pub unsafe extern "ptx-kernel" fn $name(
             params: DenoiseParams,
             sums: *const PixelSums,
-            guides: *const Guides,
-            from: *const Lit,
-            to: *mut Lit,
-            edges: *mut Edge,
+            aovs: *const AovSums,
+            from: *const FilteredPixel,
+            to: *mut FilteredPixel,
+            edges: *mut GBufferTexel,
         ) {
             let $params = &params;
             let ($x, y) = thread();
@@ -167,7 +167,7 @@ macro_rules! pass {
             let pixels = params.width as usize * params.height as usize;
             // SAFETY: the caller's promise, and the guards.
             unsafe {
-                let ($sums, $guides) = (from_raw_parts(sums, pixels), from_raw_parts(guides, pixels));
+                let ($sums, $aovs) = (from_raw_parts(sums, pixels), from_raw_parts(aovs, pixels));
                 let ($from, $to) = (from_raw_parts(from, pixels), from_raw_parts_mut(to, pixels));
                 let $edges = from_raw_parts_mut(edges, pixels);
                 $body
@@ -177,8 +177,8 @@ macro_rules! pass {
 }
 
 macro_rules! passes {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
-        pass!($name: |$params, $sums, $guides, $from, $to, $edges, $x, $y| {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        pass!($name: |$params, $sums, $aovs, $from, $to, $edges, $x, $y| {
             if $y < $params.height {
                 let $pixel = $y * $params.width + $x;
                 $body
@@ -190,8 +190,8 @@ macro_rules! passes {
 for_each_pass!(passes);
 
 macro_rules! levels {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {$(
-        pass!($name: |$params, $sums, $guides, $from, $to, $edges, $x, $row| $body);
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {$(
+        pass!($name: |$params, $sums, $aovs, $from, $to, $edges, $x, $row| $body);
     )*};
 }
 
@@ -199,7 +199,7 @@ for_each_level!(levels);
 
 /// A pass over the past.
 macro_rules! temporal {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
         /// A pass over the past.
         ///
         /// # Safety
@@ -210,14 +210,14 @@ macro_rules! temporal {
         pub unsafe extern "ptx-kernel" fn $name(
             params: DenoiseParams,
             sums: *const PixelSums,
-            guides: *const Guides,
-            from: *const Lit,
-            edges: *const Edge,
-            past: *const Past,
-            to: *mut Lit,
-            next: *mut Past,
+            aovs: *const AovSums,
+            from: *const FilteredPixel,
+            edges: *const GBufferTexel,
+            past: *const HistoryPixel,
+            to: *mut FilteredPixel,
+            next: *mut HistoryPixel,
             kept: *mut PixelSums,
-            seen: *mut Guides,
+            seen: *mut AovSums,
         ) {
             let $params = &params;
             let ($x, y) = thread();
@@ -229,7 +229,7 @@ macro_rules! temporal {
             let pixels = params.width as usize * params.height as usize;
             // SAFETY: the caller's promise, and the guard.
             unsafe {
-                let ($sums, $guides) = (from_raw_parts(sums, pixels), from_raw_parts(guides, pixels));
+                let ($sums, $aovs) = (from_raw_parts(sums, pixels), from_raw_parts(aovs, pixels));
                 let ($from, $edges) = (from_raw_parts(from, pixels), from_raw_parts(edges, pixels));
                 let ($past, $to) = (from_raw_parts(past, pixels), from_raw_parts_mut(to, pixels));
                 let ($next, $kept) = (from_raw_parts_mut(next, pixels), from_raw_parts_mut(kept, pixels));
@@ -254,7 +254,7 @@ macro_rules! displays {
         pub unsafe extern "ptx-kernel" fn $name(
             params: DisplayParams,
             sums: *const PixelSums,
-            lit: *const Lit,
+            lit: *const FilteredPixel,
             to: *mut u32,
         ) {
             let $params = &params;

@@ -2,22 +2,22 @@
 
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
+use trisect_shared::aovs::AovSums;
 use trisect_shared::buffer::{load, store};
+use trisect_shared::buffer_layout::Packed;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::{self, DenoiseParams, Edge, Lit, Past};
+use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{
-    ALL, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
+    ALL, AOVS, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
 };
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::flat::Flat;
-use trisect_shared::guides::Guides;
+use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
-use trisect_shared::rows::Stored;
+use trisect_shared::planar::Planar;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -25,27 +25,27 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// An entry point: `$body` gets the launch record, the scene, the pixel, the output's buffer, and the counter's.
 macro_rules! entry_point {
-    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $carries:ident, $counter:ident, $guides:ident| $body:block) => {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "a binding each")]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Stored<Sphere>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Stored<BvhNode>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Stored<Material>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Stored<Flat>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Stored<Triangle>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Stored<TriangleShading>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Stored<Light>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Stored<Texture>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Stored<Texel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Stored<EnvironmentTexel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [Stored<$record>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $carries: &mut [Stored<Carry>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Packed<Sphere>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Packed<BvhNode>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Packed<Material>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[Packed<Planar>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Packed<Triangle>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Packed<TriangleShading>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Packed<Light>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Packed<Texture>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Packed<Texel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Packed<EnvironmentTexel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [Packed<$record>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $compensations: &mut [Packed<Compensation>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] $counter: &mut [u32],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] $guides: &mut [Stored<Guides>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] $aovs: &mut [Packed<AovSums>],
         ) {
             // Persistent threads find their pixels elsewhere.
             if !$persistent && (id.x >= $params.width || id.y >= $params.rows) {
@@ -53,7 +53,7 @@ macro_rules! entry_point {
             }
             let ($x, $y) = (id.x, $params.row(id.y));
             let $scene = Scene {
-                spheres, nodes, materials, flats, triangles, shading, lights, textures, texels, environment,
+                spheres, nodes, materials, planars, triangles, shading, lights, textures, texels, environment,
             };
             $body
         }
@@ -64,17 +64,17 @@ macro_rules! render {
     ($($name:ident $text:tt: $features:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, carries, counter, guides| {
+            $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, compensations, counter, aovs| {
                 // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
                     if const { has($features, PERSISTENT) } {
-                        let (mut film, mut carries, mut guides, mut counter) = (film, carries, guides, counter);
-                        path::render_queue::<{ $features }>(params, scene, &mut film, &mut carries, &mut guides, &mut counter);
+                        let (mut film, mut compensations, mut aovs, mut counter) = (film, compensations, aovs, counter);
+                        path::render_persistent::<{ $features }>(params, scene, &mut film, &mut compensations, &mut aovs, &mut counter);
                     } else {
                         let slot = y * params.width + x;
-                        let mut guides = guides;
-                        path::render_pixel::<{ $features }>(params, scene, x, y, film, carries, slot, &mut guides);
+                        let mut aovs = aovs;
+                        path::render_pixel::<{ $features }>(params, scene, x, y, film, compensations, slot, &mut aovs);
                     }
                 }
             }
@@ -86,7 +86,7 @@ for_each_variant!(render);
 
 entry_point! {
     /// Writes each pixel's first hit.
-    first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _carries, _counter, _guides| {
+    first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _compensations, _counter, _aovs| {
         // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
         #[allow(unsafe_code, reason = "see buffer")]
         unsafe {
@@ -98,7 +98,7 @@ entry_point! {
 
 /// A pass of the denoiser by work groups of `$threads`.
 macro_rules! pass {
-    ($threads:tt, $name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
+    ($threads:tt, $name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
         /// A pass of the denoiser.
         #[spirv(compute(threads $threads, entry_point_name = $text))]
         #[allow(
@@ -110,11 +110,11 @@ macro_rules! pass {
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DenoiseParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Stored<PixelSums>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $guides: &[Stored<Guides>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $from: &[Stored<Lit>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $to: &mut [Stored<Lit>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $edges: &mut [Stored<Edge>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $aovs: &[Packed<AovSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $from: &[Packed<FilteredPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $to: &mut [Packed<FilteredPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $edges: &mut [Packed<GBufferTexel>],
         ) {
             let ($x, $y) = (id.x, $params.first_row + id.y);
             if $x < $params.width {
@@ -126,8 +126,8 @@ macro_rules! pass {
 }
 
 macro_rules! passes {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
-        pass!((8, 8), $name $text: |$params, $sums, $guides, $from, $to, $edges, $x, $y| {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        pass!((8, 8), $name $text: |$params, $sums, $aovs, $from, $to, $edges, $x, $y| {
             if $y < $params.height {
                 let $pixel = $y * $params.width + $x;
                 $body
@@ -139,8 +139,8 @@ macro_rules! passes {
 for_each_pass!(passes);
 
 macro_rules! levels {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {$(
-        pass!((64, 1), $name $text: |$params, $sums, $guides, $from, $to, $edges, $x, $row| $body);
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {$(
+        pass!((64, 1), $name $text: |$params, $sums, $aovs, $from, $to, $edges, $x, $row| $body);
     )*};
 }
 
@@ -148,7 +148,7 @@ for_each_level!(levels);
 
 /// A pass over the past.
 macro_rules! temporal {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $guides:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
         /// A pass over the past.
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(
@@ -160,15 +160,15 @@ macro_rules! temporal {
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DenoiseParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Stored<PixelSums>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $guides: &[Stored<Guides>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $from: &[Stored<Lit>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $edges: &[Stored<Edge>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $past: &[Stored<Past>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] $to: &mut [Stored<Lit>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] $next: &mut [Stored<Past>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] $kept: &mut [Stored<PixelSums>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] $seen: &mut [Stored<Guides>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $aovs: &[Packed<AovSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $from: &[Packed<FilteredPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $edges: &[Packed<GBufferTexel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $past: &[Packed<HistoryPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] $to: &mut [Packed<FilteredPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] $next: &mut [Packed<HistoryPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] $kept: &mut [Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] $seen: &mut [Packed<AovSums>],
         ) {
             let ($x, $y) = (id.x, $params.first_row + id.y);
             if $x < $params.width && $y < $params.height {
@@ -191,8 +191,8 @@ macro_rules! displays {
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DisplayParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Stored<PixelSums>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $lit: &[Stored<Lit>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $lit: &[Packed<FilteredPixel>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $to: &mut [u32],
         ) {
             let ($x, y) = (id.x, $params.first_row + id.y);

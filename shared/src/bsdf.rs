@@ -8,8 +8,10 @@ use crate::fresnel;
 use crate::material::{
     BLENDED, COMPLEX_IOR, CONDUCTOR, DIELECTRIC, LAMBERTIAN, MASKED, METAL, METALLIC_ROUGHNESS, Material,
 };
-use crate::math::{basis, greatest, max, min, normalize, sqrt, unit_circle, unit_f32};
-use crate::microfacet::{SMOOTH, distribution, grazing_share, lambda, mean_grazing_share, sample_visible};
+use crate::math::{basis, max, max_component, min, normalize, sqrt, unit_circle, unit_f32};
+use crate::microfacet::{
+    MIN_ROUGH_ALPHA, distribution, grazing_share, lambda, mean_grazing_share, sample_visible_normal,
+};
 use crate::rng::Words;
 use crate::scene::Scene;
 use crate::texture::{NO_TEXTURE, color, sample};
@@ -23,7 +25,7 @@ use glam::Vec3;
 /// The scene's textures were proven as [`crate::buffer`] says.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn coverage(scene: Scene, material: &Material, u: f32, v: f32) -> f32 {
+pub unsafe fn opacity(scene: Scene, material: &Material, u: f32, v: f32) -> f32 {
     if material.flags & (MASKED | BLENDED) == 0 {
         return 1.0;
     }
@@ -34,7 +36,7 @@ pub unsafe fn coverage(scene: Scene, material: &Material, u: f32, v: f32) -> f32
     }
     if material.flags & MASKED == 0 {
         opacity
-    } else if opacity >= material.cutoff {
+    } else if opacity >= material.alpha_cutoff {
         1.0
     } else {
         0.0
@@ -49,7 +51,7 @@ pub struct BsdfSample {
     /// Value times |cosine| over density: what the throughput is multiplied with.
     pub weight: Vec3,
     /// By solid angle; 0 for a choice among finitely many directions, which no light sampling finds.
-    pub density: f32,
+    pub pdf: f32,
     /// On the other side of the surface than the path came from.
     pub transmitted: bool,
     /// The path ends here.
@@ -58,14 +60,14 @@ pub struct BsdfSample {
 
 /// Value times |cosine|, by channel, and density by solid angle.
 #[derive(Clone, Copy, Debug)]
-pub struct Evaluation {
+pub struct BsdfEval {
     /// Zero where the surface does not scatter.
     pub value: Vec3,
     /// Of sampling this direction.
-    pub density: f32,
+    pub pdf: f32,
 }
 
-const NO_SCATTERING: Evaluation = Evaluation { value: Vec3::ZERO, density: 0.0 };
+const ZERO_EVAL: BsdfEval = BsdfEval { value: Vec3::ZERO, pdf: 0.0 };
 
 /// A material at a point, and where it is seen from.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +81,7 @@ pub struct Bsdf {
     /// Unit vector to the viewer.
     viewer: Vec3,
     /// The same in the shading frame.
-    local: Vec3,
+    local_viewer: Vec3,
     /// GGX's.
     alpha: f32,
     /// Whether the viewer is outside.
@@ -93,10 +95,10 @@ fn reflect(v: Vec3, h: Vec3) -> Vec3 {
 
 /// Chances of a metallic-roughness material's three lobes.
 #[derive(Clone, Copy, Debug)]
-struct Chances {
+struct LobeProbabilities {
     specular: f32,
     diffuse: f32,
-    clear: f32,
+    transmission: f32,
 }
 
 impl Bsdf {
@@ -135,7 +137,7 @@ impl Bsdf {
             local.z = max(local.z, 1e-6);
         }
         let alpha = material.roughness * material.roughness;
-        Self { material, normal, x, y, viewer: -incoming, local, alpha, front }
+        Self { material, normal, x, y, viewer: -incoming, local_viewer: local, alpha, front }
     }
 
     /// The colour of the surface, by which a denoiser divides: what a diffuse surface, the book's metal or a texture has, a conductor's
@@ -170,38 +172,38 @@ impl Bsdf {
 
     /// Whether light sampling can find any direction that [`Bsdf::sample`] chooses.
     #[inline(always)]
-    pub fn is_smooth_lobe<const FEATURES: Features>(&self) -> bool {
+    pub fn has_non_delta_lobe<const FEATURES: Features>(&self) -> bool {
         let kind = self.material.kind;
         if const { has(FEATURES, MICROFACETS) } {
             if kind == METALLIC_ROUGHNESS {
-                return self.alpha >= SMOOTH
+                return self.alpha >= MIN_ROUGH_ALPHA
                     || (self.material.metallic < 1.0 && self.material.transmission < 1.0);
             }
             if kind != LAMBERTIAN && kind != METAL && kind != DIELECTRIC {
-                return self.alpha >= SMOOTH;
+                return self.alpha >= MIN_ROUGH_ALPHA;
             }
         }
         kind == LAMBERTIAN || (kind == METAL && self.material.fuzz > 0.0)
     }
 
     #[inline(always)]
-    fn world(&self, v: Vec3) -> Vec3 {
+    fn to_world(&self, v: Vec3) -> Vec3 {
         normalize(self.x * v.x + self.y * v.y + self.normal * v.z)
     }
 
     /// Chooses a direction: x and y of `random` within a lobe, z the lobe.
     #[inline(always)]
-    pub fn sample<const FEATURES: Features>(&self, book_fresnel: bool, random: Words) -> BsdfSample {
+    pub fn sample<const FEATURES: Features>(&self, schlick: bool, random: Words) -> BsdfSample {
         let kind = self.material.kind;
         if const { has(FEATURES, MICROFACETS) } && kind > DIELECTRIC {
             return self.sample_microfacets(random);
         }
         let scatter =
-            self.material.scatter::<FEATURES>(-self.viewer, self.normal, self.front, book_fresnel, random);
+            self.material.scatter::<FEATURES>(-self.viewer, self.normal, self.front, schlick, random);
         BsdfSample {
             direction: scatter.direction,
             weight: self.material.albedo,
-            density: self.simple(scatter.direction).density,
+            pdf: self.evaluate_simple(scatter.direction).pdf,
             transmitted: scatter.transmitted,
             absorbed: scatter.absorbed,
         }
@@ -215,30 +217,30 @@ impl Bsdf {
 
     /// Value and density for the unit vector `direction`.
     #[inline(always)]
-    pub fn evaluate<const FEATURES: Features>(&self, direction: Vec3) -> Evaluation {
+    pub fn evaluate<const FEATURES: Features>(&self, direction: Vec3) -> BsdfEval {
         let kind = self.material.kind;
         if const { has(FEATURES, MICROFACETS) } && kind > DIELECTRIC {
             let to = Vec3::new(direction.dot(self.x), direction.dot(self.y), direction.dot(self.normal));
-            return self.microfacets(to);
+            return self.evaluate_microfacets(to);
         }
-        self.simple(direction)
+        self.evaluate_simple(direction)
     }
 
     /// The book's materials.
     #[inline(always)]
-    fn simple(&self, direction: Vec3) -> Evaluation {
+    fn evaluate_simple(&self, direction: Vec3) -> BsdfEval {
         let cos = direction.dot(self.normal);
         if cos <= 0.0 || self.material.kind == DIELECTRIC {
-            return NO_SCATTERING;
+            return ZERO_EVAL;
         }
-        let density = if self.material.kind == METAL { self.fuzz_density(direction) } else { cos / PI };
-        Evaluation { value: self.material.albedo * density, density }
+        let pdf = if self.material.kind == METAL { self.fuzz_pdf(direction) } else { cos / PI };
+        BsdfEval { value: self.material.albedo * pdf, pdf }
     }
 
     /// The density of the mirrored direction plus a uniform point of a ball, normalised: the ball's volume along the ray, whose
     /// element at distance s is s² ds; the integral between the ball's two faces.
     #[inline(always)]
-    fn fuzz_density(&self, direction: Vec3) -> f32 {
+    fn fuzz_pdf(&self, direction: Vec3) -> f32 {
         let mirrored = reflect(self.viewer, self.normal);
         let fuzz = self.material.fuzz;
         let along = direction.dot(mirrored);
@@ -253,19 +255,19 @@ impl Bsdf {
 
     #[inline(always)]
     fn sample_microfacets(&self, random: Words) -> BsdfSample {
-        let o = self.local;
-        let smooth = self.alpha < SMOOTH;
+        let o = self.local_viewer;
+        let smooth = self.alpha < MIN_ROUGH_ALPHA;
         let choice = unit_f32(random.z);
         let kind = self.material.kind;
         let absorbed = BsdfSample {
             direction: self.normal,
             weight: Vec3::ZERO,
-            density: 0.0,
+            pdf: 0.0,
             transmitted: false,
             absorbed: true,
         };
-        let chances = self.chances();
-        let h = if smooth { Vec3::Z } else { sample_visible(o, self.alpha, random.x, random.y) };
+        let probabilities = self.lobe_probabilities();
+        let h = if smooth { Vec3::Z } else { sample_visible_normal(o, self.alpha, random.x, random.y) };
         let cos = min(o.dot(h), 1.0);
         if cos <= 0.0 {
             return absorbed;
@@ -273,8 +275,8 @@ impl Bsdf {
         let mut i = reflect(o, h);
         let mut transmitted = false;
         if kind == METALLIC_ROUGHNESS {
-            if choice >= chances.specular {
-                if choice < chances.specular + chances.diffuse {
+            if choice >= probabilities.specular {
+                if choice < probabilities.specular + probabilities.diffuse {
                     let radius = sqrt(unit_f32(random.x));
                     let (c, s) = unit_circle(random.y);
                     i = Vec3::new(radius * c, radius * s, sqrt(1.0 - unit_f32(random.x)));
@@ -298,25 +300,28 @@ impl Bsdf {
         if (i.z < 0.0) != transmitted {
             return absorbed;
         }
-        let direction = self.world(i);
+        let direction = self.to_world(i);
         if smooth {
             // The mirror's weight over its chance; the diffuse lobe is weighed like a rough surface's.
             if kind == CONDUCTOR {
                 let weight = self.reflectance(cos);
-                return BsdfSample { direction, weight, density: 0.0, transmitted, absorbed: false };
+                return BsdfSample { direction, weight, pdf: 0.0, transmitted, absorbed: false };
             }
-            let mirror = choice < chances.specular;
+            let mirror = choice < probabilities.specular;
             if mirror || transmitted {
                 let f = self.reflectance(cos);
-                let weight =
-                    if mirror { f * (1.0 / chances.specular) } else { self.clear(f) * (1.0 / chances.clear) };
-                return BsdfSample { direction, weight, density: 0.0, transmitted, absorbed: false };
+                let weight = if mirror {
+                    f * (1.0 / probabilities.specular)
+                } else {
+                    self.thin_wall_transmittance(f) * (1.0 / probabilities.transmission)
+                };
+                return BsdfSample { direction, weight, pdf: 0.0, transmitted, absorbed: false };
             }
         }
-        let Evaluation { value, density } = self.microfacets(i);
+        let BsdfEval { value, pdf } = self.evaluate_microfacets(i);
         // Written so that a density of NaN ends the path, too.
-        if density > 0.0 {
-            BsdfSample { direction, weight: value * (1.0 / density), density, transmitted, absorbed: false }
+        if pdf > 0.0 {
+            BsdfSample { direction, weight: value * (1.0 / pdf), pdf, transmitted, absorbed: false }
         } else {
             absorbed
         }
@@ -352,29 +357,29 @@ impl Bsdf {
 
     /// What the thin wall lets pass: colour and share of what the dielectric's boundary with reflectance `f` does not reflect.
     #[inline(always)]
-    fn clear(&self, f: Vec3) -> Vec3 {
+    fn thin_wall_transmittance(&self, f: Vec3) -> Vec3 {
         let m = &self.material;
         m.albedo * (Vec3::ONE - f) * ((1.0 - m.metallic) * m.transmission)
     }
 
     #[inline(always)]
-    fn chances(&self) -> Chances {
+    fn lobe_probabilities(&self) -> LobeProbabilities {
         let m = &self.material;
-        let f = greatest(self.reflectance(self.local.z));
-        let rest = (1.0 - m.metallic) * (1.0 - f) * greatest(m.albedo);
+        let f = max_component(self.reflectance(self.local_viewer.z));
+        let rest = (1.0 - m.metallic) * (1.0 - f) * max_component(m.albedo);
         let (diffuse, clear) = (rest * (1.0 - m.transmission), rest * m.transmission);
         let sum = f + diffuse + clear;
         let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-        Chances { specular: f * scale, diffuse: diffuse * scale, clear: clear * scale }
+        LobeProbabilities { specular: f * scale, diffuse: diffuse * scale, transmission: clear * scale }
     }
 
     /// Value and density of the microfacet materials for a direction of the shading frame.
     #[inline(always)]
-    fn microfacets(&self, i: Vec3) -> Evaluation {
-        let (o, m) = (self.local, &self.material);
-        let rough = self.alpha >= SMOOTH;
+    fn evaluate_microfacets(&self, i: Vec3) -> BsdfEval {
+        let (o, m) = (self.local_viewer, &self.material);
+        let rough = self.alpha >= MIN_ROUGH_ALPHA;
         if i.z == 0.0 || !(rough || m.kind == METALLIC_ROUGHNESS) {
-            return NO_SCATTERING;
+            return ZERO_EVAL;
         }
         let is_glass = m.kind != METALLIC_ROUGHNESS && m.kind != CONDUCTOR;
         let reflected = i.z > 0.0;
@@ -389,7 +394,7 @@ impl Bsdf {
         }
         let (cos_o, cos_i) = (o.dot(h), mirrored.dot(h));
         let mut specular = 0.0; // value without reflectance
-        let mut density_h = 0.0; // of directions by the facet lobe
+        let mut specular_pdf = 0.0; // of directions by the facet lobe
         if rough && cos_o > 0.0 && (cos_i > 0.0) == (mirrored.z > 0.0) {
             let (lambda_o, lambda_i) = (lambda(o.z, self.alpha), lambda(i.z.abs(), self.alpha));
             let d = distribution(h, self.alpha);
@@ -402,25 +407,28 @@ impl Bsdf {
             };
             let common = d * cos_o * spread / o.z;
             specular = common / (1.0 + lambda_o + lambda_i);
-            density_h = common / (1.0 + lambda_o);
+            specular_pdf = common / (1.0 + lambda_o);
         }
         if is_glass {
             let cos2 = fresnel::refracted_cos2(min(cos_o, 1.0), self.eta());
             let f =
                 if cos2 > 0.0 { fresnel::dielectric(min(cos_o, 1.0), sqrt(cos2), self.eta()) } else { 1.0 };
             let share = if reflected { f } else { 1.0 - f };
-            return Evaluation { value: m.albedo * (specular * share), density: density_h * share };
+            return BsdfEval { value: m.albedo * (specular * share), pdf: specular_pdf * share };
         }
         let f = self.reflectance(max(min(cos_o, 1.0), 0.0));
         if m.kind == CONDUCTOR {
             if !reflected {
-                return NO_SCATTERING;
+                return ZERO_EVAL;
             }
-            return Evaluation { value: f * specular, density: density_h };
+            return BsdfEval { value: f * specular, pdf: specular_pdf };
         }
-        let chances = self.chances();
+        let probabilities = self.lobe_probabilities();
         if !reflected {
-            return Evaluation { value: self.clear(f) * specular, density: density_h * chances.clear };
+            return BsdfEval {
+                value: self.thin_wall_transmittance(f) * specular,
+                pdf: specular_pdf * probabilities.transmission,
+            };
         }
         // The diffuse base under the boundary: what the boundary lets in and out again, normalised so that a white base returns
         // all that enters (the form of Ashikhmin and Shirley, 2000, with this boundary's reflectance): reciprocal, and with the
@@ -430,9 +438,9 @@ impl Bsdf {
         let leave = 1.0 - grazing_share(i.z, m.roughness);
         let base = rest * enter * leave / (1.0 - mean_grazing_share(m.roughness));
         let diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * i.z / PI);
-        Evaluation {
+        BsdfEval {
             value: f * specular + diffuse,
-            density: density_h * chances.specular + chances.diffuse * i.z / PI,
+            pdf: specular_pdf * probabilities.specular + probabilities.diffuse * i.z / PI,
         }
     }
 }

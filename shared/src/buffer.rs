@@ -14,7 +14,7 @@
 //! A debug build checks every access.
 #![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
 
-use crate::rows::{Record, Stored, Written};
+use crate::buffer_layout::{Packable, PackableMut, Packed};
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 use bytemuck::Pod;
 use core::mem::MaybeUninit;
@@ -25,10 +25,10 @@ use core::mem::MaybeUninit;
 ///
 /// `index < slice.len()`; a debug build panics otherwise.
 #[inline(always)]
-pub unsafe fn load<T: Record>(slice: &[Stored<T>], index: u32) -> T {
+pub unsafe fn load<T: Packable>(slice: &[Packed<T>], index: u32) -> T {
     debug_assert!((index as usize) < slice.len());
     // SAFETY: the caller's promise.
-    T::read(unsafe { *slice.get_unchecked(index as usize) })
+    T::unpack(unsafe { *slice.get_unchecked(index as usize) })
 }
 
 /// `slice[index]`, by reference: for a record of which a traversal reads a few rows.
@@ -66,10 +66,10 @@ pub unsafe fn eight_local<T: Pod, const N: usize>(
 ///
 /// `index < slice.len()`; a debug build panics otherwise.
 #[inline(always)]
-pub unsafe fn store<T: Written>(slice: &mut [Stored<T>], index: u32, value: T) {
+pub unsafe fn store<T: PackableMut>(slice: &mut [Packed<T>], index: u32, value: T) {
     debug_assert!((index as usize) < slice.len());
     // SAFETY: the caller's promise.
-    unsafe { *slice.get_unchecked_mut(index as usize) = value.write() }
+    unsafe { *slice.get_unchecked_mut(index as usize) = value.pack() }
 }
 
 /// Entry `index` of an array of this invocation's own, of which each entry is written before it is read.
@@ -111,19 +111,19 @@ pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut MaybeUninit<[T; N
 
 /// Records of a buffer that all lanes write, each its own.
 #[cfg(target_arch = "spirv")]
-pub type Slots<'a, T> = &'a mut [Stored<T>];
+pub type SharedSlice<'a, T> = &'a mut [Packed<T>];
 
 /// Records of a buffer that all lanes write, each its own.
 #[cfg(not(target_arch = "spirv"))]
 #[derive(Debug)]
-pub struct Slots<'a, T> {
+pub struct SharedSlice<'a, T> {
     first: *mut T,
     length: usize,
     lifetime: core::marker::PhantomData<&'a mut [T]>,
 }
 
 #[cfg(not(target_arch = "spirv"))]
-impl<'a, T> Slots<'a, T> {
+impl<'a, T> SharedSlice<'a, T> {
     /// Those at `first`.
     ///
     /// # Safety
@@ -142,7 +142,7 @@ impl<'a, T> Slots<'a, T> {
 /// `index` is below their number.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
-pub unsafe fn load_slot<T: Copy>(slots: &Slots<T>, index: u32) -> T {
+pub unsafe fn load_shared<T: Copy>(slots: &SharedSlice<T>, index: u32) -> T {
     debug_assert!((index as usize) < slots.length);
     // SAFETY: the caller's promise.
     unsafe { *slots.first.add(index as usize) }
@@ -155,11 +155,11 @@ pub unsafe fn load_slot<T: Copy>(slots: &Slots<T>, index: u32) -> T {
 /// `index` is below their number.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
-pub unsafe fn store_slot<T: Copy>(slots: &mut Slots<T>, index: u32, value: T) {
+pub unsafe fn store_shared<T: Copy>(slots: &mut SharedSlice<T>, index: u32, value: T) {
     debug_assert!((index as usize) < slots.length);
     // SAFETY: the caller's promise.
     unsafe { *slots.first.add(index as usize) = value }
 }
 
 #[cfg(target_arch = "spirv")]
-pub use {load as load_slot, store as store_slot};
+pub use {load as load_shared, store as store_shared};

@@ -24,7 +24,7 @@ impl Child {
     pub const EMPTY: Self = Self(u32::MAX);
     const LEAF: u32 = 0x8000_0000;
     /// Primitives and nodes that can be referred to.
-    pub const LIMIT: u32 = 0x7fff_ffff;
+    pub const MAX_INDEX: u32 = 0x7fff_ffff;
 
     /// A leaf with this primitive.
     pub const fn leaf(primitive: u32) -> Self {
@@ -45,7 +45,7 @@ impl Child {
     /// The index of the node or the primitive.
     #[inline(always)]
     pub const fn index(self) -> u32 {
-        self.0 & Self::LIMIT
+        self.0 & Self::MAX_INDEX
     }
 }
 
@@ -68,8 +68,8 @@ pub struct BvhNode {
     pub first: u32,
     /// The second [`Child`].
     pub second: u32,
-    /// Where the camera rays of a tile begin: see [`crate::view`].
-    pub entry: u32,
+    /// Where the camera rays of a tile begin: see [`crate::tile_entry`].
+    pub tile_entry: u32,
     /// Unused.
     pub pad: u32,
 }
@@ -85,11 +85,11 @@ impl BvhNode {
     /// A node of two children and their boxes, which it holds within rounding upwards.
     pub fn new(first: Child, first_box: Corners, second: Child, second_box: Corners) -> Self {
         let row = |axis: usize| {
-            let (c, h) = middle(first_box.0[axis], first_box.1[axis]);
-            let (c2, h2) = middle(second_box.0[axis], second_box.1[axis]);
+            let (c, h) = center_and_half_extent(first_box.0[axis], first_box.1[axis]);
+            let (c2, h2) = center_and_half_extent(second_box.0[axis], second_box.1[axis]);
             Vec4::new(c, c2, h, h2)
         };
-        Self { x: row(0), y: row(1), z: row(2), first: first.0, second: second.0, entry: 0, pad: 0 }
+        Self { x: row(0), y: row(1), z: row(2), first: first.0, second: second.0, tile_entry: 0, pad: 0 }
     }
 
     /// The boxes of the first and the second child, within rounding outwards.
@@ -108,7 +108,7 @@ impl BvhNode {
 
 /// Centre of an interval, and half its length, with 4 ULP more: room for the roundings of a traversal that grow with the box.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
-fn middle(low: f32, high: f32) -> (f32, f32) {
+fn center_and_half_extent(low: f32, high: f32) -> (f32, f32) {
     let center = 0.5 * low + 0.5 * high;
     let half = (high - center).max(center - low);
     (center, if half > 0.0 { (half * (1.0 + 4.0 * f32::EPSILON)).next_up() } else { half })
@@ -139,30 +139,30 @@ impl Visits {
 
 /// How far a ray looks, and for what.
 #[derive(Clone, Copy, Debug)]
-pub struct Reach {
+pub struct RayQuery {
     /// Only hits nearer than this count.
-    pub limit: f32,
+    pub t_max: f32,
     /// A hit of any other primitive than this ends the search: what a shadow ray wants to know. Meaningless unless `any`.
-    pub target: u32,
+    pub light_primitive: u32,
     /// Whether to end the search so.
-    pub any: bool,
+    pub any_hit: bool,
 }
 
-impl Reach {
+impl RayQuery {
     /// The closest hit, however far.
-    pub const CLOSEST: Self = Self { limit: MISS, target: NO_PRIMITIVE, any: false };
+    pub const CLOSEST: Self = Self { t_max: MISS, light_primitive: NO_PRIMITIVE, any_hit: false };
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ray::Departure;
+    use crate::ray::OriginPrimitive;
 
     #[test]
     fn child_encoding() {
         assert!(Child::leaf(5).is_leaf() && Child::leaf(5).index() == 5);
         assert!(!Child::inner(5).is_leaf() && Child::inner(5).index() == 5);
-        assert!(!Departure::NONE.is_on(0) && !Departure::NONE.is_on(Child::LIMIT - 1));
+        assert!(!OriginPrimitive::NONE.is_on(0) && !OriginPrimitive::NONE.is_on(Child::MAX_INDEX - 1));
     }
 
     /// Centre and half extent hold the box that they were made from, and not much more.
@@ -175,7 +175,7 @@ mod tests {
                 if bits & 64 == 0 { size } else { -size }
             };
             let (low, high) = (number(w.x).min(number(w.y)), number(w.x).max(number(w.y)));
-            let (center, half) = middle(low, high);
+            let (center, half) = center_and_half_extent(low, high);
             let (center, half) = (f64::from(center), f64::from(half));
             assert!(center - half <= f64::from(low) && center + half >= f64::from(high), "{low} {high}");
             let more = 2.0 * half - (f64::from(high) - f64::from(low));

@@ -1,7 +1,7 @@
 //! The thin-lens camera.
 
 use crate::math::{sqrt, unit_circle, unit_f32};
-use crate::ray::{Departure, Ray};
+use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::Words;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -55,7 +55,7 @@ impl Camera {
         Ray {
             origin: self.origin + lens,
             direction: crate::math::normalize(target - lens),
-            departure: Departure::NONE,
+            origin_primitive: OriginPrimitive::NONE,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! An image for a screen: 8 bits a channel, sRGB.
 
-use crate::denoise::Lit;
+use crate::denoise::FilteredPixel;
 use crate::film::PixelSums;
 use crate::math::{cbrt_unit, sqrt};
 use bytemuck::{Pod, Zeroable};
@@ -33,11 +33,11 @@ const _: () = assert!(size_of::<DisplayParams>() == 32);
 /// Red, green, blue and opacity from the lowest byte on, of a pixel in column `x`: the plain mean of its samples, or what the denoiser made of it.
 /// What is no number is black, as in a PNG.
 #[inline(always)]
-pub fn display(params: &DisplayParams, sums: PixelSums, lit: Lit, x: u32) -> u32 {
+pub fn display(params: &DisplayParams, sums: PixelSums, filtered: FilteredPixel, x: u32) -> u32 {
     let color = if x < params.split {
         sums.radiance / sums.samples as f32 // 0 / 0 without samples
-    } else if lit.is_known() {
-        lit.color
+    } else if filtered.is_known() {
+        filtered.color
     } else {
         Vec3::ZERO
     };
@@ -65,7 +65,7 @@ mod tests {
 
     fn shown(params: &DisplayParams, value: f32, x: u32) -> u32 {
         let sums = PixelSums { radiance: Vec3::splat(value * 4.0), samples: 4, ..PixelSums::ZERO };
-        let lit = Lit { color: Vec3::splat(value * 0.5), variance: 0.0 };
+        let lit = FilteredPixel { color: Vec3::splat(value * 0.5), variance: 0.0 };
         display(params, sums, lit, x) & 0xff
     }
 
@@ -91,7 +91,10 @@ mod tests {
     fn the_left_is_raw() {
         let params = of(4, 2, 2.0);
         assert_eq!((shown(&params, 0.5, 1), shown(&params, 0.5, 2)), (255, 188));
-        let nothing = display(&params, PixelSums::ZERO, Lit::UNKNOWN, 0);
-        assert_eq!((nothing, display(&params, PixelSums::ZERO, Lit::UNKNOWN, 3)), (0xff00_0000, 0xff00_0000));
+        let nothing = display(&params, PixelSums::ZERO, FilteredPixel::UNKNOWN, 0);
+        assert_eq!(
+            (nothing, display(&params, PixelSums::ZERO, FilteredPixel::UNKNOWN, 3)),
+            (0xff00_0000, 0xff00_0000)
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! A panorama of radiance from infinity, importance-sampled by an alias table over its texels.
 
 use crate::buffer::load;
-use crate::math::{circle, floor, min, mul_high, sqrt, turns, unit_f32};
+use crate::math::{atan2_turns, cos_sin_turns, floor, min, mul_high, sqrt, unit_f32};
 use crate::params::RenderParams;
 use crate::rng::Words;
 use crate::scene::Scene;
@@ -16,7 +16,7 @@ pub struct EnvironmentTexel {
     /// Radiance.
     pub radiance: Vec3,
     /// Probability of choosing this texel, times the number of texels.
-    pub density: f32,
+    pub pdf: f32,
     /// Walker's alias table: keep this texel if a random word is below, else take `alias`.
     pub threshold: u32,
     /// Index of a texel.
@@ -29,23 +29,23 @@ const _: () = assert!(size_of::<EnvironmentTexel>() == 32 && align_of::<Environm
 
 /// Radiance and the density by solid angle with which [`sample`] chooses its direction.
 #[derive(Clone, Copy, Debug)]
-pub struct EnvironmentLight {
+pub struct EnvironmentSample {
     /// Unit vector.
     pub direction: Vec3,
     /// From there.
     pub radiance: Vec3,
     /// Per steradian.
-    pub density: f32,
+    pub pdf: f32,
 }
 
 /// The direction's place on the panorama: across and down, each in [0, 1], and the sine of its angle with the vertical.
 #[inline(always)]
-fn place(params: &RenderParams, d: Vec3) -> (f32, f32, f32) {
+fn project(params: &RenderParams, d: Vec3) -> (f32, f32, f32) {
     // Turned back by the panorama's rotation about y.
     let (c, s) = (params.environment_cos, params.environment_sin);
     let (x, z) = (d.x * c - d.z * s, d.x * s + d.z * c);
     let horizontal = sqrt(x * x + z * z);
-    (0.5 + turns(x, -z), 2.0 * turns(horizontal, d.y), horizontal)
+    (0.5 + atan2_turns(x, -z), 2.0 * atan2_turns(horizontal, d.y), horizontal)
 }
 
 /// Interpolated radiance at the fractional texel (`x`, `y`), texel centres at half integers.
@@ -96,8 +96,8 @@ unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
 
 /// A texel's density over the panorama as a density by solid angle: latitude and longitude cover 2π² sin θ.
 #[inline(always)]
-fn by_solid_angle(density: f32, sine: f32) -> f32 {
-    density / (2.0 * PI * PI * crate::math::max(sine, 1e-7))
+fn solid_angle_pdf(pdf: f32, sine: f32) -> f32 {
+    pdf / (2.0 * PI * PI * crate::math::max(sine, 1e-7))
 }
 
 /// Radiance from the unit direction `d`, and the density with which [`sample`] finds it.
@@ -107,8 +107,8 @@ fn by_solid_angle(density: f32, sine: f32) -> f32 {
 /// As above; the panorama has at least one texel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> EnvironmentLight {
-    let (u, v, sine) = place(params, d);
+pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> EnvironmentSample {
+    let (u, v, sine) = project(params, d);
     let (width, height) = (params.environment_width, params.environment_height);
     // Rounding may give exactly 1.
     let x = min(u, 0.999_999_94) * width as f32;
@@ -117,11 +117,11 @@ pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> Environm
     let row = min(y, (height - 1) as f32) as u32;
     // SAFETY: the caller's promise; column and row are inside.
     unsafe {
-        let density = load::<EnvironmentTexel>(scene.environment, row * width + column).density;
-        EnvironmentLight {
+        let pdf = load::<EnvironmentTexel>(scene.environment, row * width + column).pdf;
+        EnvironmentSample {
             direction: d,
             radiance: interpolate(params, scene, x, y),
-            density: by_solid_angle(density, sine),
+            pdf: solid_angle_pdf(pdf, sine),
         }
     }
 }
@@ -133,30 +133,30 @@ pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> Environm
 /// As [`radiance`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> EnvironmentLight {
+pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> EnvironmentSample {
     let width = params.environment_width;
     let mut index = mul_high(random.z, width * params.environment_height);
     // SAFETY: the caller's promise for the index and the alias.
-    let density = unsafe {
+    let pdf = unsafe {
         let texel = load::<EnvironmentTexel>(scene.environment, index);
         if random.w >= texel.threshold {
             index = texel.alias;
         }
-        load::<EnvironmentTexel>(scene.environment, index).density
+        load::<EnvironmentTexel>(scene.environment, index).pdf
     };
     let row = index / width.max(1); // no check for division by zero
     let column = index - row * width;
     let x = column as f32 + unit_f32(random.x);
     let y = row as f32 + unit_f32(random.y);
     let (c, s) = (params.environment_cos, params.environment_sin);
-    let (across, around) = circle(x / width as f32 - 0.5);
-    let (cosine, sine) = circle(0.5 * y / params.environment_height as f32);
+    let (across, around) = cos_sin_turns(x / width as f32 - 0.5);
+    let (cosine, sine) = cos_sin_turns(0.5 * y / params.environment_height as f32);
     let (dx, dz) = (sine * around, -sine * across);
     let direction = Vec3::new(dx * c + dz * s, cosine, dz * c - dx * s);
-    EnvironmentLight {
+    EnvironmentSample {
         direction,
         // SAFETY: the caller's promise.
         radiance: unsafe { interpolate(params, scene, x, y) },
-        density: by_solid_angle(density, sine),
+        pdf: solid_angle_pdf(pdf, sine),
     }
 }

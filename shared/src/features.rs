@@ -13,7 +13,7 @@ pub const SCHLICK: Features = 1 << 1;
 /// Draw from the Owen-scrambled Sobol sequence, not independently.
 pub const SOBOL: Features = 1 << 2;
 /// Has quads or discs.
-pub const FLATS: Features = 1 << 3;
+pub const PLANAR: Features = 1 << 3;
 /// Has triangles.
 pub const TRIANGLES: Features = 1 << 4;
 /// Has emitting surfaces or lights without extent: next-event estimation.
@@ -25,8 +25,8 @@ pub const TEXTURES: Features = 1 << 7;
 /// Has microfacet materials.
 pub const MICROFACETS: Features = 1 << 8;
 
-/// Write [`Guides`](crate::guides::Guides) of what camera rays meet first.
-pub const GUIDES: Features = 1 << 13;
+/// Write [`Guides`](crate::aovs::AovSums) of what camera rays meet first.
+pub const AOVS: Features = 1 << 13;
 
 /// Test each primitive, without a tree: what the trees must agree with.
 pub const LINEAR: Features = 1 << 9;
@@ -40,7 +40,7 @@ pub const COUNTED: Features = 1 << 14;
 /// Fill the device once, and let each lane take pixels from a queue.
 pub const PERSISTENT: Features = 1 << 12;
 /// How a kernel works, not what a scene has: these do not change its image.
-pub const METHOD: Features = LINEAR | WIDE | REGENERATE | PERSISTENT;
+pub const STRATEGY: Features = LINEAR | WIDE | REGENERATE | PERSISTENT;
 
 /// The wide tree by AVX2. Whoever calls a function with this bit promises that the CPU has it.
 pub const AVX2: Features = 1 << 30;
@@ -60,11 +60,11 @@ pub const fn has_any(features: Features, some: Features) -> bool {
 }
 
 /// What needs a shadow ray.
-pub const LIGHTS: Features = EMITTERS | ENVIRONMENT;
+pub const NEE: Features = EMITTERS | ENVIRONMENT;
 
 /// What makes a kernel large: many registers, and lanes that do different things.
-pub const LARGE: Features = FLATS | TRIANGLES | LIGHTS | TEXTURES;
+pub const HEAVY: Features = PLANAR | TRIANGLES | NEE | TEXTURES;
 
 /// Everything that a scene can have.
 pub const ALL: Features =
-    ROULETTE | SCHLICK | FLATS | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;
+    ROULETTE | SCHLICK | PLANAR | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;

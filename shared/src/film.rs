@@ -4,7 +4,7 @@ use crate::math::all_finite;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Samples that a kernel sums in f32, with the rounding errors kept in a [`Carry`], before the host adds the sum to its own.
+/// Samples that a kernel sums in f32, with the rounding errors kept in a [`Compensation`], before the host adds the sum to its own.
 pub const CHUNK_SAMPLES: u32 = 256;
 
 /// Sums over samples of one pixel, in index order. 32 bytes.
@@ -37,19 +37,19 @@ impl PixelSums {
         segments: u32::MAX,
     };
 
-    /// Adds one sample of radiance, unless the sum would be NaN or infinite, and to `carry` what the sum rounded off.
+    /// Adds one sample of radiance, unless the sum would be NaN or infinite, and to `compensation` what the sum rounded off.
     ///
     /// Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54, 1974, with the error of each addition
     /// by Knuth's TwoSum, which has no branch. A compiler that may reassociate would find each error to be 0: it must not see that
     /// what is subtracted was just added, and so both pass through an exclusive or with `zero`, a word that is 0 and that no compiler
     /// knows. The squares are summed plainly: they tell the variance, which no one needs to 1e-5.
     #[inline(always)]
-    pub fn add(&mut self, radiance: Vec3, carry: &mut Carry, zero: u32) {
-        let sum = hide(self.radiance + radiance, zero);
+    pub fn add(&mut self, radiance: Vec3, compensation: &mut Compensation, zero: u32) {
+        let sum = hide_from_compiler(self.radiance + radiance, zero);
         // A NaN or an infinity makes the sum one, and so does what is too bright for it.
         if all_finite(sum) {
-            let added = hide(sum - self.radiance, zero);
-            carry.radiance += (self.radiance - (sum - added)) + (radiance - added);
+            let added = hide_from_compiler(sum - self.radiance, zero);
+            compensation.radiance += (self.radiance - (sum - added)) + (radiance - added);
             self.radiance = sum;
             self.squares += radiance * radiance;
             self.samples += 1;
@@ -58,14 +58,14 @@ impl PixelSums {
 
     /// After the chunk's last sample: the sum rounded once.
     #[inline(always)]
-    pub fn finish(&mut self, carry: Carry) {
-        self.radiance += carry.radiance;
+    pub fn compensate(&mut self, compensation: Compensation) {
+        self.radiance += compensation.radiance;
     }
 }
 
 /// `v`, if `zero` is 0. LLVM does not reassociate: there it costs nothing.
 #[inline(always)]
-fn hide(v: Vec3, zero: u32) -> Vec3 {
+fn hide_from_compiler(v: Vec3, zero: u32) -> Vec3 {
     if cfg!(target_arch = "nvptx64") {
         return v;
     }
@@ -76,16 +76,16 @@ fn hide(v: Vec3, zero: u32) -> Vec3 {
 /// What the f32 sums of an unfinished chunk rounded off. 16 bytes; it stays on the device, for the launch that goes on.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Carry {
+pub struct Compensation {
     /// To add to [`PixelSums::radiance`].
     pub radiance: Vec3,
     /// Unused.
     pub pad: u32,
 }
 
-const _: () = assert!(size_of::<Carry>() == 16 && align_of::<Carry>() == 16);
+const _: () = assert!(size_of::<Compensation>() == 16 && align_of::<Compensation>() == 16);
 
-impl Carry {
+impl Compensation {
     /// Nothing yet.
     pub const ZERO: Self = Self { radiance: Vec3::ZERO, pad: 0 };
 }
@@ -96,16 +96,16 @@ mod tests {
 
     #[test]
     fn leaves_out_what_is_not_finite() {
-        let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
-        sums.add(Vec3::new(1.0, 2.0, 3.0), &mut carry, 0);
+        let (mut sums, mut compensation) = (PixelSums::ZERO, Compensation::ZERO);
+        sums.add(Vec3::new(1.0, 2.0, 3.0), &mut compensation, 0);
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            sums.add(Vec3::new(bad, 0.0, 0.0), &mut carry, 0);
-            sums.add(Vec3::new(0.0, bad, 0.0), &mut carry, 0);
-            sums.add(Vec3::new(0.0, 0.0, bad), &mut carry, 0);
+            sums.add(Vec3::new(bad, 0.0, 0.0), &mut compensation, 0);
+            sums.add(Vec3::new(0.0, bad, 0.0), &mut compensation, 0);
+            sums.add(Vec3::new(0.0, 0.0, bad), &mut compensation, 0);
         }
         // Finite alone, not together.
         let mut bright = PixelSums::ZERO;
-        (0..3).for_each(|_| bright.add(Vec3::splat(f32::MAX), &mut Carry::ZERO.clone(), 0));
+        (0..3).for_each(|_| bright.add(Vec3::splat(f32::MAX), &mut Compensation::ZERO.clone(), 0));
         assert_eq!((bright.radiance, bright.samples), (Vec3::splat(f32::MAX), 1));
         assert_eq!((sums.radiance, sums.samples), (Vec3::new(1.0, 2.0, 3.0), 1));
         assert_eq!(sums.squares, Vec3::new(1.0, 4.0, 9.0));
@@ -115,9 +115,9 @@ mod tests {
     #[test]
     fn sums_round_once() {
         let sum = |values: &mut dyn Iterator<Item = f32>| {
-            let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
-            values.for_each(|value| sums.add(Vec3::splat(value), &mut carry, 0));
-            sums.finish(carry);
+            let (mut sums, mut compensation) = (PixelSums::ZERO, Compensation::ZERO);
+            values.for_each(|value| sums.add(Vec3::splat(value), &mut compensation, 0));
+            sums.compensate(compensation);
             sums.radiance.x
         };
         assert_eq!(sum(&mut core::iter::repeat_n(0.1, 256)), 0.1 * 256.0);

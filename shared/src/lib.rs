@@ -23,7 +23,7 @@
 //! |---|---|---|
 //! | [`params::RenderParams`] | 224 | launch |
 //! | [`sphere::Sphere`] | 32 | primitive |
-//! | [`flat::Flat`] | 96 | primitive |
+//! | [`planar::Planar`] | 96 | primitive |
 //! | [`triangle::Triangle`] | 48 | primitive |
 //! | [`triangle::TriangleShading`] | 64 | triangle |
 //! | [`material::Material`] | 112 | material |
@@ -36,11 +36,11 @@
 //! | `wide::TrianglePacket` | 320 | up to 8 triangles, on a CPU only |
 //! | `wide::SpherePacket` | 160 | up to 8 spheres, on a CPU only |
 //! | [`film::PixelSums`] | 32 | pixel |
-//! | [`guides::Guides`] | 64 | pixel |
-//! | [`denoise::Past`] | 48 | pixel, of live frames |
+//! | [`aovs::AovSums`] | 64 | pixel |
+//! | [`denoise::HistoryPixel`] | 48 | pixel, of live frames |
 //! | [`display::DisplayParams`] | 16 | launch |
 //! | [`denoise::DenoiseParams`] | 208 | pass of a filter |
-//! | [`denoise::Lit`], [`denoise::Edge`] | 16 | pixel |
+//! | [`denoise::FilteredPixel`], [`denoise::GBufferTexel`] | 16 | pixel |
 //! | [`path::FirstHit`] | 32 | pixel |
 #![no_std]
 #![cfg_attr(target_arch = "nvptx64", feature(core_float_math, link_llvm_intrinsics))]
@@ -48,8 +48,10 @@
 #[cfg(feature = "std")]
 extern crate std;
 
+pub mod aovs;
 pub mod bsdf;
 pub mod buffer;
+pub mod buffer_layout;
 pub mod bvh;
 pub mod camera;
 pub mod denoise;
@@ -57,30 +59,28 @@ pub mod display;
 pub mod environment;
 pub mod features;
 pub mod film;
-pub mod flat;
 pub mod fresnel;
-pub mod guides;
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-pub mod lanes;
 pub mod light;
 pub mod material;
 pub mod math;
 pub mod microfacet;
 pub mod params;
 pub mod path;
+pub mod planar;
 pub mod ray;
 pub mod rng;
-pub mod rows;
 pub mod sampler;
 pub mod scene;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub mod simd;
 pub mod sky;
 pub mod slabs;
 pub mod sphere;
 pub mod surface;
 pub mod texture;
+pub mod tile_entry;
 pub mod traversal;
 pub mod triangle;
-pub mod view;
 pub mod warp;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod wide;

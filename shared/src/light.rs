@@ -3,11 +3,11 @@
 use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
 use crate::environment;
-use crate::features::{EMITTERS, ENVIRONMENT, FLATS, Features, TEXTURES, TRIANGLES, has};
-use crate::flat::Flat;
+use crate::features::{EMITTERS, ENVIRONMENT, Features, PLANAR, TEXTURES, TRIANGLES, has};
 use crate::material::Material;
 use crate::math::{basis, max, min, mul_high, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::params::RenderParams;
+use crate::planar::Planar;
 use crate::rng::Words;
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
@@ -58,29 +58,29 @@ pub struct LightSample {
     /// Unit vector towards it.
     pub direction: Vec3,
     /// How far a shadow ray looks.
-    pub limit: f32,
+    pub t_max: f32,
     /// The primitive that it may hit, or [`NO_PRIMITIVE`].
     pub primitive: u32,
     /// Arriving; zero for a choice that gives nothing. For a light without extent, irradiance.
     pub radiance: Vec3,
     /// Of this choice, by solid angle at the point; for a light without extent, its probability.
-    pub density: f32,
+    pub pdf: f32,
     /// Whether no other way finds it.
     pub is_delta: bool,
 }
 
-const NOTHING: LightSample = LightSample {
+const NO_LIGHT: LightSample = LightSample {
     direction: Vec3::Y,
-    limit: MISS,
+    t_max: MISS,
     primitive: NO_PRIMITIVE,
     radiance: Vec3::ZERO,
-    density: 1.0,
+    pdf: 1.0,
     is_delta: true,
 };
 
 /// Where light is gathered.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex {
+pub struct ReferencePoint {
     /// On a surface.
     pub point: Vec3,
     /// The primitive of that surface.
@@ -90,7 +90,7 @@ pub struct Vertex {
 /// 1 - cos of the half angle of the cone that holds the sphere; 0 where none does: from inside, and from its own surface, which
 /// rounding puts inside or outside.
 #[inline(always)]
-fn cone(sphere: &Sphere, primitive: u32, from: Vertex) -> f32 {
+fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
     let to = sphere.center - from.point;
     let sine2 = sphere.radius * sphere.radius / max(to.dot(to), 1e-37);
     if sine2 < 1.0 && primitive != from.primitive { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
@@ -108,7 +108,7 @@ fn cone(sphere: &Sphere, primitive: u32, from: Vertex) -> f32 {
 pub unsafe fn sample<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
-    from: Vertex,
+    from: ReferencePoint,
     random: Words,
     choice: u32,
 ) -> LightSample {
@@ -117,47 +117,47 @@ pub unsafe fn sample<const FEATURES: Features>(
         let sky = unsafe { environment::sample(params, scene, random) };
         return LightSample {
             direction: sky.direction,
-            limit: MISS,
+            t_max: MISS,
             primitive: NO_PRIMITIVE,
             radiance: sky.radiance,
-            density: sky.density * params.environment_probability,
+            pdf: sky.pdf * params.environment_probability,
             is_delta: false,
         };
     }
-    if const { !has(FEATURES, EMITTERS) } || params.lights == 0 {
-        return NOTHING;
+    if const { !has(FEATURES, EMITTERS) } || params.light_count == 0 {
+        return NO_LIGHT;
     }
     // SAFETY: below the number of lights, as is each alias.
     let light = unsafe {
-        let light = load::<Light>(scene.lights, mul_high(random.z, params.lights));
+        let light = load::<Light>(scene.lights, mul_high(random.z, params.light_count));
         if random.w < light.threshold { light } else { load::<Light>(scene.lights, light.alias) }
     };
     if light.kind == AREA {
         // SAFETY: the caller's promise for the light's primitive.
-        return unsafe { area::<FEATURES>(params, scene, light.primitive, from, random) };
+        return unsafe { sample_area::<FEATURES>(params, scene, light.primitive, from, random) };
     }
     if light.kind == DIRECTIONAL {
         return LightSample {
             direction: light.position,
             radiance: light.intensity,
-            density: light.probability,
-            ..NOTHING
+            pdf: light.probability,
+            ..NO_LIGHT
         };
     }
     let to = light.position - from.point;
     let square = to.dot(to);
     if square <= 0.0 {
-        return NOTHING;
+        return NO_LIGHT;
     }
     let distance = sqrt(square);
     let direction = to * (1.0 / distance);
     let cone = min(max(light.cone_offset - direction.dot(light.axis) * light.cone_scale, 0.0), 1.0);
     LightSample {
         direction,
-        limit: distance,
+        t_max: distance,
         radiance: light.intensity * (cone * cone / square),
-        density: light.probability,
-        ..NOTHING
+        pdf: light.probability,
+        ..NO_LIGHT
     }
 }
 
@@ -168,11 +168,11 @@ pub unsafe fn sample<const FEATURES: Features>(
 /// As [`sample`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn area<const FEATURES: Features>(
+unsafe fn sample_area<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     primitive: u32,
-    from: Vertex,
+    from: ReferencePoint,
     random: Words,
 ) -> LightSample {
     let point = from.point;
@@ -199,11 +199,11 @@ unsafe fn area<const FEATURES: Features>(
             texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
             texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
         }
-    } else if const { has(FEATURES, FLATS) } && primitive >= params.first_flat {
+    } else if const { has(FEATURES, PLANAR) } && primitive >= params.first_planar {
         // SAFETY: the caller's promise.
-        let flat = unsafe { load::<Flat>(scene.flats, primitive - params.first_flat) };
+        let planar = unsafe { load::<Planar>(scene.planars, primitive - params.first_planar) };
         let (mut across, mut down) = (u, v);
-        if flat.kind == crate::flat::DISC {
+        if planar.kind == crate::planar::DISC {
             let radius = sqrt(u);
             let (cos, sin) = unit_circle(random.y);
             (across, down) = (radius * cos, radius * sin);
@@ -211,13 +211,13 @@ unsafe fn area<const FEATURES: Features>(
         } else {
             (texture_u, texture_v) = (u, 1.0 - v);
         }
-        target = flat.origin + flat.edge_u * across + flat.edge_v * down;
-        normal = flat.normal;
-        material = flat.material;
+        target = planar.origin + planar.edge_u * across + planar.edge_v * down;
+        normal = planar.normal;
+        material = planar.material;
     } else {
         // SAFETY: the caller's promise.
         let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
-        let half_cone = cone(&sphere, primitive, from);
+        let half_cone = sphere_cone(&sphere, primitive, from);
         material = sphere.material;
         if half_cone > 0.0 {
             // Uniform in the cone that holds it (Shirley, Wang and Zimmerman, 1996): towards the near side.
@@ -240,8 +240,9 @@ unsafe fn area<const FEATURES: Features>(
             target = sphere.center + normal * sphere.radius;
         }
         if const { has(FEATURES, TEXTURES) } {
-            texture_u = 0.5 + crate::math::turns(-normal.z, normal.x);
-            texture_v = 2.0 * crate::math::turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
+            texture_u = 0.5 + crate::math::atan2_turns(-normal.z, normal.x);
+            texture_v =
+                2.0 * crate::math::atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
         }
     }
     let to = target - point;
@@ -255,63 +256,61 @@ unsafe fn area<const FEATURES: Features>(
         (direction, cos) = (inside_cone, 1.0);
     }
     if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
-        return NOTHING;
+        return NO_LIGHT;
     }
     let mut radiance = material.emission;
     if const { has(FEATURES, TEXTURES) } {
         // SAFETY: the scene's textures are proven.
         unsafe {
             radiance *= texture::color(scene, material.emission_texture, texture_u, texture_v);
-            radiance *= crate::bsdf::coverage(scene, &material, texture_u, texture_v);
+            radiance *= crate::bsdf::opacity(scene, &material, texture_u, texture_v);
         }
     }
     LightSample {
         direction,
-        limit: distance * 1.001, // only to skip what lies behind
+        t_max: distance * 1.001, // only to skip what lies behind
         primitive,
         radiance,
         // SAFETY: the caller's promise.
-        density: unsafe {
-            density::<FEATURES>(params, scene, primitive, material.light_density, from, distance, -cos)
-        },
+        pdf: unsafe { pdf::<FEATURES>(params, scene, primitive, material.light_pdf, from, distance, -cos) },
         is_delta: false,
     }
 }
 
 /// The density by solid angle at `from` with which [`sample`] chooses the point of `primitive` at `distance`, seen there under
-/// `cos`, of the direction with its own normal; `light_density` is that of its material.
+/// `cos`, of the direction with its own normal; `light_pdf` is that of its material.
 ///
 /// # Safety
 ///
 /// As [`sample`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn density<const FEATURES: Features>(
+pub unsafe fn pdf<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     primitive: u32,
-    light_density: f32,
-    from: Vertex,
+    light_pdf: f32,
+    from: ReferencePoint,
     distance: f32,
     cos: f32,
 ) -> f32 {
-    let is_sphere = (const { !has(FEATURES, FLATS) } || primitive < params.first_flat)
+    let is_sphere = (const { !has(FEATURES, PLANAR) } || primitive < params.first_planar)
         && (const { !has(FEATURES, TRIANGLES) } || primitive < params.first_triangle);
     if is_sphere {
         // SAFETY: the caller's promise.
         let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
-        let half_cone = cone(&sphere, primitive, from);
+        let half_cone = sphere_cone(&sphere, primitive, from);
         if half_cone > 0.0 {
             // The far side, seen through holes of the near one, is not chosen.
-            let chance = if cos > 0.0 { 0.0 } else { light_density };
+            let chance = if cos > 0.0 { 0.0 } else { light_pdf };
             let chance = chance * (4.0 * PI * sphere.radius * sphere.radius);
             return chance / (2.0 * PI * half_cone);
         }
     }
-    light_density * distance * distance / max(cos.abs(), 1e-9)
+    light_pdf * distance * distance / max(cos.abs(), 1e-9)
 }
 
-/// The weight of a sample of density `own` where another technique finds the same with density `other`: the power heuristic with
+/// The weight of a sample of density `own` where another technique finds the same with density `light_pdf`: the power heuristic with
 /// exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two weights of a pair sum to 1.
 #[inline(always)]
 pub fn mis_weight(own: f32, other: f32) -> f32 {

@@ -2,7 +2,7 @@
 
 use crate::features::{Features, SCHLICK, has};
 use crate::fresnel;
-use crate::math::{cbrt_unit, greatest, normalize, sqrt, unit_f32, unit_sphere};
+use crate::math::{cbrt_unit, max_component, normalize, sqrt, unit_f32, unit_sphere};
 use crate::rng::Words;
 use crate::texture::NO_TEXTURE;
 use bytemuck::{Pod, Zeroable};
@@ -26,7 +26,7 @@ pub const METALLIC_ROUGHNESS: u32 = 5;
 pub const EMITS_BOTH_SIDES: u32 = 1;
 /// In [`Material::flags`]: a conductor with `eta` and `k`, not a reflectance at normal incidence.
 pub const COMPLEX_IOR: u32 = 2;
-/// In [`Material::flags`]: has holes where its opacity is below `cutoff`.
+/// In [`Material::flags`]: has holes where its opacity is below `alpha_cutoff`.
 pub const MASKED: u32 = 4;
 /// In [`Material::flags`]: lets pass what its opacity leaves.
 pub const BLENDED: u32 = 8;
@@ -50,7 +50,7 @@ pub struct Material {
     /// Emitted radiance; zero for what is no light.
     pub emission: Vec3,
     /// Chance an area with which next-event estimation chooses a point that emits; 0 if it does not choose this material.
-    pub light_density: f32,
+    pub light_pdf: f32,
     /// Of a conductor: real part of the index by channel.
     pub eta: Vec3,
     /// Share of what enters a dielectric that passes its thin wall, 0 to 1.
@@ -70,7 +70,7 @@ pub struct Material {
     /// 0 to 1.
     pub opacity: f32,
     /// Of a masked material.
-    pub cutoff: f32,
+    pub alpha_cutoff: f32,
     /// Unused.
     pub pad: [u32; 2],
 }
@@ -88,7 +88,7 @@ impl Material {
             roughness: 0.0,
             metallic: 0.0,
             emission: Vec3::ZERO,
-            light_density: 0.0,
+            light_pdf: 0.0,
             eta: Vec3::ONE,
             transmission: 0.0,
             k: Vec3::ZERO,
@@ -98,7 +98,7 @@ impl Material {
             emission_texture: NO_TEXTURE,
             transmission_texture: NO_TEXTURE,
             opacity: 1.0,
-            cutoff: 0.0,
+            alpha_cutoff: 0.0,
             pad: [0; 2],
         }
     }
@@ -106,7 +106,7 @@ impl Material {
     /// Whether a surface of it emits from the side that is its front or not.
     #[inline(always)]
     pub fn emits(&self, front: bool) -> bool {
-        greatest(self.emission) > 0.0 && (front || self.flags & EMITS_BOTH_SIDES != 0)
+        max_component(self.emission) > 0.0 && (front || self.flags & EMITS_BOTH_SIDES != 0)
     }
 }
 
@@ -134,7 +134,7 @@ impl Material {
         incoming: Vec3,
         normal: Vec3,
         front: bool,
-        book_fresnel: bool,
+        schlick: bool,
         random: Words,
     ) -> Scatter {
         let cos = -incoming.dot(normal);
@@ -149,7 +149,7 @@ impl Material {
             // Not above zero: total reflection.
             if radicand > 0.0 {
                 let cos_refracted = sqrt(radicand);
-                let reflectance = if const { has(FEATURES, SCHLICK) } && book_fresnel {
+                let reflectance = if const { has(FEATURES, SCHLICK) } && schlick {
                     fresnel::schlick(cos, eta)
                 } else {
                     fresnel::dielectric(cos, cos_refracted, eta)

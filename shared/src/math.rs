@@ -104,14 +104,14 @@ pub fn unit_f32(bits: u32) -> f32 {
 #[inline(always)]
 pub fn unit_circle(bits: u32) -> (f32, f32) {
     let turn = ((bits >> 6) & 0x00ff_ffff) as f32 * (1.0 / 16_777_216.0) - 0.5; // of a quarter
-    let (cos, sin) = quarter_circle(turn);
+    let (cos, sin) = cos_sin_quarter_turns(turn);
     let cos = f32::from_bits(cos.to_bits() ^ (bits & 0x8000_0000));
     if bits & 0x4000_0000 == 0 { (cos, sin) } else { (sin, cos) }
 }
 
 /// cos and sin of `turn` quarter turns (of π/2), in [-1/2, 1/2]; minimax, within 2e-7.
 #[inline(always)]
-fn quarter_circle(turn: f32) -> (f32, f32) {
+fn cos_sin_quarter_turns(turn: f32) -> (f32, f32) {
     let square = turn * turn;
     let sin =
         turn * (FRAC_PI_2 + square * (-0.645_963_5 + square * (0.079_680_03 + square * -0.004_601_658)));
@@ -161,20 +161,20 @@ pub fn floor(x: f32) -> i32 {
     truncated - (clamped < truncated as f32) as i32
 }
 
-/// cos and sin of `turns` whole turns (of 2π), for |turns| < 2²⁰; each within 3e-7.
+/// cos and sin of `atan2_turns` whole turns (of 2π), for |turns| < 2²⁰; each within 3e-7.
 #[inline(always)]
-pub fn circle(turns: f32) -> (f32, f32) {
+pub fn cos_sin_turns(turns: f32) -> (f32, f32) {
     let quarters = turns * 4.0;
     let nearest = floor(quarters + 0.5);
     let turn = quarters - nearest as f32; // exact, in [-1/2, 1/2]
-    let (cos, sin) = quarter_circle(turn);
+    let (cos, sin) = cos_sin_quarter_turns(turn);
     let (a, b) = if nearest & 1 == 0 { (cos, sin) } else { (-sin, cos) };
     if nearest & 2 == 0 { (a, b) } else { (-a, -b) }
 }
 
 /// The angle of the vector (`x`, `y`) in turns, in [-1/2, 1/2], within 1e-7; 0 for the zero vector.
 #[inline(always)]
-pub fn turns(y: f32, x: f32) -> f32 {
+pub fn atan2_turns(y: f32, x: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let (low, high) = (min(ax, ay), max(ax, ay));
     let ratio = if high > 0.0 { low / high } else { 0.0 };
@@ -214,7 +214,7 @@ pub fn luminance(c: Vec3) -> f32 {
 
 /// The largest component.
 #[inline(always)]
-pub fn greatest(c: Vec3) -> f32 {
+pub fn max_component(c: Vec3) -> f32 {
     max(c.x, max(c.y, c.z))
 }
 
@@ -313,16 +313,16 @@ mod tests {
     fn angles_and_back() {
         for i in -2000..2000 {
             let t = i as f32 / 1000.0;
-            let (c, s) = circle(t);
+            let (c, s) = cos_sin_turns(t);
             let angle = f64::from(t) * core::f64::consts::TAU;
             assert!((f64::from(c) - libm::cos(angle)).abs() < 3e-7, "{t}");
             assert!((f64::from(s) - libm::sin(angle)).abs() < 3e-7, "{t}");
             let want = libm::atan2(f64::from(s), f64::from(c)) / core::f64::consts::TAU;
-            let error = (f64::from(turns(s, c)) - want).abs();
+            let error = (f64::from(atan2_turns(s, c)) - want).abs();
             assert!(error < 1e-7 || (error - 1.0).abs() < 1e-7, "{t}: {error}");
         }
         assert_eq!(
-            (turns(0.0, 0.0), turns(0.0, 1.0), turns(1.0, 0.0), turns(0.0, -1.0)),
+            (atan2_turns(0.0, 0.0), atan2_turns(0.0, 1.0), atan2_turns(1.0, 0.0), atan2_turns(0.0, -1.0)),
             (0.0, 0.0, 0.25, 0.5)
         );
     }

@@ -6,7 +6,7 @@ use core::f32::consts::PI;
 use glam::Vec3;
 
 /// Below this alpha a surface is a perfect mirror: its lobe, a tenth of a degree wide, is at f32's resolution of half vectors.
-pub const SMOOTH: f32 = 1e-3;
+pub const MIN_ROUGH_ALPHA: f32 = 1e-3;
 
 /// The density of facet normals `h` by solid angle, times their area in the surface: D(h).
 #[inline(always)]
@@ -30,7 +30,7 @@ pub fn lambda(z: f32, alpha: f32) -> f32 {
 /// The hemisphere stretched to a sphere's cap (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", HPG 2023): the
 /// distribution is Heitz's.
 #[inline(always)]
-pub fn sample_visible(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
+pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
     let stretched = normalize(Vec3::new(v.x * alpha, v.y * alpha, v.z));
     let z = (1.0 - unit_f32(height)) * (1.0 + stretched.z) - stretched.z;
     let (cos, sin) = unit_circle(azimuth);

@@ -9,7 +9,7 @@ pub struct Ray {
     /// Start, in scene units.
     pub origin: Vec3,
     /// The primitive that the ray leaves.
-    pub departure: Departure,
+    pub origin_primitive: OriginPrimitive,
     /// Unit vector.
     pub direction: Vec3,
 }
@@ -21,15 +21,15 @@ pub struct Ray {
 /// fail for small or remote primitives.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Departure(u32);
+pub struct OriginPrimitive(u32);
 
-impl Departure {
+impl OriginPrimitive {
     /// In free space: on the lens.
     pub const NONE: Self = Self(u32::MAX);
 
     /// On `primitive` (below 2³¹), going inside it or outside.
     #[inline(always)]
-    pub fn from(primitive: u32, inside: bool) -> Self {
+    pub fn new(primitive: u32, inside: bool) -> Self {
         Self(primitive | (inside as u32) << 31)
     }
 
@@ -39,7 +39,7 @@ impl Departure {
         self.0 & 0x7fff_ffff == primitive
     }
 
-    /// The number of the primitive; for [`Departure::NONE`] one that no primitive has.
+    /// The number of the primitive; for [`OriginPrimitive::NONE`] one that no primitive has.
     #[inline(always)]
     pub fn primitive(self) -> u32 {
         self.0 & 0x7fff_ffff

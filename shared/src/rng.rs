@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn sabotage_chi_square_finds_a_bias() {
+    fn negative_control_chi_square_finds_a_bias() {
         let words = |i| PathKey { seed: 0, pixel: i, sample: 0 }.words(0);
         let biased = |i| {
             let w: Words = words(i);

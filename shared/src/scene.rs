@@ -1,11 +1,11 @@
 //! The scene as a kernel sees it: borrowed arrays of records.
 
+use crate::buffer_layout::Packed;
 use crate::bvh::BvhNode;
 use crate::environment::EnvironmentTexel;
-use crate::flat::Flat;
 use crate::light::Light;
 use crate::material::Material;
-use crate::rows::Stored;
+use crate::planar::Planar;
 use crate::sphere::Sphere;
 use crate::texture::{Texel, Texture};
 use crate::triangle::{Triangle, TriangleShading};
@@ -17,25 +17,25 @@ use crate::triangle::{Triangle, TriangleShading};
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     /// Primitives of the first kind.
-    pub spheres: &'a [Stored<Sphere>],
+    pub spheres: &'a [Packed<Sphere>],
     /// Inner nodes of the BVH.
-    pub nodes: &'a [Stored<BvhNode>],
+    pub nodes: &'a [Packed<BvhNode>],
     /// By index from the primitives.
-    pub materials: &'a [Stored<Material>],
+    pub materials: &'a [Packed<Material>],
     /// Primitives of the second kind.
-    pub flats: &'a [Stored<Flat>],
+    pub planars: &'a [Packed<Planar>],
     /// Primitives of the third kind.
-    pub triangles: &'a [Stored<Triangle>],
+    pub triangles: &'a [Packed<Triangle>],
     /// One for each triangle.
-    pub shading: &'a [Stored<TriangleShading>],
+    pub shading: &'a [Packed<TriangleShading>],
     /// What next-event estimation chooses from.
-    pub lights: &'a [Stored<Light>],
+    pub lights: &'a [Packed<Light>],
     /// By index from the materials.
-    pub textures: &'a [Stored<Texture>],
+    pub textures: &'a [Packed<Texture>],
     /// Of all textures.
-    pub texels: &'a [Stored<Texel>],
+    pub texels: &'a [Packed<Texel>],
     /// The panorama; empty for none.
-    pub environment: &'a [Stored<EnvironmentTexel>],
+    pub environment: &'a [Packed<EnvironmentTexel>],
     /// The wide tree; on a CPU only.
     #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
     pub wide: crate::wide::WideTree<'a>,
@@ -52,7 +52,7 @@ pub struct SceneLengths {
     /// By index from the primitives.
     pub materials: usize,
     /// Flat shapes.
-    pub flats: usize,
+    pub planars: usize,
     /// Triangles, and their shading records.
     pub triangles: usize,
     /// For next-event estimation.
@@ -73,7 +73,7 @@ impl SceneLengths {
             spheres: scene.spheres.len(),
             nodes: scene.nodes.len(),
             materials: scene.materials.len(),
-            flats: scene.flats.len(),
+            planars: scene.planars.len(),
             triangles: scene.triangles.len(),
             lights: scene.lights.len(),
             textures: scene.textures.len(),

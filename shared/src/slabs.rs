@@ -21,28 +21,29 @@ pub const MIN_COMPONENT: f32 = 1e-18;
 
 /// How far along a ray a step along each axis is.
 #[derive(Clone, Copy, Debug)]
-pub struct Slopes {
+pub struct RayReciprocals {
     /// 1 / direction, with components of at least [`MIN_COMPONENT`].
     signed: Vec3,
     /// Its magnitude.
-    size: Vec3,
+    magnitude: Vec3,
     /// Where a step from the ray's origin to the world's ends: for boxes with room.
-    start: Vec3,
+    scaled_origin: Vec3,
 }
 
-impl Slopes {
+impl RayReciprocals {
     /// Of a ray.
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        let (x, y, z) = (slope(direction.x), slope(direction.y), slope(direction.z));
+        let (x, y, z) =
+            (signed_reciprocal(direction.x), signed_reciprocal(direction.y), signed_reciprocal(direction.z));
         let signed = Vec3::new(x.0, y.0, z.0);
-        Self { signed, size: Vec3::new(x.1, y.1, z.1), start: -origin * signed }
+        Self { signed, magnitude: Vec3::new(x.1, y.1, z.1), scaled_origin: -origin * signed }
     }
 }
 
 /// Returns the reciprocal of a direction's component, and its magnitude.
 #[inline(always)]
-fn slope(x: f32) -> (f32, f32) {
+fn signed_reciprocal(x: f32) -> (f32, f32) {
     let size = crate::math::reciprocal(crate::math::max(x.abs(), MIN_COMPONENT));
     (f32::from_bits(size.to_bits() | x.to_bits() & 0x8000_0000), size)
 }
@@ -51,20 +52,20 @@ fn slope(x: f32) -> (f32, f32) {
 /// 2 ULP where division is correctly rounded. Vulkan's reciprocal may be off by 2.5 ULP, of entry and exit each, which takes 7; a ray
 /// at the border of a box a thousand times its size away would else miss one time in sixteen. The part of the error that grows with
 /// the box, not with the way to it, is less than the room in a node's boxes.
-pub(crate) const EXIT: f32 = 1.0 + 8.0 * f32::EPSILON;
+pub(crate) const EXIT_SCALE: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// What half of a box's extent along an axis must have more, so that a ray that starts within `reach` of the world's origin finds the box
 /// without a difference of origin and centre, and without moving its exit out: by products of each with the reciprocal, which cancel. In ULP of
 /// what takes part: 1/2 for the ray's product, 1/2 for the sum, 1/2 for the way through half the box, and what the
 /// reciprocal is off by: 2.5 on Vulkan. Two more, so that a primitive at a distance that rounding made too small is not behind its box.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
-pub fn room(center: f32, half: f32, reach: f32) -> f32 {
-    6.0 * f32::EPSILON * (center.abs() + half + reach)
+pub fn box_padding(center: f32, half: f32, origin_extent: f32) -> f32 {
+    6.0 * f32::EPSILON * (center.abs() + half + origin_extent)
 }
 
 /// Which boxes of a node a ray enters before a limit, and where.
 #[derive(Clone, Copy, Debug)]
-pub struct Entries {
+pub struct BoxHits {
     /// Whether it enters the first child's.
     pub first: bool,
     /// The second's.
@@ -77,22 +78,32 @@ pub struct Entries {
 
 /// Slabs, of both boxes. No result depends on its rounding: it may let in a box too many, never one too few.
 ///
-/// `ROOM`: the boxes have [`room`] for the rounding of an origin like this one.
+/// `ROOM`: the boxes have [`box_padding`] for the rounding of an origin like this one.
 #[inline(always)]
-pub fn enter<const ROOM: bool>(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
+pub fn intersect_boxes<const PADDED: bool>(
+    origin: Vec3,
+    reciprocals: &RayReciprocals,
+    node: &BvhNode,
+    limit: f32,
+) -> BoxHits {
     #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
-    return enter_singly::<ROOM>(origin, slopes, node, limit);
+    return intersect_boxes_one_by_one::<PADDED>(origin, reciprocals, node, limit);
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
-    return enter_both(origin, slopes, node, limit);
+    return intersect_boxes_together(origin, reciprocals, node, limit);
 }
 
 /// For devices, whose lanes are rays.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
-fn enter_singly<const ROOM: bool>(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
+fn intersect_boxes_one_by_one<const PADDED: bool>(
+    origin: Vec3,
+    reciprocals: &RayReciprocals,
+    node: &BvhNode,
+    limit: f32,
+) -> BoxHits {
     let middle = |center: Vec3| {
-        let Slopes { signed, start, .. } = *slopes;
-        if ROOM {
+        let RayReciprocals { signed, scaled_origin: start, .. } = *reciprocals;
+        if PADDED {
             let along = |center: f32, slope: f32, start: f32| fused(center, slope, start);
             return Vec3::new(
                 along(center.x, signed.x, start.x),
@@ -102,23 +113,29 @@ fn enter_singly<const ROOM: bool>(origin: Vec3, slopes: &Slopes, node: &BvhNode,
         }
         (center - origin) * signed
     };
-    let exit = if ROOM { 1.0 } else { EXIT };
+    let exit = if PADDED { 1.0 } else { EXIT_SCALE };
     let half = Vec3::new(node.x.z, node.y.z, node.z.z);
     let (first, t_first) =
-        enter_box(slopes, middle(Vec3::new(node.x.x, node.y.x, node.z.x)), half, limit, exit);
+        intersect_box(reciprocals, middle(Vec3::new(node.x.x, node.y.x, node.z.x)), half, limit, exit);
     let half = Vec3::new(node.x.w, node.y.w, node.z.w);
     let (second, t_second) =
-        enter_box(slopes, middle(Vec3::new(node.x.y, node.y.y, node.z.y)), half, limit, exit);
-    Entries { first, second, t_first, t_second }
+        intersect_box(reciprocals, middle(Vec3::new(node.x.y, node.y.y, node.z.y)), half, limit, exit);
+    BoxHits { first, second, t_first, t_second }
 }
 
-/// `middle` is where along the ray the centre's planes are. Minimum and maximum are those of the bits as integers: of numbers above zero
+/// `center_and_half_extent` is where along the ray the centre's planes are. Minimum and maximum are those of the bits as integers: of numbers above zero
 /// they are the numbers' own, and an H100 computes three at once, and those and zero. Of two numbers below zero the wrong one is chosen,
 /// but one below zero, and so the box is missed, as it should be.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
-fn enter_box(slopes: &Slopes, middle: Vec3, half: Vec3, limit: f32, room: f32) -> (bool, f32) {
-    let size = slopes.size;
+fn intersect_box(
+    reciprocals: &RayReciprocals,
+    middle: Vec3,
+    half: Vec3,
+    limit: f32,
+    exit_scale: f32,
+) -> (bool, f32) {
+    let size = reciprocals.magnitude;
     let bits = |t: f32| t.to_bits() as i32;
     let near = |half: f32, size, middle| bits(fused(-half, size, middle));
     let far = |half: f32, size, middle| bits(fused(half, size, middle));
@@ -127,25 +144,30 @@ fn enter_box(slopes: &Slopes, middle: Vec3, half: Vec3, limit: f32, room: f32) -
     let exit = far(half.x, size.x, middle.x).min(far(half.y, size.y, middle.y));
     let exit = exit.min(far(half.z, size.z, middle.z)).min(bits(limit));
     let (entry, exit) = (f32::from_bits(entry as u32), f32::from_bits(exit as u32));
-    (entry <= exit * room, entry)
+    (entry <= exit * exit_scale, entry)
 }
 
 /// For the CPU: both boxes at a time, in the upper and the lower half of its lanes.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 #[inline(always)]
-fn enter_both(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entries {
+fn intersect_boxes_together(
+    origin: Vec3,
+    reciprocals: &RayReciprocals,
+    node: &BvhNode,
+    limit: f32,
+) -> BoxHits {
     let axis = |row: Vec4, origin: f32, signed: f32, size: f32| {
         // Ways to the two centres, and through half of each box.
         let ways = (row - Vec4::new(origin, origin, 0.0, 0.0)) * Vec4::new(signed, signed, size, size);
         (ways - ways.zwxy(), ways + ways.zwxy())
     };
-    let Slopes { signed, size, .. } = *slopes;
+    let RayReciprocals { signed, magnitude: size, .. } = *reciprocals;
     let (x0, x1) = axis(node.x, origin.x, signed.x, size.x);
     let (y0, y1) = axis(node.y, origin.y, signed.y, size.y);
     let (z0, z1) = axis(node.z, origin.z, signed.z, size.z);
     let entry = x0.max(y0).max(z0.max(Vec4::ZERO));
-    let exit = x1.min(y1).min(z1.min(Vec4::splat(limit))) * EXIT;
-    Entries { first: entry.x <= exit.x, second: entry.y <= exit.y, t_first: entry.x, t_second: entry.y }
+    let exit = x1.min(y1).min(z1.min(Vec4::splat(limit))) * EXIT_SCALE;
+    BoxHits { first: entry.x <= exit.x, second: entry.y <= exit.y, t_first: entry.x, t_second: entry.y }
 }
 
 /// 1 / `x`, large and finite for a component of zero.
@@ -155,7 +177,7 @@ fn enter_both(origin: Vec3, slopes: &Slopes, node: &BvhNode, limit: f32) -> Entr
 /// Its sign does not matter: the slab test sorts the two planes.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 #[inline(always)]
-pub(crate) fn reciprocal(x: f32) -> f32 {
+pub(crate) fn finite_reciprocal(x: f32) -> f32 {
     if x.abs() > 1e-37 { 1.0 / x } else { 1e37 }
 }
 
@@ -168,12 +190,14 @@ mod tests {
     /// The box in question is first or second; the other is a point that no ray here meets. By the CPU's form and by the devices'.
     fn at(o: Vec3, d: Vec3, low: Vec3, high: Vec3) -> (bool, f32) {
         let (far, leaf) = ((Vec3::splat(-9.0), Vec3::splat(-9.0)), Child::leaf(0));
-        let slopes = Slopes::new(o, d);
+        let reciprocals = RayReciprocals::new(o, d);
         let [one, two] =
             [BvhNode::new(leaf, (low, high), leaf, far), BvhNode::new(leaf, far, leaf, (low, high))].map(
                 |node| {
-                    let (a, b) =
-                        (enter_both(o, &slopes, &node, MISS), enter_singly::<false>(o, &slopes, &node, MISS));
+                    let (a, b) = (
+                        intersect_boxes_together(o, &reciprocals, &node, MISS),
+                        intersect_boxes_one_by_one::<false>(o, &reciprocals, &node, MISS),
+                    );
                     assert_eq!((a.first, a.second), (b.first, b.second), "{o} {d}");
                     a
                 },
@@ -216,9 +240,14 @@ mod tests {
     /// world's origin and far from it. The twin, without room about the box, loses some.
     #[test]
     fn no_box_is_lost() {
-        let (mut lost_without, mut lost_without_room) = (0, 0);
+        let (mut lost_without, mut lost_without_padding) = (0, 0);
         let wider = |row: Vec4, reach: f32| {
-            Vec4::new(row.x, row.y, row.z + room(row.x, row.z, reach), row.w + room(row.y, row.w, reach))
+            Vec4::new(
+                row.x,
+                row.y,
+                row.z + box_padding(row.x, row.z, reach),
+                row.w + box_padding(row.y, row.w, reach),
+            )
         };
         for i in 0..200_000u32 {
             let words = |k: u32| crate::rng::PathKey { seed: k, pixel: i, sample: 0 }.words(0);
@@ -246,10 +275,10 @@ mod tests {
                 continue;
             }
             let node = BvhNode::new(Child::leaf(0), (low - pad, high + pad), Child::leaf(1), (low, high));
-            let slopes = Slopes::new(origin, direction);
+            let reciprocals = RayReciprocals::new(origin, direction);
             for entries in [
-                enter_both(origin, &slopes, &node, MISS),
-                enter_singly::<false>(origin, &slopes, &node, MISS),
+                intersect_boxes_together(origin, &reciprocals, &node, MISS),
+                intersect_boxes_one_by_one::<false>(origin, &reciprocals, &node, MISS),
             ] {
                 assert!(entries.first, "{low} {high} from {origin} along {direction}");
             }
@@ -260,15 +289,17 @@ mod tests {
                 ..node
             };
             assert!(
-                enter_singly::<true>(origin, &slopes, &widened, MISS).first,
+                intersect_boxes_one_by_one::<true>(origin, &reciprocals, &widened, MISS).first,
                 "{low} {high} {origin} {direction}"
             );
-            lost_without_room += u32::from(!enter_singly::<true>(origin, &slopes, &node, MISS).first);
+            lost_without_padding +=
+                u32::from(!intersect_boxes_one_by_one::<true>(origin, &reciprocals, &node, MISS).first);
             let less = 1.0 - 12.0 * f32::EPSILON;
             let shrunk = |row: Vec4| Vec4::new(row.y, row.y, row.w * less, row.w * less);
             let bare = BvhNode { x: shrunk(node.x), y: shrunk(node.y), z: shrunk(node.z), ..node };
-            lost_without += u32::from(!enter_singly::<false>(origin, &slopes, &bare, MISS).first);
+            lost_without +=
+                u32::from(!intersect_boxes_one_by_one::<false>(origin, &reciprocals, &bare, MISS).first);
         }
-        assert!(lost_without > 0 && lost_without_room > 0, "the test does not reach what rounding loses");
+        assert!(lost_without > 0 && lost_without_padding > 0, "the test does not reach what rounding loses");
     }
 }

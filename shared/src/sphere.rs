@@ -1,7 +1,7 @@
 //! Spheres, by the numerically robust intersection.
 
 use crate::math::sqrt;
-use crate::ray::Departure;
+use crate::ray::OriginPrimitive;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -32,7 +32,13 @@ impl Sphere {
     /// roots c/q and q, which do not cancel. An origin on the surface of another sphere counts as inside it.
     /// A sphere that the ray departs from is met at its far side only, and only if the ray goes inside.
     #[inline(always)]
-    pub fn distance(&self, origin: Vec3, direction: Vec3, is_departure: bool, departure: Departure) -> f32 {
+    pub fn distance(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        is_origin: bool,
+        origin_primitive: OriginPrimitive,
+    ) -> f32 {
         let from_center = origin - self.center;
         let b = -from_center.dot(direction);
         let offset = from_center + direction * b; // from the centre to the line
@@ -42,13 +48,13 @@ impl Sphere {
         }
         let root = sqrt(discriminant);
         let c = from_center.dot(from_center) - self.radius * self.radius;
-        let inside = (is_departure & departure.goes_inside()) | (!is_departure & (c <= 0.0));
+        let inside = (is_origin & origin_primitive.goes_inside()) | (!is_origin & (c <= 0.0));
         let q = if b >= 0.0 { b + root } else { b - root };
         // From inside the far root, q / 1 or c / q by the sign of b; from outside the near one, c / q, negative if behind.
         // One division for all lanes of a warp.
         let far = inside & (b >= 0.0);
         let t = (if far { q } else { c }) / (if far { 1.0 } else { q });
-        let leaves = is_departure & (!inside | (b <= 0.0));
+        let leaves = is_origin & (!inside | (b <= 0.0));
         if (t > 0.0) & !leaves { t } else { MISS }
     }
 
@@ -75,7 +81,7 @@ mod tests {
     }
 
     fn free(s: &Sphere, origin: Vec3, direction: Vec3) -> f32 {
-        s.distance(origin, direction, false, Departure::NONE)
+        s.distance(origin, direction, false, OriginPrimitive::NONE)
     }
 
     #[test]
@@ -93,7 +99,7 @@ mod tests {
     fn departing_rays() {
         let s = sphere(Vec3::new(5.0, 0.0, 0.0), 0.25);
         let point = Vec3::new(5.25, 0.0, 0.0);
-        let at = |direction, inside| s.distance(point, direction, true, Departure::from(0, inside));
+        let at = |direction, inside| s.distance(point, direction, true, OriginPrimitive::new(0, inside));
         assert_eq!(at(Vec3::X, false), MISS);
         assert_eq!(at(Vec3::Y, false), MISS);
         assert_eq!(at(Vec3::NEG_X, true), 0.5);
@@ -138,8 +144,8 @@ mod tests {
             let (normal, point) = s.project(s.center + crate::math::unit_sphere(w.z, w.w) * radius, Vec3::X);
             let v = crate::rng::PathKey { seed: 2, pixel: i, sample: 0 }.words(0);
             let direction = crate::math::normalize(normal + crate::math::unit_sphere(v.x, v.y));
-            assert_eq!(s.distance(point, direction, true, Departure::from(0, false)), MISS);
-            let through = s.distance(point, -direction, true, Departure::from(0, true));
+            assert_eq!(s.distance(point, direction, true, OriginPrimitive::new(0, false)), MISS);
+            let through = s.distance(point, -direction, true, OriginPrimitive::new(0, true));
             assert!(through == MISS || through <= 2.01 * radius + far * 1e-6, "{through} {radius} {far}");
         }
     }

@@ -2,10 +2,10 @@
 
 use crate::buffer::load;
 use crate::bvh::Hit;
-use crate::features::{FLATS, Features, TEXTURES, TRIANGLES, has};
-use crate::flat::Flat;
-use crate::math::{min, normalize, sqrt, turns};
+use crate::features::{Features, PLANAR, TEXTURES, TRIANGLES, has};
+use crate::math::{atan2_turns, min, normalize, sqrt};
 use crate::params::RenderParams;
+use crate::planar::Planar;
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::Sphere;
@@ -20,9 +20,9 @@ pub struct Surface {
     /// The surface's own unit normal, towards its outside.
     pub normal: Vec3,
     /// The unit normal that shading uses, on the same side: interpolated on a smooth mesh.
-    pub shading: Vec3,
+    pub shading_normal: Vec3,
     /// A bound for how far from the surface `point` is, along `normal`; 0 where the primitive's number suffices.
-    pub error: f32,
+    pub error_bound: f32,
     /// Texture coordinate; 0 unless the variant has textures.
     pub u: f32,
     /// Texture coordinate.
@@ -38,7 +38,7 @@ const ROUNDING: f32 = 10.0 * 0.5 * f32::EPSILON;
 /// Where a ray starts that leaves a flat primitive: off by the point's error bound, so that it does not meet a neighbour of the
 /// primitive, which lies on the wrong side of the point by rounding. Relative to the coordinates: no absolute epsilon.
 #[inline(always)]
-pub fn leave(point: Vec3, normal: Vec3, error: f32, outside: bool) -> Vec3 {
+pub fn offset_ray_origin(point: Vec3, normal: Vec3, error: f32, outside: bool) -> Vec3 {
     point + normal * (if outside { error } else { -error })
 }
 
@@ -60,21 +60,21 @@ pub unsafe fn at<const FEATURES: Features>(
         // SAFETY: the caller's promise.
         return unsafe { triangle::<FEATURES>(scene, ray, index - params.first_triangle) };
     }
-    if const { has(FEATURES, FLATS) } && index >= params.first_flat {
+    if const { has(FEATURES, PLANAR) } && index >= params.first_planar {
         // SAFETY: the caller's promise.
-        let flat = unsafe { load::<Flat>(scene.flats, index - params.first_flat) };
-        let (u, v) = flat.coordinates(ray.origin + ray.direction * hit.distance);
-        let (along_u, along_v) = (flat.edge_u * u, flat.edge_v * v);
-        let size = flat.origin.abs() + along_u.abs() + along_v.abs();
-        let disc = flat.kind == crate::flat::DISC;
+        let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
+        let (u, v) = planar.coordinates(ray.origin + ray.direction * hit.distance);
+        let (along_u, along_v) = (planar.edge_u * u, planar.edge_v * v);
+        let size = planar.origin.abs() + along_u.abs() + along_v.abs();
+        let disc = planar.kind == crate::planar::DISC;
         return Surface {
-            point: flat.origin + along_u + along_v,
-            normal: flat.normal,
-            shading: flat.normal,
-            error: size.dot(flat.normal.abs()) * ROUNDING,
+            point: planar.origin + along_u + along_v,
+            normal: planar.normal,
+            shading_normal: planar.normal,
+            error_bound: size.dot(planar.normal.abs()) * ROUNDING,
             u: if disc { 0.5 + 0.5 * u } else { u },
             v: if disc { 0.5 - 0.5 * v } else { 1.0 - v }, // an image's top row is its first
-            material: flat.material,
+            material: planar.material,
         };
     }
     // SAFETY: the caller's promise.
@@ -83,10 +83,10 @@ pub unsafe fn at<const FEATURES: Features>(
     let (mut u, mut v) = (0.0, 0.0);
     if const { has(FEATURES, TEXTURES) } {
         // From -x by -z, +x and +z; from the top down (Shirley et al., "Ray Tracing: The Next Week", section 4.4).
-        u = 0.5 + turns(-normal.z, normal.x);
-        v = 2.0 * turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
+        u = 0.5 + atan2_turns(-normal.z, normal.x);
+        v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
     }
-    Surface { point, normal, shading: normal, error: 0.0, u, v, material: sphere.material }
+    Surface { point, normal, shading_normal: normal, error_bound: 0.0, u, v, material: sphere.material }
 }
 
 #[inline(always)]
@@ -114,8 +114,8 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     Surface {
         point: part_a + part_b + part_c,
         normal,
-        shading: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
-        error: size.dot(normal.abs()) * ROUNDING,
+        shading_normal: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
+        error_bound: size.dot(normal.abs()) * ROUNDING,
         u,
         v,
         material: triangle.material,
@@ -125,7 +125,7 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
 /// Returns the shading normal, bent towards the surface's own `normal` where the view direction
 /// mirrored about it would run into the surface: there a mirror would be black, as coarse smooth
 /// meshes are at silhouettes. All are unit vectors,
-/// `viewer` and `shading` on the side of `normal`.
+/// `viewer` and `shading_normal` on the side of `normal`.
 ///
 /// The mirrored direction is lifted to a cosine c with the surface's normal of
 /// [`MIN_REFLECTED_COSINE`], or of nine tenths of the viewer's; the bent normal is the sum of that
@@ -133,7 +133,7 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
 /// mirrored about the bent normal has a cosine of at least c / 2, and the viewer sees the front of
 /// the shading.
 #[inline(always)]
-pub fn reflecting(shading: Vec3, normal: Vec3, viewer: Vec3) -> Vec3 {
+pub fn bend_shading_normal(shading: Vec3, normal: Vec3, viewer: Vec3) -> Vec3 {
     let (facing, up) = (2.0 * shading.dot(viewer), viewer.dot(normal));
     // How far the mirrored direction is to be lifted. Never by nothing at the horizon, where no
     // normal would be left.

@@ -11,12 +11,12 @@ use binary::closest_in_tree;
 use binary_cuda::closest_in_tree;
 
 use crate::buffer::load;
-use crate::bvh::{Child, Hit, NO_PRIMITIVE, Reach, Visits};
+use crate::bvh::{Child, Hit, NO_PRIMITIVE, RayQuery, Visits};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use crate::features::WIDE;
-use crate::features::{COUNTED, FLATS, Features, LARGE, LINEAR, TRIANGLES, has, has_any};
-use crate::flat::Flat;
-use crate::params::{FLAG_ROOM, RenderParams};
+use crate::features::{COUNTED, Features, HEAVY, LINEAR, PLANAR, TRIANGLES, has, has_any};
+use crate::params::{FLAG_PADDED_BOXES, RenderParams};
+use crate::planar::Planar;
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
@@ -36,22 +36,22 @@ pub unsafe fn distance<const FEATURES: Features>(
     shear: &Shear,
     index: u32,
 ) -> f32 {
-    let leaves = ray.departure.is_on(index);
+    let is_origin = ray.origin_primitive.is_on(index);
     if const { has(FEATURES, TRIANGLES) } && index >= params.first_triangle {
         // SAFETY: the caller's promise for each child's index.
         let triangle = unsafe { load::<Triangle>(scene.triangles, index - params.first_triangle) };
         let t = triangle.hit(ray.origin, shear).distance;
-        return if leaves { MISS } else { t };
+        return if is_origin { MISS } else { t };
     }
-    if const { has(FEATURES, FLATS) } && index >= params.first_flat {
+    if const { has(FEATURES, PLANAR) } && index >= params.first_planar {
         // SAFETY: as above.
-        let flat = unsafe { load::<Flat>(scene.flats, index - params.first_flat) };
-        let t = flat.distance(ray.origin, ray.direction);
-        return if leaves { MISS } else { t };
+        let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
+        let t = planar.distance(ray.origin, ray.direction);
+        return if is_origin { MISS } else { t };
     }
     // SAFETY: as above.
     let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
-    sphere.distance(ray.origin, ray.direction, leaves, ray.departure)
+    sphere.distance(ray.origin, ray.direction, is_origin, ray.origin_primitive)
 }
 
 /// Whether a hit of `primitive` at `t` comes before that of `closest` at `best`. ([`NO_PRIMITIVE`] is -1: nothing ties with it.)
@@ -68,19 +68,19 @@ pub(crate) fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool
 /// As [`closest_hit`]; the target is a primitive of the scene, or [`NO_PRIMITIVE`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn start<const FEATURES: Features>(
+unsafe fn initial_hit<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
     shear: &Shear,
-    reach: Reach,
+    query: RayQuery,
 ) -> Hit {
-    let mut hit = Hit { distance: reach.limit, primitive: NO_PRIMITIVE };
-    if reach.any && reach.target != NO_PRIMITIVE {
+    let mut hit = Hit { distance: query.t_max, primitive: NO_PRIMITIVE };
+    if query.any_hit && query.light_primitive != NO_PRIMITIVE {
         // SAFETY: the caller's promise.
-        let t = unsafe { distance::<FEATURES>(params, scene, ray, shear, reach.target) };
+        let t = unsafe { distance::<FEATURES>(params, scene, ray, shear, query.light_primitive) };
         if t < hit.distance {
-            hit = Hit { distance: t, primitive: reach.target };
+            hit = Hit { distance: t, primitive: query.light_primitive };
         }
     }
     hit
@@ -97,14 +97,14 @@ unsafe fn closest_of_all<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
 ) -> (Hit, Visits) {
     let shear = Shear::new(ray.direction);
     // SAFETY: the caller's promise.
-    let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
+    let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
     let mut primitive = 0;
     let mut visits = Visits::NONE;
-    while primitive < params.primitives {
+    while primitive < params.primitive_count {
         if const { has(FEATURES, COUNTED) } {
             visits.leaves += 1;
         }
@@ -112,7 +112,7 @@ unsafe fn closest_of_all<const FEATURES: Features>(
         let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
         if is_closer(t, primitive, hit.distance, hit.primitive) {
             hit = Hit { distance: t, primitive };
-            if reach.any && primitive != reach.target {
+            if query.any_hit && primitive != query.light_primitive {
                 break;
             }
         }
@@ -134,28 +134,28 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
 ) -> Hit {
     // SAFETY: the caller's promise.
-    unsafe { closest_hit_below::<FEATURES>(params, scene, ray, reach, Child(params.root)) }
+    unsafe { closest_hit_below::<FEATURES>(params, scene, ray, query, Child(params.root)) }
 }
 
 /// The same for a ray that meets nothing beside the subtree at `root`. Only a search of the binary tree makes use of that.
 ///
 /// # Safety
 ///
-/// As [`closest_hit`]; `root` is its root, or the [entry](crate::view::entry) of the ray's tile.
+/// As [`closest_hit`]; `root` is its root, or the [entry](crate::tile_entry::tile_entry) of the ray's tile.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit_below<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
     root: Child,
 ) -> Hit {
     // SAFETY: the caller's promise.
-    unsafe { search::<FEATURES>(params, scene, ray, reach, root).0 }
+    unsafe { search::<FEATURES>(params, scene, ray, query, root).0 }
 }
 
 /// Returns the closest hit, as [`closest_hit`], and what the search visited, if `FEATURES` has
@@ -170,10 +170,10 @@ pub unsafe fn closest_hit_counted<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
 ) -> (Hit, Visits) {
     // SAFETY: the caller's promise.
-    unsafe { search::<FEATURES>(params, scene, ray, reach, Child(params.root)) }
+    unsafe { search::<FEATURES>(params, scene, ray, query, Child(params.root)) }
 }
 
 /// Searches by the traversal that `FEATURES` names.
@@ -187,32 +187,34 @@ unsafe fn search<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
     if const { has(FEATURES, LINEAR) } {
         // SAFETY: the caller's promise.
-        return unsafe { closest_of_all::<FEATURES>(params, scene, ray, reach) };
+        return unsafe { closest_of_all::<FEATURES>(params, scene, ray, query) };
     }
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
     if const { has(FEATURES, WIDE) } {
         // SAFETY: the caller's promise for the wide tree, and for the instruction sets that FEATURES names.
-        return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, reach) };
+        return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, query) };
     }
     // Large kernels gain -1 to 8 % on Vulkan. By how a choice is written ptxas places the loops, and an H100 is 2 % faster with the one
     // below in small kernels, and up to 8 % with the other one in large ones.
-    if const { cfg!(target_arch = "nvptx64") && has_any(FEATURES, LARGE) } && params.flags & FLAG_ROOM != 0 {
+    if const { cfg!(target_arch = "nvptx64") && has_any(FEATURES, HEAVY) }
+        && params.flags & FLAG_PADDED_BOXES != 0
+    {
         // SAFETY: the caller's promise.
-        return unsafe { closest_in_tree::<FEATURES, true>(params, scene, ray, reach, root) };
+        return unsafe { closest_in_tree::<FEATURES, true>(params, scene, ray, query, root) };
     }
-    if const { cfg!(any(target_arch = "nvptx64", target_arch = "spirv")) && !has_any(FEATURES, LARGE) } {
-        return match params.flags & FLAG_ROOM != 0 {
+    if const { cfg!(any(target_arch = "nvptx64", target_arch = "spirv")) && !has_any(FEATURES, HEAVY) } {
+        return match params.flags & FLAG_PADDED_BOXES != 0 {
             // SAFETY: the caller's promise.
-            true => unsafe { closest_in_tree::<FEATURES, true>(params, scene, ray, reach, root) },
+            true => unsafe { closest_in_tree::<FEATURES, true>(params, scene, ray, query, root) },
             // SAFETY: the caller's promise.
-            false => unsafe { closest_in_tree::<FEATURES, false>(params, scene, ray, reach, root) },
+            false => unsafe { closest_in_tree::<FEATURES, false>(params, scene, ray, query, root) },
         };
     }
     // SAFETY: the caller's promise.
-    unsafe { closest_in_tree::<FEATURES, false>(params, scene, ray, reach, root) }
+    unsafe { closest_in_tree::<FEATURES, false>(params, scene, ray, query, root) }
 }

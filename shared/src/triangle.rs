@@ -1,6 +1,6 @@
 //! Triangles by the watertight test of Woop, Benthin and Wald (JCGT 2(1), 2013).
 
-use crate::math::{greatest, max};
+use crate::math::{max, max_component};
 use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -65,7 +65,7 @@ pub struct Shear {
 
 /// The cyclic turn of axes that makes `axis` the third.
 #[inline(always)]
-fn turn(v: Vec3, axis: u32) -> Vec3 {
+fn permute_axes(v: Vec3, axis: u32) -> Vec3 {
     let (is_x, is_y) = (axis == 0, axis == 1);
     Vec3::new(
         if is_x {
@@ -104,7 +104,7 @@ impl Shear {
         } else {
             2
         };
-        let d = turn(direction, axis);
+        let d = permute_axes(direction, axis);
         let inverse = 1.0 / d.z;
         Self { axis, x: d.x * inverse, y: d.y * inverse, z: inverse }
     }
@@ -112,7 +112,7 @@ impl Shear {
     /// A vertex, from the ray's origin, in the ray's coordinates: x, y sheared; z not yet scaled.
     #[inline(always)]
     fn apply(&self, v: Vec3) -> Vec3 {
-        let v = turn(v, self.axis);
+        let v = permute_axes(v, self.axis);
         Vec3::new(v.x - self.x * v.z, v.y - self.y * v.z, v.z)
     }
 }
@@ -133,7 +133,7 @@ const NO_HIT: TriangleHit = TriangleHit { distance: MISS, weight_b: 0.0, weight_
 impl Triangle {
     /// The least square of [`Triangle::normal`]'s length for which it is one: below, a device that flushes denormals may lose a square
     /// that the length needs. A triangle with less is a line, 1e-15 of its length wide.
-    pub const LEAST_SQUARE: f32 = 1e-30;
+    pub const MIN_SQUARE: f32 = 1e-30;
 
     /// Where the ray from `origin` meets the triangle, from either side.
     ///
@@ -176,7 +176,7 @@ impl Triangle {
     #[inline(always)]
     pub fn normal(&self) -> Vec3 {
         let (b, c) = (self.b - self.a, self.c - self.a);
-        let exponent = max(greatest(b.abs()), greatest(c.abs())).to_bits() >> 23; // of a number that is not negative
+        let exponent = max(max_component(b.abs()), max_component(c.abs())).to_bits() >> 23; // of a number that is not negative
         let scale = f32::from_bits(if exponent < 254 { 254 - exponent } else { 1 } << 23);
         (b * scale).cross(c * scale)
     }

@@ -6,32 +6,32 @@
 mod packet;
 
 use crate::buffer::{borrow, eight_local, load_local};
-use crate::bvh::{Hit, NO_PRIMITIVE, Reach, STACK_SIZE, Visits};
-use crate::features::{AVX2, AVX512, COUNTED, FLATS, Features, TRIANGLES, has};
-use crate::lanes::{LANES, Lanes, Portable, Row, Top};
+use crate::bvh::{Hit, NO_PRIMITIVE, RayQuery, STACK_SIZE, Visits};
+use crate::features::{AVX2, AVX512, COUNTED, Features, PLANAR, TRIANGLES, has};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::slabs::{EXIT, reciprocal};
+use crate::simd::{LANES, Portable, Simd, SimdRow, StackTop};
+use crate::slabs::{EXIT_SCALE, finite_reciprocal};
 use crate::traversal::{distance, is_closer};
 use crate::triangle::Shear;
 use bytemuck::{Pod, Zeroable};
 use core::hint::black_box;
 use core::mem::MaybeUninit;
-use packet::{Line, spheres, triangles};
+use packet::{PreparedRay, intersect_spheres, intersect_triangles};
 
 /// What a leaf holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum LeafKind {
     /// A [`SpherePacket`].
     Spheres = 0,
     /// A flat shape, by the number of the primitive.
-    Flat = 1,
+    Planar = 1,
     /// A [`TrianglePacket`].
     Triangles = 2,
 }
 
-/// A reference to a child: a wide node's index, or, with the top bit set, a leaf: two bits of [`Kind`], three of how many primitives it
+/// A reference to a child: a wide node's index, or, with the top bit set, a leaf: two bits of [`LeafKind`], three of how many primitives it
 /// holds beyond one, 26 of its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WideChild(pub u32);
@@ -41,7 +41,7 @@ impl WideChild {
     pub const EMPTY: Self = Self(u32::MAX);
     const LEAF: u32 = 0x8000_0000;
     /// The greatest index.
-    pub const LIMIT: u32 = 0x03ff_ffff;
+    pub const MAX_INDEX: u32 = 0x03ff_ffff;
 
     /// A node.
     pub const fn inner(node: u32) -> Self {
@@ -49,7 +49,7 @@ impl WideChild {
     }
 
     /// A leaf of 1 to 8 primitives.
-    pub const fn leaf(kind: Kind, count: u32, index: u32) -> Self {
+    pub const fn leaf(kind: LeafKind, count: u32, index: u32) -> Self {
         Self(Self::LEAF | (kind as u32) << 29 | (count - 1) << 26 | index)
     }
 
@@ -61,7 +61,7 @@ impl WideChild {
 
     /// Whether this is a leaf of that kind; of a leaf only.
     #[inline(always)]
-    pub const fn holds(self, kind: Kind) -> bool {
+    pub const fn holds(self, kind: LeafKind) -> bool {
         self.0 >> 29 & 3 == kind as u32
     }
 
@@ -74,7 +74,7 @@ impl WideChild {
     /// Of the node, the packet or the primitive.
     #[inline(always)]
     pub const fn index(self) -> u32 {
-        self.0 & Self::LIMIT
+        self.0 & Self::MAX_INDEX
     }
 }
 
@@ -83,11 +83,11 @@ impl WideChild {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct WideNode {
     /// Lower bounds along x, y and z, then upper ones. A missing child's are ∞ and -∞, which no ray meets.
-    pub planes: [Row<f32>; 6],
+    pub planes: [SimdRow<f32>; 6],
     /// [`WideChild`] words.
-    pub children: Row<u32>,
+    pub children: SimdRow<u32>,
     /// By the octant of a ray's direction (bit 0: x below zero, and so on) all eight lanes, the farthest child first, three bits each.
-    pub order: Row<u32>,
+    pub order: SimdRow<u32>,
 }
 
 const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
@@ -97,9 +97,9 @@ const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TrianglePacket {
     /// Vertex `a` along x, y and z, then `b`, then `c`.
-    pub vertices: [Row<f32>; 9],
+    pub vertices: [SimdRow<f32>; 9],
     /// Their numbers, ascending.
-    pub primitives: Row<u32>,
+    pub primitives: SimdRow<u32>,
 }
 
 const _: () = assert!(size_of::<TrianglePacket>() == 320 && align_of::<TrianglePacket>() == 64);
@@ -109,9 +109,9 @@ const _: () = assert!(size_of::<TrianglePacket>() == 320 && align_of::<TriangleP
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SpherePacket {
     /// Centre along x, y and z, then radius.
-    pub shape: [Row<f32>; 4],
+    pub shape: [SimdRow<f32>; 4],
     /// Their numbers, ascending.
-    pub primitives: Row<u32>,
+    pub primitives: SimdRow<u32>,
 }
 
 const _: () = assert!(size_of::<SpherePacket>() == 160 && align_of::<SpherePacket>() == 32);
@@ -136,7 +136,7 @@ impl WideTree<'_> {
 
 /// Room of the traversal's stack: a visit replaces a child by at most eight, of which one is visited next; and eight are written whatever
 /// their number.
-const ROOM: usize = STACK_SIZE * (LANES - 1) + LANES;
+const STACK_CAPACITY: usize = STACK_SIZE * (LANES - 1) + LANES;
 
 /// [`closest_hit`] by the instruction set that `FEATURES` names.
 ///
@@ -149,22 +149,20 @@ pub unsafe fn dispatch<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
 ) -> (Hit, Visits) {
     #[cfg(target_arch = "x86_64")]
     if const { has(FEATURES, AVX512) } {
         // SAFETY: the caller's promise.
         return unsafe {
-            closest_hit::<FEATURES, _>(crate::lanes::Avx512::assume(), params, scene, ray, reach)
+            closest_hit::<FEATURES, _>(crate::simd::Avx512::assume(), params, scene, ray, query)
         };
     } else if const { has(FEATURES, AVX2) } {
         // SAFETY: the caller's promise.
-        return unsafe {
-            closest_hit::<FEATURES, _>(crate::lanes::Avx2::assume(), params, scene, ray, reach)
-        };
+        return unsafe { closest_hit::<FEATURES, _>(crate::simd::Avx2::assume(), params, scene, ray, query) };
     }
     // SAFETY: the caller's promise.
-    unsafe { closest_hit::<FEATURES, _>(Portable, params, scene, ray, reach) }
+    unsafe { closest_hit::<FEATURES, _>(Portable, params, scene, ray, query) }
 }
 
 /// The closest primitive in front of `ray`, within `reach`: what the binary tree's traversal gives.
@@ -177,31 +175,34 @@ pub unsafe fn dispatch<const FEATURES: Features>(
 /// `scene.wide` and the scene's indices were proven as [`crate::buffer`] says; the target is a primitive or none.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
+pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
     l: L,
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
 ) -> (Hit, Visits) {
     let tree = scene.wide;
-    let mut best = reach.limit;
+    let mut best = query.t_max;
     let mut closest = NO_PRIMITIVE;
     if tree.root == WideChild::EMPTY {
         return (Hit { distance: best, primitive: closest }, Visits::NONE);
     }
-    let Ray { direction, departure, .. } = ray;
-    if reach.any && reach.target != NO_PRIMITIVE {
+    let Ray { direction, origin_primitive, .. } = ray;
+    if query.any_hit && query.light_primitive != NO_PRIMITIVE {
         // What is behind the target does not count, whichever of the two is met first.
         // SAFETY: the caller's promise for the target.
-        let t = unsafe { distance::<FEATURES>(params, scene, ray, &Shear::new(direction), reach.target) };
-        if is_closer(t, reach.target, best, closest) {
-            (best, closest) = (t, reach.target);
+        let t = unsafe {
+            distance::<FEATURES>(params, scene, ray, &Shear::new(direction), query.light_primitive)
+        };
+        if is_closer(t, query.light_primitive, best, closest) {
+            (best, closest) = (t, query.light_primitive);
         }
     }
     // In memory, where leaves find it: registers are for what nodes need.
-    let line = &black_box(Line::new(ray));
-    let inverse = [reciprocal(direction.x), reciprocal(direction.y), reciprocal(direction.z)];
+    let prepared = &black_box(PreparedRay::new(ray));
+    let inverse =
+        [finite_reciprocal(direction.x), finite_reciprocal(direction.y), finite_reciprocal(direction.z)];
     let negative = inverse.map(|x| x.to_bits() >> 31);
     let octant = negative[0] | negative[1] << 1 | negative[2] << 2;
     // Rows of the planes where the ray enters, and where it leaves.
@@ -209,11 +210,11 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
     let far = [3 - near[0], 5 - near[1], 7 - near[2]];
     let [ox, oy, oz] = ray.origin.to_array().map(|x| l.splat(x));
     let [in_x, in_y, in_z] = inverse.map(|x| l.splat(x));
-    let [out_x, out_y, out_z] = inverse.map(|x| l.splat(x * EXIT));
-    let mut best_exit = best * EXIT;
+    let [out_x, out_y, out_z] = inverse.map(|x| l.splat(x * EXIT_SCALE));
+    let mut best_exit = best * EXIT_SCALE;
     // Not cleared; see the binary tree's.
-    let mut entries = MaybeUninit::<[f32; ROOM]>::uninit();
-    let mut children = MaybeUninit::<[u32; ROOM]>::uninit();
+    let mut entries = MaybeUninit::<[f32; STACK_CAPACITY]>::uninit();
+    let mut children = MaybeUninit::<[u32; STACK_CAPACITY]>::uninit();
     let mut depth = 0u32;
     let mut child = tree.root;
     let mut visits = Visits::NONE;
@@ -232,21 +233,21 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
                 let exit_x = l.mul(l.sub(l.load(borrow(&node.planes, far[0])), ox), out_x);
                 let exit_y = l.mul(l.sub(l.load(borrow(&node.planes, far[1])), oy), out_y);
                 let exit_z = l.mul(l.sub(l.load(borrow(&node.planes, far[2])), oz), out_z);
-                let entry = l.larger(l.larger(entry_x, entry_y), l.larger(entry_z, l.splat(0.0)));
-                let exit = l.smaller(l.smaller(exit_x, exit_y), l.smaller(exit_z, l.splat(best_exit)));
-                let top = Top {
+                let entry = l.max(l.max(entry_x, entry_y), l.max(entry_z, l.splat(0.0)));
+                let exit = l.min(l.min(exit_x, exit_y), l.min(exit_z, l.splat(best_exit)));
+                let top = StackTop {
                     entries: eight_local(&mut entries, depth),
                     children: eight_local(&mut children, depth),
                 };
-                depth += l.push(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
+                depth += l.push_sorted(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
             }
-        } else if const { has(FEATURES, FLATS) } && child.holds(Kind::Flat) {
+        } else if const { has(FEATURES, PLANAR) } && child.holds(LeafKind::Planar) {
             let primitive = child.index();
             // SAFETY: the caller's promise.
             let t = unsafe { distance::<FEATURES>(params, scene, ray, &Shear::new(direction), primitive) };
             if is_closer(t, primitive, best, closest) {
-                (best, best_exit, closest) = (t, t * EXIT, primitive);
-                if reach.any && primitive != reach.target {
+                (best, best_exit, closest) = (t, t * EXIT_SCALE, primitive);
+                if query.any_hit && primitive != query.light_primitive {
                     break 'search;
                 }
             }
@@ -254,14 +255,15 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
             let count = child.count();
             // SAFETY: the caller's promise for each child's index.
             let (mut hits, t, primitives) = unsafe {
-                if const { has(FEATURES, TRIANGLES) } && child.holds(Kind::Triangles) {
+                if const { has(FEATURES, TRIANGLES) } && child.holds(LeafKind::Triangles) {
                     let packet = borrow(tree.triangles, child.index());
-                    let (hits, t) = triangles(l, packet, count, line, departure.primitive(), best);
+                    let (hits, t) =
+                        intersect_triangles(l, packet, count, prepared, origin_primitive.primitive(), best);
                     (hits, t, &packet.primitives)
                 } else {
                     let packet = borrow(tree.spheres, child.index());
-                    let departure = (departure.primitive(), departure.goes_inside());
-                    let (hits, t) = spheres(l, packet, count, line, departure, best);
+                    let origin_primitive = (origin_primitive.primitive(), origin_primitive.goes_inside());
+                    let (hits, t) = intersect_spheres(l, packet, count, prepared, origin_primitive, best);
                     (hits, t, &packet.primitives)
                 }
             };
@@ -273,8 +275,8 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Lanes>(
                     // SAFETY: a bit of eight.
                     let (t, primitive) = unsafe { (*borrow(&t.0, lane), *borrow(&primitives.0, lane)) };
                     if is_closer(t, primitive, best, closest) {
-                        (best, best_exit, closest) = (t, t * EXIT, primitive);
-                        if reach.any && primitive != reach.target {
+                        (best, best_exit, closest) = (t, t * EXIT_SCALE, primitive);
+                        if query.any_hit && primitive != query.light_primitive {
                             break 'search;
                         }
                     }

@@ -11,7 +11,7 @@
 
 #[cfg(target_os = "linux")]
 pub mod desktop;
-pub mod hooked;
+pub mod fault_injecting_backend;
 pub mod hosts;
 pub mod mpi;
 pub mod probe;
@@ -30,7 +30,7 @@ use trisect::scene::Scene;
 
 /// A backend that tests are instantiated for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
+pub enum BackendUnderTest {
     /// Threads.
     Cpu,
     /// wgpu with the kernels as they are.
@@ -41,7 +41,7 @@ pub enum Subject {
     Cuda,
 }
 
-impl Subject {
+impl BackendUnderTest {
     /// Its name in `REQUIRE_BACKENDS`.
     pub fn name(self) -> &'static str {
         match self {
@@ -106,13 +106,13 @@ macro_rules! for_each_backend {
     ($($test:ident),* $(,)?) => {$(
         mod $test {
             #[test]
-            fn cpu() { super::$test($crate::Subject::Cpu); }
+            fn cpu() { super::$test($crate::BackendUnderTest::Cpu); }
             #[test]
-            fn wgpu() { super::$test($crate::Subject::Wgpu); }
+            fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
             #[test]
-            fn wgpu_naga() { super::$test($crate::Subject::WgpuNaga); }
+            fn wgpu_naga() { super::$test($crate::BackendUnderTest::WgpuNaga); }
             #[test]
-            fn cuda() { super::$test($crate::Subject::Cuda); }
+            fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
         }
     )*};
 }

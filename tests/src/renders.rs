@@ -1,10 +1,10 @@
 //! Rendering and comparing films.
 
-use crate::Subject;
+use crate::BackendUnderTest;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::film::{Film, PixelTotals};
-use trisect::render::{Keeper, Renderer, Settings};
+use trisect::render::{FilmObserver, Renderer, Settings};
 use trisect::scene::Scene;
 
 /// A renderer on the CPU.
@@ -13,7 +13,7 @@ use trisect::scene::Scene;
 ///
 /// If the scene cannot be rendered.
 pub fn cpu(scene: &Scene) -> Renderer {
-    match Subject::Cpu.renderer(scene) {
+    match BackendUnderTest::Cpu.renderer(scene) {
         Some(renderer) => renderer,
         None => panic!("the CPU is always there"),
     }
@@ -43,7 +43,7 @@ pub fn lit(scene: &Scene, factor: f32) -> Scene {
     let mut scene = scene.clone();
     for material in &mut scene.materials {
         material.emission *= factor;
-        material.light_density *= factor;
+        material.light_pdf *= factor;
     }
     scene.lights.iter_mut().for_each(|light| light.intensity *= factor);
     scene.sky.bottom *= factor;
@@ -97,21 +97,21 @@ pub fn scene_files() -> Vec<PathBuf> {
 }
 
 /// Ends a render after so many parts.
-pub struct After(AtomicU32);
+pub struct StopAfterParts(AtomicU32);
 
-impl After {
+impl StopAfterParts {
     /// Of them.
     pub fn new(parts: u32) -> Self {
         Self(AtomicU32::new(parts))
     }
 }
 
-impl Keeper for After {
-    fn goes_on(&self) -> bool {
+impl FilmObserver for StopAfterParts {
+    fn should_continue(&self) -> bool {
         self.0.load(Ordering::Relaxed) > 0
     }
 
-    fn added(&self, film: &Film) {
+    fn part_added(&self, film: &Film) {
         assert!(!film.coverage.parts().is_empty());
         let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
     }

@@ -7,7 +7,7 @@
 //! Five fields, " | " between them; no field holds a '|'. `cargo test --release -p trisect-tests --test torture -- --nocapture 2>&1 |
 //! grep -o 'TORTURE.*'` shows them all.
 
-use crate::Subject;
+use crate::BackendUnderTest;
 use std::sync::OnceLock;
 use trisect::backend::{Device, DeviceKind, cpu, cuda, wgpu};
 
@@ -23,23 +23,23 @@ pub enum Outcome {
 }
 
 /// The device that tests of a backend run on, looked for once: a driver may tire of being asked.
-fn device(subject: Subject) -> Option<&'static Device> {
+fn device(subject: BackendUnderTest) -> Option<&'static Device> {
     static DEVICES: [OnceLock<Option<Device>>; 3] = [const { OnceLock::new() }; 3];
     let (slot, find): (usize, fn() -> Option<Device>) = match subject {
-        Subject::Cpu => (0, || Some(cpu::describe(1))),
-        Subject::Wgpu | Subject::WgpuNaga => (1, || {
+        BackendUnderTest::Cpu => (0, || Some(cpu::describe(1))),
+        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => (1, || {
             let devices = wgpu::devices().ok()?;
             let named = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok());
             let hardware = || devices.iter().position(|device| device.kind == DeviceKind::Gpu);
             let index = named.or_else(hardware).unwrap_or(0);
             devices.into_iter().nth(index)
         }),
-        Subject::Cuda => (2, || cuda::devices().ok()?.into_iter().next()),
+        BackendUnderTest::Cuda => (2, || cuda::devices().ok()?.into_iter().next()),
     };
     DEVICES[slot].get_or_init(find).as_ref()
 }
 
-impl Subject {
+impl BackendUnderTest {
     /// Its name in reports, where both routes of wgpu show.
     pub fn label(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl Subject {
 }
 
 /// The line.
-pub fn line(number: u32, subject: Subject, device: &str, outcome: Outcome, figure: &str) -> String {
+pub fn line(number: u32, subject: BackendUnderTest, device: &str, outcome: Outcome, figure: &str) -> String {
     let outcome = match outcome {
         Outcome::Passed => "passed",
         Outcome::Bounded => "bounded",
@@ -70,7 +70,7 @@ pub fn line(number: u32, subject: Subject, device: &str, outcome: Outcome, figur
 }
 
 /// Prints the line of torture test `number` on standard error; `figure` says in words what was measured.
-pub fn report(number: u32, subject: Subject, outcome: Outcome, figure: impl AsRef<str>) {
+pub fn report(number: u32, subject: BackendUnderTest, outcome: Outcome, figure: impl AsRef<str>) {
     let device = device(subject).map_or("none here", |device| device.name.trim());
     eprintln!("{}", line(number, subject, device, outcome, figure.as_ref()));
 }
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn a_line_has_five_fields() {
-        let line = line(2, Subject::WgpuNaga, "device", Outcome::Bounded, "a | b");
+        let line = line(2, BackendUnderTest::WgpuNaga, "device", Outcome::Bounded, "a | b");
         assert_eq!(line, "TORTURE 02 | wgpu-naga | device | bounded | a / b");
     }
 }

@@ -8,7 +8,7 @@ use trisect_probes::record::{Input, Output, row4};
 use trisect_probes::scatter::SAMPLE;
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Reflectance and cos² of refraction by Fresnel's equations in f64.
 fn exactly(cos: f64, eta: f64) -> (f64, f64) {
@@ -52,7 +52,7 @@ fn questions() -> Vec<Input> {
 
 /// Reflectance is 0.5 (p² + s²), each a quotient of sums of two: at most 8 roundings of 2⁻²⁴, 5e-7, plus 2 quotients of 2.5 ULP on Vulkan: 1e-6
 /// holds there, too. Near the critical angle the square root turns an error e of cos² into sqrt(e).
-fn t15_fresnel(subject: Subject) {
+fn t15_fresnel(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let questions = questions();
     let (away, near) = errors(&questions, &prober.ask("probe_fresnel", DIELECTRIC, &questions));
@@ -69,7 +69,7 @@ fn t15_fresnel(subject: Subject) {
 }
 
 /// Steps of an ulp around the cosine of the critical angle, from inside: what f64 decides outside of 2 ulp, and a unit direction always.
-fn t16_critical_angle(subject: Subject) {
+fn t16_critical_angle(subject: BackendUnderTest) {
     let indices = [1.0001f32, 1.1, 1.33, 1.5, 2.4, 4.0];
     let setups = indices.map(|ior| materials::glass(ior, false));
     let Some(mut prober) = with_materials(subject, &setups) else { return };

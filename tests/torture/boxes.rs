@@ -7,11 +7,11 @@ use glam::{DVec3, Vec3, Vec4};
 use trisect::bvh::{Bvh, BvhQuality};
 use trisect::scene::Scene;
 use trisect_shared::bvh::{BvhNode, Child};
-use trisect_shared::flat::{DISC, Flat};
 use trisect_shared::math::{basis, unit_sphere};
+use trisect_shared::planar::{DISC, Planar};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
-use trisect_tests::Subject;
+use trisect_tests::BackendUnderTest;
 use trisect_tests::report::{Outcome, report};
 
 /// Sizes of 10⁻²⁰ to 10²⁰ at places as far, the shapes beyond what a scene file may hold included. (Vertices reach 10¹² only: a
@@ -38,8 +38,8 @@ fn extremes(count: u32) -> Scene {
             }
             kind => {
                 let kind = if kind == 1 { DISC } else { 0 };
-                let zero: Flat = bytemuck::Zeroable::zeroed();
-                scene.flats.push(Flat { origin: place, normal: axis, kind, edge_u, edge_v, ..zero });
+                let zero: Planar = bytemuck::Zeroable::zeroed();
+                scene.flats.push(Planar { origin: place, normal: axis, kind, edge_u, edge_v, ..zero });
             }
         }
     }
@@ -125,7 +125,7 @@ fn t41_containment() {
     }
     report(
         41,
-        Subject::Cpu,
+        BackendUnderTest::Cpu,
         Outcome::Passed,
         format!(
             "binary BVH, made by the host: {boxes} boxes, extents 1e-20 to 1e20, hold what is below them; at least {narrowest:.2} eps of room"

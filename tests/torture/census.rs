@@ -8,7 +8,7 @@ use trisect_shared::rng::{Words, pcg4d};
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Inputs of each operation.
 const COUNT: u32 = 1 << 20;
@@ -150,7 +150,7 @@ fn inputs() -> (Vec<[f32; 3]>, Vec<Input>) {
     (values, rows)
 }
 
-fn line(subject: Subject, name: &str, text: &str) {
+fn line(subject: BackendUnderTest, name: &str, text: &str) {
     eprintln!("CENSUS | {} | {name} | {text}", subject.label());
 }
 
@@ -162,9 +162,9 @@ fn summary(tally: &Tally) -> String {
 /// Vulkan's rules: sums and products of normal numbers are correctly rounded ("shall be correctly rounded" with either
 /// direction unless declared; every driver at hand rounds to nearest), quotients within 2.5 ULP where the divisor is in [2⁻¹²⁶, 2¹²⁶];
 /// denormals may be flushed, infinities and NaN may be anything. CPU and PTX: IEEE 754.
-fn t18_census(subject: Subject) {
+fn t18_census(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
-    let ieee = matches!(subject, Subject::Cpu | Subject::Cuda);
+    let ieee = matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda);
     let (values, questions) = inputs();
     let mut all_exact = true;
     let mut worst = ("", 0.0f64);
@@ -188,7 +188,8 @@ fn t18_census(subject: Subject) {
         );
         let exact = [classes.normal, classes.denormal, classes.infinite].iter().all(Tally::is_exact);
         // naga writes no `NoContraction`: what a driver then makes of these two is not bounded.
-        let open = matches!(row.operation, MULTIPLY_ADD | ADD_SUBTRACT) && subject == Subject::WgpuNaga;
+        let open =
+            matches!(row.operation, MULTIPLY_ADD | ADD_SUBTRACT) && subject == BackendUnderTest::WgpuNaga;
         if ieee {
             assert!(exact, "{}: {classes:?}", row.name);
         } else if !open {
@@ -214,9 +215,9 @@ fn t18_census(subject: Subject) {
 }
 
 /// Integers, comparisons, minimum and maximum: exact everywhere for numbers; the crate's own functions within their stated bounds.
-fn t18_functions(subject: Subject) {
+fn t18_functions(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
-    let ieee = matches!(subject, Subject::Cpu | Subject::Cuda);
+    let ieee = matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda);
     let words = |f: &dyn Fn(u32) -> UVec4| -> Vec<Input> {
         (0..COUNT).map(|i| Input { a: f(i), ..Input::default() }).collect()
     };
@@ -276,7 +277,7 @@ fn t18_functions(subject: Subject) {
             let right = if operation == COMPARE { output.b.x == bits } else { got == want };
             if !right
                 && (is_denormal(x) || is_denormal(y))
-                && !matches!(subject, Subject::Cpu | Subject::Cuda)
+                && !matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda)
             {
                 denormals_compared = false;
                 continue;
@@ -329,7 +330,7 @@ fn t18_functions(subject: Subject) {
     line(subject, "cos, sin of random bits", &format!("{worst:.2e} absolute"));
     assert!(worst < 2e-7, "{worst}");
     let turns = words(&|i| UVec4::splat((pattern(i, 6) % 1e6).to_bits()).min(UVec4::splat(0x4900_0000)));
-    let circle = ask("probe_functions", functions::CIRCLE, &turns);
+    let circle = ask("probe_functions", functions::COS_SIN_TURNS, &turns);
     let worst = greatest(&circle, &turns, &|row| turned(f64::from(f32::from_bits(row.x)).rem_euclid(1.0)));
     line(subject, "cos, sin of turns", &format!("{worst:.2e} absolute"));
     assert!(worst < 3e-7, "{worst}");
@@ -340,7 +341,7 @@ fn t18_functions(subject: Subject) {
         ieee || y.max(x) >= 1e-30
     };
     let vectors: Vec<Input> = vectors.into_iter().filter(is_seen).collect();
-    let outputs = ask("probe_functions", functions::TURNS, &vectors);
+    let outputs = ask("probe_functions", functions::ATAN2_TURNS, &vectors);
     let worst = greatest(&outputs, &vectors, &|row| {
         let [y, x] = [row.x, row.y].map(|bits| f64::from(f32::from_bits(bits)));
         [y.atan2(x) / std::f64::consts::TAU, 0.0]

@@ -6,7 +6,7 @@ use trisect::scene::description::{Alpha, Description, Instance, Material, Mesh, 
 use trisect_probes::record::{Input, Output, row};
 use trisect_shared::math::unit_f32;
 use trisect_shared::rng::{PathKey, Words};
-use trisect_tests::Subject;
+use trisect_tests::BackendUnderTest;
 
 /// Machine epsilon, 2⁻²³: the greatest relative distance between neighbours.
 pub const EPSILON: f64 = f32::EPSILON as f64;
@@ -83,6 +83,6 @@ pub fn first(output: &Output) -> f32 {
 /// Whether division and square root are correctly rounded, and no operation contracted: IEEE 754 on the CPU, `.rn` without `fma` in
 /// PTX. On Vulkan a division may be off by 2.5 ULP and a square root by 1 / InverseSqrt's (Vulkan specification, "Precision of Core
 /// SPIR-V Instructions"), and what naga writes may be contracted.
-pub fn rounds_correctly(subject: Subject) -> bool {
-    matches!(subject, Subject::Cpu | Subject::Cuda)
+pub fn rounds_correctly(subject: BackendUnderTest) -> bool {
+    matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda)
 }

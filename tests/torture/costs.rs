@@ -20,15 +20,15 @@ use trisect::backend::cpu::InstructionSet;
 use trisect::bvh::Wide;
 use trisect_probes::record::{Input, vector};
 use trisect_probes::visits::{CLOSEST, SHADOW};
-use trisect_shared::bvh::{Child, Hit, NO_PRIMITIVE, Reach, Visits};
-use trisect_shared::features::{AVX2, AVX512, COUNTED, FLATS, Features, TRIANGLES, WIDE};
+use trisect_shared::bvh::{Child, Hit, NO_PRIMITIVE, RayQuery, Visits};
+use trisect_shared::features::{AVX2, AVX512, COUNTED, Features, PLANAR, TRIANGLES, WIDE};
 use trisect_shared::math::{unit_circle, unit_f32};
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::traversal::{closest_hit_counted, distance};
 use trisect_shared::triangle::Shear;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Rays of one kind, and what the probe is asked.
 struct Family {
@@ -126,14 +126,14 @@ fn tilted(rays: &[Input]) -> Vec<Input> {
 
 /// Visits of the wide tree by the best instructions that this processor has.
 fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) -> Vec<Visits> {
-    const ALL: Features = FLATS | TRIANGLES | COUNTED | WIDE;
+    const ALL: Features = PLANAR | TRIANGLES | COUNTED | WIDE;
     let mut records = probe.records();
     records.wide = wide.tree();
     let (params, set) = (probe.params(), InstructionSet::best());
-    let reach = Reach { any: operation == SHADOW, ..Reach::CLOSEST };
+    let reach = RayQuery { any_hit: operation == SHADOW, ..RayQuery::CLOSEST };
     let visits = |input: &Input| -> (Hit, Visits) {
         let (origin, direction) = (vector(input.a), vector(input.b));
-        let ray = Ray { origin, direction, departure: Departure::NONE };
+        let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
         // SAFETY: the trees were proven; the processor was asked.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         unsafe {
@@ -160,7 +160,7 @@ fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
     let (records, params) = (probe.records(), probe.params());
     let tests = |input: &Input| {
         let (origin, direction) = (vector(input.a), vector(input.b));
-        let ray = Ray { origin, direction, departure: Departure::NONE };
+        let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
         let shear = Shear::new(direction);
         let number = |v: Vec3| Vec3A::from(v).to_array().into();
         let mut tests = 0u32;
@@ -170,7 +170,7 @@ fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
             // SAFETY: a primitive of the scene.
             #[allow(unsafe_code, reason = "kernels read without bounds checks")]
             unsafe {
-                distance::<{ FLATS | TRIANGLES }>(&params, records, ray, &shear, primitive)
+                distance::<{ PLANAR | TRIANGLES }>(&params, records, ray, &shear, primitive)
             }
         };
         let theirs = ObvhsRay::new(number(origin), number(direction), 0.0, f32::MAX);
@@ -182,7 +182,7 @@ fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
 
 /// The boxes of the primitives by their numbers.
 fn boxes(probe: &ProbeScene) -> Vec<Aabb> {
-    let mut boxes = vec![Aabb::default(); probe.params().primitives as usize];
+    let mut boxes = vec![Aabb::default(); probe.params().primitive_count as usize];
     for node in &probe.bvh.nodes {
         for (child, (low, high)) in [node.first, node.second].into_iter().zip(node.boxes()) {
             if Child(child).is_leaf() {
@@ -201,7 +201,7 @@ fn probe_visits(prober: &mut Prober, operation: u32, rays: &[Input]) -> Vec<Visi
 
 /// One line of the table.
 fn tell(
-    subject: Subject,
+    subject: BackendUnderTest,
     traversal: &str,
     scene: &str,
     family: &str,
@@ -232,7 +232,7 @@ fn without_two_axes(probe: &ProbeScene) -> ProbeScene {
     broken
 }
 
-fn t44_costs(subject: Subject) {
+fn t44_costs(subject: BackendUnderTest) {
     // The scenes with their trees are made once for all backends.
     static SCENES: OnceLock<Vec<(CostScene, ProbeScene)>> = OnceLock::new();
     let with_tree = |scene: CostScene| {
@@ -244,7 +244,7 @@ fn t44_costs(subject: Subject) {
     let mut compared = 0;
     for (scene, probe) in scenes {
         let Some(mut prober) = Prober::with_scene(subject, probe) else { return };
-        let on_cpu = subject == Subject::Cpu;
+        let on_cpu = subject == BackendUnderTest::Cpu;
         let obvhs = (on_cpu && !scene.is_coincident).then(|| obvhs_tree(probe));
         let wide = on_cpu.then(|| Wide::new(&scene.scene, &probe.bvh).expect("a proven tree")).flatten();
         let count = if scene.is_costly { 48 } else { 768 } / if subject.is_software() { 4 } else { 1 };
@@ -301,7 +301,7 @@ for_each_backend!(t44_costs);
 #[test]
 fn no_visits_without_a_scene() {
     let probe = ProbeScene::new(&crate::construct::scene(Vec::new(), &[]));
-    let mut prober = Prober::with_scene(Subject::Cpu, &probe).expect("the CPU");
+    let mut prober = Prober::with_scene(BackendUnderTest::Cpu, &probe).expect("the CPU");
     let answer = prober.ask("probe_visits", CLOSEST, &[ray(Vec3::ZERO, Vec3::X)])[0];
     assert_eq!((answer.a.x, answer.a.y, answer.a.z), (0, 0, NO_PRIMITIVE));
 }

@@ -1,21 +1,22 @@
 //! The denoiser: what it must leave as it is, what it must not spread, and where it helps (37 to 40).
 
 use glam::Vec3;
-use trisect::denoise::{Denoise, Filter};
-use trisect::film::{Film, Part};
+use trisect::denoise::{DenoiseSettings, Filter};
+use trisect::film::{Film, SampleBlock};
 use trisect::image::Image;
 use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
+use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::cpu;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// Both filters.
-const FILTERS: [Denoise; 2] = [Denoise::new(Filter::Atrous), Denoise::new(Filter::Svgf)];
+const FILTERS: [DenoiseSettings; 2] =
+    [DenoiseSettings::new(Filter::Atrous), DenoiseSettings::new(Filter::Svgf)];
 
 /// An image of one sample a pixel of a plane that faces the camera, 5 units away, of this albedo.
 struct Wall {
@@ -49,23 +50,23 @@ impl Wall {
         let guides = |pixel: u32| {
             let (x, y) = (pixel % self.width, pixel / self.width);
             let target = camera.corner + camera.step_x * (x as f32 + 0.5) + camera.step_y * (y as f32 + 0.5);
-            Guides {
+            AovSums {
                 normal: -axis,
                 hits: 1,
                 albedo: self.albedo,
                 primitive: NO_PRIMITIVE,
                 position: camera.origin + target * (5.0 / target.dot(axis)),
-                ..Guides::ZERO
+                ..AovSums::ZERO
             }
         };
-        let mut film = Film::with_guides(self.width, self.height);
-        let part = Part { rows: 0..self.height, samples: 0..1 };
+        let mut film = Film::with_aovs(self.width, self.height);
+        let part = SampleBlock { rows: 0..self.height, samples: 0..1 };
         film.merge(&part, &self.radiance.iter().map(sums).collect::<Vec<_>>()).unwrap();
-        film.merge_guides(&part, &(0..self.width * self.height).map(guides).collect::<Vec<_>>()).unwrap();
+        film.merge_aovs(&part, &(0..self.width * self.height).map(guides).collect::<Vec<_>>()).unwrap();
         film
     }
 
-    fn denoised(&self, renderer: &mut Renderer, denoise: &Denoise) -> Image {
+    fn denoised(&self, renderer: &mut Renderer, denoise: &DenoiseSettings) -> Image {
         let settings = self.settings();
         let film = self.film(renderer, &settings);
         let image = renderer.denoise(&film, &settings, denoise).unwrap().0;
@@ -75,7 +76,7 @@ impl Wall {
 }
 
 /// One for a whole test: a driver may tire of opening its device.
-fn open(subject: Subject) -> Option<Renderer> {
+fn open(subject: BackendUnderTest) -> Option<Renderer> {
     subject.renderer(&scene("three_spheres.ron"))
 }
 
@@ -86,7 +87,7 @@ fn noise(pixel: u32) -> Vec3 {
 }
 
 /// A constant image comes out with the bits of its one-pixel self, whatever its size.
-fn t37_constant_image(subject: Subject) {
+fn t37_constant_image(subject: BackendUnderTest) {
     let light = |_| Vec3::new(0.7, 0.1, 3.3);
     let Some(renderer) = &mut open(subject) else { return };
     let sizes = [(1, 1), (1, 9), (9, 1), (2, 2), (3, 3), (5, 4), (33, 17)];
@@ -137,18 +138,19 @@ fn blurred(wall: &Wall, levels: u32) -> Vec<[f64; 3]> {
 }
 
 /// Stops at 0 leave the image as it is, infinite ones leave the B3 spline alone.
-fn t38_stops(subject: Subject) {
+fn t38_stops(subject: BackendUnderTest) {
     let Some(renderer) = &mut open(subject) else { return };
     let wall = Wall::new(41, 29, noise);
     let mut worst = 0.0f64;
     for denoise in FILTERS {
-        let shut = Denoise { color: 0.0, normal: 0.0, depth: 0.0, ..denoise };
+        let shut = DenoiseSettings { color: 0.0, normal: 0.0, depth: 0.0, ..denoise };
         let same = wall.denoised(renderer, &shut);
         let off = |(a, b): (&[f32; 3], &Vec3)| (Vec3::from(*a) - *b).abs().max_element();
         let change = same.pixels.iter().zip(&wall.radiance).map(off).fold(0.0, f32::max);
         assert!(change <= 4.0 * f32::EPSILON, "{denoise:?}: sigma 0 changes by {change}");
 
-        let open = Denoise { color: f32::INFINITY, normal: f32::INFINITY, depth: f32::INFINITY, ..denoise };
+        let open =
+            DenoiseSettings { color: f32::INFINITY, normal: f32::INFINITY, depth: f32::INFINITY, ..denoise };
         let open = wall.denoised(renderer, &open);
         let want = blurred(&wall, denoise.levels);
         for (got, want) in open.pixels.iter().zip(&want) {
@@ -166,7 +168,7 @@ fn t38_stops(subject: Subject) {
 }
 
 /// A pixel without a number, one of 1e30, and a black albedo stay what they are or vanish.
-fn t39_what_is_no_light(subject: Subject) {
+fn t39_what_is_no_light(subject: BackendUnderTest) {
     const AT: u32 = 20 * 41 + 17;
     let Some(renderer) = &mut open(subject) else { return };
     let distant = |pixel: u32| {
@@ -216,7 +218,7 @@ fn view(image: &Image) -> ImageView<'_> {
 }
 
 /// The denoised image is nearer to the reference at few samples; from how many on it is not.
-fn t40_error_by_samples(subject: Subject) {
+fn t40_error_by_samples(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let size = Settings { width: 64, height: 64, samples: 1, seed: 5, guides: true, ..scene.settings() };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -250,7 +252,7 @@ fn t40_error_by_samples(subject: Subject) {
     }
     let settings = Settings { samples: 1, ..size };
     let film = renderer.render(&settings, &mut ()).unwrap().film;
-    let shut = Denoise { color: 0.0, ..FILTERS[0] };
+    let shut = DenoiseSettings { color: 0.0, ..FILTERS[0] };
     let image = renderer.denoise(&film, &settings, &shut).unwrap().0;
     let gain = error(&film.image()) / error(&image);
     assert!((gain - 1.0).abs() < 1e-3, "a filter that is shut gains {gain}");

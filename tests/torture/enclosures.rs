@@ -7,7 +7,7 @@ use trisect_shared::math::luminance;
 use trisect_tests::renders::{film, lit};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Known;
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// The unit sphere around a camera at `from`, which looks along -z; its wall reflects `albedo` and emits `emission` on both sides.
 fn enclosure(albedo: f32, emission: f32, from: &str) -> Scene {
@@ -22,7 +22,7 @@ fn enclosure(albedo: f32, emission: f32, from: &str) -> Scene {
     wall.albedo = glam::Vec3::splat(albedo);
     wall.emission = glam::Vec3::splat(emission);
     wall.flags |= EMITS_BOTH_SIDES;
-    wall.light_density = 2.0 * luminance(wall.emission);
+    wall.light_pdf = 2.0 * luminance(wall.emission);
     scene
 }
 
@@ -32,7 +32,7 @@ fn radiance(albedo: f64, emission: f64, depth: u32) -> f64 {
 }
 
 /// 1 - 0.5^D for D vertices that reflect and emit 0.5, with and without light sampling.
-fn t02_closed_emissive_sphere(subject: Subject) {
+fn t02_closed_emissive_sphere(subject: BackendUnderTest) {
     let scene = enclosure(0.5, 0.5, "(0.3, 0.2, 0.1)");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let samples = if subject.is_software() { 4 } else { 256 };
@@ -64,7 +64,7 @@ fn t02_closed_emissive_sphere(subject: Subject) {
 }
 
 /// Reflectances of 0.99 and 1: what a depth of D misses is rho^D of the whole, and nothing else is wrong.
-fn t36_enclosures(subject: Subject) {
+fn t36_enclosures(subject: BackendUnderTest) {
     let mut worst = 0.0f64;
     for (albedo, emission, depths) in [
         (0.99f32, 0.01f32, [1, 10, 100, 1000]),
@@ -115,7 +115,7 @@ fn from_within((from, to, fov): (&str, &str, u32), materials: &str, objects: &st
 }
 
 /// A camera in glass, in a light, on surfaces: finite, and the known constant.
-fn t32_camera_within(subject: Subject) {
+fn t32_camera_within(subject: BackendUnderTest) {
     let glass = r#""a": Dielectric(ior: 1.5)"#;
     let white = r#""a": Lambertian(albedo: (1, 1, 1))"#;
     let light = r#""a": Emissive(radiance: (3, 3, 3), two_sided: true)"#;

@@ -12,7 +12,7 @@ use trisect_shared::math::unit_sphere;
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::{cpu, differing, film, scene_files};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// What precise PTX must not hold: contraction, approximations, flushed denormals, functions that no driver has. But for the two
 /// instructions of box tests, which decide no result.
@@ -34,7 +34,7 @@ fn t17_ptx() {
     assert!(forbidden(trisect_kernels::PTX_FAST).is_some(), "an audit that finds nothing");
     report(
         17,
-        Subject::Cuda,
+        BackendUnderTest::Cuda,
         Outcome::Passed,
         "no fma, approximation, flushing or external function but in box tests",
     );
@@ -73,12 +73,17 @@ fn t17_spirv() {
     words[decoration + 2] = 0;
     assert_eq!(contractible(bytemuck::cast_slice(&words)).1, 1, "an audit that finds nothing");
     let all: usize = kernels.iter().map(|module| contractible(module).0).sum();
-    report(17, Subject::Wgpu, Outcome::Passed, format!("{all} arithmetic instructions, all NoContraction"));
+    report(
+        17,
+        BackendUnderTest::Wgpu,
+        Outcome::Passed,
+        format!("{all} arithmetic instructions, all NoContraction"),
+    );
 }
 
 /// Every scene: first hits (primitive, distance, normal) and the radiance of one sample, bit by bit. CUDA must have the CPU's;
 /// Vulkan's division may be off by 2.5 ULP, so its bits are counted, and its primitives may differ in 0.01 %.
-fn t19_t20_bits(subject: Subject) {
+fn t19_t20_bits(subject: BackendUnderTest) {
     let (mut rays, mut ids, mut hits, mut pixels, mut radiance) = (0, 0, 0, 0, 0);
     for path in scene_files() {
         let scene = Scene::load(&path).unwrap();
@@ -94,7 +99,7 @@ fn t19_t20_bits(subject: Subject) {
         pixels += few.pixels() as usize;
         radiance += differing(&film(&mut renderer, &few), &film(&mut cpu, &few));
     }
-    if subject == Subject::Cpu {
+    if subject == BackendUnderTest::Cpu {
         // The twin: another sample's rays.
         let scene = trisect_tests::scene("cornell_box.ron");
         let mut cpu = cpu(&scene);
@@ -107,7 +112,7 @@ fn t19_t20_bits(subject: Subject) {
     let text = format!(
         "{hits} of {rays} first hits and {radiance} of {pixels} pixels of one sample differ in a bit"
     );
-    if subject == Subject::Cuda {
+    if subject == BackendUnderTest::Cuda {
         assert!(same, "{text}");
     }
     report(19, subject, outcome, text);
@@ -116,7 +121,7 @@ fn t19_t20_bits(subject: Subject) {
 }
 
 /// The parts of a path one by one, bit by bit: what differs names itself.
-fn t19_functions(subject: Subject) {
+fn t19_functions(subject: BackendUnderTest) {
     let setups = [
         materials::lambertian(),
         materials::metal(0.5),
@@ -130,7 +135,7 @@ fn t19_functions(subject: Subject) {
         materials::mix(0.2, 0.4, 0.6),
     ];
     let (Some(mut device), Some(mut cpu)) =
-        (with_materials(subject, &setups), with_materials(Subject::Cpu, &setups))
+        (with_materials(subject, &setups), with_materials(BackendUnderTest::Cpu, &setups))
     else {
         return;
     };
@@ -138,7 +143,7 @@ fn t19_functions(subject: Subject) {
     for (index, setup) in setups.iter().enumerate() {
         let mut questions = Vec::new();
         for i in 0..4096u32 {
-            let seen = setup.seen(((i % 64) as f32 + 0.5) / 64.0);
+            let seen = setup.view(((i % 64) as f32 + 0.5) / 64.0);
             let w = PathKey { seed: 19, pixel: i, sample: 0 }.words(0);
             let words = UVec4::new(w.x, w.y, w.z, w.w);
             questions.push(question(index, seen.viewer, seen.normal, setup.front, words));

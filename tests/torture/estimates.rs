@@ -6,7 +6,7 @@ use trisect::scene::Scene;
 use trisect_tests::renders::{film, lit};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known, ZTest};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// A sphere of index `ior` against a gradient; the window that it fills is inscribed in it.
 fn window(ior: f64, sky: &str, object: bool) -> Scene {
@@ -21,7 +21,7 @@ fn window(ior: f64, sky: &str, object: bool) -> Scene {
 
 /// A sphere whose index is that of its surroundings cannot be seen with Fresnel's equations. Schlick's approximation reflects a mean
 /// of 1/21 of what comes from a hemisphere, whatever the index: a flaw of the approximation, which a scene asks for by name.
-fn t14_index_matched_sphere(subject: Subject) {
+fn t14_index_matched_sphere(subject: BackendUnderTest) {
     let gradient = "Gradient(bottom: (1, 0.9, 0.2), top: (0.1, 0.3, 1))";
     // Of 14 degrees, more than the sphere's 11.5: its rim is in the picture.
     let seen = |ior, object| -> Option<Film> {
@@ -70,7 +70,7 @@ fn t14_index_matched_sphere(subject: Subject) {
 
 /// Roulette changes the noise, not the mean: Welch's test for each pixel and for the whole. A clamp changes the mean, most where few samples bring most of the
 /// light: the same test flags it.
-fn t35_roulette_keeps_the_mean(subject: Subject) {
+fn t35_roulette_keeps_the_mean(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let (width, height, samples) = if subject.is_software() { (16, 9, 192) } else { (32, 18, 2048) };
@@ -99,7 +99,7 @@ fn t35_roulette_keeps_the_mean(subject: Subject) {
 }
 
 /// How many sigma two renders of a box whose lamp is found by chance are apart: by different seeds, and where one has a clamp.
-fn fireflies(subject: Subject) -> (f64, f64) {
+fn fireflies(subject: BackendUnderTest) -> (f64, f64) {
     let scene = scene("cornell_box.ron");
     let mut renderer = subject.renderer(&scene).expect("it was there a moment ago");
     let samples = if subject.is_software() { 128 } else { 1024 };
@@ -137,7 +137,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 /// The error of an unbiased estimate falls with the square root of the samples. 256 pixels of one mean are 256 estimates: the log2 of
 /// each root mean square is known within 0.064, the slope over 2^4 to 2^12 within 0.008; over 2^4 to 2^9, a software adapter's
 /// range, within 0.015.
-fn t43_convergence_slope(subject: Subject) {
+fn t43_convergence_slope(subject: BackendUnderTest) {
     let (scene, want) = irradiance();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let last = if subject.is_software() { 9 } else { 12 };

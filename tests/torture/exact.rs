@@ -1,7 +1,7 @@
 //! Where a ray meets a primitive, by double precision, and by how much it does.
 
 use glam::{DVec3, Vec3};
-use trisect_shared::flat::{DISC, Flat};
+use trisect_shared::planar::{DISC, Planar};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
 
@@ -35,7 +35,7 @@ fn beside(from: DVec3, edge: DVec3, direction: DVec3) -> f64 {
 }
 
 /// A parallelogram or disc.
-pub fn flat(flat: &Flat, origin: Vec3, direction: Vec3) -> Meeting {
+pub fn flat(flat: &Planar, origin: Vec3, direction: Vec3) -> Meeting {
     let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
     let (corner, u, v) = (flat.origin.as_dvec3() - o, flat.edge_u.as_dvec3(), flat.edge_v.as_dvec3());
     let cross = u.cross(v);
@@ -80,10 +80,10 @@ fn margins() {
     let m = sphere(&s, Vec3::new(0.0, 0.75, 4.0), Vec3::NEG_Z);
     assert!((m.distance - (4.0 - 0.4375f64.sqrt())).abs() < 1e-12 && m.margin == 0.25, "{m:?}");
     let (edge_u, edge_v) = (Vec3::X, Vec3::Y * 2.0);
-    let q = Flat { edge_u, edge_v, ..Flat::zeroed() };
+    let q = Planar { edge_u, edge_v, ..Planar::zeroed() };
     let m = flat(&q, Vec3::new(0.75, 1.0, 4.0), Vec3::NEG_Z);
     assert_eq!((m.distance, m.margin), (4.0, 0.25));
-    let m = flat(&Flat { kind: DISC, ..q }, Vec3::new(1.25, 0.0, 4.0), Vec3::NEG_Z);
+    let m = flat(&Planar { kind: DISC, ..q }, Vec3::new(1.25, 0.0, 4.0), Vec3::NEG_Z);
     assert_eq!((m.distance, m.margin), (f64::INFINITY, 0.25));
     let t = Triangle { a: Vec3::ZERO, material: 0, b: edge_u, instance: 0, c: edge_v, pad1: 0 };
     let m = triangle(&t, Vec3::new(0.125, 0.5, -4.0), Vec3::Z);

@@ -3,13 +3,13 @@
 use std::ops::Range;
 use trisect::Error;
 use trisect::film::{Film, FilmError, PixelTotals};
-use trisect::render::{Part, Renderer, Settings, SettingsError};
+use trisect::render::{Renderer, SampleBlock, Settings, SettingsError};
 use trisect::scene::Scene;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::film;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// Three chunks, the last one not full.
 const SAMPLES: u32 = 2 * CHUNK_SAMPLES + 44;
@@ -22,7 +22,7 @@ fn hello() -> (Scene, Settings) {
 }
 
 fn render(renderer: &mut Renderer, settings: &Settings, rows: Range<u32>, samples: Range<u32>) -> Film {
-    renderer.render_part(settings, &Part { rows, samples }, &mut ()).unwrap().film
+    renderer.render_part(settings, &SampleBlock { rows, samples }, &mut ()).unwrap().film
 }
 
 /// The sum of `films`, two at a time as `seed` draws them: any order and any tree.
@@ -40,7 +40,7 @@ fn sum(films: &[Film], seed: u32) -> Result<Film, FilmError> {
 }
 
 /// Rows over 1, 2, 3, 7 and one more parts than rows; tiles of rows and chunks in any order, added up in any grouping.
-fn t06_parts_chunks_and_groupings(subject: Subject) {
+fn t06_parts_chunks_and_groupings(subject: BackendUnderTest) {
     let (scene, settings) = hello();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let whole = film(&mut renderer, &settings);
@@ -51,7 +51,7 @@ fn t06_parts_chunks_and_groupings(subject: Subject) {
         for part in 0..parts {
             let rows = height * part / parts..height * (part + 1) / parts;
             if rows.is_empty() {
-                let part = Part { rows, samples: 0..SAMPLES };
+                let part = SampleBlock { rows, samples: 0..SAMPLES };
                 let refused = renderer.render_part(&settings, &part, &mut ());
                 assert!(matches!(refused, Err(Error::Settings(SettingsError::NoSuchPart { .. }))));
                 films.push(Film::new(settings.width, height)); // what a rank without rows has
@@ -90,7 +90,7 @@ fn t06_parts_chunks_and_groupings(subject: Subject) {
 
 /// Samples over parts that do not divide them: the same bits as long as a part is made of whole chunks, and refused otherwise, since
 /// the f32 sum of a chunk in two pieces would be rounded twice.
-fn t07_samples_over_parts(subject: Subject) {
+fn t07_samples_over_parts(subject: BackendUnderTest) {
     let (scene, settings) = hello();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let whole = film(&mut renderer, &settings);
@@ -108,7 +108,7 @@ fn t07_samples_over_parts(subject: Subject) {
     }
     let third = SAMPLES / 3;
     for samples in [0..third, third..2 * third, 2 * third..SAMPLES] {
-        let part = Part { rows: 0..settings.height, samples };
+        let part = SampleBlock { rows: 0..settings.height, samples };
         let refused = renderer.render_part(&settings, &part, &mut ());
         assert!(matches!(refused, Err(Error::Settings(SettingsError::SplitsChunk { .. }))));
     }
@@ -131,7 +131,7 @@ fn void(radiance: f32) -> Scene {
 }
 
 /// What a kernel gathered in the only pixel in one chunk: its sums as the device had them.
-fn chunk(subject: Subject, radiance: f32, samples: u32) -> Option<PixelSums> {
+fn chunk(subject: BackendUnderTest, radiance: f32, samples: u32) -> Option<PixelSums> {
     let scene = void(radiance);
     let settings = Settings { samples, ..scene.settings() };
     let PixelTotals { radiance, squares, samples, segments, .. } =
@@ -152,7 +152,7 @@ fn merged(chunks: impl IntoIterator<Item = PixelSums>) -> PixelTotals {
     for sums in chunks {
         let samples = first..first + sums.samples;
         first = samples.end;
-        film.merge(&Part { rows: 0..1, samples }, &[sums]).unwrap();
+        film.merge(&SampleBlock { rows: 0..1, samples }, &[sums]).unwrap();
     }
     film.pixels[0]
 }
@@ -162,7 +162,7 @@ const CHUNK_ERROR: f64 = 1e-6;
 
 /// 2^25 samples of a constant 0.1: a device's chunk of 256, and the film's sum of 2^17 such chunks. Asked for is 1e-6; the film adds
 /// nothing to the error of one chunk, so that this is what the kernel's sum leaves.
-fn t21_accumulator_ladder(subject: Subject) {
+fn t21_accumulator_ladder(subject: BackendUnderTest) {
     let Some(chunk) = chunk(subject, 0.1, CHUNK_SAMPLES) else { return };
     let error = |mean: f64| (mean / f64::from(0.1f32) - 1.0).abs();
     let one = error(f64::from(chunk.radiance.x) / f64::from(CHUNK_SAMPLES));

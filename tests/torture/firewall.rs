@@ -6,10 +6,10 @@ use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_tests::renders::{film, scene_files};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Counts of a scene with `plant` in its records, and whether each pixel with a sample is finite.
-fn planted(subject: Subject, plant: impl Fn(&mut Scene)) -> Option<(FilmCounts, bool)> {
+/// Counts of a scene with `apply` in its records, and whether each pixel with a sample is finite.
+fn with_mutant(subject: BackendUnderTest, plant: impl Fn(&mut Scene)) -> Option<(FilmCounts, bool)> {
     let mut scene = scene("three_spheres.ron");
     plant(&mut scene);
     let settings = Settings { width: 12, height: 8, samples: 8, depth: 4, ..scene.settings() };
@@ -19,7 +19,7 @@ fn planted(subject: Subject, plant: impl Fn(&mut Scene)) -> Option<(FilmCounts, 
 }
 
 /// No sample of any scene is NaN or infinite before the firewall, which counts each that is.
-fn t03_nothing_is_caught(subject: Subject) {
+fn t03_nothing_is_caught(subject: BackendUnderTest) {
     let mut samples = 0;
     let files = scene_files();
     for path in &files {
@@ -36,21 +36,21 @@ fn t03_nothing_is_caught(subject: Subject) {
     let bad = [f32::NAN, f32::INFINITY];
     for value in bad {
         let (counts, finite) =
-            planted(subject, |s| s.materials[1].albedo.y = value).expect("it was there a moment ago");
+            with_mutant(subject, |s| s.materials[1].albedo.y = value).expect("it was there a moment ago");
         assert!(counts.rejected > 0 && finite, "albedo {value}: {counts:?}");
-        let (counts, finite) = planted(subject, |s| s.sky.top.z = value).expect("as above");
+        let (counts, finite) = with_mutant(subject, |s| s.sky.top.z = value).expect("as above");
         assert!(counts.rejected > 0 && finite, "sky {value}: {counts:?}");
         let glow = |s: &mut Scene| s.materials[1].emission = Vec3::new(1.0, value, 1.0);
-        let (counts, _) = planted(subject, glow).expect("as above");
+        let (counts, _) = with_mutant(subject, glow).expect("as above");
         assert!(counts.rejected > 0, "emission {value}: {counts:?}");
     }
     let total = 12 * 8 * 8;
     // A firefly of f32::MAX is finite by itself, its square and its sum with another are not: counted, or seen in the picture.
     let firefly = |s: &mut Scene| s.materials[1].emission = Vec3::splat(f32::MAX);
-    let (counts, finite) = planted(subject, firefly).expect("as above");
+    let (counts, finite) = with_mutant(subject, firefly).expect("as above");
     assert!(counts.rejected > 0 || !finite, "a firefly that no one sees: {counts:?}");
     let how = if counts.rejected > 0 { "counted" } else { "an infinite pixel" };
-    let (counts, finite) = planted(subject, |_| ()).expect("as above");
+    let (counts, finite) = with_mutant(subject, |_| ()).expect("as above");
     assert!(counts.rejected == 0 && counts.samples == total && finite);
     let figure = format!(
         "0 of {samples} samples of {} scenes; planted NaN and infinity are counted, f32::MAX is {how}",

@@ -3,20 +3,20 @@
 use crate::construct::{self, first, power, quad, ray, rounds_correctly, unit, words};
 use glam::{Vec3, Vec4};
 use trisect_probes::record::{Input, Output, row, vector};
-use trisect_probes::shapes::FLAT;
+use trisect_probes::shapes::PLANAR;
 use trisect_probes::trace::CLOSEST;
-use trisect_shared::flat::Flat;
+use trisect_shared::planar::Planar;
 use trisect_shared::sphere::MISS;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
 
 /// Quads perpendicular to each axis, front to either side, edges of 2 and 4: their numbers, and all that follows of them, are exact.
 /// Each stands in a column of its own along every axis. All times a power of two.
-fn quads(scale: f32) -> Vec<Flat> {
+fn quads(scale: f32) -> Vec<Planar> {
     let shapes = (0..6u8).map(|i| {
         let (u, v) = (AXES[(usize::from(i) + 1) % 3] * 2.0, AXES[(usize::from(i) + 2) % 3] * 4.0);
         let (u, v) = if i < 3 { (u, v) } else { (v, -u) };
@@ -27,7 +27,7 @@ fn quads(scale: f32) -> Vec<Flat> {
 }
 
 /// Rays along the axes, from either side, at the corners, the borders and the inside; with the true distance.
-fn perpendicular(flat: &Flat) -> Vec<(Vec3, Vec3, f32)> {
+fn perpendicular(flat: &Planar) -> Vec<(Vec3, Vec3, f32)> {
     let mut rays = Vec::new();
     let size = flat.edge_u.abs().max_element();
     for i in 0..5 * 5 * 12 {
@@ -45,7 +45,7 @@ fn perpendicular(flat: &Flat) -> Vec<(Vec3, Vec3, f32)> {
 }
 
 /// Rays in the plane, and out of it by next to nothing: from inside the quad, its border and beside it; some from a little above.
-fn along(flat: &Flat, stream: u32) -> Vec<(Vec3, Vec3)> {
+fn along(flat: &Planar, stream: u32) -> Vec<(Vec3, Vec3)> {
     let size = flat.edge_u.abs().max_element();
     let ray = |i: u32| {
         let w = words(2300 + stream, i);
@@ -60,7 +60,7 @@ fn along(flat: &Flat, stream: u32) -> Vec<(Vec3, Vec3)> {
     (0..2000).map(ray).collect()
 }
 
-fn question(flat: &Flat, origin: Vec3, direction: Vec3) -> Input {
+fn question(flat: &Planar, origin: Vec3, direction: Vec3) -> Input {
     Input {
         a: row(flat.origin, flat.kind),
         b: row(flat.normal, 0),
@@ -74,7 +74,7 @@ fn question(flat: &Flat, origin: Vec3, direction: Vec3) -> Input {
 
 /// What went wrong.
 #[derive(Debug, Default, PartialEq)]
-struct Faults {
+struct Failures {
     /// Perpendicular rays that miss.
     misses: u32,
     /// The greatest error of a hit, in ULP.
@@ -88,14 +88,14 @@ struct Faults {
 }
 
 /// Of the six quads at a scale, after `spoil`.
-fn faults(prober: &mut Prober, scale: f32, spoil: impl Fn(&mut Flat)) -> Faults {
-    let mut faults = Faults::default();
+fn failures(prober: &mut Prober, scale: f32, spoil: impl Fn(&mut Planar)) -> Failures {
+    let mut faults = Failures::default();
     for (stream, mut flat) in (0..).zip(quads(scale)) {
         let (across, within) = (perpendicular(&flat), along(&flat, stream));
         spoil(&mut flat);
         let mut questions: Vec<Input> = across.iter().map(|&(o, d, _)| question(&flat, o, d)).collect();
         questions.extend(within.iter().map(|&(o, d)| question(&flat, o, d)));
-        let answers: Vec<f32> = prober.ask("probe_shapes", FLAT, &questions).iter().map(first).collect();
+        let answers: Vec<f32> = prober.ask("probe_shapes", PLANAR, &questions).iter().map(first).collect();
         let (perpendicular, parallel) = answers.split_at(across.len());
         for (&t, &(_, _, want)) in perpendicular.iter().zip(&across) {
             if t == MISS {
@@ -119,12 +119,12 @@ fn faults(prober: &mut Prober, scale: f32, spoil: impl Fn(&mut Flat)) -> Faults 
 /// Perpendicular rays hit, corners and borders included; no ray in or along the plane gives a NaN. A direction that leaves the plane by
 /// 1e-38 meets it beyond the numbers: by IEEE 754 infinity times zero is a NaN that no comparison lets in; Vulkan says nothing of either
 /// without `SignedZeroInfNanPreserve`, so there such answers are counted, and the others hold.
-fn t23_axis_aligned_quads(subject: Subject) {
+fn t23_axis_aligned_quads(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let mut undefined = 0;
     let mut worst = 0.0f64;
     for k in [-20, 0, 20] {
-        let found = faults(&mut prober, (k as f32).exp2(), |_| {});
+        let found = failures(&mut prober, (k as f32).exp2(), |_| {});
         undefined += found.undefined;
         worst = worst.max(found.ulps);
         // The quotient of the height and ±1.
@@ -133,9 +133,9 @@ fn t23_axis_aligned_quads(subject: Subject) {
         assert!(found.undefined_numbers == 0, "2^{k}: {found:?}");
         assert!(found.undefined == 0 || !rounds_correctly(subject), "2^{k}: {found:?}");
         // The twins: a quad that is a millionth too small, and one without a normal.
-        let small = faults(&mut prober, (k as f32).exp2(), |flat| flat.dual_u *= 1.000_001);
+        let small = failures(&mut prober, (k as f32).exp2(), |flat| flat.dual_u *= 1.000_001);
         assert!(small.misses > 0, "2^{k}: a smaller quad passes");
-        let broken = faults(&mut prober, (k as f32).exp2(), |flat| flat.normal = Vec3::ZERO);
+        let broken = failures(&mut prober, (k as f32).exp2(), |flat| flat.normal = Vec3::ZERO);
         assert!(broken.misses > 0, "2^{k}: a quad without normal passes");
     }
     let outcome = if undefined == 0 { Outcome::Passed } else { Outcome::Bounded };
@@ -150,7 +150,7 @@ fn t23_axis_aligned_quads(subject: Subject) {
 }
 
 /// The same perpendicular rays through the BVH, whose boxes are as flat as the quads but for their pad.
-fn t23_flat_boxes(subject: Subject) {
+fn t23_flat_boxes(subject: BackendUnderTest) {
     let flats = quads(1.0);
     let rays: Vec<(Vec3, Vec3, f32)> = flats.iter().flat_map(perpendicular).collect();
     let questions: Vec<Input> = rays.iter().map(|&(o, d, _)| ray(o, d)).collect();

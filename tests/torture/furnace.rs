@@ -10,7 +10,7 @@ use trisect_shared::triangle::TriangleShading;
 use trisect_tests::renders::film;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// `objects` under a sky of 1, through a square window that the unit sphere around 0 fills: its corners are at the sphere's rim
 /// (`fov` of [`WINDOW`] or, at normal incidence, 0.001, within 0.7 degrees of it).
@@ -46,12 +46,12 @@ const LOSSY: [(&str, Option<f64>); 9] = [
     ("MetallicRoughness(base_color: (1, 1, 1), metallic: 1, roughness: 0.3)", None),
 ];
 
-fn samples(subject: Subject, cpu: u32, software: u32) -> u32 {
+fn samples(subject: BackendUnderTest, cpu: u32, software: u32) -> u32 {
     if subject.is_software() { software } else { cpu }
 }
 
 /// The mean over the window for `depth`, against 1.
-fn seen(subject: Subject, scene: &Scene, depths: &[u32], samples: u32) -> Option<Vec<Known>> {
+fn seen(subject: BackendUnderTest, scene: &Scene, depths: &[u32], samples: u32) -> Option<Vec<Known>> {
     let mut renderer = subject.renderer(scene)?;
     let at = |depth: &u32| {
         let settings = Settings { depth: *depth, samples, ..scene.settings() };
@@ -68,7 +68,7 @@ fn at_most_one(known: &Known) -> bool {
 }
 
 /// A sphere of each material: those without loss show the furnace, the others no more; what they lose is reported by depth.
-fn t10_white_furnace(subject: Subject) {
+fn t10_white_furnace(subject: BackendUnderTest) {
     let depths: &[u32] = if samples(subject, 1, 0) == 1 { &[2, 3, 5, 9, 400] } else { &[3, 400] };
     let mut worst = 0.0f64;
     for material in LOSSLESS {
@@ -122,7 +122,7 @@ fn t10_white_furnace(subject: Subject) {
 }
 
 /// Glass that is hollow by relative indices, glass in water around a white ball: nothing of it shows.
-fn t31_hollow_and_nested(subject: Subject) {
+fn t31_hollow_and_nested(subject: BackendUnderTest) {
     let hollow = r#""a": Dielectric(ior: 1.5), "b": Dielectric(ior: 0.6666667)"#;
     let nested =
         r#""a": Dielectric(ior: 1.33), "b": Dielectric(ior: 1.1278195), "c": Lambertian(albedo: (1, 1, 1))"#;
@@ -178,7 +178,7 @@ fn coarse_ball(material: &str) -> Scene {
 
 /// Mirrors of few triangles in the furnace: a convex body sees nothing of itself, so each pixel is
 /// 1. A mirrored direction that ran into the surface would be lost, and the silhouette black.
-fn t45_coarse_mirrors(subject: Subject) {
+fn t45_coarse_mirrors(subject: BackendUnderTest) {
     let mirrors = [
         "Metal(albedo: (1, 1, 1), fuzz: 0)",
         "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0)",

@@ -4,13 +4,13 @@ use crate::construct::{self, EPSILON, disc, power, ray, sphere, unit, words};
 use glam::{DVec3, Vec3};
 use trisect::scene::description::ShapeKind;
 use trisect_probes::record::{Input, Output, row, vector};
-use trisect_probes::trace::{LEAVE, LEAVE_PLAINLY};
+use trisect_probes::trace::{LEAVE_SURFACE, LEAVE_WITHOUT_OFFSET};
 use trisect_shared::bvh::{BvhNode, Child, NO_PRIMITIVE};
-use trisect_shared::flat::DISC;
 use trisect_shared::math::{basis, unit_f32, unit_sphere};
+use trisect_shared::planar::DISC;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Objects of each kind.
 const OBJECTS: u32 = 48;
@@ -52,8 +52,8 @@ fn target(scene: &ProbeScene, primitive: u32, i: u32) -> (Vec3, Vec3, f32) {
         let t = records.triangles[index - params.first_triangle as usize];
         let (ab, ac) = (t.b - t.a, t.c - t.a);
         (t.a + ab * (u * (1.0 - v)) + ac * (v * u), unit(ab.cross(ac)), ab.length())
-    } else if primitive >= params.first_flat {
-        let f = records.flats[index - params.first_flat as usize];
+    } else if primitive >= params.first_planar {
+        let f = records.planars[index - params.first_planar as usize];
         let inside = if f.kind == DISC { 0.7 } else { 1.0 };
         (f.origin + f.edge_u * (u * inside) + f.edge_v * (v * inside), f.normal, f.edge_u.length())
     } else {
@@ -69,7 +69,7 @@ fn questions(scene: &ProbeScene, primitive: u32) -> Vec<Input> {
         let i = primitive * RAYS + i;
         let w = words(1203, i);
         let (target, normal, size) = target(scene, primitive, i);
-        let side = if w.x & 1 == 1 || primitive < scene.params().first_flat { normal } else { -normal };
+        let side = if w.x & 1 == 1 || primitive < scene.params().first_planar { normal } else { -normal };
         let origin = target + outward(side, i, 1204) * (size * power(-1.0, 2.0, w.y));
         let leaves = outward(if w.z & 1 == 1 { normal } else { -normal }, i, 1205);
         // Rounding may put the origin at the target.
@@ -86,7 +86,7 @@ fn meets_again(scene: &ProbeScene, input: &Input, output: &Output) -> bool {
     if output.a.w == NO_PRIMITIVE || output.a.w != output.b.z {
         return false;
     }
-    if output.a.w >= scene.params().first_flat {
+    if output.a.w >= scene.params().first_planar {
         return true;
     }
     let s = scene.records().spheres[output.a.w as usize];
@@ -99,14 +99,14 @@ fn meets_again(scene: &ProbeScene, input: &Input, output: &Output) -> bool {
 
 /// No ray meets the primitive that it leaves, by its number and side, not by an offset: so on every backend. Each primitive is traced by itself, as
 /// the root of the tree: others would hide it.
-fn t12_same_primitive(subject: Subject) {
+fn t12_same_primitive(subject: BackendUnderTest) {
     let scene = objects();
     let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
     let params = scene.params();
     let kind = |primitive: u32| match primitive {
         p if p >= params.first_triangle => 3,
-        p if p >= params.first_flat => {
-            1 + scene.records().flats[(p - params.first_flat) as usize].kind as usize
+        p if p >= params.first_planar => {
+            1 + scene.records().planars[(p - params.first_planar) as usize].kind as usize
         }
         _ => 0,
     };
@@ -115,14 +115,14 @@ fn t12_same_primitive(subject: Subject) {
     for primitive in 0..count {
         prober.render.root = Child::leaf(primitive).0;
         let questions = questions(&scene, primitive);
-        let outputs = prober.ask("probe_trace", LEAVE, &questions);
+        let outputs = prober.ask("probe_trace", LEAVE_SURFACE, &questions);
         let of = |outputs: &[Output]| {
             questions.iter().zip(outputs).filter(|(input, output)| meets_again(&scene, input, output)).count()
         };
         hits[kind(primitive)] += outputs.iter().filter(|output| output.b.z == primitive).count();
         again[kind(primitive)] += of(&outputs);
         if primitive / 2 % 4 == 0 {
-            plainly[kind(primitive)] += of(&prober.ask("probe_trace", LEAVE_PLAINLY, &questions));
+            plainly[kind(primitive)] += of(&prober.ask("probe_trace", LEAVE_WITHOUT_OFFSET, &questions));
         }
     }
     assert!(hits.iter().all(|&hits| hits > 10_000), "{hits:?}");
@@ -167,7 +167,7 @@ fn boxes(count: u32) -> (ProbeScene, Vec<f32>) {
 
 /// Rays that leave the top outward near its border.
 fn at_borders(scene: &ProbeScene, index: u32) -> Vec<Input> {
-    let top = scene.records().flats[6 * index as usize];
+    let top = scene.records().planars[6 * index as usize];
     let question = |i: u32| {
         let i = index * RAYS + i;
         let w = words(1212, i);
@@ -187,7 +187,7 @@ fn at_borders(scene: &ProbeScene, index: u32) -> Vec<Input> {
 /// of the start covers what rounds with the face's place. The rest is of the side's size s: its coordinate is a sum of three products of a difference and a
 /// dual, 5 roundings of at most √2 s ε / 2 (difference, dual, product, two sums), and corner and edge were rounded at load, √3 s ε / 2 each. So no meeting
 /// is higher over the face than (5 √2 / 2 + √3) ε s.
-fn t12_box_borders(subject: Subject) {
+fn t12_box_borders(subject: BackendUnderTest) {
     let (scene, sizes) = boxes(70);
     let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
     // Rays, those that meet a face, the highest meeting in ε of the size.
@@ -196,7 +196,7 @@ fn t12_box_borders(subject: Subject) {
         for (index, &size) in (0..).zip(&sizes) {
             prober.render.root = Child::inner(5 * index).0;
             let questions = at_borders(&scene, index);
-            let top = scene.records().flats[6 * index as usize];
+            let top = scene.records().planars[6 * index as usize];
             for (input, output) in questions.iter().zip(prober.ask("probe_trace", operation, &questions)) {
                 if output.b.z != 6 * index {
                     continue; // a side, or past the box
@@ -218,8 +218,8 @@ fn t12_box_borders(subject: Subject) {
         }
         (count, met, highest)
     };
-    let (count, met, highest) = sweep(LEAVE);
-    let twin = sweep(LEAVE_PLAINLY);
+    let (count, met, highest) = sweep(LEAVE_SURFACE);
+    let twin = sweep(LEAVE_WITHOUT_OFFSET);
     let bound = 5.0 * 0.5f64.sqrt() + 3f64.sqrt();
     assert!(count > 40_000 && highest <= bound, "{met} of {count}, {highest}");
     assert!(twin.1 > 10 * met && twin.2 > bound, "without care: {twin:?}");

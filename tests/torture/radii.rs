@@ -12,7 +12,7 @@ use trisect_shared::math::unit_sphere;
 use trisect_shared::sphere::MISS;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A scene file with this radius.
 fn load(radius: &str) -> Result<Scene, String> {
@@ -45,7 +45,7 @@ fn about(radius: f32) -> Vec<Case> {
 /// the radius counts, so that a negative one is its opposite, and one of which no square is left meets rays through the centre only. Vulkan without
 /// `SignedZeroInfNanPreserve` lets a compiler assume that NaN and infinity never are ("SPIR-V Environment"): there, what has no finite
 /// square ends with some answer, which is all that can be asked; [`t27_bad_records`] is about the traversal.
-fn t27_radii(subject: Subject) {
+fn t27_radii(subject: BackendUnderTest) {
     for (radius, reason) in [
         ("0", "0 is not a positive finite length between 1e-18 and 1e18"),
         ("-1", "-1 is not a positive"),
@@ -94,7 +94,7 @@ fn t27_radii(subject: Subject) {
 }
 
 /// Impossible records in a scene: every ray ends, and meets no NaN.
-fn t27_bad_records(subject: Subject) {
+fn t27_bad_records(subject: BackendUnderTest) {
     let place = |i: u32| sphere(unit_sphere(words(2702, i).x, words(2702, i).y) * 10.0, 1.0);
     let mut scene = ProbeScene::new(&construct::scene((0..64).map(place).collect(), &[]));
     let bad = [0.0, -1.0, 1e-40, 1e30, f32::INFINITY, f32::NAN];

@@ -11,12 +11,12 @@ use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::rng::{PathKey, Words, pcg4d};
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Words and numbers of 2²⁰ (seed, pixel, sample, block), small and large: the CPU's, bit for bit.
-fn t04_parity(subject: Subject) {
+fn t04_parity(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
-    let Some(mut cpu) = Prober::new(Subject::Cpu) else { return };
+    let Some(mut cpu) = Prober::new(BackendUnderTest::Cpu) else { return };
     let questions: Vec<Input> = (0..1u32 << 20)
         .map(|i| {
             let w = pcg4d(Words { x: i, y: 4, z: 0, w: 0 });
@@ -79,8 +79,9 @@ const LIT: &str = r#"Scene(version: 1, image: (width: 16, height: 9),
 
 /// The ends of each word's range through each sampler: finite, in range, of unit length within 4 eps, 8 where the division and
 /// the square root may be off by 2.5 and 4.5 ULP (Vulkan specification, "Precision of Core SPIR-V Instructions").
-fn t05_extremes(subject: Subject) {
-    let limit = if matches!(subject, Subject::Cpu | Subject::Cuda) { 4.0 } else { 8.0 } * EPSILON;
+fn t05_extremes(subject: BackendUnderTest) {
+    let limit =
+        if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) { 4.0 } else { 8.0 } * EPSILON;
     let extremes = extreme_words();
     let setups = [
         materials::lambertian(),
@@ -103,7 +104,7 @@ fn t05_extremes(subject: Subject) {
     for (index, setup) in setups.iter().enumerate() {
         let mut questions = Vec::new();
         for cos in [1.0, 0.7, 0.1, 1e-3] {
-            let seen = setup.seen(cos);
+            let seen = setup.view(cos);
             questions
                 .extend(extremes.iter().map(|&w| question(index, seen.viewer, seen.normal, setup.front, w)));
         }

@@ -4,13 +4,13 @@ use crate::construct::{self, EPSILON, disc, power, quad, ray, rounds_correctly, 
 use crate::exact::{self, Meeting};
 use glam::{Vec3, Vec4};
 use trisect_probes::record::{Input, Output, vector};
-use trisect_probes::trace::{CLOSEST, EVERY};
+use trisect_probes::trace::{CLOSEST, LINEAR};
 use trisect_shared::bvh::{BvhNode, Child, NO_PRIMITIVE};
 use trisect_shared::math::{basis, unit_f32, unit_sphere};
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A number from -1 to 1.
 fn signed(bits: u32) -> f32 {
@@ -78,8 +78,8 @@ fn exactly(scene: &ProbeScene, primitive: u32, input: &Input) -> Meeting {
     let index = primitive as usize;
     if primitive >= params.first_triangle {
         exact::triangle(&records.triangles[index - params.first_triangle as usize], origin, direction)
-    } else if primitive >= params.first_flat {
-        exact::flat(&records.flats[index - params.first_flat as usize], origin, direction)
+    } else if primitive >= params.first_planar {
+        exact::flat(&records.planars[index - params.first_planar as usize], origin, direction)
     } else {
         exact::sphere(&records.spheres[index], origin, direction)
     }
@@ -119,24 +119,28 @@ fn compare(scene: &ProbeScene, questions: &[Input], closest: &[Output], every: &
 }
 
 /// Asks both ways; `None` without the backend.
-fn both(subject: Subject, scene: &ProbeScene, questions: &[Input]) -> Option<Comparison> {
+fn both(subject: BackendUnderTest, scene: &ProbeScene, questions: &[Input]) -> Option<Comparison> {
     let mut prober = Prober::with_scene(subject, scene)?;
     let closest = prober.ask("probe_trace", CLOSEST, questions);
-    let every = prober.ask("probe_trace", EVERY, questions);
+    let every = prober.ask("probe_trace", LINEAR, questions);
     Some(compare(scene, questions, &closest, &every))
 }
 
 /// Compares rays of these components, and asserts: CPU and CUDA answer as without the BVH, to the bit. On Vulkan a reciprocal is off by up to 2.5
 /// ULP, more than the 2 by which the slab test moves a box's exit out, and naga's code may be contracted in one loop and not in the other:
 /// there a ray that passes a border by rounding may be answered either way; no other.
-fn same_as_brute_force(subject: Subject, scene: &ProbeScene, questions: &[Input]) -> Option<Comparison> {
+fn same_as_brute_force(
+    subject: BackendUnderTest,
+    scene: &ProbeScene,
+    questions: &[Input],
+) -> Option<Comparison> {
     let found = both(subject, scene, questions)?;
     assert!(found.hits > questions.len() / 10, "the rays miss everything: {found:?}");
     assert!(found.wrong == 0 && (found.borders == 0 || !rounds_correctly(subject)), "{found:?}");
     Some(found)
 }
 
-fn tell(number: u32, subject: Subject, questions: &[Input], found: Comparison) {
+fn tell(number: u32, subject: BackendUnderTest, questions: &[Input], found: Comparison) {
     let Comparison { hits, ties, borders, .. } = found;
     let outcome = if borders == 0 { Outcome::Passed } else { Outcome::Bounded };
     report(
@@ -151,14 +155,14 @@ fn tell(number: u32, subject: Subject, questions: &[Input], found: Comparison) {
 }
 
 /// A million rays.
-fn t09_brute_force(subject: Subject) {
+fn t09_brute_force(subject: BackendUnderTest) {
     let scene = mixed();
     let questions = adversarial(&scene, 1_000_000, &[0.0, -0.0, 1e-8, 1e-38, 1.0, -1.0], 910);
     let Some(found) = same_as_brute_force(subject, &scene, &questions) else { return };
     // The twins: a leaf is lost; the root's boxes lose half. (A ray that is perpendicular to an axis does not see what is cut along it.)
     let few = &questions[..20_000];
     let mut lost = scene.clone();
-    let leaf = Child::leaf(scene.params().first_flat - 1).0; // a sphere that stands there once
+    let leaf = Child::leaf(scene.params().first_planar - 1).0; // a sphere that stands there once
     for node in &mut lost.bvh.nodes {
         if node.first == leaf {
             node.first = node.second;
@@ -184,7 +188,7 @@ fn halve(node: &mut BvhNode) {
 }
 
 /// Components that are zero, denormal or next to nothing.
-fn t25_tiny_components(subject: Subject) {
+fn t25_tiny_components(subject: BackendUnderTest) {
     let scene = mixed();
     let components = [0.0, -0.0, 1e-45, -1e-45, 1e-20, -1e-20, 1.0, -0.6];
     let questions = adversarial(&scene, 100_000, &components, 920);
@@ -220,7 +224,7 @@ fn slabs(half: f32) -> ProbeScene {
 
 /// A ray along an axis, inside a slab of 2e-6 and less: it meets what stands in the slab at 100, where a reciprocal of zero that is only as
 /// large as 8.4e6 ends it at 8.4. Each kind's distance has few roundings; 16 ULP as for far spheres.
-fn t24_thin_slabs(subject: Subject) {
+fn t24_thin_slabs(subject: BackendUnderTest) {
     let (mut count, mut lost) = (0, 0);
     for half in [1e-6f32, 1e-12, 1e-14] {
         let mut questions = Vec::new();

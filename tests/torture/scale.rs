@@ -3,35 +3,35 @@
 use glam::DVec3;
 use std::path::Path;
 use trisect::render::Settings;
-use trisect::scene::{Scene, Space};
+use trisect::scene::{Rebase, Scene};
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::path::FirstHit;
 use trisect_tests::program::folder;
 use trisect_tests::renders::{differing, film, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Blocks;
-use trisect_tests::{Subject, for_each_backend, root};
+use trisect_tests::{BackendUnderTest, for_each_backend, root};
 
 fn scaled(path: &Path, k: i32) -> Scene {
-    Scene::load_in(path, Space { origin: DVec3::ZERO, scale: 2f64.powi(k) }).unwrap()
+    Scene::load_in(path, Rebase { origin: DVec3::ZERO, scale: 2f64.powi(k) }).unwrap()
 }
 
 /// The powers of two for a scene: all on one, some on each; and few through wgpu, where each image compiles its kernel anew.
-fn powers(subject: Subject, name: &str, index: usize) -> Vec<i32> {
+fn powers(subject: BackendUnderTest, name: &str, index: usize) -> Vec<i32> {
     let first = name == "three_spheres.ron";
     match subject {
-        Subject::Cpu | Subject::Cuda if name == "mesh.ron" => vec![-20, 20], // 1.3 million triangles to put in a tree
-        Subject::Cpu | Subject::Cuda if first => (-20..=20).filter(|&k| k != 0).collect(),
-        Subject::Cpu | Subject::Cuda => vec![-20, -13, -7, -1, 1, 7, 13, 20],
+        BackendUnderTest::Cpu | BackendUnderTest::Cuda if name == "mesh.ron" => vec![-20, 20], // 1.3 million triangles to put in a tree
+        BackendUnderTest::Cpu | BackendUnderTest::Cuda if first => (-20..=20).filter(|&k| k != 0).collect(),
+        BackendUnderTest::Cpu | BackendUnderTest::Cuda => vec![-20, -13, -7, -1, 1, 7, 13, 20],
         _ if first => vec![-20, -7, 7, 20],
-        Subject::WgpuNaga if name != "cornell_box.ron" => vec![],
+        BackendUnderTest::WgpuNaga if name != "cornell_box.ron" => vec![],
         _ => vec![if index.is_multiple_of(2) { -20 } else { 20 }],
     }
 }
 
 /// A square of two triangles, `half` each way, seen from nearby, times 2^k: whether k of -20 or 20 changes its image. Where a
 /// triangle is dropped, as those with edges below 3e-10 or above 4e9 there may be, the loader says so.
-fn square_changes(subject: Subject, half: f64) -> Option<bool> {
+fn square_changes(subject: BackendUnderTest, half: f64) -> Option<bool> {
     let folder = folder("torture", &format!("{}-{half:e}", subject.label()));
     let points = [(-half, -half), (half, -half), (half, half), (-half, half)];
     let vertices: String = points.iter().map(|(x, z)| format!("{x} 0 {z}\n")).collect();
@@ -62,7 +62,7 @@ fn square_changes(subject: Subject, half: f64) -> Option<bool> {
 
 /// A scene times 2^k has the same image, bit by bit: no number leaves f32's range, so that each operation scales exactly, and there is
 /// no absolute epsilon. (Vulkan may flush denormal numbers and round as it likes, but does so alike for numbers of either scale.)
-fn t08_scaled_by_powers_of_two(subject: Subject) {
+fn t08_scaled_by_powers_of_two(subject: BackendUnderTest) {
     let (mut images, mut scenes) = (0, 0);
     let mut faults = Vec::new();
     for (index, path) in scene_files().iter().enumerate() {
@@ -87,7 +87,7 @@ fn t08_scaled_by_powers_of_two(subject: Subject) {
         scenes += 1;
         if name == "three_spheres.ron" {
             // The twins: a factor that rounds; an eye that keeps an absolute distance of 1e-4.
-            let by_three = Scene::load_in(path, Space { origin: DVec3::ZERO, scale: 3.0 }).unwrap();
+            let by_three = Scene::load_in(path, Rebase { origin: DVec3::ZERO, scale: 3.0 }).unwrap();
             assert!(changed(&by_three) > 0, "a comparison that cannot fail");
             let mut faulty = scaled(path, -7);
             faulty.camera.look_from += 1e-4;
@@ -137,7 +137,7 @@ const FEATURE: f64 = 0.5;
 
 /// The hello world moved by 2^k along each axis. Coordinates there are rounded to multiples of 2^(k - 23): the eye and each centre are
 /// off by 2^(k - 24) an axis at most, and so are hits, but at grazing angles.
-fn t29_translated_by_powers_of_two(subject: Subject) {
+fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
     let path = root().join("scenes/three_spheres.ron");
     let scene = Scene::load(&path).unwrap();
     let (width, height) = if subject.is_software() { (48, 27) } else { (160, 90) };
@@ -147,7 +147,7 @@ fn t29_translated_by_powers_of_two(subject: Subject) {
     let mut table = "   k  pixels changed  median error  greatest error  predicted".to_owned();
     let mut medians = Vec::new();
     for k in (0..=24).step_by(if subject.is_software() { 4 } else { 1 }) {
-        let space = Space { origin: DVec3::splat(-2f64.powi(k)), scale: 1.0 };
+        let space = Rebase { origin: DVec3::splat(-2f64.powi(k)), scale: 1.0 };
         let mut renderer = subject.renderer(&Scene::load_in(&path, space).unwrap()).expect("it was there");
         let moved = compare(&renderer.first_hits(&settings, 0).unwrap(), &wanted);
         // Six roundings, of the eye's and a centre's coordinates, over the distance of the eye from the spheres. Half a unit in the
@@ -186,7 +186,7 @@ fn t29_translated_by_powers_of_two(subject: Subject) {
 }
 
 /// Scenes of 1e-20 units: refused at load, with the reason, before any backend sees them; and what is smallest in range is right.
-fn t42_denormal_scene(subject: Subject) {
+fn t42_denormal_scene(subject: BackendUnderTest) {
     let parse = |object: &str, scale: f64| {
         let text = format!(
             "Scene(version: 1, image: (width: 16, height: 16, samples: 1, depth: 5), \
@@ -194,7 +194,7 @@ fn t42_denormal_scene(subject: Subject) {
              sky: Gradient(bottom: (1, 1, 1), top: (0.5, 0.7, 1)), \
              materials: {{ \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }}, objects: [{object}])"
         );
-        Scene::parse_in(&text, "denormal", Space { origin: DVec3::ZERO, scale })
+        Scene::parse_in(&text, "denormal", Rebase { origin: DVec3::ZERO, scale })
     };
     let tiny = [
         ("Sphere(center: (0, 0, 0), radius: 1e-20, material: \"a\")", "length"),
@@ -208,7 +208,7 @@ fn t42_denormal_scene(subject: Subject) {
     }
     for name in ["three_spheres.ron", "cornell_box.ron", "gltf/features.gltf"] {
         let path = root().join("scenes").join(name);
-        let refusal = Scene::load_in(&path, Space { origin: DVec3::ZERO, scale: 1e-20 });
+        let refusal = Scene::load_in(&path, Rebase { origin: DVec3::ZERO, scale: 1e-20 });
         assert!(refusal.is_err(), "{name}");
     }
     // What is smallest in range: the least radius is 1.7e-18 at 2^-58. Its square, 2^-118, is a normal number. Squares of offsets from
@@ -226,13 +226,13 @@ fn t42_denormal_scene(subject: Subject) {
     }
     let smallest = image(&scaled(&path, -58)).expect("it was there a moment ago");
     let lost = differing(&smallest, &want);
-    if matches!(subject, Subject::Cpu | Subject::Cuda) {
+    if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
         assert!(lost * 100 <= pixels, "{lost} of {pixels}");
     } else {
         let test = Blocks::new(&smallest).compare(&Blocks::new(&want), 1e-5);
         assert!(test.passes(), "{test:?}");
     }
-    let rounded = Scene::load_in(&path, Space { origin: DVec3::ZERO, scale: 3.0 * 2f64.powi(-50) }).unwrap();
+    let rounded = Scene::load_in(&path, Rebase { origin: DVec3::ZERO, scale: 3.0 * 2f64.powi(-50) }).unwrap();
     assert!(changed(&rounded) > 0, "a comparison that cannot fail");
     let outcome = if lost == 0 { Outcome::Passed } else { Outcome::Bounded };
     let figure =

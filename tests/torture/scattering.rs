@@ -14,10 +14,10 @@ use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::rng::PathKey;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A prober whose scene has these materials.
-pub fn with_materials(subject: Subject, setups: &[Setup]) -> Option<Prober> {
+pub fn with_materials(subject: BackendUnderTest, setups: &[Setup]) -> Option<Prober> {
     let mut scene = Scene::parse(
         "Scene(version: 1, image: (width: 1, height: 1), materials: {}, objects: [],
             camera: (look_from: (0, 0, 0), look_at: (0, 0, -1), vertical_fov: 60))",
@@ -63,7 +63,7 @@ const POINTS: usize = 40;
 
 /// p of Pearson's test of what a device drew (`outputs`) against the CPU's density of `by`.
 fn compare(outputs: &[Output], of: &Setup, by: &Setup, cos: f32) -> f64 {
-    let (seen, density) = (of.seen(cos), by.seen(cos));
+    let (seen, density) = (of.view(cos), by.view(cos));
     let eta = match (of.material.kind == ROUGH_DIELECTRIC, of.front) {
         (false, _) => 1.0,
         (true, true) => 1.0 / of.material.ior,
@@ -90,7 +90,7 @@ fn compare(outputs: &[Output], of: &Setup, by: &Setup, cos: f32) -> f64 {
             let below = cell / CELLS == 1;
             charts[usize::from(below)].integral(cell % CELLS, POINTS, |d| {
                 let is_here = (d.dot(density.normal) < 0.0) == below;
-                if is_here { f64::from(density.evaluate(d).density) } else { 0.0 }
+                if is_here { f64::from(density.evaluate(d).pdf) } else { 0.0 }
             })
         })
         .collect();
@@ -100,7 +100,7 @@ fn compare(outputs: &[Output], of: &Setup, by: &Setup, cos: f32) -> f64 {
 }
 
 /// 2²⁰ samples of each distribution against its density; p > 0.0025 over all by Šidák.
-fn t34_chi_square(subject: Subject) {
+fn t34_chi_square(subject: BackendUnderTest) {
     const SAMPLES: u32 = 1 << 20;
     const COS: f32 = 0.6;
     let setups = [
@@ -118,7 +118,7 @@ fn t34_chi_square(subject: Subject) {
     let least = sidak(setups.len());
     let mut lowest = 1.0f64;
     for (index, setup) in setups.iter().enumerate() {
-        let seen = setup.seen(COS);
+        let seen = setup.view(COS);
         let questions: Vec<Input> = (0..SAMPLES)
             .map(|i| question(index, seen.viewer, seen.normal, setup.front, words(index as u32, i)))
             .collect();
@@ -137,7 +137,7 @@ fn t34_chi_square(subject: Subject) {
 }
 
 /// A diffuse point opposite the normal; a metal of fuzz 1 at grazing incidence.
-fn t33_no_zero_direction(subject: Subject) {
+fn t33_no_zero_direction(subject: BackendUnderTest) {
     let setups = [materials::lambertian(), materials::metal(1.0)];
     let Some(mut prober) = with_materials(subject, &setups) else { return };
     let mut questions = Vec::new();
@@ -164,7 +164,7 @@ fn t33_no_zero_direction(subject: Subject) {
     let count = 1u32 << 17;
     let mut shares = Vec::new();
     for cos in [1e-3f32, 0.1, 0.5] {
-        let seen = setups[1].seen(cos);
+        let seen = setups[1].view(cos);
         let questions: Vec<Input> =
             (0..count).map(|i| question(1, seen.viewer, seen.normal, true, words(34, i))).collect();
         let outputs = prober.ask("probe_scatter", SAMPLE, &questions);

@@ -5,13 +5,13 @@ use crate::exact;
 use glam::Vec3;
 use trisect::scene::Scene;
 use trisect_probes::record::{Input, Output, row, vector};
-use trisect_probes::shapes::{FLAT, NAIVE_SPHERE, PROJECT, SPHERE};
+use trisect_probes::shapes::{NAIVE_SPHERE, PLANAR, PROJECT, SPHERE};
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::{error, ulp};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A ray that starts in free space, and a sphere.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +84,7 @@ fn far_errors(cases: &[Case], outputs: &[Output]) -> (u32, f64) {
 
 /// 16 ULP of D stand everywhere: c and q take some 10 roundings of half a unit; Vulkan's division adds 2.5 ULP of the quotient, and its
 /// square root's error is that of a number of the radius's size.
-fn t11_far_spheres(subject: Subject) {
+fn t11_far_spheres(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let cases = far_spheres();
     let (misses, worst) = far_errors(&cases, &ask(&mut prober, SPHERE, &cases));
@@ -171,7 +171,7 @@ fn not_inside(cases: &[Case], outputs: &[Output]) -> usize {
 /// The documented root: a number in front of the ray that lies on the sphere, or [`MISS`] where no ray within rounding hits; an origin on
 /// the surface counts as inside. 8 units is what the roundings of b, the offset and c amount to; Vulkan's division and square root add 2.5
 /// and 4.5 ULP of t, which is at most twice a unit's size. Where a compiler may contract, c = f² - R² need not vanish on the surface.
-fn t26_edges_of_spheres(subject: Subject) {
+fn t26_edges_of_spheres(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let cases = edge_cases(&mut prober);
     let worst = |outputs: &[Output]| {
@@ -182,12 +182,12 @@ fn t26_edges_of_spheres(subject: Subject) {
     let (robust, outside) = (worst(&outputs), not_inside(&cases, &outputs));
     let bound = if rounds_correctly(subject) { 8.0 } else { 8.0 + 14.0 };
     assert!(robust <= bound, "{robust}");
-    assert!(outside == 0 || subject == Subject::WgpuNaga, "{outside} do not count as inside");
+    assert!(outside == 0 || subject == BackendUnderTest::WgpuNaga, "{outside} do not count as inside");
     // The twin finds the near root where it is 0, or behind.
     let outputs = ask(&mut prober, NAIVE_SPHERE, &cases);
     assert!(worst(&outputs) > bound, "the naive form passes");
     assert!(
-        not_inside(&cases, &outputs) == 0 || subject == Subject::WgpuNaga,
+        not_inside(&cases, &outputs) == 0 || subject == BackendUnderTest::WgpuNaga,
         "a twin that fails in another way"
     );
     let outcome = if outside == 0 { Outcome::Passed } else { Outcome::Bounded };
@@ -220,7 +220,7 @@ fn grounds(radius: f32, around: f32) -> Vec<Case> {
 /// roundings of R² (ε / 2 each) leave of it: ε R relative to t; and the rounding of O - C, half an ulp of R, is ε R / 2 of the height. So 2 ε R
 /// bounds it; division and square root, on Vulkan too, add some ε. The plane's t is one quotient of the eye's height and the direction's
 /// y: correctly rounded, or within 2.5 ULP on Vulkan.
-fn t30_ground(subject: Subject) {
+fn t30_ground(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let plane = {
         let text = "Scene(version: 1, image: (width: 1, height: 1), materials: {\"a\": Lambertian(albedo: (1, 1, 1))},
@@ -253,7 +253,7 @@ fn t30_ground(subject: Subject) {
             })
             .collect();
         let ulps = |t: f32, case: &Case| error(t, 1.0 / f64::from(-case.direction.y));
-        let planes = prober.ask("probe_shapes", FLAT, &planes);
+        let planes = prober.ask("probe_shapes", PLANAR, &planes);
         let flat =
             planes.iter().zip(&cases).map(|(output, case)| ulps(first(output), case)).fold(0.0, f64::max);
         let bound = if rounds_correctly(subject) { 0.5 } else { 2.5 };

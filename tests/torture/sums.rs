@@ -2,13 +2,13 @@
 
 use glam::UVec4;
 use trisect::film::Film;
-use trisect::render::Part;
+use trisect::render::SampleBlock;
 use trisect_probes::record::{Input, Output, row4, vector};
 use trisect_probes::sums::*;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Chunks of 2²⁵ samples.
 const CHUNKS: u32 = (1 << 25) / CHUNK_SAMPLES;
@@ -17,14 +17,14 @@ fn mean(outputs: &[Output], samples: u32) -> f64 {
     let mut film = Film::new(1, 1);
     for (first, output) in (0..).step_by(samples as usize).zip(outputs) {
         let radiance = vector(output.a);
-        let part = Part { rows: 0..1, samples: first..first + samples };
+        let part = SampleBlock { rows: 0..1, samples: first..first + samples };
         film.merge(&part, &[PixelSums { radiance, samples, squares: radiance, segments: 0 }]).unwrap();
     }
     film.pixels[0].mean()[0]
 }
 
 /// 2²⁵ samples of 0.1: each chunk rounds once, 2⁻²⁵ relative, and 0.1 as an f32 is off by 1.5e-8.
-fn t21_carried_chunks(subject: Subject) {
+fn t21_carried_chunks(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let question = Input { a: UVec4::new(0.1f32.to_bits(), CHUNK_SAMPLES, 0, 0), ..Input::default() };
     let questions = vec![question; CHUNKS as usize];
@@ -45,7 +45,7 @@ fn t21_carried_chunks(subject: Subject) {
 }
 
 /// A large term and its negative with 1 between them.
-fn t22_cancellation(subject: Subject) {
+fn t22_cancellation(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let large = 16_777_216.0;
     let question = Input { a: row4(large, 1.0, -large, 0.0), b: UVec4::new(3, 0, 0, 0), ..Input::default() };

@@ -12,7 +12,7 @@ use trisect_shared::sphere::MISS;
 use trisect_shared::triangle::{Triangle, TriangleShading};
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{Subject, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A rugged rock of 2048 triangles.
 fn rock() -> Mesh {
@@ -72,7 +72,7 @@ fn leaks(prober: &mut Prober, operation: u32, mesh: &Mesh, rays: &[(Vec3, Vec3)]
 /// every backend (Vulkan: "Precision of Core SPIR-V Instructions"), and neighbours shear a common vertex by the same instructions, whatever
 /// the shear's quotient is: so the rule of the edges holds without correct division and under contraction. Of the boxes, pad and exit leave
 /// 6 ε here, seen from within the mesh, where correct division takes 3; Vulkan's may take 7, so there it is this test that says so.
-fn t13_closed_meshes(subject: Subject) {
+fn t13_closed_meshes(subject: BackendUnderTest) {
     let (rock, crystal) = (rock(), crystal());
     let mut of = 0;
     // A ball inside of the rock and of the crystal, |x| + |y| + |z| < 1.
@@ -186,7 +186,7 @@ fn false_hits(questions: &[Input], outputs: &[Output], bound: f64) -> False {
 /// One thing is bounded only: the products of an edge function that round to the same number count as on the edge. Where all three do,
 /// because the triangle is a line, or seen edge-on, and the ray goes through that line, it may meet the triangle beyond its ends. Woop et al.
 /// take double precision there, an option on Vulkan.
-fn t28_degenerate_triangles(subject: Subject) {
+fn t28_degenerate_triangles(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let bound = 2f64.sqrt() * if rounds_correctly(subject) { 2.5 } else { 4.5 };
     let (mut all, mut of, mut twin) = (False::default(), 0, 0.0f64);
@@ -198,7 +198,10 @@ fn t28_degenerate_triangles(subject: Subject) {
         let outputs = prober.ask("probe_shapes", TRIANGLE, &questions);
         let found = false_hits(&questions, &outputs, bound);
         assert!(found.undefined == 0 && found.from_line <= bound, "{corners:?}: {found:?}");
-        assert!(salt > 3 || found.hits == 0 || subject == Subject::WgpuNaga, "{corners:?}: {found:?}");
+        assert!(
+            salt > 3 || found.hits == 0 || subject == BackendUnderTest::WgpuNaga,
+            "{corners:?}: {found:?}"
+        );
         (all.hits, of, all.beyond) = (all.hits + found.hits, of + questions.len(), all.beyond + found.beyond);
         all.from_line = all.from_line.max(found.from_line);
         // The twin: a triangle a thousandth wider.
@@ -237,7 +240,7 @@ fn slivers() -> Vec<[Vec3; 3]> {
 
 /// No NaN normal reaches shading: what has no area in single precision is dropped at load, aloud, and the rest has a unit normal wherever it is met.
 /// Where a backend flushes denormal numbers, as Vulkan lets it, a sum of three squares just above the least normal number may vanish.
-fn t28_normals(subject: Subject) {
+fn t28_normals(subject: BackendUnderTest) {
     let slivers = slivers();
     let loaded = construct::scene(Vec::new(), &slivers);
     let dropped = slivers.len() - loaded.triangles.len();
@@ -274,7 +277,7 @@ fn t28_normals(subject: Subject) {
             let extent = (t.b - t.a).abs().max_element().max((t.c - t.a).abs().max_element());
             // Edges that are denormal, or whose reciprocal is infinite.
             let may_flush = !rounds_correctly(subject) && extent < 1e-30
-                || !rounds_correctly(subject) && square < Triangle::LEAST_SQUARE && square > 0.0;
+                || !rounds_correctly(subject) && square < Triangle::MIN_SQUARE && square > 0.0;
             let length = vector(output.a).as_dvec3().length();
             bad += usize::from((length.is_nan() || (length - 1.0).abs() > 1e-6) && !may_flush);
         }
@@ -284,7 +287,7 @@ fn t28_normals(subject: Subject) {
     assert!(bad == 0 && hits > 500, "{bad} normals of {hits}");
     let (bad, _) = bad_normals(&all).unwrap_or_default();
     // (Where a compiler may contract, the product of parallel edges is a rounding error, not zero.)
-    assert!(bad > 0 || subject == Subject::WgpuNaga, "the check passes triangles without area");
+    assert!(bad > 0 || subject == BackendUnderTest::WgpuNaga, "the check passes triangles without area");
     report(
         28,
         subject,

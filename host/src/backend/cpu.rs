@@ -5,25 +5,25 @@ mod instructions;
 
 pub use instructions::InstructionSet;
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
-use crate::denoise::{Pass, Shown};
-use crate::film::{Rows, Target};
+use super::{Backend, BackendError, Device, DeviceKind, FilmDesc, Launch, SceneRecords};
+use crate::denoise::{DisplayLaunch, Pass};
+use crate::film::{RowSet, RowTarget};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use instructions::Kernel;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
-use trisect_shared::buffer::Slots;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::buffer::SharedSlice;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::Lit;
+use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{Features, GUIDES, WIDE, has};
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::flat::Flat;
-use trisect_shared::guides::Guides;
+use trisect_shared::features::{AOVS, Features, WIDE, has};
+use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
 use trisect_shared::path::{self, FirstHit};
+use trisect_shared::planar::Planar;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -38,13 +38,13 @@ pub struct Cpu {
     device: Device,
     instructions: InstructionSet,
     pool: ThreadPool,
-    scene: OwnScene,
+    scene: SceneCopy,
     kernel: Kernel,
     film: Vec<PixelSums>,
     /// One for each pixel.
-    carries: Vec<Carry>,
+    compensations: Vec<Compensation>,
     /// The same, for a kernel that writes them.
-    guides: Vec<Guides>,
+    aovs: Vec<AovSums>,
     denoiser: denoise::Denoiser,
 }
 
@@ -73,11 +73,11 @@ impl Cpu {
             device,
             instructions,
             pool,
-            scene: OwnScene::default(),
+            scene: SceneCopy::default(),
             kernel: instructions::render_pixel::<0>,
             film: Vec::new(),
-            carries: Vec::new(),
-            guides: Vec::new(),
+            compensations: Vec::new(),
+            aovs: Vec::new(),
             denoiser: denoise::Denoiser::default(),
         })
     }
@@ -85,13 +85,13 @@ impl Cpu {
 
 /// A scene's arrays.
 #[derive(Default)]
-struct OwnScene {
+struct SceneCopy {
     spheres: Vec<Sphere>,
     nodes: Vec<BvhNode>,
     /// Without those of the view.
-    own_nodes: usize,
+    scene_nodes: usize,
     materials: Vec<Material>,
-    flats: Vec<Flat>,
+    flats: Vec<Planar>,
     triangles: Vec<Triangle>,
     shading: Vec<TriangleShading>,
     lights: Vec<Light>,
@@ -104,14 +104,14 @@ struct OwnScene {
     triangle_packets: Vec<TrianglePacket>,
 }
 
-impl OwnScene {
+impl SceneCopy {
     fn copy(scene: Scene) -> Self {
         Self {
             spheres: scene.spheres.to_vec(),
             nodes: scene.nodes.to_vec(),
-            own_nodes: scene.nodes.len(),
+            scene_nodes: scene.nodes.len(),
             materials: scene.materials.to_vec(),
-            flats: scene.flats.to_vec(),
+            flats: scene.planars.to_vec(),
             triangles: scene.triangles.to_vec(),
             shading: scene.shading.to_vec(),
             lights: scene.lights.to_vec(),
@@ -130,7 +130,7 @@ impl OwnScene {
             spheres: &self.spheres,
             nodes: &self.nodes,
             materials: &self.materials,
-            flats: &self.flats,
+            planars: &self.flats,
             triangles: &self.triangles,
             shading: &self.shading,
             lights: &self.lights,
@@ -168,28 +168,28 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> Device {
 
 /// Guides that all tasks write, each those of its own pixels.
 #[derive(Clone, Copy)]
-struct OfAllTasks {
-    first: *mut Guides,
+struct SharedAovs {
+    first: *mut AovSums,
     length: usize,
 }
 
 // SAFETY: whoever asks for the slots promises to touch other pixels than other threads.
 #[allow(unsafe_code, reason = "a pointer for several threads")]
-unsafe impl Sync for OfAllTasks {}
+unsafe impl Sync for SharedAovs {}
 
 #[allow(unsafe_code, reason = "see buffer")]
-impl OfAllTasks {
+impl SharedAovs {
     /// # Safety
     ///
     /// No two threads touch the same at the same time, and the vector is there while they do.
-    unsafe fn slots<'a>(&self) -> Slots<'a, Guides> {
+    unsafe fn slots<'a>(&self) -> SharedSlice<'a, AovSums> {
         // SAFETY: the caller's promise.
-        unsafe { Slots::new(self.first, self.length) }
+        unsafe { SharedSlice::new(self.first, self.length) }
     }
 }
 
 /// Takes rows of what an image's pixels hold, and leaves `nothing` there.
-fn take<T: Copy>(rows: &Rows, of: &mut [T], to: &mut [T], nothing: T) -> Result<(), BackendError> {
+fn take<T: Copy>(rows: &RowSet, of: &mut [T], to: &mut [T], nothing: T) -> Result<(), BackendError> {
     let width = to.len() / (rows.len() as usize).max(1);
     let mut done = 0;
     for block in rows.blocks() {
@@ -222,17 +222,17 @@ impl Backend for Cpu {
     }
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
-        self.scene = OwnScene::copy(scene.scene());
+        self.scene = SceneCopy::copy(scene.scene());
         Ok(())
     }
 
-    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
-        self.scene.nodes.truncate(self.scene.own_nodes);
+    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.scene.nodes.truncate(self.scene.scene_nodes);
         self.scene.nodes.extend_from_slice(nodes);
         Ok(())
     }
 
-    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
         if job.math == MathMode::Fast {
             return Err(SettingsError::NoFastMath { backend: "cpu" }.into());
         }
@@ -242,10 +242,10 @@ impl Backend for Cpu {
         self.kernel = kernel.ok_or_else(|| failed("no such kernel"))?;
         self.film.clear();
         self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
-        self.carries.resize(job.pixels(), Carry::ZERO);
-        self.guides.clear();
-        if has(job.variant.features, GUIDES) {
-            self.guides.resize(job.pixels(), Guides::UNWRITTEN);
+        self.compensations.resize(job.pixels(), Compensation::ZERO);
+        self.aovs.clear();
+        if has(job.variant.features, AOVS) {
+            self.aovs.resize(job.pixels(), AovSums::UNWRITTEN);
         }
         Ok(())
     }
@@ -258,7 +258,7 @@ impl Backend for Cpu {
         let width = params.width as usize;
         let height = self.film.len() / width.max(1);
         let mut wanted = (0..params.rows).map(|index| params.row(index)).peekable();
-        let rows = self.film.chunks_mut(width.max(1)).zip(self.carries.chunks_mut(width.max(1)));
+        let rows = self.film.chunks_mut(width.max(1)).zip(self.compensations.chunks_mut(width.max(1)));
         let rows = (0u32..).zip(rows).filter(|(y, _)| wanted.next_if_eq(y).is_some());
         let tasks: Vec<_> = rows
             .flat_map(|(y, (film, carries))| {
@@ -269,7 +269,7 @@ impl Backend for Cpu {
         if wanted.next().is_some() {
             return Err(failed(&format!("rows beyond the film's {height}")));
         }
-        let guides = OfAllTasks { first: self.guides.as_mut_ptr(), length: self.guides.len() };
+        let guides = SharedAovs { first: self.aovs.as_mut_ptr(), length: self.aovs.len() };
         self.pool.install(|| {
             tasks.into_par_iter().for_each(|(first, y, (pixels, carries))| {
                 // SAFETY: a task touches the guides of its own pixels.
@@ -283,36 +283,36 @@ impl Backend for Cpu {
         Ok(start.elapsed())
     }
 
-    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError> {
         take(rows, &mut self.film, film, PixelSums::UNWRITTEN)
     }
 
-    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
-        take(rows, &mut self.guides, guides, Guides::UNWRITTEN)
+    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
+        take(rows, &mut self.aovs, guides, AovSums::UNWRITTEN)
     }
 
-    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
-        if film.len() != self.film.len() || guides.len() != self.guides.len() {
+    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
+        if film.len() != self.film.len() || guides.len() != self.aovs.len() {
             return Err(failed("sums of another image"));
         }
         self.film.copy_from_slice(film);
-        self.guides.copy_from_slice(guides);
+        self.aovs.copy_from_slice(guides);
         Ok(())
     }
 
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        if self.guides.len() != self.film.len() {
+        if self.aovs.len() != self.film.len() {
             return Err(failed("no guides were prepared"));
         }
-        let Self { pool, film, guides, denoiser, .. } = self;
+        let Self { pool, film, aovs: guides, denoiser, .. } = self;
         pool.install(|| denoiser.run(passes, film, guides))
     }
 
-    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         self.denoiser.read(image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
         let Self { pool, film, denoiser, .. } = self;
         pool.install(|| denoiser.display(frame, film, to))
     }

@@ -10,8 +10,8 @@ pub use error::BackendError;
 pub use select::{Choice, Selection, list, open};
 
 use crate::bvh::{Bvh, Wide};
-use crate::denoise::{Pass, Shown};
-use crate::film::{HostMemory, Rows, Target};
+use crate::denoise::{DisplayLaunch, Pass};
+use crate::film::{HostMemory, RowSet, RowTarget};
 use crate::lights::Lights;
 use crate::render::{MathMode, Schedule, Traversal};
 use crate::scene;
@@ -19,11 +19,11 @@ use serde::Serialize;
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::Variant;
+use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::Lit;
+use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::Scene;
@@ -54,7 +54,7 @@ pub struct Device {
     pub kind: DeviceKind,
     /// Driver, threads, memory: for people.
     pub details: String,
-    /// What [`Backend::render`]'s times are: `wall clock`, `CUDA events`, `timestamp queries`.
+    /// What [`Backend::render`]'s times are: `wall pass_cost`, `CUDA events`, `timestamp queries`.
     pub timer: &'static str,
 }
 
@@ -75,7 +75,7 @@ impl<'a> SceneRecords<'a> {
             spheres: &scene.spheres,
             nodes: &bvh.nodes,
             materials: &lights.materials,
-            flats: &scene.flats,
+            planars: &scene.flats,
             triangles: &bvh.triangles,
             shading: &bvh.shading,
             lights: &lights.lights,
@@ -110,7 +110,7 @@ impl Launch {
 
 /// What stays the same over all submissions of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Job {
+pub struct FilmDesc {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
@@ -121,7 +121,7 @@ pub struct Job {
     pub math: MathMode,
 }
 
-impl Job {
+impl FilmDesc {
     /// `width * height`.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
@@ -145,37 +145,37 @@ pub trait Backend: Send {
     /// Copies a scene to the device.
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError>;
 
-    /// Puts these nodes after those of the scene, in place of earlier ones: the tree as the [camera](trisect_shared::view) sees it.
-    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError>;
+    /// Puts these nodes after those of the scene, in place of earlier ones: the tree as the [camera](trisect_shared::tile_entry) sees it.
+    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError>;
 
     /// Chooses the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
-    fn prepare(&mut self, job: &Job) -> Result<(), BackendError>;
+    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError>;
 
     /// Renders one submission into the film and waits for it. Returns the device's own measure of its time.
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError>;
 
     /// Copies these rows of the film, one below the other, to `film` (as long as they have pixels) and resets the film to
     /// [`PixelSums::UNWRITTEN`], in these rows at least.
-    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError>;
+    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError>;
 
-    /// The same of the guides, for a kernel that writes them: resets them to [`Guides::UNWRITTEN`].
-    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError>;
+    /// The same of the guides, for a kernel that writes them: resets them to [`AovSums::UNWRITTEN`].
+    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError>;
 
     /// Writes sums and guides (as long as the job has pixels) where a kernel that writes guides has them.
-    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError>;
+    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError>;
 
     /// Denoises what film and guides hold, which stay as they are. Returns the device's own measure of each pass.
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError>;
 
     /// Copies one of the denoiser's two images, after its passes, to `pixels` (as long as the job has pixels).
-    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError>;
+    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError>;
 
     /// Makes rows of the last frame's image for a screen and copies them to the host. Returns the device's own measure of making them.
-    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError>;
+    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError>;
 
     /// Another one of the same device with the same scene, which renders while this one does: where one waits for its last lanes or for the host, the other's
     /// lanes fill the device. None where that brings nothing.
-    fn twin(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
+    fn second_stream(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
         Ok(None)
     }
 

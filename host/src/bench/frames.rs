@@ -1,14 +1,14 @@
 //! Frames after a warm-up.
 
 use crate::Error;
-use crate::render::{Observer, Renderer, Settings};
+use crate::render::{RenderObserver, Renderer, Settings};
 use crate::stats::RenderStats;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 /// What frames took.
 #[derive(Clone, Debug)]
-pub struct Frames {
+pub struct FrameStats {
     /// The very first, with what happens once: mostly one of the warm-up.
     pub first: RenderStats,
     /// How many did not count.
@@ -44,8 +44,8 @@ pub fn measure(
     settings: &Settings,
     warm_up: WarmUp,
     frames: u32,
-    observer: &mut dyn Observer,
-) -> Result<Frames, Error> {
+    observer: &mut dyn RenderObserver,
+) -> Result<FrameStats, Error> {
     let mut render = || renderer.render(settings, observer).map(|frame| frame.stats);
     let first = render()?;
     if warm_up.frames == 0 {
@@ -53,7 +53,7 @@ pub fn measure(
         for _ in 1..frames {
             counted.push(render()?);
         }
-        return Ok(Frames { first, warm_up: 0, counted });
+        return Ok(FrameStats { first, warm_up: 0, counted });
     }
     let start = Instant::now();
     let mut done = 1;
@@ -62,7 +62,7 @@ pub fn measure(
         done += 1;
     }
     let counted = (0..frames).map(|_| render()).collect::<Result<_, _>>()?;
-    Ok(Frames { first, warm_up: done, counted })
+    Ok(FrameStats { first, warm_up: done, counted })
 }
 
 /// Notes when the first submission that it sees has ended.
@@ -72,7 +72,7 @@ pub struct FirstSubmission {
     pub ended: Option<Instant>,
 }
 
-impl Observer for FirstSubmission {
+impl RenderObserver for FirstSubmission {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         self.ended.get_or_insert_with(Instant::now);
         ControlFlow::Continue(())

@@ -2,9 +2,9 @@
 
 use super::{Row, Summary, WarmUp};
 use crate::Error;
-use crate::denoise::{Denoise, Kernel};
-use crate::render::{Live, Renderer, Settings};
-use crate::view::Shot;
+use crate::denoise::{DenoiseSettings, Kernel};
+use crate::render::{LiveFrame, Renderer, Settings};
+use crate::view::FrameTiming;
 use std::time::{Duration, Instant};
 
 /// One frame: its rows' names and units, and values.
@@ -18,7 +18,7 @@ type Values = Vec<(String, &'static str, f64)>;
 pub fn measure_live(
     renderer: &mut Renderer,
     settings: &Settings,
-    denoise: &Denoise,
+    denoise: &DenoiseSettings,
     warm_up: WarmUp,
     frames: u32,
 ) -> Result<Vec<Row>, Error> {
@@ -38,8 +38,8 @@ pub fn measure_live(
 }
 
 /// What frames that a viewer shows took: as [`measure_live`], and making them fit for a screen and copying them to the host.
-pub fn rows_of_shots(shots: &[Shot]) -> Vec<Row> {
-    let frame = |shot: &Shot| {
+pub fn rows_of_timings(shots: &[FrameTiming]) -> Vec<Row> {
+    let frame = |shot: &FrameTiming| {
         let mut values = values(&shot.live, shot.whole.as_secs_f64());
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
         values.insert(values.len() - 2, ("display".to_owned(), "ms", milliseconds(shot.display)));
@@ -60,18 +60,18 @@ fn rows(frames: &[Values]) -> Vec<Row> {
     first.iter().filter_map(row).collect()
 }
 
-fn values(live: &Live, wall: f64) -> Values {
+fn values(live: &LiveFrame, wall: f64) -> Values {
     let mut level = 0;
     let name = |kernel: Kernel| match kernel {
         Kernel::Add => "add".to_owned(),
-        Kernel::Gather => "gather".to_owned(),
+        Kernel::Demodulate => "gather".to_owned(),
         Kernel::Estimate => "estimate the variance".to_owned(),
         Kernel::Reproject => "reproject".to_owned(),
         Kernel::Atrous | Kernel::Svgf => {
             level += 1;
             format!("level {level}")
         }
-        Kernel::Finish => "finish".to_owned(),
+        Kernel::Remodulate => "finish".to_owned(),
     };
     let trace = live.trace.as_secs_f64();
     let names: Vec<String> = live.passes.iter().map(|pass| pass.0).map(name).collect();
@@ -105,7 +105,7 @@ mod tests {
         let scene = Scene::hello_world().unwrap();
         let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
         let settings = Settings { width: 16, height: 9, samples: 1, ..scene.settings() };
-        let denoise = Denoise { levels: 2, ..Denoise::new(Filter::Svgf) };
+        let denoise = DenoiseSettings { levels: 2, ..DenoiseSettings::new(Filter::Svgf) };
         let rows = measure_live(&mut renderer, &settings, &denoise, WarmUp::of(1), 3).unwrap();
         let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
         let want = [

@@ -14,8 +14,8 @@ mod summary;
 
 pub use error::BenchError;
 pub use fit::Line;
-pub use frames::{FirstSubmission, Frames, WarmUp, measure};
-pub use live::{measure_live, rows_of_shots};
+pub use frames::{FirstSubmission, FrameStats, WarmUp, measure};
+pub use live::{measure_live, rows_of_timings};
 pub use record::{Benchmark, FORMAT, Once, Row, Subject, table};
-pub use spheres::{GREATEST_COUNT, sphere_scene};
+pub use spheres::{MAX_COUNT, sphere_scene};
 pub use summary::Summary;

@@ -3,11 +3,11 @@
 use super::BenchError;
 use crate::render::Fresnel;
 use crate::scene::description::{Alpha, Description, Material, Shape, ShapeKind, Sky, Surface};
-use crate::scene::{CameraPose, Described, ImageSettings, Space};
+use crate::scene::{CameraPose, ImageSettings, Rebase, SceneDocument};
 use glam::DVec3;
 
 /// The most spheres of a scene.
-pub const GREATEST_COUNT: u32 = 10_000_000;
+pub const MAX_COUNT: u32 = 10_000_000;
 
 /// Half of the side of the square on which the small spheres stand, as in the book.
 const HALF_SIDE: f64 = 11.0;
@@ -28,10 +28,10 @@ const LARGE: [f64; 3] = [0.0, -4.0, 4.0];
 ///
 /// # Errors
 ///
-/// [`BenchError::SphereCount`] unless `count` is 1 to [`GREATEST_COUNT`].
-pub fn sphere_scene(count: u32) -> Result<Described, BenchError> {
-    if count == 0 || count > GREATEST_COUNT {
-        return Err(BenchError::SphereCount { count, greatest: GREATEST_COUNT });
+/// [`BenchError::SphereCount`] unless `count` is 1 to [`MAX_COUNT`].
+pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
+    if count == 0 || count > MAX_COUNT {
+        return Err(BenchError::SphereCount { count, greatest: MAX_COUNT });
     }
     let sphere = |center, radius, material| Shape { kind: ShapeKind::Sphere { center, radius }, material };
     let mut shapes = vec![sphere(DVec3::new(0.0, -GROUND, 0.0), GROUND, 0)];
@@ -56,7 +56,7 @@ pub fn sphere_scene(count: u32) -> Result<Described, BenchError> {
     };
     let image = ImageSettings { width: 1280, height: 720, samples: 16, depth: 50, fresnel: Fresnel::Schlick };
     let (name, notes) = (format!("{count} spheres"), Vec::new());
-    Ok(Described { name, description, image, space: Space::IDENTITY, notes })
+    Ok(SceneDocument { name, description, image, space: Rebase::IDENTITY, notes })
 }
 
 /// Centre, radius and cell of at least `count` small spheres: on the coarsest grid that has as many clear of the large ones.

@@ -4,8 +4,8 @@ use crate::scene::Scene;
 use glam::{Vec3, Vec3A};
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
-use trisect_shared::flat::{DISC, Flat};
 use trisect_shared::math::unit_f32;
+use trisect_shared::planar::{DISC, Planar};
 use trisect_shared::rng::PathKey;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
@@ -60,7 +60,7 @@ pub(super) fn sphere_bounds(sphere: &Sphere) -> Bounds {
     padded(sphere.center - sphere.radius, sphere.center + sphere.radius)
 }
 
-fn flat_bounds(flat: &Flat) -> Bounds {
+fn flat_bounds(flat: &Planar) -> Bounds {
     let (u, v) = (flat.edge_u, flat.edge_v);
     if flat.kind == DISC {
         let reach = Vec3::from_array(std::array::from_fn(|i| u[i].hypot(v[i])));

@@ -4,11 +4,11 @@
 mod balanced;
 mod bounds;
 mod memory;
-mod room;
-mod view;
+mod padding;
+mod tile_entries;
 mod wide;
 
-pub use view::prune;
+pub use tile_entries::build_tile_entries;
 pub use wide::Wide;
 
 use crate::memory::available;
@@ -34,7 +34,7 @@ pub enum BvhQuality {
 }
 
 /// A scene of at most so many primitives gets [`BvhQuality::High`] unless told otherwise: it builds within a second.
-const HIGH_UP_TO: usize = 100_000;
+const MAX_HIGH_QUALITY_PRIMITIVES: usize = 100_000;
 
 /// A tree over the primitives of a scene.
 #[derive(Clone, Debug)]
@@ -52,11 +52,11 @@ pub struct Bvh {
 }
 
 /// From so many primitives on, boxes are shifted for the builder.
-const SHIFT_FROM: usize = 4096;
+const MIN_SHIFTED_PRIMITIVES: usize = 4096;
 
 /// The tree that obvhs's `build_bvh2` makes where a primitive stands in one leaf: its test costs about as much as that of its box. Without what that function
 /// checks in debug builds: that its own traversal, which is not used here, has room for a tree that reinsertion made deep.
-fn make(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
+fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
     let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } = *preset;
     let indices = (0..boxes.len() as u32).collect();
     let builder = &mut PlocBuilder::with_capacity(boxes.len());
@@ -85,18 +85,19 @@ impl Bvh {
             0 => return Ok(Self::leaf(Child::EMPTY)),
             1 => Self::leaf(Child::leaf(0)),
             count => {
-                let default = if count <= HIGH_UP_TO { BvhQuality::High } else { BvhQuality::Medium };
+                let default =
+                    if count <= MAX_HIGH_QUALITY_PRIMITIVES { BvhQuality::High } else { BvhQuality::Medium };
                 let preset = match quality.unwrap_or(default) {
                     BvhQuality::Fast => BvhBuildParams::fast_build(),
                     BvhQuality::Medium => BvhBuildParams::medium_build(),
                     BvhQuality::High => BvhBuildParams::very_slow_build(),
                 };
-                if count < SHIFT_FROM {
-                    Self::flatten(&make(&boxes, &preset))
+                if count < MIN_SHIFTED_PRIMITIVES {
+                    Self::flatten(&build_tree(&boxes, &preset))
                 } else {
                     let shifted: Vec<Bounds> =
                         (0u32..).zip(&boxes).map(|(i, bounds)| shifted(i, bounds)).collect();
-                    let mut bvh = Self::flatten(&make(&shifted, &preset));
+                    let mut bvh = Self::flatten(&build_tree(&shifted, &preset));
                     bvh.refit(&boxes);
                     bvh
                 }
@@ -105,7 +106,7 @@ impl Bvh {
         if bvh.depth > STACK_SIZE {
             bvh = balanced::build(&boxes);
         }
-        bvh.prove(boxes.len())
+        bvh.validate(boxes.len())
             .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
         bvh.order_triangles(scene);
         Ok(bvh)
@@ -191,7 +192,7 @@ impl Bvh {
 
     /// Checks what [`trisect_shared::buffer`] promises: indices in range, each node and primitive reached once, depth within the
     /// traversal stack.
-    fn prove(&self, primitives: usize) -> Result<(), String> {
+    fn validate(&self, primitives: usize) -> Result<(), String> {
         if self.depth > STACK_SIZE {
             return Err(format!(
                 "the BVH has {} levels, traversal has room for {STACK_SIZE}: too many objects at nearly one place",
@@ -248,11 +249,11 @@ mod tests {
 
     #[test]
     fn a_good_tree_is_proven() {
-        assert_eq!(tree().prove(3), Ok(()));
+        assert_eq!(tree().validate(3), Ok(()));
     }
 
     #[test]
-    fn sabotage_each_broken_tree_is_refused() {
+    fn negative_control_each_broken_tree_is_refused() {
         let broken: [fn(&mut Bvh); 6] = [
             |t| t.nodes[0].second = Child::leaf(3).0,  // no such primitive
             |t| t.nodes[0].second = Child::leaf(0).0,  // twice
@@ -264,7 +265,7 @@ mod tests {
         for (i, damage) in broken.into_iter().enumerate() {
             let mut tree = tree();
             damage(&mut tree);
-            assert!(tree.prove(3).is_err(), "fault {i}");
+            assert!(tree.validate(3).is_err(), "fault {i}");
         }
     }
 
@@ -291,7 +292,7 @@ mod tests {
                     sphere_bounds(&Sphere { center, ..scene.spheres[0] })
                 })
                 .collect();
-            assert_eq!(balanced::build(&boxes).prove(count), Ok(()));
+            assert_eq!(balanced::build(&boxes).validate(count), Ok(()));
         }
     }
 

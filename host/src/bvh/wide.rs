@@ -1,18 +1,18 @@
 //! The wide tree: the binary one, eight children a node, up to eight primitives of a kind a leaf.
 
-mod prove;
+mod validate;
 
 use super::Bvh;
 use crate::scene::{Scene, SceneError};
 use glam::Vec3;
 use trisect_shared::bvh::{Child, Corners};
-use trisect_shared::lanes::{LANES, Row};
-use trisect_shared::wide::{Kind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
+use trisect_shared::simd::{LANES, SimdRow};
+use trisect_shared::wide::{LeafKind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
 
 /// What a subtree costs at best, and how. Costs are expected visits: a node's area relative to the root's, a leaf being as much as a node
 /// (ratios from 1 to 4 trace as fast).
 #[derive(Clone, Copy)]
-struct Plan {
+struct CollapsePlan {
     /// As a forest of at most 1, 2, ..., 7 trees.
     cost: [f32; LANES - 1],
     /// For the tree, of how many trees of its eight are the first child's, or 0 for a leaf; for a forest of k + 1 trees the same, or 0
@@ -21,7 +21,7 @@ struct Plan {
     /// Primitives, at most one more than a leaf holds.
     count: u8,
     /// None if they are of several.
-    kind: Option<Kind>,
+    kind: Option<LeafKind>,
 }
 
 /// A tree that the CPU traces, over the primitives of a [`Bvh`] as it numbers them.
@@ -49,7 +49,7 @@ impl Wide {
         let builder = Builder::new(scene, bvh);
         let Some(wide) = builder.build() else { return Ok(None) };
         let first = [scene.spheres.len(), scene.flats.len(), bvh.triangles.len()];
-        wide.prove(first)
+        wide.validate(first)
             .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
         Ok(Some(wide))
     }
@@ -66,7 +66,7 @@ struct Builder<'a> {
     bvh: &'a Bvh,
     first_flat: u32,
     first_triangle: u32,
-    plans: Vec<Plan>,
+    plans: Vec<CollapsePlan>,
     wide: Wide,
 }
 
@@ -98,19 +98,19 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn kind(&self, primitive: u32) -> Kind {
+    fn kind(&self, primitive: u32) -> LeafKind {
         if primitive >= self.first_triangle {
-            Kind::Triangles
+            LeafKind::Triangles
         } else if primitive >= self.first_flat {
-            Kind::Flat
+            LeafKind::Planar
         } else {
-            Kind::Spheres
+            LeafKind::Spheres
         }
     }
 
     fn build(mut self) -> Option<Wide> {
         let bvh = self.bvh;
-        let limit = WideChild::LIMIT as usize;
+        let limit = WideChild::MAX_INDEX as usize;
         if self.first_triangle as usize > limit || bvh.nodes.len() > limit || bvh.triangles.len() > limit {
             return None;
         }
@@ -123,10 +123,10 @@ impl<'a> Builder<'a> {
     }
 
     /// The plan of a child whose box is so large, relative to the root's.
-    fn of(&self, child: Child, area: f32) -> Plan {
+    fn of(&self, child: Child, area: f32) -> CollapsePlan {
         if child.is_leaf() {
             let kind = Some(self.kind(child.index()));
-            Plan { cost: [area; LANES - 1], first: [0; LANES - 1], count: 1, kind }
+            CollapsePlan { cost: [area; LANES - 1], first: [0; LANES - 1], count: 1, kind }
         } else {
             self.plans[child.index() as usize]
         }
@@ -135,7 +135,7 @@ impl<'a> Builder<'a> {
     /// From the leaves up: children come after their parents.
     fn plan(&mut self) {
         let nodes = &self.bvh.nodes;
-        let none = Plan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
+        let none = CollapsePlan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
         self.plans = vec![none; nodes.len()];
         let root = nodes.first().map_or(1.0, |node| {
             let [a, b] = node.boxes();
@@ -156,8 +156,8 @@ impl<'a> Builder<'a> {
             };
             let kind = if a.kind == b.kind { a.kind } else { None };
             let count = (a.count + b.count).min(LANES as u8 + 1);
-            let mut plan = Plan { count, kind, ..none };
-            let fits = usize::from(count) <= LANES && kind.is_some_and(|kind| kind != Kind::Flat);
+            let mut plan = CollapsePlan { count, kind, ..none };
+            let fits = usize::from(count) <= LANES && kind.is_some_and(|kind| kind != LeafKind::Planar);
             let (below, first) = share(LANES);
             let inner = area + below;
             (plan.cost[0], plan.first[0]) = if fits && area <= inner { (area, 0) } else { (inner, first) };
@@ -238,12 +238,12 @@ impl<'a> Builder<'a> {
         }
         primitives.sort_unstable();
         let kind = self.kind(primitives[0]);
-        let mut numbers = Row([u32::MAX; LANES]);
+        let mut numbers = SimdRow([u32::MAX; LANES]);
         numbers.0[..primitives.len()].copy_from_slice(&primitives);
         let index = match kind {
-            Kind::Flat => primitives[0] as usize,
-            Kind::Spheres => {
-                let mut packet = SpherePacket { shape: [Row([0.0; LANES]); 4], primitives: numbers };
+            LeafKind::Planar => primitives[0] as usize,
+            LeafKind::Spheres => {
+                let mut packet = SpherePacket { shape: [SimdRow([0.0; LANES]); 4], primitives: numbers };
                 for (lane, &primitive) in primitives.iter().enumerate() {
                     let sphere = &self.scene.spheres[primitive as usize];
                     for (row, x) in sphere.center.to_array().into_iter().chain([sphere.radius]).enumerate() {
@@ -253,8 +253,8 @@ impl<'a> Builder<'a> {
                 self.wide.spheres.push(packet);
                 self.wide.spheres.len() - 1
             }
-            Kind::Triangles => {
-                let mut packet = TrianglePacket { vertices: [Row([0.0; LANES]); 9], primitives: numbers };
+            LeafKind::Triangles => {
+                let mut packet = TrianglePacket { vertices: [SimdRow([0.0; LANES]); 9], primitives: numbers };
                 for (lane, &primitive) in primitives.iter().enumerate() {
                     let t = &self.bvh.triangles[(primitive - self.first_triangle) as usize];
                     for (row, x) in [t.a, t.b, t.c].into_iter().flat_map(|v| v.to_array()).enumerate() {
@@ -271,11 +271,11 @@ impl<'a> Builder<'a> {
 
 /// A node with these children's boxes; their words come later.
 fn node(list: &[(Child, Corners)]) -> WideNode {
-    let (low, high) = (Row([f32::INFINITY; LANES]), Row([f32::NEG_INFINITY; LANES]));
+    let (low, high) = (SimdRow([f32::INFINITY; LANES]), SimdRow([f32::NEG_INFINITY; LANES]));
     let mut node = WideNode {
         planes: [low, low, low, high, high, high],
-        children: Row([WideChild::EMPTY.0; LANES]),
-        order: Row([0; LANES]),
+        children: SimdRow([WideChild::EMPTY.0; LANES]),
+        order: SimdRow([0; LANES]),
     };
     for (lane, (_, (low, high))) in list.iter().enumerate() {
         for axis in 0..3 {

@@ -20,7 +20,7 @@ pub enum CheckpointError {
     },
     /// Not a checkpoint, or no longer.
     #[error("{}: not a checkpoint: {message}", path.display())]
-    NotOne {
+    NotACheckpoint {
         /// The file.
         path: PathBuf,
         /// What is wrong.

@@ -73,7 +73,7 @@ impl Identity {
         quality: Option<BvhQuality>,
         renderer: &Renderer,
     ) -> Self {
-        let prepared = renderer.prepared(settings.width, settings.height);
+        let prepared = renderer.prepared_crc(settings.width, settings.height);
         let arithmetic = arithmetic(renderer.backend().device(), settings.math);
         let Fingerprint { version, kernels, scene, mut settings } =
             Fingerprint::new(scene, settings, quality);
@@ -84,7 +84,7 @@ impl Identity {
     }
 
     /// Who goes on rounds otherwise: then the film is what either of both goes on with.
-    pub fn also(&mut self, arithmetic: &str) {
+    pub fn add_rounding(&mut self, arithmetic: &str) {
         for new in arithmetic.split(AND) {
             if !self.arithmetic.split(AND).any(|one| one == new) {
                 self.arithmetic = format!("{}{AND}{new}", self.arithmetic);

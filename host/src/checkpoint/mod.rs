@@ -1,7 +1,7 @@
 //! Renders that survive: a film in a file, with what it is of, from which a render goes on, or to which others are added.
 //!
 //! [`Checkpoint`] is the file, [`Identity`] what films must have in common that belong together, [`Saver`] writes while the render goes on. The film that is
-//! complete in the end has the same bits as that of a render that was never interrupted ([`Renderer::render_onto`](crate::render::Renderer::render_onto)).
+//! complete in the end has the same bits as that of a render that was never interrupted ([`Renderer::render_missing`](crate::render::Renderer::render_missing)).
 
 mod error;
 mod identity;
@@ -11,12 +11,12 @@ mod saver;
 pub use error::CheckpointError;
 pub use identity::{Identity, arithmetic};
 pub use place::Place;
-pub use saver::{Every, Saver};
+pub use saver::{SaveInterval, Saver};
 
-use crate::film::{Coverage, Film, GuideTotals, Part, PixelTotals};
-use crate::render::GREATEST_DEPTH;
-use crate::replace::{self, Claim};
-use crate::sealed::{self, Contents, SealError};
+use crate::atomic_file::{self, Claim};
+use crate::checksummed_file::{self, ChecksummedFileError, Contents};
+use crate::film::{AovTotals, Film, PixelTotals, SampleBlock, SampleCoverage};
+use crate::render::MAX_DEPTH;
 use bytemuck::cast_slice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,7 @@ use trisect_shared::film::CHUNK_SAMPLES;
 const MAGIC: &[u8; 8] = b"TRISCKP1";
 
 /// Of a sample: what more would a path have that was traced.
-const MOST_SEGMENTS: u64 = GREATEST_DEPTH as u64;
+const MAX_SEGMENTS: u64 = MAX_DEPTH as u64;
 
 /// Version of the header. A field that changes its meaning, or goes, raises it.
 pub const FORMAT: u32 = 1;
@@ -61,7 +61,7 @@ struct Stored {
     width: u32,
     height: u32,
     guides: bool,
-    parts: Vec<Part>,
+    parts: Vec<SampleBlock>,
     #[serde(flatten)]
     header: Header,
 }
@@ -83,10 +83,12 @@ impl Checkpoint {
     /// [`CheckpointError`] names the file: one that is none, was cut off or damaged, or is of another version.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let io = |source| CheckpointError::Io { path: path.to_owned(), source };
-        match sealed::read(path, MAGIC) {
+        match checksummed_file::read(path, MAGIC) {
             Ok(contents) => Self::of(contents, path),
-            Err(SealError::Io(source)) => Err(io(source)),
-            Err(error) => Err(CheckpointError::NotOne { path: path.to_owned(), message: error.to_string() }),
+            Err(ChecksummedFileError::Io(source)) => Err(io(source)),
+            Err(error) => {
+                Err(CheckpointError::NotACheckpoint { path: path.to_owned(), message: error.to_string() })
+            }
         }
     }
 
@@ -96,12 +98,12 @@ impl Checkpoint {
     ///
     /// As [`read`](Self::read).
     pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Self, CheckpointError> {
-        let wrong = |message: String| CheckpointError::NotOne { path: path.to_owned(), message };
-        Self::of(sealed::open(bytes, MAGIC).map_err(|error| wrong(error.to_string()))?, path)
+        let wrong = |message: String| CheckpointError::NotACheckpoint { path: path.to_owned(), message };
+        Self::of(checksummed_file::open(bytes, MAGIC).map_err(|error| wrong(error.to_string()))?, path)
     }
 
     fn of(contents: Contents, path: &Path) -> Result<Self, CheckpointError> {
-        let wrong = |message: String| CheckpointError::NotOne { path: path.to_owned(), message };
+        let wrong = |message: String| CheckpointError::NotACheckpoint { path: path.to_owned(), message };
         let Contents { header, data } = contents;
         let format: Format = serde_json::from_slice(&header).map_err(|error| wrong(error.to_string()))?;
         if format.format != FORMAT {
@@ -137,7 +139,7 @@ impl Checkpoint {
             return Err(CheckpointError::Differs { path: path(), difference });
         }
         self.film.add(&other.film).map_err(|source| CheckpointError::Film { path: path(), source })?;
-        self.header.identity.also(&other.header.identity.arithmetic);
+        self.header.identity.add_rounding(&other.header.identity.arithmetic);
         self.header.seconds += other.header.seconds;
         let (a, b) = (&self.header.samples, &other.header.samples);
         self.header.samples = a.start.min(b.start)..a.end.max(b.end);
@@ -149,7 +151,7 @@ impl Checkpoint {
 fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     let Stored { width, height, guides, ref parts, .. } = *stored;
     let pixels = u64::from(width) * u64::from(height);
-    let each = size_of::<PixelTotals>() + if guides { size_of::<GuideTotals>() } else { 0 };
+    let each = size_of::<PixelTotals>() + if guides { size_of::<AovTotals>() } else { 0 };
     if pixels == 0 || pixels.checked_mul(each as u64) != Some(data.len() as u64) {
         return Err(format!("{} bytes are no film of {width}x{height}", data.len()));
     }
@@ -165,7 +167,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     if rows > data.len() as u64 {
         return Err(format!("it is in {} parts", parts.len()));
     }
-    let mut coverage = Coverage::new(height);
+    let mut coverage = SampleCoverage::new(height);
     for part in parts {
         let Range { start, end } = part.samples;
         let whole = start % CHUNK_SAMPLES == 0 && (end % CHUNK_SAMPLES == 0 || end == spp) && end <= spp;
@@ -183,23 +185,23 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
         pixels.iter().all(|pixel| {
             let counts = [pixel.samples, pixel.rejected, pixel.unwritten];
             let sum = counts.iter().try_fold(0u64, |sum, &count| sum.checked_add(count));
-            sum == Some(held) && pixel.segments <= held.saturating_mul(MOST_SEGMENTS)
+            sum == Some(held) && pixel.segments <= held.saturating_mul(MAX_SEGMENTS)
         })
     };
     let rows = totals.par_chunks(width as usize).enumerate();
     if let Some(row) = rows.position_first(|row| !is_sound(row)) {
         return Err(format!("row {row} does not have the samples that it says"));
     }
-    let guides: Vec<GuideTotals> = bytemuck::pod_collect_to_vec(of_guides);
+    let guides: Vec<AovTotals> = bytemuck::pod_collect_to_vec(of_guides);
     let rows = guides.par_chunks(width as usize).enumerate();
-    let wrong = |(row, pixels): (usize, &[GuideTotals])| {
+    let wrong = |(row, pixels): (usize, &[AovTotals])| {
         let held = held(row);
         pixels.iter().any(|guides| guides.hits.checked_add(guides.misses).is_none_or(|count| count > held))
     };
     if let Some(row) = rows.position_first(wrong) {
         return Err(format!("row {row} has guides of more samples than it has"));
     }
-    Ok(Film { width, height, pixels: totals, guides, coverage })
+    Ok(Film { width, height, pixels: totals, aovs: guides, coverage })
 }
 
 #[derive(Deserialize)]
@@ -214,7 +216,7 @@ struct Format {
 ///
 /// [`CheckpointError::Io`] names the file.
 pub fn probe(path: &Path) -> Result<(), CheckpointError> {
-    replace::probe_replace(path).map_err(|source| CheckpointError::Io { path: path.to_owned(), source })
+    atomic_file::probe_atomic(path).map_err(|source| CheckpointError::Io { path: path.to_owned(), source })
 }
 
 /// As [`Checkpoint::write`], of a film that someone else has.
@@ -225,7 +227,7 @@ pub fn probe(path: &Path) -> Result<(), CheckpointError> {
 pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), CheckpointError> {
     let io = |source: io::Error| CheckpointError::Io { path: path.to_owned(), source };
     let header = stored(header, film).map_err(io)?;
-    sealed::write(path, MAGIC, &header, &data(film)).map_err(io)
+    checksummed_file::write(path, MAGIC, &header, &data(film)).map_err(io)
 }
 
 /// Writes a checkpoint in place of the one of `claim`, or where none is.
@@ -240,7 +242,7 @@ fn write_claimed(
         _ => CheckpointError::Io { path: path.to_owned(), source },
     };
     let header = stored(header, film).map_err(io)?;
-    sealed::write_claimed(path, claim, MAGIC, &header, &data(film)).map_err(io)
+    checksummed_file::write_claimed(path, claim, MAGIC, &header, &data(film)).map_err(io)
 }
 
 /// Returns the header of a film's file.
@@ -248,7 +250,7 @@ fn stored(header: &Header, film: &Film) -> io::Result<Vec<u8>> {
     let stored = Stored {
         width: film.width,
         height: film.height,
-        guides: !film.guides.is_empty(),
+        guides: !film.aovs.is_empty(),
         parts: film.coverage.parts(),
         header: header.clone(),
     };
@@ -257,7 +259,7 @@ fn stored(header: &Header, film: &Film) -> io::Result<Vec<u8>> {
 
 /// Returns the data of a film's file.
 fn data(film: &Film) -> [&[u8]; 2] {
-    [cast_slice(&film.pixels), cast_slice(&film.guides)]
+    [cast_slice(&film.pixels), cast_slice(&film.aovs)]
 }
 
 /// Numbers are written as this processor has them.

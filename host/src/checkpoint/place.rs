@@ -1,8 +1,8 @@
 //! The file of a checkpoint, which two processes must not write.
 
 use super::{CheckpointError, Header, write_claimed};
+use crate::atomic_file::Claim;
 use crate::film::Film;
-use crate::replace::Claim;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -1,7 +1,7 @@
 //! Writes a film now and then while it grows, on a thread of its own.
 
 use super::{CheckpointError, Header, Place};
-use crate::film::{Coverage, Film, Part};
+use crate::film::{Film, SampleBlock, SampleCoverage};
 use crate::threads;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,20 +13,20 @@ use std::time::{Duration, Instant};
 
 /// How often.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Every {
+pub enum SaveInterval {
     /// After so long.
     Time(Duration),
     /// After so many samples of each pixel.
     Samples(u32),
 }
 
-impl Default for Every {
+impl Default for SaveInterval {
     fn default() -> Self {
         Self::Time(Duration::from_secs(30))
     }
 }
 
-impl FromStr for Every {
+impl FromStr for SaveInterval {
     type Err = String;
 
     /// `30s`, `5m`, `2h`, `500ms` or `1024spp`.
@@ -77,23 +77,23 @@ struct State {
 pub struct Saver {
     place: Place,
     header: Mutex<Header>,
-    every: Every,
+    every: SaveInterval,
     start: Instant,
     state: Mutex<State>,
 }
 
 impl Saver {
     /// Returns one for a render that begins now, and replaces no file that is there.
-    pub fn new(path: &Path, header: Header, every: Every) -> Self {
+    pub fn new(path: &Path, header: Header, every: SaveInterval) -> Self {
         Self::with(Place::new(path), header, every)
     }
 
     /// Returns one for a render that continues from the file of `place`, and replaces it.
-    pub fn resume(place: Place, header: Header, every: Every) -> Self {
+    pub fn resume(place: Place, header: Header, every: SaveInterval) -> Self {
         Self::with(place, header, every)
     }
 
-    fn with(place: Place, header: Header, every: Every) -> Self {
+    fn with(place: Place, header: Header, every: SaveInterval) -> Self {
         let (to, films) = channel::<(Film, Header)>();
         let (done, back) = channel();
         let own = place.clone();
@@ -131,17 +131,17 @@ impl Saver {
     }
 
     /// From now on what is rendered is rounded so, too.
-    pub fn also(&self, arithmetic: &str) {
-        self.header.lock().unwrap_or_else(PoisonError::into_inner).identity.also(arithmetic);
+    pub fn add_rounding(&self, arithmetic: &str) {
+        self.header.lock().unwrap_or_else(PoisonError::into_inner).identity.add_rounding(arithmetic);
     }
 
     /// Copies the film and has it written, if that is due and the last one is on the disk.
-    pub fn look(&self, film: &Film) {
+    pub fn save_if_due(&self, film: &Film) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let samples = || held(&film.coverage);
+        let samples = || mean_samples(&film.coverage);
         let due = match self.every {
-            Every::Time(time) => state.last.elapsed() >= time,
-            Every::Samples(count) => samples() - state.samples >= f64::from(count),
+            SaveInterval::Time(time) => state.last.elapsed() >= time,
+            SaveInterval::Samples(count) => samples() - state.samples >= f64::from(count),
         };
         if !due {
             return;
@@ -183,8 +183,8 @@ impl Saver {
 }
 
 /// Samples of a pixel, in the mean.
-fn held(coverage: &Coverage) -> f64 {
-    let samples: u64 = coverage.parts().iter().map(Part::size).sum();
+fn mean_samples(coverage: &SampleCoverage) -> f64 {
+    let samples: u64 = coverage.parts().iter().map(SampleBlock::size).sum();
     samples as f64 / f64::from(coverage.height().max(1))
 }
 
@@ -227,11 +227,11 @@ mod tests {
 
     #[test]
     fn how_often() {
-        let of = |text: &str| text.parse::<Every>();
-        assert_eq!(of("30s"), Ok(Every::default()));
-        assert_eq!(of("1.5min"), Ok(Every::Time(Duration::from_secs(90))));
-        assert_eq!(of("250ms"), Ok(Every::Time(Duration::from_millis(250))));
-        assert_eq!(of("1024spp"), Ok(Every::Samples(1024)));
+        let of = |text: &str| text.parse::<SaveInterval>();
+        assert_eq!(of("30s"), Ok(SaveInterval::default()));
+        assert_eq!(of("1.5min"), Ok(SaveInterval::Time(Duration::from_secs(90))));
+        assert_eq!(of("250ms"), Ok(SaveInterval::Time(Duration::from_millis(250))));
+        assert_eq!(of("1024spp"), Ok(SaveInterval::Samples(1024)));
         for bad in ["", "30", "s", "0s", "-1s", "1e400h", "soon", "0spp", "-1spp", "1.5spp", "NaNs"] {
             assert!(of(bad).is_err(), "{bad}");
         }

@@ -9,12 +9,12 @@ fn sums(value: f32, samples: u32) -> PixelSums {
     PixelSums { radiance, samples, squares: radiance * value, segments: 2 * samples }
 }
 
-fn part(rows: Range<u32>, samples: Range<u32>) -> Part {
-    Part { rows, samples }
+fn part(rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
+    SampleBlock { rows, samples }
 }
 
 /// A film of 3x4 pixels with some parts.
-fn film(parts: &[Part]) -> Film {
+fn film(parts: &[SampleBlock]) -> Film {
     let mut film = Film::new(3, 4);
     for part in parts {
         let chunk: Vec<PixelSums> =
@@ -24,7 +24,7 @@ fn film(parts: &[Part]) -> Film {
     film
 }
 
-fn checkpoint(parts: &[Part]) -> Checkpoint {
+fn checkpoint(parts: &[SampleBlock]) -> Checkpoint {
     let identity = Identity {
         version: "0.1.0".to_owned(),
         prepared: "00000000".to_owned(),
@@ -73,11 +73,17 @@ fn damage_shows() {
     let whole = fs::read(&path).unwrap();
     for at in 0..whole.len() {
         fs::write(&path, &whole[..at]).unwrap();
-        assert!(matches!(Checkpoint::read(&path), Err(CheckpointError::NotOne { .. })), "cut at {at}");
+        assert!(
+            matches!(Checkpoint::read(&path), Err(CheckpointError::NotACheckpoint { .. })),
+            "cut at {at}"
+        );
         let mut flipped = whole.clone();
         flipped[at] ^= 4;
         fs::write(&path, &flipped).unwrap();
-        assert!(matches!(Checkpoint::read(&path), Err(CheckpointError::NotOne { .. })), "bit of byte {at}");
+        assert!(
+            matches!(Checkpoint::read(&path), Err(CheckpointError::NotACheckpoint { .. })),
+            "bit of byte {at}"
+        );
     }
     fs::remove_file(path).unwrap();
 }
@@ -88,10 +94,10 @@ fn what_cannot_be_is_refused() {
     let path = path("cannot");
     let good = checkpoint(&[part(0..4, 0..256)]);
     good.write(&path).unwrap();
-    let Contents { header, data } = sealed::read(&path, MAGIC).unwrap();
+    let Contents { header, data } = checksummed_file::read(&path, MAGIC).unwrap();
     let header = String::from_utf8(header).unwrap();
     let read = |header: &str, data: &[u8]| {
-        sealed::write(&path, MAGIC, header.as_bytes(), &[data]).unwrap();
+        checksummed_file::write(&path, MAGIC, header.as_bytes(), &[data]).unwrap();
         Checkpoint::read(&path).map_err(|error| error.to_string())
     };
     assert!(read(&header, &data).is_ok());
@@ -169,17 +175,17 @@ fn a_saver_writes() {
     let _ = fs::remove_file(&path);
     let header = checkpoint(&[]).header;
     let film = film(&[part(0..4, 0..256)]);
-    let saver = Saver::new(&path, header.clone(), Every::Samples(512));
-    saver.look(&film);
+    let saver = Saver::new(&path, header.clone(), SaveInterval::Samples(512));
+    saver.save_if_due(&film);
     drop(saver);
     assert!(!path.exists(), "256 samples are not due");
-    let saver = Saver::new(&path, header.clone(), Every::Samples(256));
-    saver.look(&film);
+    let saver = Saver::new(&path, header.clone(), SaveInterval::Samples(256));
+    saver.save_if_due(&film);
     drop(saver); // waits
     assert_eq!(Checkpoint::read(&path).unwrap().film, film);
     let more = self::film(&[part(0..4, 0..256), part(0..4, 256..512)]);
-    let saver = Saver::resume(Place::of(&path), header.clone(), Every::default());
-    saver.look(&more);
+    let saver = Saver::resume(Place::of(&path), header.clone(), SaveInterval::default());
+    saver.save_if_due(&more);
     saver.finish(&more).unwrap();
     let found = Checkpoint::read(&path).unwrap();
     assert_eq!(found.film, more);
@@ -200,13 +206,13 @@ fn two_savers_replace_none_of_each_other() {
         error.to_string()
     };
     let has = |film: &Film| Checkpoint::read(&path).unwrap().film == *film;
-    let new = || Saver::new(&path, header.clone(), Every::Samples(1));
+    let new = || Saver::new(&path, header.clone(), SaveInterval::Samples(1));
     let (one, other) = (new(), new());
     one.finish(&films[0]).unwrap();
     let message = is_taken(other.finish(&films[1]));
     assert!(message.contains("a.ckpt") && message.contains("--checkpoint"), "{message}");
     // Nor on the thread that writes while the render goes on.
-    other.look(&films[1]);
+    other.save_if_due(&films[1]);
     let failure = (0..1000).find_map(|_| {
         std::thread::sleep(std::time::Duration::from_millis(10));
         other.failure()
@@ -218,7 +224,7 @@ fn two_savers_replace_none_of_each_other() {
     fs::remove_file(&path).unwrap();
     one.finish(&films[0]).unwrap();
     // The same where both resume it.
-    let resume = || Saver::resume(Place::of(&path), header.clone(), Every::default());
+    let resume = || Saver::resume(Place::of(&path), header.clone(), SaveInterval::default());
     let (one, other) = (resume(), resume());
     one.finish(&films[1]).unwrap();
     one.finish(&films[2]).unwrap();
@@ -236,8 +242,8 @@ fn two_savers_replace_none_of_each_other() {
 fn a_saver_fails_aloud() {
     let path = path("nowhere").join("file");
     let film = film(&[part(0..4, 0..256)]);
-    let saver = Saver::new(&path, checkpoint(&[]).header, Every::Samples(1));
-    saver.look(&film);
+    let saver = Saver::new(&path, checkpoint(&[]).header, SaveInterval::Samples(1));
+    saver.save_if_due(&film);
     let error = saver.finish(&film).unwrap_err();
     assert!(matches!(&error, CheckpointError::Io { path: named, .. } if *named == path), "{error}");
     // As soon as the folder is there, the next is written.

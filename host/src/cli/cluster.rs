@@ -1,8 +1,8 @@
-//! `--distribute` and its parameters.
+//! `--cluster` and its parameters.
 
 use clap::{Args, ValueEnum};
 #[cfg(feature = "mpi")]
-use trisect::distribute::{Balance, Mode, Plan, devices::Spare};
+use trisect::cluster::{Balance, ClusterPlan, DistributionMode, devices::NoGpuPolicy};
 
 /// How ranks render together.
 #[derive(Clone, Debug, Args)]
@@ -61,7 +61,7 @@ impl ClusterArgs {
     }
 }
 
-/// `--distribute`.
+/// `--cluster`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DistributeArg {
     /// Each rank renders all samples of some rows.
@@ -95,11 +95,11 @@ pub enum SpareArg {
 #[cfg(feature = "mpi")]
 impl ClusterArgs {
     /// For the library; by rows where that is still to be chosen.
-    pub fn plan(&self) -> Plan {
-        Plan {
+    pub fn plan(&self) -> ClusterPlan {
+        ClusterPlan {
             mode: match self.distribute {
-                Some(DistributeArg::Average) => Mode::Average,
-                Some(DistributeArg::Rows | DistributeArg::Auto) | None => Mode::Rows,
+                Some(DistributeArg::Average) => DistributionMode::Average,
+                Some(DistributeArg::Rows | DistributeArg::Auto) | None => DistributionMode::Rows,
             },
             balance: match self.balance {
                 BalanceArg::Static => Balance::Static,
@@ -114,21 +114,21 @@ impl ClusterArgs {
 impl RankArgs {
     /// As a power of two.
     pub fn block_shift(&self) -> u32 {
-        self.block.map_or(trisect::distribute::plan::BLOCK_SHIFT, u32::ilog2)
+        self.block.map_or(trisect::cluster::plan::BLOCK_SHIFT, u32::ilog2)
     }
 
     /// For the library.
-    pub fn spare(&self) -> Spare {
+    pub fn spare(&self) -> NoGpuPolicy {
         match self.spare {
-            Some(SpareArg::Refuse) | None => Spare::Refuse,
-            Some(SpareArg::Cpu) => Spare::Cpu,
-            Some(SpareArg::Share) => Spare::Share,
+            Some(SpareArg::Refuse) | None => NoGpuPolicy::Refuse,
+            Some(SpareArg::Cpu) => NoGpuPolicy::Cpu,
+            Some(SpareArg::Share) => NoGpuPolicy::Share,
         }
     }
 
     /// For the library.
     pub fn patience(&self) -> std::time::Duration {
-        self.patience.map_or(trisect::distribute::PATIENCE, std::time::Duration::from_secs)
+        self.patience.map_or(trisect::cluster::DEFAULT_PATIENCE, std::time::Duration::from_secs)
     }
 }
 

@@ -1,7 +1,7 @@
 //! `--denoise` and its parameters.
 
 use clap::{Args, ValueEnum};
-use trisect::denoise::{Denoise, DenoiseError, Filter};
+use trisect::denoise::{DenoiseError, DenoiseSettings, Filter};
 
 /// Whether and how to denoise.
 #[derive(Clone, Debug, Args)]
@@ -40,12 +40,12 @@ pub enum DenoiseArg {
 
 impl DenoiseArgs {
     /// For the library: checked.
-    pub fn denoise(&self) -> Result<Option<Denoise>, DenoiseError> {
+    pub fn denoise(&self) -> Result<Option<DenoiseSettings>, DenoiseError> {
         self.denoise_or(DenoiseArg::Off)
     }
 
     /// The same, with another filter where none was named.
-    pub fn denoise_or(&self, default: DenoiseArg) -> Result<Option<Denoise>, DenoiseError> {
+    pub fn denoise_or(&self, default: DenoiseArg) -> Result<Option<DenoiseSettings>, DenoiseError> {
         let filter = match self.denoise.unwrap_or(default) {
             DenoiseArg::Off => {
                 let given = [
@@ -62,8 +62,8 @@ impl DenoiseArgs {
             DenoiseArg::Atrous => Filter::Atrous,
             DenoiseArg::Svgf => Filter::Svgf,
         };
-        let default = Denoise::new(filter);
-        let denoise = Denoise {
+        let default = DenoiseSettings::new(filter);
+        let denoise = DenoiseSettings {
             filter,
             levels: self.denoise_levels.unwrap_or(default.levels),
             color: self.denoise_color.unwrap_or(default.color),

@@ -3,8 +3,8 @@
 use super::{JobArgs, RenderArgs};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
-use trisect::denoise::{Denoise, DenoiseError, Filter};
-use trisect::sampling::{Adaptive, Free, Goal, Request};
+use trisect::adaptive::{Adaptive, Free, Goal, Request};
+use trisect::denoise::{DenoiseError, DenoiseSettings, Filter};
 
 /// When an image has enough samples, where --spp does not say it.
 #[derive(Clone, Debug, Args)]
@@ -54,7 +54,7 @@ pub enum AdaptiveArg {
 }
 
 /// Samples a pixel at most, where nothing else is said.
-const MOST: u32 = 1 << 20;
+const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
 
 impl RenderArgs {
     /// The goal, if there is one.
@@ -64,7 +64,7 @@ impl RenderArgs {
     /// [`DenoiseError`] for a filter that is none.
     pub fn request(&self) -> Result<Option<Request>, DenoiseError> {
         let args = &self.goal;
-        let error = |target| Goal::Error { target, most: args.max_spp.unwrap_or(MOST) };
+        let error = |target| Goal::Error { target, max_samples: args.max_spp.unwrap_or(DEFAULT_MAX_SAMPLES) };
         let goal = match (args.budget, args.target_error, args.quality) {
             (Some(time), _, _) => Goal::Time(time),
             (_, Some(target), _) => error(target),
@@ -87,7 +87,7 @@ impl RenderArgs {
             denoise: timed && self.denoise.denoise.is_none(),
         };
         let denoise = match free.denoise {
-            true => Some(Denoise::new(Filter::Svgf)),
+            true => Some(DenoiseSettings::new(Filter::Svgf)),
             false => self.denoise.denoise()?,
         };
         Ok(Some(Request { goal, adaptive, free, denoise }))

@@ -1,6 +1,6 @@
 //! `trisect render`.
 
-use super::{ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, KeepArgs, TellArgs, parse_stops};
+use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::output::exposure::Exposure;
@@ -23,7 +23,7 @@ pub struct RenderArgs {
 
     /// Not to lose it.
     #[command(flatten)]
-    pub keep: KeepArgs,
+    pub checkpointing: CheckpointArgs,
 
     /// Layers of what the pixels see, beside the image, in an .exr: normal, position, albedo, depth, id, variance, samples; several
     /// with commas between.
@@ -41,7 +41,7 @@ pub struct RenderArgs {
 
     /// What is said of it.
     #[command(flatten)]
-    pub tell: TellArgs,
+    pub log: LogArgs,
 
     /// Several processes.
     #[command(flatten)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// What a render says of itself.
 #[derive(Clone, Debug, Args)]
-pub struct TellArgs {
+pub struct LogArgs {
     /// Write what the render took as JSON; `-` prints it on standard output.
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,

@@ -3,8 +3,8 @@
 use super::{ClusterArgs, DenoiseArgs, JobArgs, parse_count, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
-use trisect::denoise::History;
-use trisect::render::Screen;
+use trisect::denoise::TemporalSettings;
+use trisect::render::DisplayOptions;
 
 /// `trisect view`.
 #[derive(Clone, Debug, Args)]
@@ -18,11 +18,11 @@ pub struct ViewArgs {
     pub denoise: DenoiseArgs,
 
     /// Frames that what was seen before counts for, at most, while the camera moves; 0 forgets it.
-    #[arg(long, value_name = "N", default_value_t = History::DEFAULT.frames)]
+    #[arg(long, value_name = "N", default_value_t = TemporalSettings::DEFAULT.frames)]
     pub history: u32,
 
     /// Take what was seen before within so many standard deviations of what a pixel's neighbours show now; inf takes it as it is.
-    #[arg(long, value_name = "X", default_value_t = History::DEFAULT.clamp)]
+    #[arg(long, value_name = "X", default_value_t = TemporalSettings::DEFAULT.clamp)]
     pub history_clamp: f32,
 
     /// Render a smaller image, this share of both sides, and enlarge it.
@@ -69,13 +69,13 @@ pub struct ViewArgs {
 
 impl ViewArgs {
     /// For the library.
-    pub fn history(&self) -> History {
-        History { frames: self.history, clamp: self.history_clamp }
+    pub fn history(&self) -> TemporalSettings {
+        TemporalSettings { frames: self.history, clamp: self.history_clamp }
     }
 
     /// For the library; without an automatic exposure.
-    pub fn screen(&self) -> Screen {
-        Screen { split: self.split, stops: self.exposure.unwrap_or(0.0) }
+    pub fn screen(&self) -> DisplayOptions {
+        DisplayOptions { split: self.split, stops: self.exposure.unwrap_or(0.0) }
     }
 }
 
@@ -87,7 +87,7 @@ fn parse_share(text: &str) -> Result<f64, String> {
 }
 
 fn parse_scale(text: &str) -> Result<f64, String> {
-    let least = trisect::view::LEAST_SCALE;
+    let least = trisect::view::MIN_SCALE;
     match text.parse::<f64>() {
         Ok(scale) if (least..=1.0).contains(&scale) => Ok(scale),
         _ => Err(format!("must be a number between {least} and 1")),

@@ -23,7 +23,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         #[cfg(feature = "mpi")]
         Some(BenchCommand::Cluster(arguments)) => return super::cluster::bench::run(arguments),
         #[cfg(not(feature = "mpi"))]
-        Some(BenchCommand::Cluster(_)) => return Err(trisect::distribute::DistributeError::NotBuilt.into()),
+        Some(BenchCommand::Cluster(_)) => return Err(trisect::cluster::ClusterError::NotBuilt.into()),
         None => {}
     }
     if let Some(path) = &arguments.json {
@@ -71,7 +71,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         super::print(&benchmark.table())?;
     }
     for warning in frames.first.warnings() {
-        super::say(&format!("warning: {warning}"));
+        super::eprint(&format!("warning: {warning}"));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -6,20 +6,20 @@ use std::fmt::Write;
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
-use trisect::limits::{self, Change, Report};
 use trisect::output::Outputs;
-use trisect::scene::{Described, Space};
+use trisect::precision::{self, Change, Report};
+use trisect::scene::{Rebase, SceneDocument};
 
 /// Something in the scene is outside the supported range.
 const OUTSIDE: u8 = 6;
 
 /// Prints what was found, and writes a copy in the best space if asked for.
 pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
-    let scene = Described::load_including(&arguments.scene, arguments.includes.includes())?;
-    let report = limits::check(&scene, &scene.settings());
+    let scene = SceneDocument::load_including(&arguments.scene, arguments.includes.includes())?;
+    let report = precision::check(&scene, &scene.settings());
     // What a render would refuse, such as a sky that is no number. Where something is out of range,
     // that comes first, as it may be why.
-    let refused = scene.clone().lower(Space::IDENTITY).err();
+    let refused = scene.clone().lower(Rebase::IDENTITY).err();
     let outside = report.is_outside();
     let refused = match refused {
         Some(error) if !outside => return Err(error.into()),
@@ -28,11 +28,11 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.write {
         let files = scene.description.files.iter().filter(|file| **file != arguments.scene);
         Outputs::default().file("--write", Some(path)).check_inputs("a file of the scene", files)?;
-        limits::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
+        precision::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
     // What the reader changed and what rounding drops are errors or warnings of their own.
     for warning in scene.warnings() {
-        super::say(&format!("warning: {warning}"));
+        super::eprint(&format!("warning: {warning}"));
     }
     let text = if arguments.json {
         let json = serde_json::to_string_pretty(&report).map_err(|error| ImageError::Codec {
@@ -45,7 +45,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     };
     super::print(&text)?;
     if let Some(path) = &arguments.write {
-        super::say(&format!("wrote {}", path.display()));
+        super::eprint(&format!("wrote {}", path.display()));
     }
     match refused {
         Some(error) => Err(error.into()),

@@ -1,6 +1,6 @@
 //! Watches `trisect tradeoff` and `trisect converge`: their time, interrupts, and where they are.
 
-use super::keep::OUT_OF_TIME;
+use super::checkpointing::OUT_OF_TIME;
 use super::signals::{INTERRUPTED, interrupts};
 use crate::progress::Bar;
 use std::ops::ControlFlow;
@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use trisect::render::Observer;
+use trisect::render::RenderObserver;
 use trisect::tradeoff::{Stop, Supervisor};
 
 /// Time between two lines of progress where there is no terminal.
@@ -57,7 +57,7 @@ impl LabSupervisor {
         self.last = Some(Instant::now());
         let (elapsed, limit) = (self.elapsed().as_secs_f64(), self.limit.as_secs_f64());
         let (done, all, name) = &self.stage;
-        self.bar.say(&format!("after {elapsed:.0} of {limit:.0} s: {name} ({done} of {all} done)"));
+        self.bar.print_line(&format!("after {elapsed:.0} of {limit:.0} s: {name} ({done} of {all} done)"));
     }
 }
 
@@ -70,18 +70,18 @@ pub fn exit_code(ended: Option<Stop>) -> ExitCode {
     }
 }
 
-impl Observer for LabSupervisor {
+impl RenderObserver for LabSupervisor {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         if !self.told && self.interrupted.load(Ordering::Relaxed) {
             self.told = true;
-            self.bar.say("interrupted: what was measured is written; once more ends at once");
+            self.bar.print_line("interrupted: what was measured is written; once more ends at once");
         }
         self.bar.tick();
         self.show();
         ControlFlow::Continue(())
     }
 
-    fn goes_on(&self) -> bool {
+    fn should_continue(&self) -> bool {
         self.stop().is_none()
     }
 }
@@ -99,9 +99,9 @@ impl Supervisor for LabSupervisor {
         Some(self.limit.saturating_sub(self.elapsed()))
     }
 
-    fn say(&mut self, line: &str) {
+    fn report(&mut self, line: &str) {
         if !self.quiet {
-            self.bar.say(line);
+            self.bar.print_line(line);
         }
     }
 

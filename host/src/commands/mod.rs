@@ -2,14 +2,14 @@
 
 pub mod bench;
 pub mod check;
+mod checkpointing;
 #[cfg(feature = "mpi")]
 pub mod cluster;
 pub mod compare;
 mod data;
 pub mod doctor;
-mod elsewhere;
+mod fallback_path;
 pub mod info;
-mod keep;
 mod lab;
 pub mod render;
 pub mod report;
@@ -19,17 +19,17 @@ mod signals;
 pub mod tradeoff;
 pub mod view;
 
-pub use crate::terminal::{print, say};
+pub use crate::terminal::{eprint, print};
 
-use crate::cli::{BackendArg, ClusterArgs, FallbackArg, JobArgs, KeepArgs};
+use crate::cli::{BackendArg, CheckpointArgs, ClusterArgs, FallbackArg, JobArgs};
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Selection};
-use trisect::distribute::DistributeError;
-use trisect::limits;
+use trisect::cluster::ClusterError;
 use trisect::output::Outputs;
+use trisect::precision;
 use trisect::render::{MathMode, Renderer, Settings};
-use trisect::scene::{Described, Scene, Space};
+use trisect::scene::{Rebase, Scene, SceneDocument};
 use trisect::threads::start_shared;
 
 /// A scene on a backend with the command line's settings.
@@ -43,7 +43,7 @@ pub struct Session {
     /// Of the scene with all that it refers to, where that is asked for.
     pub digest: Option<[u8; 32]>,
     /// Where it is computed.
-    pub space: Space,
+    pub space: Rebase,
     /// Why this backend; empty where the user named it.
     pub choice: String,
     /// What was decided about a model by itself.
@@ -53,7 +53,7 @@ pub struct Session {
     /// Opening the device.
     pub open_seconds: f64,
     /// The scene, for who goes on where the device fails.
-    pub spare: Option<Loaded>,
+    pub fallback_scene: Option<Loaded>,
     /// Whether the device could not be had, and another has its place.
     pub fell_back: bool,
 }
@@ -64,7 +64,7 @@ pub struct Loaded {
     pub scene: Scene,
     /// What to render.
     pub settings: Settings,
-    space: Space,
+    space: Rebase,
     warnings: Vec<String>,
     notes: Vec<String>,
     seconds: f64,
@@ -75,16 +75,16 @@ impl Loaded {
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
-            Some(path) => Described::load_including(path, job.includes.includes())?,
-            None => Described::hello_world()?,
+            Some(path) => SceneDocument::load_including(path, job.includes.includes())?,
+            None => SceneDocument::hello_world()?,
         };
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;
         let settings = job.settings(described.settings());
         settings.check()?;
-        let beyond = limits::warnings(&described, &settings);
+        let beyond = precision::warnings(&described, &settings);
         let (space, notes) = (described.space, described.notes.clone());
-        let scene = described.lower(Space::IDENTITY)?;
+        let scene = described.lower(Rebase::IDENTITY)?;
         let mut warnings = scene.warnings.clone();
         if !settings.light_sampling && !scene.lights.is_empty() {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
@@ -103,13 +103,13 @@ impl Loaded {
         let settings = job.settings(scene.settings());
         settings.check()?;
         let (warnings, notes) = (Vec::new(), Vec::new());
-        Ok(Self { scene, settings, space: Space::IDENTITY, warnings, notes, seconds: 0.0 })
+        Ok(Self { scene, settings, space: Rebase::IDENTITY, warnings, notes, seconds: 0.0 })
     }
 
     /// Says what is not as asked for.
     pub fn warn(&self) {
         for warning in &self.warnings {
-            say(&format!("warning: {warning}"));
+            eprint(&format!("warning: {warning}"));
         }
     }
 
@@ -130,7 +130,7 @@ impl Loaded {
             notes,
             load_seconds,
             open_seconds,
-            spare: None,
+            fallback_scene: None,
             fell_back: false,
         })
     }
@@ -153,7 +153,11 @@ pub fn fit_to_cpu(settings: &mut Settings) {
 
 impl Session {
     /// The same for a render that is not to be lost: with the scene's digest for a checkpoint, and on the fallback where the device cannot be had.
-    pub fn open_kept(job: &JobArgs, keep: &KeepArgs, outputs: &Outputs) -> Result<Self, Error> {
+    pub fn open_with_checkpoint(
+        job: &JobArgs,
+        keep: &CheckpointArgs,
+        outputs: &Outputs,
+    ) -> Result<Self, Error> {
         let loaded = Loaded::read(job, outputs)?;
         loaded.warn();
         let digest = keep.checkpoint.is_some().then(|| loaded.scene.digest());
@@ -162,20 +166,20 @@ impl Session {
             .and_then(|selection| loaded.on(selection, start.elapsed().as_secs_f64(), job));
         let session = match (opened, keep.fallback) {
             (Err(Error::Backend(error)), Some(FallbackArg::Cpu)) if error.is_of_device() => {
-                say(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
+                eprint(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
                 Self { fell_back: true, ..loaded.on_cpu(job)? }
             }
             (opened, _) => opened?,
         };
         let spare =
             keep.fallback.map(|_| loaded).filter(|_| session.renderer.backend().device().backend != "cpu");
-        Ok(Self { digest, spare, ..session })
+        Ok(Self { digest, fallback_scene: spare, ..session })
     }
 
     /// Reads the scene, checks the settings, opens the backend. The command is to write these
     /// files.
     pub fn open(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
-        Self::open_kept(job, &KeepArgs::default(), outputs)
+        Self::open_with_checkpoint(job, &CheckpointArgs::default(), outputs)
     }
 }
 
@@ -183,15 +187,13 @@ impl Session {
 pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
     let remedy = "add --distribute rows, average or auto".to_owned();
     if let Some(name) = cluster.without_ranks() {
-        return Err(
-            DistributeError::Unsupported { what: format!("{name} is for several ranks"), remedy }.into()
-        );
+        return Err(ClusterError::Unsupported { what: format!("{name} is for several ranks"), remedy }.into());
     }
     let ranks = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
     match ranks.and_then(|ranks| ranks.parse::<u32>().ok()) {
         Some(ranks) if ranks > 1 => {
             let what = format!("mpirun started {ranks} ranks, and each would render the whole image");
-            Err(DistributeError::Unsupported { what, remedy }.into())
+            Err(ClusterError::Unsupported { what, remedy }.into())
         }
         _ => Ok(()),
     }
@@ -200,7 +202,7 @@ pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
 /// Opens the backend that the command line names.
 pub fn open(backend: BackendArg, device: Option<usize>, threads: Option<u32>) -> Result<Selection, Error> {
     if backend == BackendArg::Auto && device.is_some() {
-        return Err(trisect::render::SettingsError::DeviceOfWhat.into());
+        return Err(trisect::render::SettingsError::DeviceWithoutBackend.into());
     }
     let threads = threads.map(|threads| threads as usize);
     start_shared(threads)?;

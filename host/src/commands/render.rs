@@ -1,9 +1,9 @@
 //! `trisect render`.
 
+use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
 use super::data;
-use super::elsewhere::or_elsewhere;
-use super::keep::{Begun, Ended, Told, Watch};
-use super::say;
+use super::eprint;
+use super::fallback_path::or_fallback_path;
 use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
 use crate::cli::{JobArgs, RenderArgs};
@@ -13,17 +13,17 @@ use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use trisect::adaptive::{self, Goal, Request, Sampled};
 use trisect::backend::BackendError;
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, arithmetic};
-use trisect::denoise::Denoise;
-use trisect::distribute::DistributeError;
-use trisect::film::{Film, Part};
+use trisect::cluster::ClusterError;
+use trisect::denoise::DenoiseSettings;
+use trisect::film::{Film, SampleBlock};
 use trisect::image::{Image, ImageError};
 use trisect::output::exposure::{Exposed, Exposure};
 use trisect::output::layers::{self, Aov};
 use trisect::output::{Format, Outputs};
 use trisect::render::Settings;
-use trisect::sampling::{self, Goal, Request, Sampled};
 use trisect::stats::RenderStats;
 use trisect::{Error, output};
 
@@ -33,12 +33,12 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     if arguments.cluster.distribute.is_some() {
         if arguments.request()?.is_some() {
             let what = "--budget, --target-error and --quality are for one process".to_owned();
-            return Err(DistributeError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
+            return Err(ClusterError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
         }
         #[cfg(feature = "mpi")]
         return super::cluster::render::run(arguments);
         #[cfg(not(feature = "mpi"))]
-        return Err(DistributeError::NotBuilt.into());
+        return Err(ClusterError::NotBuilt.into());
     }
     super::refuse_ranks(&arguments.cluster)?;
     check(arguments)?;
@@ -46,95 +46,102 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     // A filter that a goal may choose is no wish of the user's.
     let denoise = arguments.denoise.denoise()?;
     if let Some(request) = &request {
-        sampling::check(request.goal)?;
-        if arguments.keep.checkpoint.is_some() {
+        adaptive::check(request.goal)?;
+        if arguments.checkpointing.checkpoint.is_some() {
             return Err(CheckpointError::Unsupported { what: "--checkpoint" }.into());
         }
     }
     check_new(arguments)?;
 
     let job = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
-    let mut session = Session::open_kept(&job, &arguments.keep, &outputs(arguments))?;
-    session.settings.guides = needs_guides(arguments, denoise.as_ref());
-    if !arguments.tell.quiet {
-        announce(&session, &aim(&session, request.as_ref()));
+    let mut session = Session::open_with_checkpoint(&job, &arguments.checkpointing, &outputs(arguments))?;
+    session.settings.guides = needs_aovs(arguments, denoise.as_ref());
+    if !arguments.log.quiet {
+        announce(&session, &goal_text(&session, request.as_ref()));
     }
 
     if let Some(request) = request {
-        return reach(arguments, session, &request, denoise, start);
+        return render_to_goal(arguments, session, &request, denoise, start);
     }
-    go(arguments, session, denoise, None, start)
+    render_film(arguments, session, denoise, None, start)
 }
 
 /// Renders what is missing, keeps it, and writes the image, of whatever there is. The command began at `start`.
-pub fn go(
+pub fn render_film(
     arguments: &RenderArgs,
     mut session: Session,
-    denoise: Option<Denoise>,
+    denoise: Option<DenoiseSettings>,
     before: Option<(Place, Checkpoint)>,
     start: Instant,
 ) -> Result<ExitCode, Error> {
-    let Begun { mut film, samples, saver } = Begun::new(arguments, &session, before)?;
-    let watch = Watch::new(arguments, saver, start, interrupts());
-    let bar = Bar::new(arguments.tell.quiet);
-    let mut told = Told { bar, watch: &watch, told: arguments.tell.quiet };
-    let mut spare = session.spare.take();
+    let RenderStart { mut film, samples, saver } = RenderStart::new(arguments, &session, before)?;
+    let watch = RenderSupervisor::new(arguments, saver, start, interrupts());
+    let bar = Bar::new(arguments.log.quiet);
+    let mut told = ProgressObserver { bar, watch: &watch, announced: arguments.log.quiet };
+    let mut spare = session.fallback_scene.take();
     let mut elsewhere = |error: &BackendError, film: &Film, settings: &mut Settings| {
         let loaded = spare.take()?;
-        say(&format!("warning: {error}\n  the CPU goes on (--fallback)"));
+        eprint(&format!("warning: {error}\n  the CPU goes on (--fallback)"));
         fit_to_cpu(settings);
         let session = loaded.on_cpu(&arguments.job);
         if let Ok(session) = &session {
-            watch.also(&arithmetic(session.renderer.backend().device(), settings.math));
+            watch.add_rounding(&arithmetic(session.renderer.backend().device(), settings.math));
         }
-        watch.rescue(film, arguments.tell.quiet);
+        watch.rescue(film, arguments.log.quiet);
         Some(session.map(|session| session.renderer))
     };
     let Session { renderer, settings, .. } = &mut session;
-    let rendered = renderer.render_onto_or(&mut film, settings, &samples, &watch, &mut told, &mut elsewhere);
+    let rendered = renderer.render_missing_with_fallback(
+        &mut film,
+        settings,
+        &samples,
+        &watch,
+        &mut told,
+        &mut elsewhere,
+    );
     let mut stats = match rendered {
         Ok(stats) => stats,
         Err(error) => {
-            watch.rescue(&film, arguments.tell.quiet);
+            watch.rescue(&film, arguments.log.quiet);
             return Err(error);
         }
     };
     stats.phases.load_seconds = session.load_seconds;
-    wrap_up(arguments, session, (&film, &samples), &watch, stats, denoise)
+    finish_film(arguments, session, (&film, &samples), &watch, stats, denoise)
 }
 
 /// Writes checkpoint and image of a film that should have these samples, and says what it lacks of them.
-pub fn wrap_up(
+pub fn finish_film(
     arguments: &RenderArgs,
     session: Session,
     (film, samples): (&Film, &Range<u32>),
-    watch: &Watch,
+    watch: &RenderSupervisor,
     stats: RenderStats,
-    denoise: Option<Denoise>,
+    denoise: Option<DenoiseSettings>,
 ) -> Result<ExitCode, Error> {
-    let kept = watch.finish(film, arguments.tell.quiet);
+    let kept = watch.finish(film, arguments.log.quiet);
     let lacking = film.coverage.missing(samples);
-    let ended = watch.ended().filter(|_| !lacking.is_empty());
+    let ended = watch.stop_reason().filter(|_| !lacking.is_empty());
     if let Some(part) = lacking.first() {
-        let Part { rows, samples } = part;
+        let SampleBlock { rows, samples } = part;
         let of = (rows.start, rows.end, samples.start);
-        say(&format!(
+        eprint(&format!(
             "ended before it was complete: rows {} to {} lack samples from {} on",
             of.0, of.1, of.2
         ));
     }
     if let Some(ended) = ended.filter(|_| film.coverage.parts().is_empty()) {
         // An earlier image stays.
-        say(&format!("nothing was rendered: {} is as it was", arguments.output.display()));
+        eprint(&format!("nothing was rendered: {} is as it was", arguments.output.display()));
         return Ok(if kept? { ended.exit_code() } else { ExitCode::FAILURE });
     }
     // A filter would smear what is there over what is not.
     let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
-    let (code, in_place) = finish(arguments, session, Drawn::Film(film), stats, denoise)?;
+    let (code, in_place) = finish(arguments, session, RenderOutput::Film(film), stats, denoise)?;
     let in_place = kept? && in_place;
     // Who queues the rest must know that it is elsewhere.
     Ok(match ended {
-        Some(Ended::OutOfTime) if !in_place => ExitCode::FAILURE,
+        Some(StopReason::OutOfTime) if !in_place => ExitCode::FAILURE,
         Some(ended) => ended.exit_code(),
         None if !in_place => ExitCode::FAILURE,
         None => code,
@@ -142,38 +149,42 @@ pub fn wrap_up(
 }
 
 /// Renders until a goal is reached, or it is told to end.
-fn reach(
+fn render_to_goal(
     arguments: &RenderArgs,
     mut session: Session,
     request: &Request,
-    denoise: Option<Denoise>,
+    denoise: Option<DenoiseSettings>,
     start: Instant,
 ) -> Result<ExitCode, Error> {
-    let watch = Watch::new(arguments, None, start, interrupts());
-    let mut told =
-        Told { bar: Bar::of_goal(arguments.tell.quiet), watch: &watch, told: arguments.tell.quiet };
-    let Sampled { film, image, mut stats } =
-        sampling::render(&mut session.renderer, &session.settings, request, &mut told)?;
-    stats.phases.load_seconds = session.load_seconds;
-    let ended = watch.ended().filter(|_| stats.sampling.as_ref().is_some_and(|sampling| sampling.ended));
-    let (code, in_place) = match request.goal {
-        Goal::Error { .. } => finish(arguments, session, Drawn::Film(&film), stats, denoise)?,
-        Goal::Time(_) => conclude(arguments, session, Drawn::Film(&film), stats, Some(image))?,
+    let watch = RenderSupervisor::new(arguments, None, start, interrupts());
+    let mut told = ProgressObserver {
+        bar: Bar::of_goal(arguments.log.quiet),
+        watch: &watch,
+        announced: arguments.log.quiet,
     };
-    Ok(ended.filter(|_| in_place).map_or(code, Ended::exit_code))
+    let Sampled { film, image, mut stats } =
+        adaptive::render(&mut session.renderer, &session.settings, request, &mut told)?;
+    stats.phases.load_seconds = session.load_seconds;
+    let ended =
+        watch.stop_reason().filter(|_| stats.sampling.as_ref().is_some_and(|sampling| sampling.ended));
+    let (code, in_place) = match request.goal {
+        Goal::Error { .. } => finish(arguments, session, RenderOutput::Film(&film), stats, denoise)?,
+        Goal::Time(_) => write_outputs(arguments, session, RenderOutput::Film(&film), stats, Some(image))?,
+    };
+    Ok(ended.filter(|_| in_place).map_or(code, StopReason::exit_code))
 }
 
 /// Whether the render must write what tells edges.
-pub fn needs_guides(arguments: &RenderArgs, denoise: Option<&Denoise>) -> bool {
-    denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_guides())
+pub fn needs_aovs(arguments: &RenderArgs, denoise: Option<&DenoiseSettings>) -> bool {
+    denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_aov_sums())
 }
 
 /// Returns the files that a render writes.
 pub fn outputs(arguments: &RenderArgs) -> Outputs {
     Outputs::default()
         .file("-o", Some(&arguments.output))
-        .file("--stats", arguments.tell.stats.as_deref())
-        .file("--checkpoint", arguments.keep.checkpoint.as_deref())
+        .file("--stats", arguments.log.stats.as_deref())
+        .file("--checkpoint", arguments.checkpointing.checkpoint.as_deref())
 }
 
 /// Finds out what cannot be written before minutes of rendering are lost.
@@ -184,10 +195,10 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     }
     outputs(arguments).check()?;
     output::probe(&arguments.output)?;
-    if let Some(stats) = &arguments.tell.stats {
+    if let Some(stats) = &arguments.log.stats {
         data::probe(stats)?;
     }
-    if let Some(path) = &arguments.keep.checkpoint {
+    if let Some(path) = &arguments.checkpointing.checkpoint {
         checkpoint::probe(path)?;
     }
     Ok(())
@@ -195,14 +206,14 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
 
 /// Finds out whether a render that begins would write over another's checkpoint.
 pub fn check_new(arguments: &RenderArgs) -> Result<(), Error> {
-    match arguments.keep.checkpoint.as_ref().filter(|path| path.exists()) {
+    match arguments.checkpointing.checkpoint.as_ref().filter(|path| path.exists()) {
         Some(path) => Err(CheckpointError::Exists { path: path.clone() }.into()),
         None => Ok(()),
     }
 }
 
 /// How much is rendered.
-pub fn aim(session: &Session, request: Option<&Request>) -> String {
+pub fn goal_text(session: &Session, request: Option<&Request>) -> String {
     match request.map(|request| request.goal) {
         None => format!("{} spp", session.settings.samples),
         Some(Goal::Error { target, .. }) => format!("until the error is {} %", 100.0 * target),
@@ -213,18 +224,18 @@ pub fn aim(session: &Session, request: Option<&Request>) -> String {
 /// Says what is rendered, and where.
 pub fn announce(session: &Session, aim: &str) {
     let device = session.renderer.backend().device();
-    say(&format!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height));
-    say(&format!("{}: {} ({})", device.backend, device.name, device.details));
+    eprint(&format!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height));
+    eprint(&format!("{}: {} ({})", device.backend, device.name, device.details));
     if !session.choice.is_empty() {
-        say(&format!("  {}", session.choice));
+        eprint(&format!("  {}", session.choice));
     }
     for note in &session.notes {
-        say(note);
+        eprint(note);
     }
 }
 
 /// What was rendered.
-pub enum Drawn<'a> {
+pub enum RenderOutput<'a> {
     /// All sums.
     Film(&'a Film),
     /// Mean radiance.
@@ -239,23 +250,23 @@ pub enum Drawn<'a> {
 pub fn finish(
     arguments: &RenderArgs,
     mut session: Session,
-    drawn: Drawn,
+    drawn: RenderOutput,
     mut stats: RenderStats,
-    denoise: Option<Denoise>,
+    denoise: Option<DenoiseSettings>,
 ) -> Result<(ExitCode, bool), Error> {
     let mut image = None;
-    if let (Drawn::Film(film), Some(denoise)) = (&drawn, &denoise) {
+    if let (RenderOutput::Film(film), Some(denoise)) = (&drawn, &denoise) {
         let denoised = session.renderer.denoise(film, &session.settings, denoise);
         let (denoised, passes) = match denoised {
             Ok(denoised) => denoised,
             Err(error) => {
                 // Nothing that was rendered is lost.
                 let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
-                match or_elsewhere(&arguments.output, |path| {
+                match or_fallback_path(&arguments.output, |path| {
                     write(path, &[], &session, &drawn, exposed.as_ref())
                 }) {
-                    Ok(path) => say(&format!("warning: wrote {} without denoising", path.display())),
-                    Err(error) => say(&format!("error: {error}")),
+                    Ok(path) => eprint(&format!("warning: wrote {} without denoising", path.display())),
+                    Err(error) => eprint(&format!("error: {error}")),
                 }
                 return Err(error);
             }
@@ -264,20 +275,20 @@ pub fn finish(
         stats.denoise = Some(*denoise);
         image = Some(denoised);
     }
-    conclude(arguments, session, drawn, stats, image)
+    write_outputs(arguments, session, drawn, stats, image)
 }
 
 /// Writes the image and what it took.
-fn conclude(
+fn write_outputs(
     arguments: &RenderArgs,
     session: Session,
-    drawn: Drawn,
+    drawn: RenderOutput,
     mut stats: RenderStats,
     denoised: Option<Image>,
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
     let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
-    let written = or_elsewhere(&arguments.output, |path| {
+    let written = or_fallback_path(&arguments.output, |path| {
         write(path, &arguments.aov, &session, &drawn, exposed.as_ref())
     });
 
@@ -287,50 +298,50 @@ fn conclude(
     stats.scene = session.name;
     stats.choice = session.choice;
     stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
-    if let Some(path) = &arguments.tell.stats {
+    if let Some(path) = &arguments.log.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
-        told = Some(or_elsewhere(path, |path| data::write(path, &text)));
+        told = Some(or_fallback_path(path, |path| data::write(path, &text)));
     }
     let path = match (written, &told) {
         (Ok(path), _) => path,
         // The statistics are written, whatever becomes of the image.
         (Err(error), told) => {
             match told {
-                Some(Ok(path)) if !data::is_stdout(path) => say(&format!("wrote {}", path.display())),
-                Some(Err(error)) => say(&format!("error: {error}")),
+                Some(Ok(path)) if !data::is_stdout(path) => eprint(&format!("wrote {}", path.display())),
+                Some(Err(error)) => eprint(&format!("error: {error}")),
                 _ => {}
             }
             return Err(error);
         }
     };
     let moved = path != arguments.output;
-    if !arguments.tell.quiet {
-        say(&stats.summary());
-        if arguments.tell.verbose {
-            say(&stats.details());
+    if !arguments.log.quiet {
+        eprint(&stats.summary());
+        if arguments.log.verbose {
+            eprint(&stats.details());
         }
         if let Some(cluster) = &stats.cluster {
-            say(&cluster.summary());
+            eprint(&cluster.summary());
         }
         if let Some(sampling) = &stats.sampling {
-            say(&sampling.summary());
+            eprint(&sampling.summary());
         }
         if let Some(automatic) = exposed.as_ref().and_then(|(_, exposed)| exposed.automatic) {
-            say(&automatic.to_string());
+            eprint(&automatic.to_string());
         }
-        say(&format!("wrote {}", path.display()));
+        eprint(&format!("wrote {}", path.display()));
     } else if moved {
-        say(&format!("wrote {} instead", path.display()));
+        eprint(&format!("wrote {} instead", path.display()));
     }
     let told = told.transpose()?;
-    let moved_stats = told.filter(|told| Some(told) != arguments.tell.stats.as_ref());
+    let moved_stats = told.filter(|told| Some(told) != arguments.log.stats.as_ref());
     if let Some(path) = &moved_stats {
-        say(&format!("wrote {} instead", path.display()));
+        eprint(&format!("wrote {} instead", path.display()));
     }
     let moved = moved || moved_stats.is_some();
     for warning in stats.warnings() {
-        say(&format!("warning: {warning}"));
+        eprint(&format!("warning: {warning}"));
     }
     let code = if stats.unwritten_pixels == 0 && !moved { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     Ok((code, !moved))
@@ -342,15 +353,15 @@ fn conclude(
 fn exposed<'a>(
     exposure: Exposure,
     path: &Path,
-    drawn: &'a Drawn,
+    drawn: &'a RenderOutput,
     denoised: Option<Image>,
 ) -> Option<(Cow<'a, Image>, Exposed)> {
     let drawn = match drawn {
-        Drawn::Film(film) => Cow::Owned(film.image()),
+        RenderOutput::Film(film) => Cow::Owned(film.image()),
         #[cfg(feature = "mpi")]
-        Drawn::Image(image) => Cow::Borrowed(*image),
+        RenderOutput::Image(image) => Cow::Borrowed(*image),
         #[cfg(feature = "mpi")]
-        Drawn::Bytes(..) => return None,
+        RenderOutput::Bytes(..) => return None,
     };
     let exposed = exposure.of(&drawn, path);
     let mut image = denoised.map_or(drawn, Cow::Owned);
@@ -365,16 +376,18 @@ fn write(
     path: &Path,
     aov: &[Aov],
     session: &Session,
-    drawn: &Drawn,
+    drawn: &RenderOutput,
     exposed: Option<&(Cow<Image>, Exposed)>,
 ) -> Result<(), Error> {
     match (drawn, exposed) {
         #[cfg(feature = "mpi")]
-        (Drawn::Bytes(width, height, bytes), _) => Ok(output::write_bytes(*width, *height, bytes, path)?),
+        (RenderOutput::Bytes(width, height, bytes), _) => {
+            Ok(output::write_bytes(*width, *height, bytes, path)?)
+        }
         #[cfg(feature = "mpi")]
-        (Drawn::Image(image), None) => Ok(output::write(image, path)?),
-        (Drawn::Film(film), None) => Ok(output::write(&film.image(), path)?),
-        (Drawn::Film(film), Some((image, exposed))) if !aov.is_empty() => {
+        (RenderOutput::Image(image), None) => Ok(output::write(image, path)?),
+        (RenderOutput::Film(film), None) => Ok(output::write(&film.image(), path)?),
+        (RenderOutput::Film(film), Some((image, exposed))) if !aov.is_empty() => {
             let camera = session.renderer.camera(&session.settings);
             let object = |primitive| session.renderer.object(primitive);
             Ok(layers::write(image, film, &camera, object, aov, exposed.stops, path)?)

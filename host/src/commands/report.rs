@@ -5,28 +5,28 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::cpu::Cpu;
 use trisect::bench::BenchError;
-use trisect::bench::report::{Plan, Report, is_output};
+use trisect::bench::report::{Report, ReportPlan, is_output};
 use trisect::output::Outputs;
-use trisect::scene::Described;
+use trisect::scene::SceneDocument;
 
 /// Measures this machine, prints what was found and writes charts and data.
 pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     // Before minutes of measuring are lost.
     let out = &arguments.out;
     std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
-    let scenes: Vec<Described> = arguments
+    let scenes: Vec<SceneDocument> = arguments
         .scenes
         .iter()
-        .map(|path| Described::load_including(path, arguments.includes.includes()))
+        .map(|path| SceneDocument::load_including(path, arguments.includes.includes()))
         .collect::<Result<_, _>>()?;
     let outputs = Outputs::default().folder("-o", Some(out), is_output);
     outputs.check_inputs("a scene", &arguments.scenes)?;
     outputs.check_inputs("a file of a scene", scenes.iter().flat_map(|scene| &scene.description.files))?;
     let selection = super::open(arguments.backend, arguments.device, arguments.threads)?;
     if !selection.why.is_empty() {
-        super::say(&selection.why);
+        super::eprint(&selection.why);
     }
-    let mut plan = Plan::new(selection.backend.device().kind, arguments.quick).up_to(arguments.spheres);
+    let mut plan = ReportPlan::new(selection.backend.device().kind, arguments.quick).up_to(arguments.spheres);
     plan.math = arguments.math.mode();
     if let Some(resolution) = arguments.resolution {
         (plan.width, plan.height) = resolution;
@@ -34,9 +34,9 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     plan.limit = arguments.time_limit.unwrap_or(plan.limit);
     let one_thread = Box::new(Cpu::open(Some(1))?);
     let report =
-        Report::measure(selection.backend, one_thread, &plan, &scenes, &mut |line| super::say(line))?;
+        Report::measure(selection.backend, one_thread, &plan, &scenes, &mut |line| super::eprint(line))?;
     for file in report.write(out)? {
-        super::say(&format!("wrote {}", file.display()));
+        super::eprint(&format!("wrote {}", file.display()));
     }
     super::print(&report.summary())?;
     Ok(ExitCode::SUCCESS)

@@ -1,6 +1,6 @@
 //! `trisect resume` and `trisect merge`.
 
-use super::{Session, render, say};
+use super::{Session, eprint, render};
 use crate::cli::{BackendArg, Cli, Command, MathArg, MergeArgs, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trisect::Error;
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header, Place};
-use trisect::film::{Film, Part};
+use trisect::film::{Film, SampleBlock};
 use trisect::image::ImageError;
 use trisect::output::exposure::Exposure;
 use trisect::output::{self, Format, Outputs};
@@ -20,7 +20,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
         #[cfg(feature = "mpi")]
         return super::cluster::resume::run(arguments);
         #[cfg(not(feature = "mpi"))]
-        return Err(trisect::distribute::DistributeError::NotBuilt.into());
+        return Err(trisect::cluster::ClusterError::NotBuilt.into());
     }
     super::refuse_ranks(&arguments.cluster)?;
     let start = Instant::now();
@@ -31,36 +31,37 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     check_output(arguments, &command)?;
     render::check(&command)?;
     let denoise = command.denoise.denoise()?;
-    let mut session = Session::open_kept(&command.job, &command.keep, &render::outputs(&command))?;
-    session.settings.guides = !checkpoint.film.guides.is_empty();
+    let mut session =
+        Session::open_with_checkpoint(&command.job, &command.checkpointing, &render::outputs(&command))?;
+    session.settings.guides = !checkpoint.film.aovs.is_empty();
     // The scene may say another number now, which does not matter to the samples that are there.
     session.settings.samples = checkpoint.header.spp;
-    if !command.tell.quiet {
-        render::announce(&session, &render::aim(&session, None));
-        say(&there(&checkpoint));
+    if !command.log.quiet {
+        render::announce(&session, &render::goal_text(&session, None));
+        eprint(&describe_contents(&checkpoint));
         if arguments.output.is_none() {
-            say(&format!("  the image goes to {}, as the checkpoint says", command.output.display()));
+            eprint(&format!("  the image goes to {}, as the checkpoint says", command.output.display()));
         }
     }
-    render::go(&command, session, denoise, Some((place, checkpoint)), start)
+    render::render_film(&command, session, denoise, Some((place, checkpoint)), start)
 }
 
 /// What a checkpoint has, for people.
-pub fn there(Checkpoint { header, film }: &Checkpoint) -> String {
+pub fn describe_contents(Checkpoint { header, film }: &Checkpoint) -> String {
     let of = &header.samples;
     format!("  {} of samples {} to {} are there", share(film, header), of.start, of.end)
 }
 
 /// What of the samples that there should be there is.
 fn share(film: &Film, header: &Header) -> String {
-    let missing: u64 = film.coverage.missing(&header.samples).iter().map(Part::size).sum();
-    let all = Part { rows: 0..film.height, samples: header.samples.clone() }.size();
+    let missing: u64 = film.coverage.missing(&header.samples).iter().map(SampleBlock::size).sum();
+    let all = SampleBlock { rows: 0..film.height, samples: header.samples.clone() }.size();
     format!("{:.1} %", 100.0 * (1.0 - missing as f64 / all.max(1) as f64))
 }
 
 /// The command that began it, with what the new one says instead.
 pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error> {
-    let wrong = |message: String| CheckpointError::NotOne { path: arguments.file.clone(), message };
+    let wrong = |message: String| CheckpointError::NotACheckpoint { path: arguments.file.clone(), message };
     let words = std::iter::once("trisect".to_owned()).chain(header.command.iter().cloned());
     let parsed = Cli::try_parse_from(words).map_err(|error| {
         wrong(format!("the command that began it, {}, is none: {error}", header.command.join(" ")))
@@ -73,7 +74,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
     // What the first command told is done with, and where the image goes is checked.
-    command.tell.stats = arguments.tell.stats.clone();
+    command.log.stats = arguments.log.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
@@ -86,15 +87,15 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
         }
     }
     command.job.threads = arguments.threads.or(command.job.threads);
-    command.keep.checkpoint = Some(arguments.file.clone());
-    command.keep.every = arguments.every.or(command.keep.every);
-    command.keep.time_limit = arguments.time_limit;
+    command.checkpointing.checkpoint = Some(arguments.file.clone());
+    command.checkpointing.every = arguments.every.or(command.checkpointing.every);
+    command.checkpointing.time_limit = arguments.time_limit;
     // Over ranks there is none, whatever the first command had.
-    let before = command.keep.fallback.filter(|_| arguments.cluster.distribute.is_none());
-    command.keep.fallback = arguments.fallback.or(before);
-    command.keep.samples = Some(Samples(header.samples.clone()));
+    let before = command.checkpointing.fallback.filter(|_| arguments.cluster.distribute.is_none());
+    command.checkpointing.fallback = arguments.fallback.or(before);
+    command.checkpointing.samples = Some(Samples(header.samples.clone()));
     command.cluster = arguments.cluster.clone();
-    (command.tell.quiet, command.tell.verbose) = (arguments.tell.quiet, arguments.tell.verbose);
+    (command.log.quiet, command.log.verbose) = (arguments.log.quiet, arguments.log.verbose);
     Ok(command)
 }
 
@@ -133,13 +134,13 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         exposed.apply(&mut image);
         output::write(&image, &arguments.output)?;
         if let Some(automatic) = exposed.automatic {
-            say(&automatic.to_string());
+            eprint(&automatic.to_string());
         }
     } else {
         sum.write(&arguments.output)?;
     }
     let count = arguments.files.len();
-    say(&format!(
+    eprint(&format!(
         "{count} checkpoints: {} of {} samples a pixel",
         share(&sum.film, &sum.header),
         sum.header.samples.len()
@@ -147,12 +148,12 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     let missing = sum.film.coverage.missing(&(0..sum.header.spp));
     for part in &missing {
         let (rows, samples) = (&part.rows, &part.samples);
-        say(&format!(
+        eprint(&format!(
             "  without rows {} to {} of samples {} to {}",
             rows.start, rows.end, samples.start, samples.end
         ));
     }
-    say(&format!("wrote {}", arguments.output.display()));
+    eprint(&format!("wrote {}", arguments.output.display()));
     Ok(ExitCode::SUCCESS)
 }
 

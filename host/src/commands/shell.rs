@@ -27,6 +27,6 @@ pub fn man(arguments: &ManArgs) -> Result<ExitCode, Error> {
     std::fs::create_dir_all(folder)
         .and_then(|()| clap_mangen::generate_to(Cli::command(), folder))
         .map_err(|source| io(folder, source))?;
-    super::say(&format!("wrote pages to {}", folder.display()));
+    super::eprint(&format!("wrote pages to {}", folder.display()));
     Ok(ExitCode::SUCCESS)
 }

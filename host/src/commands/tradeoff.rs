@@ -1,23 +1,23 @@
 //! `trisect tradeoff` and `trisect converge`.
 
 use super::lab::{LabSupervisor, exit_code};
-use super::{Loaded, open, print, say};
+use super::{Loaded, eprint, open, print};
 use crate::cli::{ConvergeArgs, JobArgs, QualityArg, ReferenceArgs, TradeoffArgs};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use trisect::adaptive::Goal;
 use trisect::image::ImageError;
 use trisect::output::Outputs;
-use trisect::sampling::Goal;
 use trisect::scene::Scene;
 use trisect::tradeoff::{
-    Convergence, Courses, Facts, Fit, KNOBS, Lab, Mode, REFERENCE_SHARE, Reference, Supervisor, Sweep,
-    TradeoffError, check_seeds, fit, is_output, modes,
+    Configuration, Convergence, ConvergencePlan, Fit, KNOBS, Lab, REFERENCE_SHARE, Reference, ReferenceInfo,
+    Supervisor, Sweep, TradeoffError, check_seeds, configurations, fit, is_output,
 };
 use trisect::{Error, output};
 
 /// An error that no reference has: it takes all its samples.
-const NEVER: f64 = 1e-9;
+const UNREACHABLE_ERROR: f64 = 1e-9;
 
 /// Times as many samples as the last that a course is followed to.
 const REFERENCE_OF_COURSE: u32 = 8;
@@ -33,26 +33,26 @@ const LARGE: u64 = 200_000;
 const NANOSECONDS: (f64, f64) = (300.0, 2000.0);
 
 /// A scene with its modes, on a device.
-struct Ready {
+struct LabSetup {
     scene: Scene,
-    base: Mode,
+    base: Configuration,
     fast: bool,
     backend: Box<dyn trisect::backend::Backend>,
 }
 
-impl Ready {
+impl LabSetup {
     fn new(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let loaded = Loaded::read(job, outputs)?;
         loaded.warn();
         let selection = open(job.backend, job.device, job.threads)?;
         let fast = selection.backend.device().backend != "cpu";
-        let base = Mode::base(&loaded.settings, job.bvh_quality.map(QualityArg::quality));
+        let base = Configuration::base(&loaded.settings, job.bvh_quality.map(QualityArg::quality));
         Ok(Self { scene: loaded.scene, base, fast, backend: selection.backend })
     }
 
-    fn modes(&self, knobs: &[String]) -> Result<Vec<Mode>, TradeoffError> {
+    fn configurations(&self, knobs: &[String]) -> Result<Vec<Configuration>, TradeoffError> {
         let all: Vec<String> = KNOBS.iter().map(|&knob| knob.to_owned()).collect();
-        modes(&self.scene, &self.base, if knobs.is_empty() { &all } else { knobs }, self.fast)
+        configurations(&self.scene, &self.base, if knobs.is_empty() { &all } else { knobs }, self.fast)
     }
 }
 
@@ -75,10 +75,10 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     let cache = cache(&arguments.reference)?;
     let outputs = Outputs::default().folder("-o", Some(&arguments.output), is_output);
     let mut supervisor = LabSupervisor::new(arguments.time_limit, arguments.quiet);
-    let ready = Ready::new(&arguments.job, &outputs)?;
-    let modes = ready.modes(&arguments.knobs)?;
+    let ready = LabSetup::new(&arguments.job, &outputs)?;
+    let modes = ready.configurations(&arguments.knobs)?;
     fs::create_dir_all(&arguments.output).map_err(TradeoffError::io(&arguments.output))?;
-    let Ready { scene, base, backend, .. } = ready;
+    let LabSetup { scene, base, backend, .. } = ready;
     let mut lab = Lab::new(&scene, backend);
     let pixels = base.settings.pixels();
     let flips = if pixels > LARGE { 2 } else { 4.min(arguments.seeds) };
@@ -96,24 +96,24 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     levels.sort_unstable();
     levels.dedup();
     let goal = match arguments.reference.reference_spp {
-        Some(most) => Goal::Error { target: NEVER, most },
+        Some(most) => Goal::Error { target: UNREACHABLE_ERROR, max_samples: most },
         None => Goal::Time(reference),
     };
-    supervisor.say(&format!("{} ways, {levels:?} samples a pixel, {seeds} seeds", modes.len()));
+    supervisor.report(&format!("{} ways, {levels:?} samples a pixel, {seeds} seeds", modes.len()));
     let goal = (goal, REFERENCE_SHARE);
     let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
-    let sweep = Sweep { modes: &modes, levels: &levels, seeds, flips };
+    let sweep = Sweep { configurations: &modes, levels: &levels, seeds, flips };
     let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), &mut supervisor)?;
     supervisor.finish();
     found.seconds = supervisor.elapsed().as_secs_f64();
     let earlier = arguments.output.join("tradeoff.json");
-    let files = match found.points.is_empty() && stays(&earlier) {
+    let files = match found.points.is_empty() && keeps_earlier_report(&earlier) {
         true => Vec::new(),
         false => found.write(&pictures, &arguments.output)?,
     };
     print(&if arguments.json { found.json()? } else { found.summary() })?;
-    files.iter().for_each(|file| supervisor.say(&format!("wrote {}", file.display())));
+    files.iter().for_each(|file| supervisor.report(&format!("wrote {}", file.display())));
     Ok(exit_code(found.ended))
 }
 
@@ -123,18 +123,18 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     let cache = cache(&arguments.reference)?;
     let outputs = Outputs::default().file("-o", arguments.output.as_deref());
     let mut supervisor = LabSupervisor::new(arguments.time_limit, false);
-    let ready = Ready::new(&arguments.job, &outputs)?;
-    let modes = ready.modes(&arguments.knobs)?;
+    let ready = LabSetup::new(&arguments.job, &outputs)?;
+    let modes = ready.configurations(&arguments.knobs)?;
     let ConvergeArgs { first, last, seeds, .. } = *arguments;
-    let courses = Courses { modes: &modes, first, last, seeds };
+    let courses = ConvergencePlan { configurations: &modes, first, last, seeds };
     courses.counts()?;
     if let Some(path) = &arguments.output {
         output::probe(path)?;
     }
-    let Ready { scene, base, backend, .. } = ready;
+    let LabSetup { scene, base, backend, .. } = ready;
     let mut lab = Lab::new(&scene, backend);
     let most = arguments.reference.reference_spp.unwrap_or(last.saturating_mul(REFERENCE_OF_COURSE));
-    let goal = (Goal::Error { target: NEVER, most }, REFERENCE_SHARE_OF_COURSE);
+    let goal = (Goal::Error { target: UNREACHABLE_ERROR, max_samples: most }, REFERENCE_SHARE_OF_COURSE);
     let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
     let found: Convergence = lab.converge(&courses, reference.as_ref(), &mut supervisor)?;
@@ -146,7 +146,7 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
         })
     };
     if let Some(path) = &arguments.output
-        && !(found.courses.is_empty() && stays(path))
+        && !(found.courses.is_empty() && keeps_earlier_report(path))
     {
         output::write_file(path, json()?.as_bytes())?;
     }
@@ -156,17 +156,17 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
 
 /// Says of how many samples the reference is.
 fn tell(reference: Option<&Reference>, supervisor: &mut LabSupervisor) {
-    if let Some(Facts { samples, error, .. }) = reference.map(|reference| &reference.facts) {
+    if let Some(ReferenceInfo { samples, error, .. }) = reference.map(|reference| &reference.facts) {
         let error = 100.0 * error;
-        supervisor.say(&format!("reference: {samples:.0} samples a pixel, own error {error:.3} %"));
+        supervisor.report(&format!("reference: {samples:.0} samples a pixel, own error {error:.3} %"));
     }
 }
 
 /// Returns whether an earlier report is there, and says that it is not replaced by one of nothing.
-fn stays(earlier: &Path) -> bool {
+fn keeps_earlier_report(earlier: &Path) -> bool {
     let is_there = earlier.exists();
     if is_there {
-        say(&format!("nothing was measured: {} is as it was", earlier.display()));
+        eprint(&format!("nothing was measured: {} is as it was", earlier.display()));
     }
     is_there
 }

@@ -36,5 +36,5 @@ pub enum DenoiseError {
     },
     /// A film of a render without them.
     #[error("the film has no normals, albedos and positions; render it with Settings::guides")]
-    NoGuides,
+    NoAovs,
 }

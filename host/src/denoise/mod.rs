@@ -1,24 +1,24 @@
 //! Denoising: which filter with what parameters, and the passes that it takes on a device.
 
 mod error;
-mod history;
 mod passes;
+mod temporal;
 mod view;
 
 pub use error::DenoiseError;
-pub(crate) use history::Frames;
-pub use history::History;
-pub use passes::{Kernel, Pass, Shown};
-pub(crate) use passes::{Seen, keep, passes, reach};
+pub use passes::{DisplayLaunch, Kernel, Pass};
+pub(crate) use passes::{FrameView, passes, reach, store_pass};
+pub(crate) use temporal::TemporalInputs;
+pub use temporal::TemporalSettings;
 
 use crate::film::{Film, TASK};
 use crate::image::Image;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::RangeInclusive;
-use trisect_shared::denoise::{DenoiseParams, Lit, STOPS};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::denoise::{DenoiseParams, FilteredPixel, STOP_FACTORS};
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 
 /// Levels that a filter can have: the last of ten has taps 512 pixels apart.
 pub const LEVELS: RangeInclusive<u32> = 1..=10;
@@ -36,7 +36,7 @@ pub enum Filter {
 /// A filter and its parameters. A stop lets a quarter of a neighbour through that is as different as the parameter says, and nothing beyond 1.4
 /// times that; 0 lets only what is equal through, infinity everything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Denoise {
+pub struct DenoiseSettings {
     /// Which.
     pub filter: Filter,
     /// Passes, from taps next to each other on, each twice as far apart.
@@ -52,7 +52,7 @@ pub struct Denoise {
     pub depth: f32,
 }
 
-impl Denoise {
+impl DenoiseSettings {
     /// With the parameters that docs/performance.md shows to be good.
     pub const fn new(filter: Filter) -> Self {
         match filter {
@@ -78,12 +78,12 @@ impl Denoise {
     }
 
     /// The stops, for an image.
-    fn params(&self, image: &Seen) -> DenoiseParams {
+    fn params(&self, image: &FrameView) -> DenoiseParams {
         let cosine = f64::from(self.normal.min(180.0)).to_radians().cos();
         DenoiseParams {
-            color: stop(f64::from(self.color).powi(2)),
-            normal: stop(if self.normal.is_finite() { 1.0 - cosine } else { f64::INFINITY }),
-            depth: stop(f64::from(self.depth).powi(2)).sqrt(),
+            color_factor: stop_factor(f64::from(self.color).powi(2)),
+            normal_factor: stop_factor(if self.normal.is_finite() { 1.0 - cosine } else { f64::INFINITY }),
+            depth_factor: stop_factor(f64::from(self.depth).powi(2)).sqrt(),
             ..image.params()
         }
     }
@@ -95,30 +95,30 @@ fn number_or_inf<S: serde::Serializer>(value: &f32, serializer: S) -> Result<S::
 }
 
 /// Half the factor of a stop: 1 over what counts as 1.
-fn stop(through: f64) -> f32 {
-    ((0.5 / through) as f32).clamp(STOPS.0, STOPS.1)
+fn stop_factor(through: f64) -> f32 {
+    ((0.5 / through) as f32).clamp(STOP_FACTORS.0, STOP_FACTORS.1)
 }
 
 /// Whether a film can be denoised.
 ///
 /// # Errors
 ///
-/// [`DenoiseError::NoGuides`] for a film that has none.
-pub fn has_guides(film: &Film) -> Result<(), DenoiseError> {
-    if film.guides.len() == film.pixels.len() { Ok(()) } else { Err(DenoiseError::NoGuides) }
+/// [`DenoiseError::NoAovs`] for a film that has none.
+pub fn check_has_aovs(film: &Film) -> Result<(), DenoiseError> {
+    if film.aovs.len() == film.pixels.len() { Ok(()) } else { Err(DenoiseError::NoAovs) }
 }
 
 /// Writes a film's sums as kernels do, but of all its chunks, pixel by pixel.
-pub fn sums(film: &Film, sums: &mut [PixelSums], guides: &mut [Guides]) {
+pub fn sums(film: &Film, sums: &mut [PixelSums], guides: &mut [AovSums]) {
     let pixels = sums.par_iter_mut().zip(&film.pixels).with_min_len(TASK);
     pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
-    let pixels = guides.par_iter_mut().zip(&film.guides).with_min_len(TASK);
+    let pixels = guides.par_iter_mut().zip(&film.aovs).with_min_len(TASK);
     pixels.for_each(|(sums, guides)| *sums = guides.sums());
 }
 
 /// The last pass's pixels as an image; NaN where neither a pixel nor any in reach of it has a colour.
-pub fn image(width: u32, height: u32, pixels: &[Lit]) -> Image {
-    let color = |pixel: &Lit| if pixel.is_known() { pixel.color.to_array() } else { [f32::NAN; 3] };
+pub fn image(width: u32, height: u32, pixels: &[FilteredPixel]) -> Image {
+    let color = |pixel: &FilteredPixel| if pixel.is_known() { pixel.color.to_array() } else { [f32::NAN; 3] };
     Image { width, height, pixels: pixels.par_iter().with_min_len(TASK).map(color).collect() }
 }
 

@@ -1,23 +1,25 @@
 //! The passes over an image, one after the other.
 
-use super::history::Frames;
-use super::{Denoise, Filter, stop, view};
+use super::temporal::TemporalInputs;
+use super::{DenoiseSettings, Filter, stop_factor, view};
 use crate::backend::BackendError;
 use std::ops::Range;
 use trisect_kernels::workgroup;
 use trisect_shared::camera::Camera;
-use trisect_shared::denoise::{AROUND, DenoiseParams, PIXELS, STOPS, View};
+use trisect_shared::denoise::{
+    DenoiseParams, NEIGHBOURHOOD_RADIUS, PIXELS_PER_THREAD, PinholeView, STOP_FACTORS,
+};
 use trisect_shared::display::DisplayParams;
 
 /// An image of a frame, and where it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Seen {
-    pub view: View,
+pub(crate) struct FrameView {
+    pub view: PinholeView,
     pub width: u32,
     pub height: u32,
 }
 
-impl Seen {
+impl FrameView {
     /// By a camera.
     pub fn by(camera: &Camera, width: u32, height: u32) -> Self {
         Self { view: view::of(camera), width, height }
@@ -31,47 +33,47 @@ impl Seen {
             height: self.height,
             step: 1,
             first_row: 0,
-            color: STOPS.0,
-            normal: stop(1.0 - f64::from(30.0f32).to_radians().cos()),
-            depth: stop(f64::from(0.02f32).powi(2)).sqrt(),
-            trusted: TRUSTED,
-            before: self.view,
-            history: 0.0,
-            spent: 0.0,
-            clamp: STOPS.1,
-            add: 0,
+            color_factor: STOP_FACTORS.0,
+            normal_factor: stop_factor(1.0 - f64::from(30.0f32).to_radians().cos()),
+            depth_factor: stop_factor(f64::from(0.02f32).powi(2)).sqrt(),
+            trusted_samples: MIN_VARIANCE_SAMPLES,
+            previous_view: self.view,
+            max_history: 0.0,
+            expired_history: 0.0,
+            clamp_deviations: STOP_FACTORS.1,
+            accumulate: 0,
         }
     }
 }
 
 /// Samples from which on a pixel's own variance is used, as in SVGF.
-const TRUSTED: u32 = 4;
+const MIN_VARIANCE_SAMPLES: u32 = 4;
 
 /// What a device does, one after the other, with an image and what is known of frames before it; without a filter, the image comes out as it is.
 pub(crate) fn passes(
-    denoise: Option<&Denoise>,
-    image: &Seen,
-    frames: &Frames,
+    denoise: Option<&DenoiseSettings>,
+    image: &FrameView,
+    frames: &TemporalInputs,
     rows: &Range<u32>,
 ) -> Vec<Pass> {
     let base = denoise.map_or_else(|| image.params(), |denoise| denoise.params(image));
     let params = DenoiseParams {
-        before: frames.before,
-        history: frames.history,
-        spent: frames.spent,
-        clamp: frames.clamp,
+        previous_view: frames.previous_view,
+        max_history: frames.history,
+        expired_history: frames.spent,
+        clamp_deviations: frames.clamp,
         ..base
     };
-    let (past, kept, rows) = (frames.past, frames.kept, rows.clone());
-    let first = Pass { kernel: Kernel::Gather, params, from: 1, to: 0, past, kept, rows };
+    let (past, kept, rows) = (frames.past, frames.accumulated, rows.clone());
+    let first = Pass { kernel: Kernel::Demodulate, params, from: 1, to: 0, past, accumulated: kept, rows };
     let next = |passes: &[Pass]| {
         let from = passes.last().map_or(0, |pass| pass.to);
         Pass { from, to: 1 - from, ..first.clone() }
     };
     let mut passes = Vec::new();
-    if frames.kept {
-        let params = DenoiseParams { add: 1, ..params };
-        passes.push(Pass { kernel: Kernel::Add, params, kept: false, ..first.clone() });
+    if frames.accumulated {
+        let params = DenoiseParams { accumulate: 1, ..params };
+        passes.push(Pass { kernel: Kernel::Add, params, accumulated: false, ..first.clone() });
     }
     passes.push(first.clone());
     if frames.reproject {
@@ -82,29 +84,33 @@ pub(crate) fn passes(
     for level in 0..denoise.map_or(0, |denoise| denoise.levels) {
         let step = 1 << level;
         let (kernel, color) = match denoise {
-            Some(Denoise { filter: Filter::Atrous, color, .. }) => {
+            Some(DenoiseSettings { filter: Filter::Atrous, color, .. }) => {
                 let color = f64::from(*color) / f64::from(step);
-                (Kernel::Atrous, stop(color * color))
+                (Kernel::Atrous, stop_factor(color * color))
             }
-            _ => (Kernel::Svgf, params.color),
+            _ => (Kernel::Svgf, params.color_factor),
         };
-        passes.push(Pass { kernel, params: DenoiseParams { step, color, ..params }, ..next(&passes) });
+        passes.push(Pass {
+            kernel,
+            params: DenoiseParams { step, color_factor: color, ..params },
+            ..next(&passes)
+        });
     }
-    passes.push(Pass { kernel: Kernel::Finish, ..next(&passes) });
+    passes.push(Pass { kernel: Kernel::Remodulate, ..next(&passes) });
     passes.iter_mut().for_each(|pass| pass.params.first_row = pass.thread_rows().start);
     passes
 }
 
 /// Rows around a pixel that it depends on, through all passes: those of the variance, and those of each level.
-pub(crate) fn reach(denoise: Option<&Denoise>, frames: bool) -> u32 {
-    let around = u32::from(frames || denoise.is_some()) * AROUND.unsigned_abs();
+pub(crate) fn reach(denoise: Option<&DenoiseSettings>, frames: bool) -> u32 {
+    let around = u32::from(frames || denoise.is_some()) * NEIGHBOURHOOD_RADIUS.unsigned_abs();
     denoise.map_or(0, |denoise| (0..denoise.levels).map(|level| 2 << level).sum()) + around
 }
 
 /// The pass that makes this frame the first of those that are summed.
-pub(crate) fn keep(image: &Seen, rows: Range<u32>) -> Pass {
+pub(crate) fn store_pass(image: &FrameView, rows: Range<u32>) -> Pass {
     let params = DenoiseParams { first_row: rows.start, ..image.params() };
-    Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, kept: false, rows }
+    Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, accumulated: false, rows }
 }
 
 /// A kernel of the denoiser.
@@ -113,7 +119,7 @@ pub enum Kernel {
     /// The frame to those before it.
     Add,
     /// From sums to an image over its albedo, and edges.
-    Gather,
+    Demodulate,
     /// Variance from the neighbourhood.
     Estimate,
     /// What the frame before knew, and variance.
@@ -123,7 +129,7 @@ pub enum Kernel {
     /// A level with stops by variance.
     Svgf,
     /// The albedo again.
-    Finish,
+    Remodulate,
 }
 
 impl Kernel {
@@ -141,12 +147,12 @@ impl Kernel {
     pub fn name(self) -> &'static str {
         match self {
             Self::Add => "denoise_add",
-            Self::Gather => "denoise_gather",
+            Self::Demodulate => "denoise_gather",
             Self::Estimate => "denoise_estimate",
             Self::Reproject => "denoise_reproject",
             Self::Atrous => "denoise_atrous",
             Self::Svgf => "denoise_svgf",
-            Self::Finish => "denoise_finish",
+            Self::Remodulate => "denoise_finish",
         }
     }
 }
@@ -166,7 +172,7 @@ pub struct Pass {
     /// The past that it reads, 0 or 1; it writes the other.
     pub(crate) past: usize,
     /// Whether the film is the sum over frames, or this frame's; a pass of [`Kernel::Add`] writes the other.
-    pub(crate) kept: bool,
+    pub(crate) accumulated: bool,
     /// Those that are written, and for a level some beside them.
     pub(crate) rows: Range<u32>,
 }
@@ -183,7 +189,8 @@ impl Pass {
             return self.rows.clone();
         }
         let step = self.params.step;
-        self.rows.start / (PIXELS * step) * step..self.rows.end.div_ceil(PIXELS * step) * step
+        self.rows.start / (PIXELS_PER_THREAD * step) * step
+            ..self.rows.end.div_ceil(PIXELS_PER_THREAD * step) * step
     }
 
     /// Refuses more work groups than a launch has.
@@ -205,11 +212,11 @@ impl Pass {
 
 /// A frame as a screen shows it. Only a [`Renderer`](crate::render::Renderer) makes one: kernels trust its size.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shown {
+pub struct DisplayLaunch {
     /// With what.
     pub(crate) params: DisplayParams,
     /// The denoised image, 0 or 1; none for the samples' plain mean, which the parameters ask for then in all columns.
     pub(crate) image: Option<usize>,
     /// Whether the samples are the sums over frames, or this frame's.
-    pub(crate) kept: bool,
+    pub(crate) accumulated: bool,
 }

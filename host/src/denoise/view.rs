@@ -2,18 +2,18 @@
 
 use glam::{DVec3, Vec3};
 use trisect_shared::camera::Camera;
-use trisect_shared::denoise::View;
+use trisect_shared::denoise::PinholeView;
 
 /// The pinhole in the middle of the lens.
-pub(super) fn of(camera: &Camera) -> View {
+pub(super) fn of(camera: &Camera) -> PinholeView {
     let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
     let axis = right.cross(down).normalize_or(DVec3::NEG_Z);
     let focus = corner.dot(axis);
     let record = |v: DVec3| (v / focus).as_vec3();
-    View {
+    PinholeView {
         origin: camera.origin,
         pad0: 0,
-        first: record(corner + (right + down) * 0.5),
+        first_pixel: record(corner + (right + down) * 0.5),
         pad1: 0,
         right: record(right),
         pad2: 0,

@@ -5,14 +5,14 @@ use std::ops::Range;
 
 /// A part of a frame: some rows, and some samples of each of their pixels.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Part {
+pub struct SampleBlock {
     /// Rows of the whole image, the top one 0.
     pub rows: Range<u32>,
     /// Indices of samples, of all samples of a pixel.
     pub samples: Range<u32>,
 }
 
-impl Part {
+impl SampleBlock {
     /// Rows times samples.
     pub fn size(&self) -> u64 {
         self.rows.len() as u64 * self.samples.len() as u64
@@ -30,12 +30,12 @@ pub struct Overlap {
 
 /// The samples that a film holds, by row. How they came together does not show: equal sets are equal.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Coverage {
+pub struct SampleCoverage {
     /// Of each row, ranges that neither overlap nor touch, in order.
     rows: Vec<Vec<Range<u32>>>,
 }
 
-impl Coverage {
+impl SampleCoverage {
     /// Nothing of `height` rows.
     pub fn new(height: u32) -> Self {
         Self { rows: vec![Vec::new(); height as usize] }
@@ -52,12 +52,12 @@ impl Coverage {
     }
 
     /// All that is held: by samples, then rows; rows that hold the same are together.
-    pub fn parts(&self) -> Vec<Part> {
+    pub fn parts(&self) -> Vec<SampleBlock> {
         together(self.rows.iter().map(Vec::as_slice))
     }
 
     /// What of `samples` is not held, in the same order.
-    pub fn missing(&self, samples: &Range<u32>) -> Vec<Part> {
+    pub fn missing(&self, samples: &Range<u32>) -> Vec<SampleBlock> {
         let gaps: Vec<Vec<Range<u32>>> = self.rows.iter().map(|held| gaps(held, samples)).collect();
         together(gaps.iter().map(Vec::as_slice))
     }
@@ -67,12 +67,12 @@ impl Coverage {
     /// # Errors
     ///
     /// If some of it is there already; then nothing is added.
-    pub fn insert(&mut self, part: &Part) -> Result<(), Overlap> {
+    pub fn insert(&mut self, part: &SampleBlock) -> Result<(), Overlap> {
         let rows = part.rows.clone().filter(|_| !part.samples.is_empty());
         self.insert_rows(rows.map(|row| (row, std::slice::from_ref(&part.samples))))
     }
 
-    /// Adds all that `other` holds.
+    /// Adds all that `light_pdf` holds.
     ///
     /// # Errors
     ///
@@ -132,11 +132,13 @@ fn gaps(held: &[Range<u32>], within: &Range<u32>) -> Vec<Range<u32>> {
 }
 
 /// Ranges of samples of each row as parts: neighbouring rows with the same ranges together.
-fn together<'a>(rows: impl Iterator<Item = &'a [Range<u32>]>) -> Vec<Part> {
-    let mut parts: Vec<Part> = Vec::new();
+fn together<'a>(rows: impl Iterator<Item = &'a [Range<u32>]>) -> Vec<SampleBlock> {
+    let mut parts: Vec<SampleBlock> = Vec::new();
     let mut open: (u32, &[Range<u32>]) = (0, &[]);
     let mut close = |rows: Range<u32>, ranges: &[Range<u32>]| {
-        parts.extend(ranges.iter().map(|samples| Part { rows: rows.clone(), samples: samples.clone() }));
+        parts.extend(
+            ranges.iter().map(|samples| SampleBlock { rows: rows.clone(), samples: samples.clone() }),
+        );
     };
     let mut end = 0;
     for (row, ranges) in (0u32..).zip(rows) {
@@ -155,23 +157,23 @@ fn together<'a>(rows: impl Iterator<Item = &'a [Range<u32>]>) -> Vec<Part> {
 mod tests {
     use super::*;
 
-    fn part(rows: Range<u32>, samples: Range<u32>) -> Part {
-        Part { rows, samples }
+    fn part(rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
+        SampleBlock { rows, samples }
     }
 
     #[test]
     fn how_it_came_together_does_not_show() {
-        let mut whole = Coverage::new(4);
+        let mut whole = SampleCoverage::new(4);
         whole.insert(&part(0..4, 0..1024)).unwrap();
         let pieces = [part(0..2, 256..512), part(2..4, 512..1024), part(0..2, 512..1024), part(0..4, 0..256)];
         let last = part(2..4, 256..512);
-        let mut one = Coverage::new(4);
+        let mut one = SampleCoverage::new(4);
         for piece in pieces.iter().chain([&last]) {
             assert_ne!(one, whole);
             one.insert(piece).unwrap();
         }
         assert_eq!(one, whole);
-        let (mut a, mut b) = (Coverage::new(4), Coverage::new(4));
+        let (mut a, mut b) = (SampleCoverage::new(4), SampleCoverage::new(4));
         pieces[..2].iter().for_each(|p| a.insert(p).unwrap());
         pieces[2..].iter().chain([&last]).for_each(|p| b.insert(p).unwrap());
         a.merge(&b).unwrap();
@@ -182,7 +184,7 @@ mod tests {
 
     #[test]
     fn what_is_there_and_what_is_not() {
-        let mut one = Coverage::new(4);
+        let mut one = SampleCoverage::new(4);
         assert_eq!((one.parts(), one.missing(&(0..512))), (vec![], vec![part(0..4, 0..512)]));
         one.insert(&part(0..4, 0..256)).unwrap();
         one.insert(&part(1..3, 256..512)).unwrap();
@@ -200,7 +202,7 @@ mod tests {
 
     #[test]
     fn what_is_there_twice_is_named_and_nothing_is_added() {
-        let mut one = Coverage::new(4);
+        let mut one = SampleCoverage::new(4);
         one.insert(&part(2..3, 256..512)).unwrap();
         let before = one.clone();
         assert_eq!(one.insert(&part(0..4, 0..300)), Err(Overlap { row: 2, samples: 256..300 }));

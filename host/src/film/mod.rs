@@ -1,28 +1,28 @@
 //! The film: exact sums over the chunks that kernels sum in single precision.
 
+mod aovs;
 mod coverage;
-mod guides;
 mod host_memory;
 mod rows;
 mod sum;
 mod target;
 
-pub use coverage::{Coverage, Overlap, Part};
-pub use guides::GuideTotals;
+pub use aovs::AovTotals;
+pub use coverage::{Overlap, SampleBlock, SampleCoverage};
 pub use host_memory::{HostMemory, HostRecords};
-pub use rows::Rows;
+pub use rows::RowSet;
 pub use sum::ExactSum;
-pub use target::{FrameMemory, HostFrame, Target};
-pub(crate) use target::{Grid, span};
+pub(crate) use target::{CopyRect, span};
+pub use target::{FrameMemory, HostFrame, RowTarget};
 
 use crate::image::Image;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use std::ops::Range;
 use thiserror::Error;
-use trisect_shared::denoise::{Edge, Lit};
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::guides::Guides;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::denoise::{FilteredPixel, GBufferTexel};
+use trisect_shared::film::{Compensation, PixelSums};
 
 /// Sums over all samples of one pixel so far. They do not depend on the order or grouping of chunks and films; [`ExactSum`] says when.
 #[repr(C)]
@@ -86,7 +86,7 @@ impl PixelTotals {
         self.segments += u64::from(sums.segments);
     }
 
-    /// Adds what `other` holds of the same pixel.
+    /// Adds what `light_pdf` holds of the same pixel.
     pub(crate) fn add(&mut self, other: &Self) {
         if other.is_empty() {
             return;
@@ -154,9 +154,9 @@ pub struct Film {
     /// `width * height` totals.
     pub pixels: Vec<PixelTotals>,
     /// As many, or none: of a render with [guides](crate::render::Settings::guides).
-    pub guides: Vec<GuideTotals>,
+    pub aovs: Vec<AovTotals>,
     /// The samples in them.
-    pub coverage: Coverage,
+    pub coverage: SampleCoverage,
 }
 
 /// Counts over a whole film.
@@ -197,7 +197,7 @@ pub enum FilmError {
     #[error(
         "one film has normals, albedos and positions, the other none; render both with the same --aov and --denoise"
     )]
-    Guides,
+    Aovs,
     /// Samples that would count twice.
     #[error("samples {} to {} of row {} are in both films; merge each part once", samples.start, samples.end, row)]
     Overlap {
@@ -221,15 +221,15 @@ impl Film {
     /// Bytes that one pixel takes on the host: its totals, a chunk on the CPU backend with its carry and one read back, the picture, and two
     /// copies of it while it is encoded.
     pub const BYTES_PER_PIXEL: u64 =
-        (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + size_of::<Carry>() + 3 * 12) as u64;
+        (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + size_of::<Compensation>() + 3 * 12) as u64;
 
     /// More bytes of one with guides: their totals, a chunk of them on the CPU backend and one read back; and of denoising it there: sums and
     /// guides, two images and edges, the pixels read back and the picture.
-    pub const BYTES_PER_PIXEL_OF_GUIDES: u64 = (size_of::<GuideTotals>()
-        + 3 * size_of::<Guides>()
+    pub const BYTES_PER_PIXEL_OF_AOVS: u64 = (size_of::<AovTotals>()
+        + 3 * size_of::<AovSums>()
         + size_of::<PixelSums>()
-        + 3 * size_of::<Lit>()
-        + size_of::<Edge>()
+        + 3 * size_of::<FilteredPixel>()
+        + size_of::<GBufferTexel>()
         + 12) as u64;
 
     /// A film that no one has written.
@@ -237,39 +237,39 @@ impl Film {
         let pixels = width as usize * height as usize;
         // In parallel: the first touch of fresh memory is what takes the time.
         let pixels = rayon::iter::repeat_n(PixelTotals::EMPTY, pixels).with_min_len(TASK).collect();
-        Self { width, height, pixels, guides: Vec::new(), coverage: Coverage::new(height) }
+        Self { width, height, pixels, aovs: Vec::new(), coverage: SampleCoverage::new(height) }
     }
 
     /// The same with guides.
-    pub fn with_guides(width: u32, height: u32) -> Self {
+    pub fn with_aovs(width: u32, height: u32) -> Self {
         let film = Self::new(width, height);
-        let guides = rayon::iter::repeat_n(GuideTotals::EMPTY, film.pixels.len()).with_min_len(TASK);
-        Self { guides: guides.collect(), ..film }
+        let guides = rayon::iter::repeat_n(AovTotals::EMPTY, film.pixels.len()).with_min_len(TASK);
+        Self { aovs: guides.collect(), ..film }
     }
 
     /// Of one without guides, or with.
     pub fn bytes_per_pixel(guides: bool) -> u64 {
-        (size_of::<PixelTotals>() + if guides { size_of::<GuideTotals>() } else { 0 }) as u64
+        (size_of::<PixelTotals>() + if guides { size_of::<AovTotals>() } else { 0 }) as u64
     }
 
     /// Of pixels and guides.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&self.pixels[..]) + size_of_val(&self.guides[..])) as u64
+        (size_of_val(&self.pixels[..]) + size_of_val(&self.aovs[..])) as u64
     }
 
     /// Becomes a copy of another; the memory stays, where it is enough.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         copy(&mut self.pixels, &other.pixels, PixelTotals::EMPTY);
-        copy(&mut self.guides, &other.guides, GuideTotals::EMPTY);
+        copy(&mut self.aovs, &other.aovs, AovTotals::EMPTY);
         self.coverage = other.coverage.clone();
     }
 
     /// Takes all out again; the memory stays.
     pub fn clear(&mut self) {
         self.pixels.par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
-        self.guides.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = GuideTotals::EMPTY);
-        self.coverage = Coverage::new(self.height);
+        self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovTotals::EMPTY);
+        self.coverage = SampleCoverage::new(self.height);
     }
 
     /// Adds a `chunk` of the rows of `part`, each pixel of which should hold `part`'s samples. The order of chunks does not matter.
@@ -279,7 +279,7 @@ impl Film {
     /// # Errors
     ///
     /// If the film has not these pixels, or has these samples already; then it stays as it was.
-    pub fn merge(&mut self, part: &Part, chunk: &[PixelSums]) -> Result<(), FilmError> {
+    pub fn merge(&mut self, part: &SampleBlock, chunk: &[PixelSums]) -> Result<(), FilmError> {
         let Some(rows) = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len()) else {
             return Err(self.other_chunk(part, chunk.len()));
         };
@@ -299,9 +299,9 @@ impl Film {
     /// # Errors
     ///
     /// If the film has not these pixels, or no guides.
-    pub fn merge_guides(&mut self, part: &Part, chunk: &[Guides]) -> Result<(), FilmError> {
+    pub fn merge_aovs(&mut self, part: &SampleBlock, chunk: &[AovSums]) -> Result<(), FilmError> {
         let rows = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len());
-        let Some(totals) = rows.and_then(|rows| self.guides.get_mut(rows)) else {
+        let Some(totals) = rows.and_then(|rows| self.aovs.get_mut(rows)) else {
             return Err(self.other_chunk(part, chunk.len()));
         };
         let (first, samples) = (part.samples.start, part.samples.len() as u32);
@@ -323,18 +323,18 @@ impl Film {
         if film != of || self.pixels.len() != other.pixels.len() {
             return Err(FilmError::Size { film, other: of });
         }
-        if self.guides.len() != other.guides.len() {
-            return Err(FilmError::Guides);
+        if self.aovs.len() != other.aovs.len() {
+            return Err(FilmError::Aovs);
         }
         self.coverage.merge(&other.coverage)?;
-        let guides = self.guides.par_iter_mut().zip(&other.guides);
+        let guides = self.aovs.par_iter_mut().zip(&other.aovs);
         guides.with_min_len(TASK).for_each(|(total, other)| total.add(other));
         let pixels = self.pixels.par_iter_mut().zip(&other.pixels);
         pixels.with_min_len(TASK).for_each(|(total, other)| total.add(other));
         Ok(())
     }
 
-    fn other_chunk(&self, part: &Part, pixels: usize) -> FilmError {
+    fn other_chunk(&self, part: &SampleBlock, pixels: usize) -> FilmError {
         FilmError::Chunk { film: (self.width, self.height), pixels, rows: part.rows.clone() }
     }
 

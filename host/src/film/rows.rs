@@ -6,27 +6,27 @@ use std::ops::Range;
 ///
 /// Row k of the share is row `first + k + (k >> shift) * gap` of the image, so that a device finds it by a shift and a multiplication.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rows {
+pub struct RowSet {
     first: u32,
     shift: u32,
     gap: u32,
     /// Of the share.
-    own: Range<u32>,
+    places: Range<u32>,
 }
 
 /// Rows of a block, at most, as a power of two.
-const GREATEST_SHIFT: u32 = 31;
+const MAX_SHIFT: u32 = 31;
 
-impl From<Range<u32>> for Rows {
+impl From<Range<u32>> for RowSet {
     fn from(rows: Range<u32>) -> Self {
-        Self { first: 0, shift: GREATEST_SHIFT, gap: 0, own: rows }
+        Self { first: 0, shift: MAX_SHIFT, gap: 0, places: rows }
     }
 }
 
-impl Rows {
+impl RowSet {
     /// Each `of`-th block of `2^shift` rows of an image of `height`, from block `index` on. All shares together are the image, each row once.
     pub fn interleaved(height: u32, shift: u32, index: u32, of: u32) -> Self {
-        let (shift, of) = (shift.min(GREATEST_SHIFT - 1), of.max(1));
+        let (shift, of) = (shift.min(MAX_SHIFT - 1), of.max(1));
         let block = 1u64 << shift;
         let first = u64::from(index) * block;
         let period = u64::from(of) * block;
@@ -38,13 +38,13 @@ impl Rows {
         let count = left / period * block + (left % period).min(block);
         // A share of one block has no gap; any other's fits between two rows of the image.
         let gap = if count <= block { 0 } else { (period - block) as u32 };
-        let shift = if count <= block { GREATEST_SHIFT } else { shift };
-        Self { first: first as u32, shift, gap, own: 0..count as u32 }
+        let shift = if count <= block { MAX_SHIFT } else { shift };
+        Self { first: first as u32, shift, gap, places: 0..count as u32 }
     }
 
     /// How many.
     pub fn len(&self) -> u32 {
-        self.own.end.saturating_sub(self.own.start)
+        self.places.end.saturating_sub(self.places.start)
     }
 
     /// Whether there are none.
@@ -54,13 +54,14 @@ impl Rows {
 
     /// Some of these, by their places among them; what is beyond the last is left out.
     pub fn part(&self, places: Range<u32>) -> Self {
-        let place = |at: u32| self.own.start.saturating_add(at).min(self.own.end.max(self.own.start));
-        Self { own: place(places.start)..place(places.end.max(places.start)), ..self.clone() }
+        let place =
+            |at: u32| self.places.start.saturating_add(at).min(self.places.end.max(self.places.start));
+        Self { places: place(places.start)..place(places.end.max(places.start)), ..self.clone() }
     }
 
     /// Rows of the image that lie below each other, in order.
     pub fn blocks(&self) -> impl Iterator<Item = Range<u32>> + Clone + '_ {
-        let Self { first, shift, gap, ref own } = *self;
+        let Self { first, shift, gap, places: ref own } = *self;
         let mut at = own.start;
         std::iter::from_fn(move || {
             if at >= own.end {
@@ -82,16 +83,16 @@ impl Rows {
 
     /// One past the last row of the image.
     pub fn end(&self) -> u32 {
-        let Some(last) = self.own.end.checked_sub(1).filter(|_| !self.is_empty()) else { return 0 };
+        let Some(last) = self.places.end.checked_sub(1).filter(|_| !self.is_empty()) else { return 0 };
         self.first + last + (last >> self.shift) * self.gap + 1
     }
 
     /// Rows of a [share](Self::share), if there can be such.
     pub(crate) fn of_share((first, shift, gap): (u32, u32, u32), own: Range<u32>) -> Option<Self> {
         let last = u64::from(own.end.saturating_sub(1));
-        let row = u64::from(first) + last + (last >> shift.min(GREATEST_SHIFT)) * u64::from(gap);
-        let fits = own.start <= own.end && shift <= GREATEST_SHIFT && row < u64::from(u32::MAX);
-        fits.then_some(Self { first, shift, gap, own })
+        let row = u64::from(first) + last + (last >> shift.min(MAX_SHIFT)) * u64::from(gap);
+        let fits = own.start <= own.end && shift <= MAX_SHIFT && row < u64::from(u32::MAX);
+        fits.then_some(Self { first, shift, gap, places: own })
     }
 
     /// The first row of the share, rows of a block as a power of two, and rows between two: for a launch record.
@@ -100,8 +101,8 @@ impl Rows {
     }
 
     /// Places in the share.
-    pub(crate) fn own(&self) -> Range<u32> {
-        self.own.clone()
+    pub(crate) fn places(&self) -> Range<u32> {
+        self.places.clone()
     }
 }
 
@@ -116,7 +117,7 @@ mod tests {
                 for of in [1, 2, 3, 7, height + 1] {
                     let mut seen = vec![0; height as usize];
                     for index in 0..of {
-                        let rows = Rows::interleaved(height, shift, index, of);
+                        let rows = RowSet::interleaved(height, shift, index, of);
                         assert_eq!(rows.iter().count(), rows.len() as usize);
                         rows.iter().for_each(|row| seen[row as usize] += 1);
                         assert!(rows.end() <= height);
@@ -131,11 +132,11 @@ mod tests {
     #[test]
     fn a_launch_has_the_same_rows() {
         for index in 0..3 {
-            let rows = Rows::interleaved(225, 3, index, 3).part(5..40);
+            let rows = RowSet::interleaved(225, 3, index, 3).part(5..40);
             let (share_row, block_shift, block_gap) = rows.share();
             let params = trisect_shared::params::RenderParams {
-                first_row: rows.own().start,
-                share_row,
+                first_row: rows.places().start,
+                share_first_row: share_row,
                 block_shift,
                 block_gap,
                 ..bytemuck::Zeroable::zeroed()
@@ -147,11 +148,11 @@ mod tests {
 
     #[test]
     fn parts() {
-        let rows = Rows::interleaved(20, 2, 1, 2); // 4-7, 12-15
+        let rows = RowSet::interleaved(20, 2, 1, 2); // 4-7, 12-15
         assert_eq!(rows.part(2..6).iter().collect::<Vec<_>>(), [6, 7, 12, 13]);
         assert_eq!(rows.part(2..6).part(1..99).iter().collect::<Vec<_>>(), [7, 12, 13]);
         assert_eq!(rows.part(2..6).blocks().collect::<Vec<_>>(), [6..8, 12..14]);
         assert!(rows.part(9..12).is_empty());
-        assert_eq!(Rows::from(3..9).part(1..3).blocks().next(), Some(4..6));
+        assert_eq!(RowSet::from(3..9).part(1..3).blocks().next(), Some(4..6));
     }
 }

@@ -4,7 +4,7 @@
     reason = "frames are filled by several processes at once; each block names why it is sound"
 )]
 
-use super::{HostMemory, Rows};
+use super::{HostMemory, RowSet};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -12,20 +12,20 @@ use std::sync::Arc;
 
 /// Host memory for rows of an image: one below the other, or where a whole image has them.
 #[derive(Debug)]
-pub struct Target<'a> {
+pub struct RowTarget<'a> {
     first: *mut u32,
     width: usize,
-    rows: Rows,
+    rows: RowSet,
     packed: bool,
     memory: PhantomData<&'a mut [u32]>,
 }
 
 // SAFETY: it is the only one to reach its rows, as a `&mut [u32]` of each would be.
-unsafe impl Send for Target<'_> {}
+unsafe impl Send for RowTarget<'_> {}
 
 /// Rows of the same number at equal distances, as a copy of a rectangle takes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
+pub struct CopyRect {
     /// The image's first row.
     pub start: u32,
     /// Rows that lie below each other.
@@ -36,9 +36,9 @@ pub struct Grid {
     pub count: u32,
 }
 
-impl Grid {
+impl CopyRect {
     /// All of `rows`, in order. No step is longer than `most`.
-    pub fn all(rows: &Rows, most: u32) -> Vec<Self> {
+    pub fn all(rows: &RowSet, most: u32) -> Vec<Self> {
         let mut grids: Vec<Self> = Vec::new();
         for block in rows.blocks() {
             let length = block.len() as u32;
@@ -67,9 +67,9 @@ impl Grid {
     }
 }
 
-impl<'a> Target<'a> {
+impl<'a> RowTarget<'a> {
     /// Rows one below the other, `width` pixels each, which is all that `pixels` has then.
-    pub fn packed(pixels: &'a mut Vec<u32>, width: u32, rows: &Rows) -> Self {
+    pub fn packed(pixels: &'a mut Vec<u32>, width: u32, rows: &RowSet) -> Self {
         let width = width as usize;
         pixels.resize(width * rows.len() as usize, 0);
         Self { first: pixels.as_mut_ptr(), width, rows: rows.clone(), packed: true, memory: PhantomData }
@@ -81,13 +81,13 @@ impl<'a> Target<'a> {
     }
 
     /// Which rows.
-    pub fn rows(&self) -> &Rows {
+    pub fn rows(&self) -> &RowSet {
         &self.rows
     }
 
     /// Where the first row of a grid of [these rows](Self::rows) goes, and how many rows lie from one of its blocks to the next there. `before` rows come
     /// before it.
-    pub(crate) fn place(&mut self, grid: &Grid, before: u32) -> (*mut u32, u32) {
+    pub(crate) fn place(&mut self, grid: &CopyRect, before: u32) -> (*mut u32, u32) {
         let row = if self.packed { before } else { grid.start };
         let step = if self.packed { grid.length } else { grid.step };
         // SAFETY: the row is one of the target's, or one past its last where the grid is empty.
@@ -162,8 +162,8 @@ impl FrameMemory {
     /// # Safety
     ///
     /// No one else reads or writes these rows of the frame as long as the target is used.
-    pub unsafe fn target(&self, number: u32, rows: &Rows) -> Option<Target<'_>> {
-        (rows.end() <= self.height && self.frames > 0).then(|| Target {
+    pub unsafe fn target(&self, number: u32, rows: &RowSet) -> Option<RowTarget<'_>> {
+        (rows.end() <= self.height && self.frames > 0).then(|| RowTarget {
             first: self.frame(number),
             width: self.width as usize,
             rows: rows.clone(),
@@ -207,12 +207,12 @@ impl HostFrame {
     }
 
     /// All of it.
-    pub fn target(&mut self) -> Target<'_> {
+    pub fn target(&mut self) -> RowTarget<'_> {
         // Whoever else has the memory promises not to touch what this hands out, and this does so once at a time.
-        Target {
+        RowTarget {
             first: self.0.frame(0),
             width: self.0.width as usize,
-            rows: Rows::from(0..self.0.height),
+            rows: RowSet::from(0..self.0.height),
             packed: false,
             memory: PhantomData,
         }
@@ -226,7 +226,7 @@ impl HostFrame {
 }
 
 /// The rows that a device makes of an image whose first shown row is `first`.
-pub(crate) fn span(first: u32, rows: &Rows) -> Range<u32> {
+pub(crate) fn span(first: u32, rows: &RowSet) -> Range<u32> {
     first..rows.end().max(first)
 }
 
@@ -241,10 +241,10 @@ mod tests {
         for height in [1, 7, 16, 225, 1080] {
             for of in [1, 2, 3, 7] {
                 for index in 0..of {
-                    let rows = Rows::interleaved(height, 3, index, of);
+                    let rows = RowSet::interleaved(height, 3, index, of);
                     for rows in [rows.part(3..rows.len().saturating_sub(2)), rows] {
                         for most in [0, 1 << 20] {
-                            let grids = Grid::all(&rows, most);
+                            let grids = CopyRect::all(&rows, most);
                             assert!(most == 0 || grids.len() <= 3, "{grids:?}");
                             let all = grids.iter().flat_map(|grid| {
                                 (0..grid.count).flat_map(|block| {
@@ -263,14 +263,14 @@ mod tests {
     #[test]
     fn targets_have_their_rows() {
         let memory = FrameMemory::new(3, 20, 2);
-        let shares = [0, 1].map(|index| Rows::interleaved(20, 2, index, 2));
+        let shares = [0, 1].map(|index| RowSet::interleaved(20, 2, index, 2));
         for (share, value) in shares.iter().zip([10, 20]) {
             // SAFETY: one after the other.
             let mut target = unsafe { memory.target(5, share) }.unwrap();
             let pixels: Vec<u32> = share.iter().flat_map(|row| [value + row; 3]).collect();
             target.copy_from(&pixels);
             let mut packed = Vec::new();
-            let mut target = Target::packed(&mut packed, 3, share);
+            let mut target = RowTarget::packed(&mut packed, 3, share);
             target.each_row().into_iter().for_each(|(row, to)| to.fill(value + row));
             assert_eq!(packed, pixels);
         }
@@ -280,23 +280,23 @@ mod tests {
         assert!(frame.iter().zip(0..).all(|(&pixel, at)| pixel == expected(at / 3)));
         assert!(other.iter().all(|&pixel| pixel == 0));
         // SAFETY: there is no such row.
-        assert!(unsafe { memory.target(0, &Rows::from(19..21)) }.is_none());
+        assert!(unsafe { memory.target(0, &RowSet::from(19..21)) }.is_none());
     }
 
     /// A device copies rectangles there: by `place`, as by rows.
     #[test]
     fn rectangles_go_where_rows_go() {
-        let rows = Rows::interleaved(225, 3, 1, 3).part(5..60);
+        let rows = RowSet::interleaved(225, 3, 1, 3).part(5..60);
         let mut pixels = Vec::new();
         let memory = FrameMemory::new(2, 225, 1);
         // SAFETY: no one else has it.
         let whole = unsafe { memory.target(0, &rows) }.unwrap();
-        for mut target in [Target::packed(&mut pixels, 2, &rows), whole] {
+        for mut target in [RowTarget::packed(&mut pixels, 2, &rows), whole] {
             let expected: Vec<(u32, *mut u32)> =
                 target.each_row().into_iter().map(|(row, to)| (row, to.as_mut_ptr())).collect();
             let mut found = Vec::new();
             let mut before = 0;
-            for grid in Grid::all(&rows, u32::MAX) {
+            for grid in CopyRect::all(&rows, u32::MAX) {
                 let (first, step) = target.place(&grid, before);
                 before += grid.rows();
                 for block in 0..grid.count {

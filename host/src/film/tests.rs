@@ -2,8 +2,8 @@ use super::*;
 use glam::Vec3;
 
 /// All of a film's rows, and these samples.
-fn part(film: &Film, samples: Range<u32>) -> Part {
-    Part { rows: 0..film.height, samples }
+fn part(film: &Film, samples: Range<u32>) -> SampleBlock {
+    SampleBlock { rows: 0..film.height, samples }
 }
 
 /// Adds a chunk of `samples` samples after those that are there.
@@ -49,11 +49,11 @@ fn an_unwritten_pixel_shows() {
 #[test]
 fn totals_neither_stagnate_nor_drift() {
     let mut film = Film::new(1, 1);
-    let (mut chunk, mut carry) = (PixelSums::ZERO, Carry::ZERO);
+    let (mut chunk, mut carry) = (PixelSums::ZERO, Compensation::ZERO);
     for _ in 0..256 {
         chunk.add(Vec3::splat(0.1), &mut carry, 0);
     }
-    chunk.finish(carry);
+    chunk.compensate(carry);
     for _ in 0..1 << 17 {
         merge(&mut film, &[chunk], 256);
     }
@@ -80,7 +80,7 @@ fn variance_of_the_mean() {
 }
 
 /// Chunks of a film of 3 rows: no two sums have the same bits.
-fn chunks(film: &Film, count: u32) -> Vec<(Part, Vec<PixelSums>)> {
+fn chunks(film: &Film, count: u32) -> Vec<(SampleBlock, Vec<PixelSums>)> {
     let chunk = |c: u32| {
         let value = |i: u32| ((c * 131 + i * 17) % 1009) as f32 * 0.001 * 10f32.powi((c * i % 11) as i32 - 5);
         let pixels = (0..film.pixels.len() as u32).map(|i| sums(value(i), 256)).collect();
@@ -92,7 +92,7 @@ fn chunks(film: &Film, count: u32) -> Vec<(Part, Vec<PixelSums>)> {
 #[test]
 fn films_add_up_in_any_order_and_grouping() {
     let chunks = chunks(&Film::new(5, 3), 12);
-    let of = |chunks: &mut dyn Iterator<Item = &(Part, Vec<PixelSums>)>| {
+    let of = |chunks: &mut dyn Iterator<Item = &(SampleBlock, Vec<PixelSums>)>| {
         let mut film = Film::new(5, 3);
         chunks.for_each(|(part, sums)| film.merge(part, sums).unwrap());
         film
@@ -110,7 +110,7 @@ fn films_add_up_in_any_order_and_grouping() {
         let mut part_film = Film::new(5, 3);
         for (part, sums) in &chunks {
             let pixels = row as usize * 5..(row as usize + 1) * 5;
-            part_film.merge(&Part { rows: row..row + 1, ..part.clone() }, &sums[pixels]).unwrap();
+            part_film.merge(&SampleBlock { rows: row..row + 1, ..part.clone() }, &sums[pixels]).unwrap();
         }
         assert_eq!((part_film.counts().unwritten, part_film.counts_in(&(row..row + 1)).unwritten), (10, 0));
         film.add(&part_film).unwrap();
@@ -124,7 +124,7 @@ fn films_add_up_in_any_order_and_grouping() {
 fn what_does_not_fit_is_refused() {
     let mut film = Film::new(5, 3);
     let (part, chunk) = chunks(&film, 1).remove(0);
-    let rows = |rows| Part { rows, ..part.clone() };
+    let rows = |rows| SampleBlock { rows, ..part.clone() };
     film.merge(&rows(1..3), &chunk[5..]).unwrap();
     let before = film.clone();
     assert_eq!(film.merge(&part, &chunk), Err(FilmError::Overlap { row: 1, samples: 0..256 }));

@@ -28,7 +28,7 @@ impl Plane {
         Self::new(self.width, samples)
     }
 
-    /// Adds `other`, of the same shape, to this plane.
+    /// Adds `light_pdf`, of the same shape, to this plane.
     pub(super) fn add(mut self, other: &Self) -> Self {
         let pairs = self.samples.par_iter_mut().zip(&other.samples);
         pairs.for_each(|(sum, term)| *sum += term);

@@ -157,7 +157,7 @@ struct Appearance {
 }
 
 impl Appearance {
-    /// `other` only marks the pixels to blank; both views have one shape.
+    /// `light_pdf` only marks the pixels to blank; both views have one shape.
     fn new(view: &ImageView, other: &ImageView, ppd: f64) -> Self {
         let pixels = view.pixels.par_iter().zip(other.pixels);
         let (y, (cx, cz)): (Vec<f32>, (Vec<f32>, Vec<f32>)) = pixels
@@ -278,7 +278,7 @@ fn greatest_colour_difference() -> f32 {
     colour_difference(green, blue)
 }
 
-/// Error redistribution: maps [0, `greatest`] to [0, 1], linear on both sides
+/// Error redistribution: maps [0, `max_component`] to [0, 1], linear on both sides
 /// of the knee.
 fn redistribute(difference: f32, greatest: f32) -> f32 {
     let knee = KNEE * greatest;

@@ -1,6 +1,6 @@
 //! Files that a command would write twice, or write over what it reads.
 
-use crate::replace::{is_same, place};
+use crate::atomic_file::{canonical_path, is_same};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -58,7 +58,7 @@ struct Folder {
 impl Folder {
     /// Returns whether the command writes this file.
     fn has(&self, file: &Path) -> bool {
-        let place = place(file);
+        let place = canonical_path(file);
         let name = place.file_name().map(Path::new);
         if name.is_some_and(|name| (self.writes)(name) && is_same(&self.path.join(name), file)) {
             return true;
@@ -141,8 +141,8 @@ impl Outputs {
 ///
 /// Returns [`ConflictError::Stored`] for a file anywhere else.
 pub fn check_stored(stored: &Path, checkpoint: &Path) -> Result<(), ConflictError> {
-    let stored_in = place(stored);
-    let of_checkpoint = place(checkpoint);
+    let stored_in = canonical_path(stored);
+    let of_checkpoint = canonical_path(checkpoint);
     let here = std::env::current_dir().and_then(|here| here.canonicalize());
     let folders = [of_checkpoint.parent().map(Path::to_owned), here.ok()];
     let is_below = |folder: &PathBuf| folder.is_absolute() && stored_in.starts_with(folder);

@@ -3,9 +3,9 @@
 //! A layer is a part of the channels' names, up to their last dot, as "Technical Introduction to OpenEXR" (section "Layers") has it: tools show `N.X`,
 //! `N.Y` and `N.Z` as a layer `N`. Depth is `Z`, as there.
 
+use crate::atomic_file::write_atomic_or_in_place;
 use crate::film::Film;
 use crate::image::{Image, ImageError};
-use crate::replace::put;
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
 use glam::DVec3;
 use std::io::Cursor;
@@ -44,7 +44,7 @@ impl Aov {
     ];
 
     /// Whether the film must have guides for it.
-    pub fn needs_guides(self) -> bool {
+    pub fn needs_aov_sums(self) -> bool {
         !matches!(self, Self::Variance | Self::Samples)
     }
 }
@@ -82,8 +82,8 @@ pub fn write(
     path: &Path,
 ) -> Result<(), ImageError> {
     let codec = |message: String| ImageError::Codec { path: path.to_owned(), message };
-    let guides = film.guides.len() == film.pixels.len();
-    if image.pixels.len() != film.pixels.len() || !guides && aovs.iter().any(|aov| aov.needs_guides()) {
+    let guides = film.aovs.len() == film.pixels.len();
+    if image.pixels.len() != film.pixels.len() || !guides && aovs.iter().any(|aov| aov.needs_aov_sums()) {
         return Err(codec("the film has not what these layers show".to_owned()));
     }
     let mut channels = three(["R", "G", "B"], image.pixels.iter().map(|pixel| pixel.map(f64::from)));
@@ -96,7 +96,8 @@ pub fn write(
     let mut bytes = Cursor::new(Vec::new());
     let image = exr::prelude::Image::from_layer(layer);
     image.write().to_buffered(&mut bytes).map_err(|error| codec(error.to_string()))?;
-    put(path, &bytes.into_inner()).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    write_atomic_or_in_place(path, &bytes.into_inner())
+        .map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 fn layer(
@@ -106,14 +107,14 @@ fn layer(
     object: impl Fn(Option<u32>) -> u32,
     factor: f64,
 ) -> Vec<AnyChannel<FlatSamples>> {
-    let guides = || film.guides.iter();
+    let guides = || film.aovs.iter();
     match aov {
         Aov::Normal => three(["N.X", "N.Y", "N.Z"], guides().map(|g| g.normal())),
         Aov::Position => three(["P.X", "P.Y", "P.Z"], guides().map(|g| g.position())),
         Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], guides().map(|g| g.albedo())),
         Aov::Depth => {
             let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
-            let depth = |g: &crate::film::GuideTotals| match g.hits {
+            let depth = |g: &crate::film::AovTotals| match g.hits {
                 0 => f32::INFINITY,
                 _ => (DVec3::from(g.position()) - camera.origin.as_dvec3()).dot(axis) as f32,
             };
@@ -208,8 +209,8 @@ mod tests {
                 FlatSamples::F16(_) => panic!("{name} is of half precision"),
             }
         };
-        let sky = film.guides.iter().position(|guides| guides.hits == 0).unwrap();
-        let ball = film.guides.iter().position(|guides| guides.misses == 0).unwrap();
+        let sky = film.aovs.iter().position(|guides| guides.hits == 0).unwrap();
+        let ball = film.aovs.iter().position(|guides| guides.misses == 0).unwrap();
         assert_eq!((number("id", sky), number("Z", sky), number("N.X", sky)), (0.0, f64::INFINITY, 0.0));
         assert_eq!((number("samples", sky), number("albedo.G", sky)), (4.0, 0.0));
         assert!(number("id", ball) >= 1.0 && number("id", ball) <= scene.spheres.len() as f64);

@@ -7,9 +7,9 @@ pub mod pfm;
 
 pub use conflict::{ConflictError, Outputs, check_stored};
 
+use crate::atomic_file::{self, write_atomic_or_in_place};
 use crate::image::{Image, ImageError};
 use crate::metrics::srgb;
-use crate::replace::{self, put};
 use image::{ImageBuffer, ImageFormat, Rgb};
 use std::io::Cursor;
 use std::path::Path;
@@ -50,26 +50,26 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 
 /// Checks as [`check_writable`] does, for a file of any kind.
 pub fn probe(path: &Path) -> Result<(), ImageError> {
-    replace::probe(path).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    atomic_file::probe(path).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// Writes a file of any kind, in place of an earlier one: whole, or not at all.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    put(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    write_atomic_or_in_place(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// Writes an image in the format that the extension names, in place of an earlier file: whole, or not at all.
 pub fn write(image: &Image, path: &Path) -> Result<(), ImageError> {
     let bytes = encode(image, Format::of(path)?)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
-    put(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    write_atomic_or_in_place(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// Writes a .png of 8 bits a channel, sRGB, three bytes a pixel.
 pub fn write_bytes(width: u32, height: u32, bytes: &[u8], path: &Path) -> Result<(), ImageError> {
     let bytes = encode_bytes(width, height, bytes)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
-    put(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    write_atomic_or_in_place(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
 /// The same as the file's bytes.

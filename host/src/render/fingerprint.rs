@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use crate::backend::cpu::Cpu;
     use crate::checkpoint::Identity;
-    use crate::distribute::hello::facts;
+    use crate::cluster::handshake::fingerprint;
     use crate::render::{Fresnel, MathMode, Renderer, Sampler, Schedule, Traversal};
     use crate::scene::Scene;
     use crate::tradeoff::hash;
@@ -117,7 +117,7 @@ mod tests {
         let renderer = Renderer::new(Box::new(cpu), &scene).unwrap_or_else(|error| panic!("{error}"));
         let all = |settings: &Settings, quality| {
             (
-                facts(&digest, settings, quality),
+                fingerprint(&digest, settings, quality),
                 Identity::new(&digest, settings, quality, &renderer),
                 hash(&scene, settings, quality),
             )

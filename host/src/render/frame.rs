@@ -1,16 +1,16 @@
 //! Frames for a screen straight from the samples: neither guides nor filters, and nothing that the host sums.
 
-use super::live::display_params;
-use super::schedule::Submissions;
-use super::{Renderer, Screen, Settings};
+use super::interactive::display_params;
+use super::submissions::Submissions;
+use super::{DisplayOptions, Renderer, Settings};
 use crate::Error;
-use crate::denoise::Shown;
-use crate::film::{Rows, Target};
+use crate::denoise::DisplayLaunch;
+use crate::film::{RowSet, RowTarget};
 use std::time::Duration;
 
 /// What a frame took.
 #[derive(Clone, Copy, Debug)]
-pub struct Framed {
+pub struct DisplayTiming {
     /// That traced it.
     pub kernel: &'static str,
     /// Tracing it, by the device's timer.
@@ -25,19 +25,19 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// As [`render_sums`](Self::render_sums); [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
+    /// As [`render_chunk`](Self::render_chunk); [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
     pub fn frame(
         &mut self,
         settings: &Settings,
-        rows: &Rows,
-        screen: &Screen,
+        rows: &RowSet,
+        screen: &DisplayOptions,
         pixels: &mut Vec<u32>,
-    ) -> Result<Framed, Error> {
-        if self.framed.as_ref().is_none_or(|framed| framed.0 != *settings) {
+    ) -> Result<DisplayTiming, Error> {
+        if self.previous_frame.as_ref().is_none_or(|framed| framed.0 != *settings) {
             settings.check()?;
         }
         settings.check_rows(rows, &(0..settings.samples))?;
-        self.frame_to(settings, screen, &mut Target::packed(pixels, settings.width, rows))
+        self.frame_to(settings, screen, &mut RowTarget::packed(pixels, settings.width, rows))
     }
 
     /// The same, to where the rows belong.
@@ -48,31 +48,31 @@ impl Renderer {
     pub fn frame_to(
         &mut self,
         settings: &Settings,
-        screen: &Screen,
-        to: &mut Target<'_>,
-    ) -> Result<Framed, Error> {
+        screen: &DisplayOptions,
+        to: &mut RowTarget<'_>,
+    ) -> Result<DisplayTiming, Error> {
         let rows = to.rows().clone();
         settings.check_live()?;
         settings.check_rows(&rows, &(0..settings.samples))?;
         // Each frame writes all pixels of its rows anew: nothing needs to be erased.
-        let variant = match self.framed.take().filter(|framed| framed.0 == *settings) {
+        let variant = match self.previous_frame.take().filter(|framed| framed.0 == *settings) {
             Some((_, variant)) => variant,
             None => self.prepare(settings)?,
         };
         self.ready = None;
         let camera = self.camera(settings);
-        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
         let mut trace = Duration::ZERO;
         let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
-        while let Some(submission) = submissions.next(&self.pace) {
+        while let Some(submission) = submissions.next(&self.submission_sizer) {
             trace += self.submit(settings, submission, 0, settings.samples)?;
         }
         let size = (settings.width, settings.height);
         let first = rows.blocks().next().map_or(0, |block| block.start);
         let params = display_params(size, settings.width, screen.stops, first);
-        let shown = Shown { params, image: None, kept: false };
+        let shown = DisplayLaunch { params, image: None, accumulated: false };
         let display = self.backend.display(&shown, to)?;
-        self.framed = Some((settings.clone(), variant));
-        Ok(Framed { kernel: variant.name, trace, display })
+        self.previous_frame = Some((settings.clone(), variant));
+        Ok(DisplayTiming { kernel: variant.name, trace, display })
     }
 }

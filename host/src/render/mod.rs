@@ -1,69 +1,69 @@
 //! Renders a scene on a backend: cuts the work into submissions, merges chunks into the film.
 
+mod build;
 mod camera;
+mod chunk;
+mod chunk_pipeline;
 mod fallback;
 mod fingerprint;
 mod frame;
-mod live;
-mod make;
-mod method;
-mod onto;
-mod overlap;
-mod own;
+mod interactive;
+mod kernel_selection;
+mod resume;
 mod scene_params;
-mod schedule;
 mod settings;
-mod sight;
-mod sums;
+mod submissions;
+mod tile_entry_cache;
+mod tile_samples;
 
-pub use crate::film::Part;
-pub use fallback::Elsewhere;
+pub use crate::film::SampleBlock;
+pub use chunk::{ChunkResult, chunks};
+pub use fallback::FallbackFactory;
 pub use fingerprint::Fingerprint;
-pub use frame::Framed;
-pub use live::{Live, MOST_KEPT, Screen};
-pub use method::{Schedule, Traversal};
-pub use onto::Keeper;
-pub use settings::{Fresnel, GREATEST_DEPTH, MathMode, Sampler, Settings, SettingsError};
-pub use sums::{Sums, chunks};
+pub use frame::DisplayTiming;
+pub use interactive::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES};
+pub use kernel_selection::{Schedule, Traversal};
+pub use resume::FilmObserver;
+pub use settings::{Fresnel, MAX_DEPTH, MathMode, Sampler, Settings, SettingsError};
 
 use crate::Error;
-use crate::backend::{Backend, Job, Launch};
-use crate::film::{Film, HostRecords, Rows};
+use crate::backend::{Backend, FilmDesc, Launch};
+use crate::film::{Film, HostRecords, RowSet};
 use crate::scene::{CameraPose, SceneError};
 use crate::stats::{Phases, RenderStats};
+pub(crate) use chunk_pipeline::ChunkJob;
 use glam::Vec3;
-use live::Series;
-pub(crate) use onto::{Speed, fits};
-pub(crate) use overlap::Parts;
-pub(crate) use own::Own;
+use interactive::TemporalState;
+pub(crate) use resume::{PartSizer, check_film};
 use scene_params::SceneParams;
-use schedule::Pace;
-use sight::Sight;
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
+use submissions::SubmissionSizer;
+use tile_entry_cache::TileEntryCache;
+pub(crate) use tile_samples::TileSamples;
 use trisect_kernels::Variant;
+use trisect_shared::aovs::AovSums;
 use trisect_shared::camera::Camera;
-use trisect_shared::denoise::Lit;
+use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::features::Features;
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
-use trisect_shared::params::{FLAG_HOLES, FLAG_ROOM, FLAG_SCHLICK, NO_CLAMP, RenderParams};
+use trisect_shared::params::{FLAG_HOLES, FLAG_PADDED_BOXES, FLAG_SCHLICK, NO_CLAMP, RenderParams};
 use trisect_shared::path::FirstHit;
-use trisect_shared::view::NO_VIEW;
+use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
 /// Watches a render, and may end it.
-pub trait Observer {
+pub trait RenderObserver {
     /// Called after each submission: samples done and samples in all.
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
 
-    /// Asked between parts by a render that has no number of samples to take ([`sampling`](crate::sampling)): with no, it ends with the image that it has.
-    fn goes_on(&self) -> bool {
+    /// Asked between parts by a render that has no number of samples to take ([`sampling`](crate::adaptive)): with no, it ends with the image that it has.
+    fn should_continue(&self) -> bool {
         true
     }
 }
 
 /// Watches nothing.
-impl Observer for () {
+impl RenderObserver for () {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
@@ -88,33 +88,33 @@ pub struct Renderer {
     /// What is the same in all launches of the scene.
     scene: SceneParams,
     /// Learned from earlier submissions, kept from frame to frame.
-    pace: Pace,
+    submission_sizer: SubmissionSizer,
     /// One chunk as the device gives it, kept too.
     chunk: HostRecords<PixelSums>,
     /// Memory for another, where one is rendered while one is summed.
     spare: HostRecords<PixelSums>,
     /// The same, where a render has them.
-    guides: HostRecords<Guides>,
+    aovs: HostRecords<AovSums>,
     /// Memory for those of the chunk in `spare`.
-    spare_guides: HostRecords<Guides>,
+    spare_aovs: HostRecords<AovSums>,
     /// One whose memory the next render may have.
     film: Option<Film>,
     /// A denoised image as the device gives it.
-    lit: Vec<Lit>,
+    filtered: Vec<FilteredPixel>,
     phases: Phases,
-    sight: Sight,
+    tile_entries: TileEntryCache,
     /// Of which instance of a mesh each triangle is, in the order of the tree.
     instances: Vec<u32>,
     /// The live frames before, if nothing was rendered since.
-    live: Option<Series>,
+    live: Option<TemporalState>,
     /// What the backend's film is ready for: nothing of it is written.
     ready: Option<(Settings, Variant)>,
     /// The frame before, if nothing was rendered since.
-    framed: Option<(Settings, Variant)>,
+    previous_frame: Option<(Settings, Variant)>,
     /// How far from the world's origin along each axis a ray may start for which the boxes have room.
-    reach: Vec3,
+    ray_origin_extent: Vec3,
     /// CRC-32 of trees and lights.
-    made: u32,
+    structures_crc: u32,
 }
 
 impl AsMut<Renderer> for Renderer {
@@ -126,7 +126,7 @@ impl AsMut<Renderer> for Renderer {
 impl Renderer {
     /// Cuts work into submissions of about so many samples (a whole row has at least one each), or of 50 ms again. The film does not depend on it.
     pub fn limit_submissions(&mut self, samples: Option<u64>) {
-        self.pace.limit(samples);
+        self.submission_sizer.limit(samples);
     }
 
     /// The backend in use.
@@ -150,7 +150,7 @@ impl Renderer {
     ///
     /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] when the device fails,
     /// [`Error::Cancelled`] when the observer says so.
-    pub fn render(&mut self, settings: &Settings, observer: &mut dyn Observer) -> Result<Frame, Error> {
+    pub fn render(&mut self, settings: &Settings, observer: &mut dyn RenderObserver) -> Result<Frame, Error> {
         self.render_part(settings, &settings.whole(), observer)
     }
 
@@ -165,31 +165,36 @@ impl Renderer {
     pub fn render_part(
         &mut self,
         settings: &Settings,
-        part: &Part,
-        observer: &mut dyn Observer,
+        part: &SampleBlock,
+        observer: &mut dyn RenderObserver,
     ) -> Result<Frame, Error> {
         let (variant, mut stats) = self.begin(settings, 0)?;
         settings.check_part(part)?;
         let start = Instant::now();
         let mut film = self.empty_film(settings);
-        let rows = Rows::from(part.rows.clone());
+        let rows = RowSet::from(part.rows.clone());
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
         let total = per_sample * part.samples.len() as u64;
         let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
-        let parts =
-            Parts { settings, rows: &rows, samples: &samples, seeds: &[settings.seed], goes_on: &|| true };
+        let parts = ChunkJob {
+            settings,
+            rows: &rows,
+            samples: &samples,
+            seeds: &[settings.seed],
+            should_continue: &|| true,
+        };
         let mut watch = |done: u64| observer.progress(done, total);
         let took;
-        (film, took) = self.each_chunk(
+        (film, took) = self.for_each_prepared_chunk(
             &parts,
             variant,
             &mut watch,
             film,
-            &|film: &mut Film, samples, sums: &Sums<'_>| {
-                let done = Part { rows: part.rows.clone(), samples: samples.clone() };
+            &|film: &mut Film, samples, sums: &ChunkResult<'_>| {
+                let done = SampleBlock { rows: part.rows.clone(), samples: samples.clone() };
                 film.merge(&done, sums.pixels)?;
                 if settings.guides {
-                    film.merge_guides(&done, sums.guides)?;
+                    film.merge_aovs(&done, sums.aovs)?;
                 }
                 Ok(())
             },
@@ -208,10 +213,10 @@ impl Renderer {
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let camera = self.camera(settings);
-        self.sight.look(self.backend.as_mut(), &camera, settings, variant, false)?;
+        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
         stats.phases.view_seconds = start.elapsed().as_secs_f64();
-        stats.tile = self.sight.tile();
-        stats.tiles_refused = self.sight.refused().map(str::to_owned);
+        stats.tile = self.tile_entries.tile();
+        stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
         Ok((variant, stats))
     }
 
@@ -225,13 +230,13 @@ impl Renderer {
         let Settings { width, height, guides, .. } = *settings;
         let pixels = settings.pixels() as usize;
         let all = (width, height, pixels, if guides { pixels } else { 0 });
-        let fits = |film: &Film| (film.width, film.height, film.pixels.len(), film.guides.len()) == all;
+        let fits = |film: &Film| (film.width, film.height, film.pixels.len(), film.aovs.len()) == all;
         match self.film.take().filter(fits) {
             Some(mut film) => {
                 film.clear();
                 film
             }
-            None if guides => Film::with_guides(width, height),
+            None if guides => Film::with_aovs(width, height),
             None => Film::new(width, height),
         }
     }
@@ -250,12 +255,12 @@ impl Renderer {
 
     /// Chooses the kernel and makes the film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        (self.ready, self.framed) = (None, None);
+        (self.ready, self.previous_frame) = (None, None);
         let best = |kernel| self.backend.best_method(kernel, settings.math);
-        let variant = method::choose(self.features, settings, best, self.wide)?;
+        let variant = kernel_selection::choose(self.features, settings, best, self.wide)?;
         self.live = None;
         let Settings { width, height, math, .. } = *settings;
-        self.backend.prepare(&Job { width, height, variant, math })?;
+        self.backend.begin_film(&FilmDesc { width, height, variant, math })?;
         Ok(variant)
     }
 
@@ -301,15 +306,15 @@ impl Renderer {
     /// # Errors
     ///
     /// [`SceneError::Inconsistent`] for a pose that is none: the camera stays where it was.
-    pub fn look(&mut self, pose: CameraPose) -> Result<(), SceneError> {
+    pub fn set_camera(&mut self, pose: CameraPose) -> Result<(), SceneError> {
         pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
         if pose != self.camera {
             let record = camera::record(&pose, 1, 1);
             let start = record.origin.abs() + record.lens_x.length();
             // Boxes with room are wider than others need: those of a camera beyond lose nothing.
-            self.scene.room = start.cmple(self.reach).all();
+            self.scene.padded = start.cmple(self.ray_origin_extent).all();
             self.camera = pose;
-            self.sight.forget();
+            self.tile_entries.forget();
         }
         Ok(())
     }
@@ -324,7 +329,7 @@ impl Renderer {
         let (sine, cosine) = self.scene.environment_rotation.sin_cos();
         let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
         let holes = if self.scene.holes { FLAG_HOLES } else { 0 };
-        let room = if self.scene.room { FLAG_ROOM } else { 0 };
+        let room = if self.scene.padded { FLAG_PADDED_BOXES } else { 0 };
         let sampled = settings.light_sampling;
         RenderParams {
             camera: self.camera(settings),
@@ -337,11 +342,11 @@ impl Renderer {
             end_sample: 0,
             resume: 0,
             seed: settings.seed,
-            depth: settings.depth,
+            max_depth: settings.depth,
             root: root.0,
-            first_flat,
+            first_planar: first_flat,
             first_triangle,
-            lights: if sampled { self.scene.lights } else { 0 },
+            light_count: if sampled { self.scene.lights } else { 0 },
             roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
             flags: schlick | holes | room,
             environment_probability: if sampled { self.scene.environment_probability } else { 0.0 },
@@ -349,14 +354,14 @@ impl Renderer {
             environment_height: self.scene.environment_size.1,
             environment_cos: cosine as f32,
             environment_sin: sine as f32,
-            primitives: self.scene.primitives,
-            lane_pixels: u32::MAX,
-            first_view: NO_VIEW,
+            primitive_count: self.scene.primitives,
+            max_lane_pixels: u32::MAX,
+            first_tile_entry: NO_TILE_ENTRIES,
             tile_shift: 0,
-            share_row: 0,
+            share_first_row: 0,
             block_shift: 31,
             block_gap: 0,
-            clamp: settings.clamp.unwrap_or(NO_CLAMP),
+            max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
         }
     }
 }

@@ -17,7 +17,7 @@ pub(super) struct SceneParams {
     pub primitives: u32,
     pub lights: u32,
     /// Whether the tree's boxes have room.
-    pub room: bool,
+    pub padded: bool,
     pub holes: bool,
     pub environment_probability: f32,
     pub environment_size: (u32, u32),
@@ -34,7 +34,7 @@ impl SceneParams {
             first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
             primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
             lights: lights.lights.len() as u32,
-            room,
+            padded: room,
             holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
             environment_probability: lights.environment_probability,
             environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),

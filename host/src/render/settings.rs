@@ -1,16 +1,16 @@
 //! What to render.
 
-use super::method::{Schedule, Traversal};
-use crate::film::{Film, Part, Rows};
+use super::kernel_selection::{Schedule, Traversal};
+use crate::film::{Film, RowSet, SampleBlock};
 use crate::memory;
 use serde::{Deserialize, Serialize};
 use std::ops::{Range, RangeInclusive};
 use thiserror::Error;
-use trisect_shared::features::{Features, GUIDES, ROULETTE, SCHLICK, SOBOL};
+use trisect_shared::features::{AOVS, Features, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::CHUNK_SAMPLES;
 
 /// The greatest depth of a path.
-pub const GREATEST_DEPTH: u32 = 65_535;
+pub const MAX_DEPTH: u32 = 65_535;
 
 /// Edges of tiles, in pixels: smaller ones would need more memory than they save time.
 const TILES: RangeInclusive<u32> = 4..=1024;
@@ -97,7 +97,7 @@ pub enum SettingsError {
         name: &'static str,
     },
     /// Longer paths than a film counts: 256 samples of the greatest depth fit 32 bits.
-    #[error("depth is {depth}; it must be at most {GREATEST_DEPTH}")]
+    #[error("depth is {depth}; it must be at most {MAX_DEPTH}")]
     TooDeep {
         /// What was asked for.
         depth: u32,
@@ -209,7 +209,7 @@ pub enum SettingsError {
     },
     /// `--device` without a backend.
     #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
-    DeviceOfWhat,
+    DeviceWithoutBackend,
     /// A build of the kernels that the backend does not have.
     #[error("--math fast exists for cuda and wgpu; {backend} has one build: leave --math out")]
     NoFastMath {
@@ -230,13 +230,13 @@ impl Settings {
     }
 
     /// All of the frame.
-    pub fn whole(&self) -> Part {
-        Part { rows: 0..self.height, samples: 0..self.samples }
+    pub fn whole(&self) -> SampleBlock {
+        SampleBlock { rows: 0..self.height, samples: 0..self.samples }
     }
 
     /// Refuses a part of something else, and one that splits a chunk.
-    pub fn check_part(&self, part: &Part) -> Result<(), SettingsError> {
-        let Part { rows, samples } = part.clone();
+    pub fn check_part(&self, part: &SampleBlock) -> Result<(), SettingsError> {
+        let SampleBlock { rows, samples } = part.clone();
         if rows.is_empty() || rows.end > self.height || samples.is_empty() || samples.end > self.samples {
             return Err(SettingsError::NoSuchPart { rows, samples, height: self.height, of: self.samples });
         }
@@ -248,7 +248,7 @@ impl Settings {
     }
 
     /// Refuses rows of something else, and more samples than a chunk has.
-    pub fn check_rows(&self, rows: &Rows, samples: &Range<u32>) -> Result<(), SettingsError> {
+    pub fn check_rows(&self, rows: &RowSet, samples: &Range<u32>) -> Result<(), SettingsError> {
         let fits = samples.end <= self.samples && samples.len() <= CHUNK_SAMPLES as usize;
         if rows.is_empty() || rows.end() > self.height || samples.is_empty() || !fits {
             let (rows, samples) = (0..rows.end(), samples.clone());
@@ -270,7 +270,7 @@ impl Settings {
         let roulette = if self.roulette { ROULETTE } else { 0 };
         let schlick = if self.fresnel == Fresnel::Schlick { SCHLICK } else { 0 };
         let sobol = if self.sampler == Sampler::Sobol { SOBOL } else { 0 };
-        let guides = if self.guides { GUIDES } else { 0 };
+        let guides = if self.guides { AOVS } else { 0 };
         roulette | schlick | sobol | guides
     }
 
@@ -304,7 +304,7 @@ impl Settings {
         if let Some(&(name, _)) = counts.iter().find(|(_, count)| *count == 0) {
             return Err(SettingsError::Zero { name });
         }
-        if self.depth > GREATEST_DEPTH {
+        if self.depth > MAX_DEPTH {
             return Err(SettingsError::TooDeep { depth: self.depth });
         }
         let is_tile = |edge: u32| edge == 0 || edge.is_power_of_two() && TILES.contains(&edge);
@@ -318,7 +318,7 @@ impl Settings {
         if self.pixels() > u64::from(u32::MAX) {
             return Err(SettingsError::TooManyPixels { width, height });
         }
-        let guides = if self.guides { Film::BYTES_PER_PIXEL_OF_GUIDES } else { 0 };
+        let guides = if self.guides { Film::BYTES_PER_PIXEL_OF_AOVS } else { 0 };
         let needed = self.pixels() * (Film::BYTES_PER_PIXEL + guides + more);
         if needed > available {
             return Err(SettingsError::TooLarge { width, height, needed, available });
@@ -363,7 +363,7 @@ mod tests {
             settings(10_000, 10_000).check_within(1 << 30, 0),
             Err(SettingsError::TooLarge { .. })
         ));
-        let deep = Settings { depth: GREATEST_DEPTH + 1, ..settings(1, 1) };
+        let deep = Settings { depth: MAX_DEPTH + 1, ..settings(1, 1) };
         assert!(matches!(deep.check(), Err(SettingsError::TooDeep { .. })));
         for edge in [2, 12, 2048] {
             let tile = Settings { tile: Some(edge), ..settings(1, 1) };
@@ -380,7 +380,7 @@ mod tests {
     #[test]
     fn parts_are_of_whole_chunks() {
         let frame = Settings { samples: 600, ..settings(4, 4) };
-        let check = |rows, samples| frame.check_part(&Part { rows, samples });
+        let check = |rows, samples| frame.check_part(&SampleBlock { rows, samples });
         assert_eq!(frame.check_part(&frame.whole()), Ok(()));
         for samples in [0..256, 256..512, 0..512, 256..600, 512..600] {
             assert_eq!(check(1..3, samples), Ok(()));

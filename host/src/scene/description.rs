@@ -159,7 +159,7 @@ pub enum Alpha {
     /// Nothing: it is opaque.
     #[default]
     Opaque,
-    /// There where it is at least `cutoff`, else not.
+    /// There where it is at least `alpha_cutoff`, else not.
     Mask {
         /// 0 to 1.
         cutoff: f64,
@@ -267,7 +267,7 @@ pub enum ShapeKind {
 impl ShapeKind {
     /// Whether it has no border: a disc as large as a scene may be.
     pub fn is_plane(&self) -> bool {
-        matches!(self, Self::Disc { radius, .. } if *radius >= super::values::GREATEST)
+        matches!(self, Self::Disc { radius, .. } if *radius >= super::values::MAX_MAGNITUDE)
     }
 }
 

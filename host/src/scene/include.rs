@@ -1,13 +1,13 @@
 //! Models within a scene: each file is read once, and stands wherever an object names it.
 
 use super::CameraPose;
-use super::describe::Loader;
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Surface, TextureUse};
 use super::error::SceneError;
 use super::format::{self, Name, Object, SceneFile, Source};
 use super::import::Folder;
-use super::room::Room;
-use super::values::{GREATEST, unit};
+use super::memory_budget::MemoryBudget;
+use super::resolve::Loader;
+use super::values::{MAX_MAGNITUDE, unit};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -20,7 +20,7 @@ pub struct Models<'a> {
     /// Whether any object shows a file's own materials.
     shows_its_own: HashMap<PathBuf, bool>,
     read: HashMap<PathBuf, Model>,
-    room: Room,
+    budget: MemoryBudget,
 }
 
 /// A model that is part of the scene, except for what each of its copies has for itself.
@@ -48,7 +48,13 @@ impl<'a> Models<'a> {
                 *shows_its_own.entry(path).or_insert(false) |= material.is_none();
             }
         }
-        Self { folder, source: file.source, shows_its_own, read: HashMap::new(), room: Room::default() }
+        Self {
+            folder,
+            source: file.source,
+            shows_its_own,
+            read: HashMap::new(),
+            budget: MemoryBudget::default(),
+        }
     }
 
     /// Adds a copy of a model to the scene; `material` replaces its own.
@@ -74,7 +80,7 @@ impl<'a> Models<'a> {
             }
         };
         let meshes = &scene.meshes;
-        model.ask(meshes, material, &mut self.room).map_err(|fault| source.at(file, fault))?;
+        model.reserve(meshes, material, &mut self.budget).map_err(|fault| source.at(file, fault))?;
         model
             .copy(scene, transform, material)
             .map_err(|fault| source.at(file, format!("\"{}\" with this transform: {fault}", file.name)))
@@ -117,7 +123,12 @@ impl Model {
     }
 
     /// Whether there is room for a copy.
-    fn ask(&self, meshes: &[Mesh], material: Option<usize>, room: &mut Room) -> Result<(), String> {
+    fn reserve(
+        &self,
+        meshes: &[Mesh],
+        material: Option<usize>,
+        room: &mut MemoryBudget,
+    ) -> Result<(), String> {
         let from = self.meshes.values().min().copied().unwrap_or_default();
         if !self.meshes.contains_key(&material) {
             meshes[from..from + self.materials.len()].iter().try_for_each(|mesh| room.store(mesh))?;
@@ -201,7 +212,7 @@ fn offset(mut material: Material, images: usize) -> Material {
 
 fn move_point(point: DVec3, transform: &DAffine3) -> Result<DVec3, String> {
     let moved = transform.transform_point3(point);
-    if moved.abs().cmple(DVec3::splat(GREATEST)).all() {
+    if moved.abs().cmple(DVec3::splat(MAX_MAGNITUDE)).all() {
         Ok(moved)
     } else {
         Err("a light or camera goes beyond 1e18".to_owned())

@@ -2,31 +2,31 @@
 //!
 //! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`]; `lower` makes records of it.
 
-mod describe;
-mod described;
 pub mod description;
 mod error;
 mod format;
 pub mod import;
 mod include;
-mod insert;
 mod lower;
+mod memory_budget;
 mod model;
 mod own_light;
-mod prove;
 mod records;
-mod room;
+mod resolve;
+mod ron_edit;
+mod scene_document;
 mod space;
+mod validate;
 mod values;
 mod warnings;
 
-pub use described::{Described, ImageSettings};
 pub use error::SceneError;
 pub(crate) use format::Camera;
 pub use import::Includes;
 pub(crate) use import::is_model;
-pub(crate) use insert::{camera_value, insert_camera, insert_space, point};
-pub use space::Space;
+pub(crate) use ron_edit::{camera_value, insert_camera, insert_space, point};
+pub use scene_document::{ImageSettings, SceneDocument};
+pub use space::Rebase;
 pub(crate) use space::triple;
 
 use crate::render::Settings;
@@ -34,11 +34,11 @@ use description::Description;
 use glam::DVec3;
 use std::path::Path;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{EMITTERS, ENVIRONMENT, FLATS, Features, MICROFACETS, TEXTURES, TRIANGLES};
-use trisect_shared::flat::Flat;
+use trisect_shared::features::{EMITTERS, ENVIRONMENT, Features, MICROFACETS, PLANAR, TEXTURES, TRIANGLES};
 use trisect_shared::light::Light;
 use trisect_shared::material::{BLENDED, DIELECTRIC, MASKED, Material};
-use trisect_shared::math::greatest;
+use trisect_shared::math::max_component;
+use trisect_shared::planar::Planar;
 use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
@@ -65,7 +65,7 @@ impl CameraPose {
     /// Refuses what is none, with what would be right.
     pub fn check(&self) -> Result<(), String> {
         let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
-        let far = values::GREATEST;
+        let far = values::MAX_MAGNITUDE;
         if ![look_from, look_at, up].iter().all(|v| v.abs().cmple(DVec3::splat(far)).all()) {
             return Err(format!("look_from, look_at and up must be numbers within {far:e}"));
         }
@@ -73,8 +73,8 @@ impl CameraPose {
         if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
             return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
         }
-        if !(values::LEAST..=far).contains(&focus_distance) {
-            return Err(format!("focus_distance must lie between {:e} and {far:e}", values::LEAST));
+        if !(values::MIN_MAGNITUDE..=far).contains(&focus_distance) {
+            return Err(format!("focus_distance must lie between {:e} and {far:e}", values::MIN_MAGNITUDE));
         }
         format::check_camera(self)
     }
@@ -107,7 +107,7 @@ pub struct Scene {
     /// Primitives of the first kind, in the file's order: an index here is a primitive's id.
     pub spheres: Vec<Sphere>,
     /// Primitives of the second kind.
-    pub flats: Vec<Flat>,
+    pub flats: Vec<Planar>,
     /// Primitives of the third kind.
     pub triangles: Vec<Triangle>,
     /// One for each triangle.
@@ -130,34 +130,34 @@ impl Scene {
     /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`) with a camera and a light of its own or, where it has none,
     /// such as show all of it.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        Self::load_in(path, Space::IDENTITY)
+        Self::load_in(path, Rebase::IDENTITY)
     }
 
     /// The same, then moved and scaled to `space`, after the space that the file itself asks for. Its doc says what scales how: the
     /// image stays, since the intensity of point and spot lights scales with the square of lengths, while emitted radiance, the
     /// irradiance of directional lights, the sky and panoramas stay as they are.
-    pub fn load_in(path: &Path, space: Space) -> Result<Self, SceneError> {
-        Described::load(path)?.lower(space)
+    pub fn load_in(path: &Path, space: Rebase) -> Result<Self, SceneError> {
+        SceneDocument::load(path)?.lower(space)
     }
 
     /// Reads a scene from text; `name` stands for the file in messages. Files that it names are sought in the current folder.
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
-        Self::parse_in(text, name, Space::IDENTITY)
+        Self::parse_in(text, name, Rebase::IDENTITY)
     }
 
     /// The same in another space, as [`Self::load_in`].
-    pub fn parse_in(text: &str, name: &str, space: Space) -> Result<Self, SceneError> {
-        Described::parse(text, name)?.lower(space)
+    pub fn parse_in(text: &str, name: &str, space: Rebase) -> Result<Self, SceneError> {
+        SceneDocument::parse(text, name)?.lower(space)
     }
 
     /// A model that was read from somewhere else; as with [`Self::load`], it gets what it lacks to be seen.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
-        Described::from_model(model, name)?.lower(Space::IDENTITY)
+        SceneDocument::from_model(model, name)?.lower(Rebase::IDENTITY)
     }
 
     /// The built-in scene: `scenes/three_spheres.ron`.
     pub fn hello_world() -> Result<Self, SceneError> {
-        Described::hello_world()?.lower(Space::IDENTITY)
+        SceneDocument::hello_world()?.lower(Rebase::IDENTITY)
     }
 
     /// Primitives of all kinds.
@@ -169,12 +169,12 @@ impl Scene {
     pub fn features(&self) -> Features {
         let mut features = 0;
         let mut needs = |feature: Features, needed: bool| features |= if needed { feature } else { 0 };
-        needs(FLATS, !self.flats.is_empty());
+        needs(PLANAR, !self.flats.is_empty());
         needs(TRIANGLES, !self.triangles.is_empty());
         needs(ENVIRONMENT, self.environment.is_some());
         needs(EMITTERS, !self.lights.is_empty());
         for material in &self.materials {
-            needs(EMITTERS, greatest(material.emission) > 0.0);
+            needs(EMITTERS, max_component(material.emission) > 0.0);
             needs(MICROFACETS, material.kind > DIELECTRIC);
             let textures = [
                 material.albedo_texture,

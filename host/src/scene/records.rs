@@ -110,7 +110,7 @@ impl Scene {
             file: "the scene that was sent".to_owned(),
             message: "it is cut off, or of another version of the program".to_owned(),
         })?;
-        scene.prove()?;
+        scene.validate()?;
         Ok(scene)
     }
 

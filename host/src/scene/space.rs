@@ -2,16 +2,16 @@
 //! seen. Applied in f64, before anything is rounded.
 
 use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind};
-use super::values::{GREATEST, LEAST};
+use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, format};
 use glam::{DAffine3, DVec3};
 use serde::{Serialize, Serializer};
 
 /// A plane stays one in any space: a disc so large that it has no border. `crate::lights` knows planes by this least radius.
-const PLANE: std::ops::RangeInclusive<f64> = 1e11..=GREATEST;
+const PLANE: std::ops::RangeInclusive<f64> = 1e11..=MAX_MAGNITUDE;
 
 /// An intensity may become so large: the square of the greatest length, finite in f32.
-const GREATEST_INTENSITY: f64 = GREATEST * GREATEST;
+const MAX_INTENSITY: f64 = MAX_MAGNITUDE * MAX_MAGNITUDE;
 
 /// The space that the renderer computes in: a point p of the scene is at (p - `origin`) · `scale` there.
 ///
@@ -21,7 +21,7 @@ const GREATEST_INTENSITY: f64 = GREATEST * GREATEST;
 /// and textures have no length and stay as they are. With a power of two as `scale` and no origin, the CPU's image keeps its bits,
 /// as long as no number leaves the range of f32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Space {
+pub struct Rebase {
     /// The point of the scene that becomes 0, in the scene's units; each coordinate at most 1e18 from 0.
     #[serde(serialize_with = "triple")]
     pub origin: DVec3,
@@ -34,13 +34,13 @@ pub(crate) fn triple<S: Serializer>(vector: &DVec3, serializer: S) -> Result<S::
     vector.to_array().serialize(serializer)
 }
 
-impl Default for Space {
+impl Default for Rebase {
     fn default() -> Self {
         Self::IDENTITY
     }
 }
 
-impl Space {
+impl Rebase {
     /// The scene's own.
     pub const IDENTITY: Self = Self { origin: DVec3::ZERO, scale: 1.0 };
 
@@ -91,21 +91,21 @@ impl Space {
 }
 
 fn in_world(point: DVec3) -> bool {
-    point.abs().cmple(DVec3::splat(GREATEST)).all()
+    point.abs().cmple(DVec3::splat(MAX_MAGNITUDE)).all()
 }
 
 fn is_length(length: f64) -> bool {
-    (LEAST..=GREATEST).contains(&length)
+    (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&length)
 }
 
 impl Description {
-    /// The same scene in another space; see [`Space`] for what changes. In its own space it stays as it is.
+    /// The same scene in another space; see [`Rebase`] for what changes. In its own space it stays as it is.
     ///
     /// # Errors
     ///
     /// What goes beyond the ranges of a scene file there, and which object it is.
-    pub fn move_to(&mut self, space: Space) -> Result<(), String> {
-        if space == Space::IDENTITY {
+    pub fn move_to(&mut self, space: Rebase) -> Result<(), String> {
+        if space == Rebase::IDENTITY {
             return Ok(());
         }
         space.check()?;
@@ -118,7 +118,7 @@ impl Description {
             camera.look_at = camera.look_from + axis;
             camera.focus_distance *= space.scale;
             if camera.defocus_angle == 0.0 {
-                camera.focus_distance = camera.focus_distance.clamp(LEAST, GREATEST); // a pinhole's means nothing
+                camera.focus_distance = camera.focus_distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE); // a pinhole's means nothing
             }
             let beyond =
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
@@ -148,7 +148,7 @@ impl Description {
 }
 
 impl Shape {
-    fn move_to(&mut self, space: Space) -> Result<(), &'static str> {
+    fn move_to(&mut self, space: Rebase) -> Result<(), &'static str> {
         let is_plane = self.kind.is_plane();
         let (point, size) = match &mut self.kind {
             ShapeKind::Sphere { center, radius } => {
@@ -179,7 +179,7 @@ impl Shape {
 }
 
 impl PunctualLight {
-    fn move_to(&mut self, space: Space) -> Result<(), &'static str> {
+    fn move_to(&mut self, space: Rebase) -> Result<(), &'static str> {
         let (position, intensity) = match self {
             Self::Point { position, intensity } | Self::Spot { position, intensity, .. } => {
                 (position, intensity)
@@ -191,11 +191,7 @@ impl PunctualLight {
         if !in_world(*position) {
             return Err("goes beyond 1e18");
         }
-        if intensity.max_element() <= GREATEST_INTENSITY {
-            Ok(())
-        } else {
-            Err("has an intensity beyond 1e36")
-        }
+        if intensity.max_element() <= MAX_INTENSITY { Ok(()) } else { Err("has an intensity beyond 1e36") }
     }
 }
 
@@ -219,7 +215,7 @@ mod tests {
             shapes: vec![
                 shape(ShapeKind::Sphere { center, radius: 0.5 }),
                 shape(ShapeKind::Quad { corner: center, u: DVec3::X, v: DVec3::Y * 2.0 }),
-                shape(ShapeKind::Disc { center, normal: DVec3::Y, radius: GREATEST }),
+                shape(ShapeKind::Disc { center, normal: DVec3::Y, radius: MAX_MAGNITUDE }),
             ],
             instances: vec![Instance { mesh: 0, transform: DAffine3::from_translation(center) }],
             lights: vec![
@@ -233,7 +229,7 @@ mod tests {
     #[test]
     fn all_that_has_a_length_moves() {
         let mut moved = description();
-        let space = Space { origin: DVec3::new(5.0, 6.0, 7.0), scale: 4.0 };
+        let space = Rebase { origin: DVec3::new(5.0, 6.0, 7.0), scale: 4.0 };
         moved.move_to(space).unwrap();
         let camera = moved.cameras[0].1;
         assert_eq!((camera.look_from, camera.look_at), (DVec3::Z * 4.0, DVec3::ZERO));
@@ -242,13 +238,13 @@ mod tests {
         assert_eq!(moved.shapes[0].kind, ShapeKind::Sphere { center, radius: 2.0 });
         let quad = ShapeKind::Quad { corner: center, u: DVec3::X * 4.0, v: DVec3::Y * 8.0 };
         assert_eq!(moved.shapes[1].kind, quad);
-        assert_eq!(moved.shapes[2].kind, ShapeKind::Disc { center, normal: DVec3::Y, radius: GREATEST });
+        assert_eq!(moved.shapes[2].kind, ShapeKind::Disc { center, normal: DVec3::Y, radius: MAX_MAGNITUDE });
         let map = moved.instances[0].transform;
         assert_eq!(map.transform_point3(DVec3::Z), DVec3::new(4.0, 0.0, 4.0));
         assert_eq!(moved.lights[0], PunctualLight::Point { position: center, intensity: DVec3::splat(16.0) });
         assert_eq!(moved.lights[1], description().lights[1]);
         // Two spaces, one after the other, are one.
-        let next = Space { origin: DVec3::new(-2.0, 0.5, 8.0), scale: 0.25 };
+        let next = Rebase { origin: DVec3::new(-2.0, 0.5, 8.0), scale: 0.25 };
         let mut at_once = description();
         moved.move_to(next).unwrap();
         at_once.move_to(space.then(next)).unwrap();
@@ -257,7 +253,8 @@ mod tests {
 
     #[test]
     fn what_leaves_the_world_is_refused() {
-        let refused = |origin: DVec3, scale: f64| description().move_to(Space { origin, scale }).unwrap_err();
+        let refused =
+            |origin: DVec3, scale: f64| description().move_to(Rebase { origin, scale }).unwrap_err();
         assert!(refused(DVec3::NAN, 1.0).contains("origin"));
         for scale in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e19, 1e-19] {
             assert!(refused(DVec3::ZERO, scale).contains("scale"), "{scale}");
@@ -266,11 +263,11 @@ mod tests {
         let without_camera = |scale: f64| {
             let mut scene = description();
             scene.cameras.clear();
-            scene.move_to(Space { origin: DVec3::ZERO, scale }).unwrap_err()
+            scene.move_to(Rebase { origin: DVec3::ZERO, scale }).unwrap_err()
         };
         assert!(without_camera(1e18).contains("shape 0 goes beyond"));
         let mut tiny = description();
         tiny.shapes[0].kind = ShapeKind::Sphere { center: DVec3::ZERO, radius: 1e-10 };
-        assert!(tiny.move_to(Space { origin: DVec3::ZERO, scale: 1e-10 }).unwrap_err().contains("radius"));
+        assert!(tiny.move_to(Rebase { origin: DVec3::ZERO, scale: 1e-10 }).unwrap_err().contains("radius"));
     }
 }

@@ -4,10 +4,10 @@ use glam::DVec3;
 use serde::Deserialize;
 
 /// Coordinates and distances may be this large: their squares, summed over three axes, stay finite in f32.
-pub const GREATEST: f64 = 1e18;
+pub const MAX_MAGNITUDE: f64 = 1e18;
 
 /// Radii may be this small: their squares stay normal numbers in f32.
-pub const LEAST: f64 = 1e-18;
+pub const MIN_MAGNITUDE: f64 = 1e-18;
 
 macro_rules! number {
     ($(#[$doc:meta])* $name:ident, $what:literal, $value:ident => $valid:expr) => {
@@ -34,15 +34,15 @@ macro_rules! number {
 
 number!(
     /// A coordinate in scene units.
-    Coordinate, "a finite coordinate, at most 1e18 from 0", x => x.abs() <= GREATEST
+    Coordinate, "a finite coordinate, at most 1e18 from 0", x => x.abs() <= MAX_MAGNITUDE
 );
 number!(
     /// A radius or distance in scene units.
-    Length, "a positive finite length between 1e-18 and 1e18", x => (LEAST..=GREATEST).contains(&x)
+    Length, "a positive finite length between 1e-18 and 1e18", x => (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&x)
 );
 number!(
     /// A factor on all lengths.
-    Magnification, "a factor on lengths, between 1e-18 and 1e18", x => (LEAST..=GREATEST).contains(&x)
+    Magnification, "a factor on lengths, between 1e-18 and 1e18", x => (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&x)
 );
 number!(
     /// A reflected share, a fuzz radius, a roughness.
@@ -50,15 +50,15 @@ number!(
 );
 number!(
     /// A radiance.
-    Radiance, "a finite radiance, 0 or more and at most 1e18", x => (0.0..=GREATEST).contains(&x)
+    Radiance, "a finite radiance, 0 or more and at most 1e18", x => (0.0..=MAX_MAGNITUDE).contains(&x)
 );
 number!(
     /// An intensity or irradiance of a light without extent.
-    Strength, "a finite strength of light, 0 or more and at most 1e18", x => (0.0..=GREATEST).contains(&x)
+    Strength, "a finite strength of light, 0 or more and at most 1e18", x => (0.0..=MAX_MAGNITUDE).contains(&x)
 );
 number!(
     /// A factor on radiance.
-    Gain, "a finite factor, 0 or more and at most 1e18", x => (0.0..=GREATEST).contains(&x)
+    Gain, "a finite factor, 0 or more and at most 1e18", x => (0.0..=MAX_MAGNITUDE).contains(&x)
 );
 number!(
     /// An index of refraction.
@@ -90,7 +90,7 @@ number!(
 );
 number!(
     /// A factor on lengths; a negative one mirrors.
-    Factor, "a factor between 1e-18 and 1e18, or the negative of one", x => (LEAST..=GREATEST).contains(&x.abs())
+    Factor, "a factor between 1e-18 and 1e18, or the negative of one", x => (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&x.abs())
 );
 number!(
     /// A number of a texture's transform.

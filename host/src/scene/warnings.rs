@@ -5,7 +5,7 @@ mod glass;
 mod tests;
 
 use super::description::{Description, Material, Sky};
-use crate::limits::names;
+use crate::precision::names;
 
 /// Returns a line for each kind of mistake.
 pub(super) fn warnings(scene: &Description) -> Vec<String> {

@@ -54,7 +54,7 @@ impl Errors {
 #[cfg(test)]
 mod tests {
     use super::super::point::Point;
-    use super::super::{Capture, Course};
+    use super::super::{Capture, ErrorCurve};
     use super::*;
     use crate::bench::Summary;
     use crate::statistics::Interval;
@@ -98,7 +98,7 @@ mod tests {
             on_front: false,
         };
         let captures = [16, 32, 64].map(|spp| Capture { spp, errors: errors.clone() });
-        [point.line(), Course::of("clamp 16".to_owned(), captures.to_vec()).line()]
+        [point.line(), ErrorCurve::of("clamp 16".to_owned(), captures.to_vec()).line()]
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The charts: error over time by ways of rendering, and the Pareto front.
 
 use super::point::{Point as Found, Tradeoff};
-use super::reference::Facts;
+use super::reference::ReferenceInfo;
 use crate::plot::{Axis, Chart, Plot, Point, Series};
 
 /// Ways that get a line of their own, in the order of their colours.
@@ -18,7 +18,7 @@ const SHOWN: [&str; 7] = [
 fn notes(found: &Tradeoff) -> Vec<String> {
     vec![
         format!("{}, {}x{}, {}", found.scene, found.width, found.height, found.device),
-        format!("{}; {} seeds", Facts::summary(found.reference.as_ref()), found.seeds),
+        format!("{}; {} seeds", ReferenceInfo::summary(found.reference.as_ref()), found.seeds),
     ]
 }
 

@@ -1,13 +1,13 @@
 //! Convergence as evidence: noise falls as the root of the samples, and what does not is bias.
 
-use super::course::{Capture, Convergence, Course, MIN_CAPTURES, Pair};
+use super::error_curve::{Capture, Convergence, ErrorCurve, MIN_CAPTURES, Pair};
 use super::errors::{self, Errors, Means};
 use super::measure::is_missing;
 use super::point::Missing;
 use super::supervisor::{Cancelling, Share, Supervisor, check, was_stopped};
-use super::{Lab, Mode, Reference, Stop, TradeoffError, Truth, check_seeds};
+use super::{Configuration, Lab, Reference, Stop, TradeoffError, Truth, check_seeds};
 use crate::Error;
-use crate::film::{Film, Part};
+use crate::film::{Film, SampleBlock};
 use crate::render::{Settings, chunks};
 use std::time::Duration;
 
@@ -22,9 +22,9 @@ const FIRST_SEED: u32 = 2000;
 
 /// What to follow.
 #[derive(Clone, Debug)]
-pub struct Courses<'a> {
+pub struct ConvergencePlan<'a> {
     /// The base first.
-    pub modes: &'a [Mode],
+    pub configurations: &'a [Configuration],
     /// Samples a pixel at first.
     pub first: u32,
     /// Samples a pixel at last, at most.
@@ -33,7 +33,7 @@ pub struct Courses<'a> {
     pub seeds: usize,
 }
 
-impl Courses<'_> {
+impl ConvergencePlan<'_> {
     /// Returns the numbers of samples at which errors are measured.
     ///
     /// # Errors
@@ -61,10 +61,10 @@ impl Lab<'_> {
     ///
     /// # Errors
     ///
-    /// As rendering, and [`Courses::counts`].
+    /// As rendering, and [`ConvergencePlan::counts`].
     pub fn converge(
         &mut self,
-        all: &Courses,
+        all: &ConvergencePlan,
         reference: Option<&Reference>,
         supervisor: &mut dyn Supervisor,
     ) -> Result<Convergence, Error> {
@@ -83,8 +83,8 @@ impl Lab<'_> {
         let mut ends: Vec<Means> = Vec::new();
         let image = reference.filter(|_| supervisor.stop().is_none()).map(Reference::image);
         let truth = reference.zip(image.as_ref()).map(|(of, image)| Truth::new(of, image)).transpose()?;
-        let (modes, others): (Vec<&Mode>, Vec<&Mode>) =
-            all.modes.iter().partition(|mode| mode.divisor == 1 && !mode.adaptive);
+        let (modes, others): (Vec<&Configuration>, Vec<&Configuration>) =
+            all.configurations.iter().partition(|mode| mode.divisor == 1 && !mode.adaptive);
         let no_course = || "it has no course: its images are no series of samples".to_owned();
         found.missing.extend(others.into_iter().map(|mode| Missing::new(mode, no_course())));
         for (index, &mode) in modes.iter().enumerate() {
@@ -94,7 +94,7 @@ impl Lab<'_> {
                 let followed = self.follow(mode, (&counts, all.seeds), place, truth, &mut run, supervisor);
                 match followed {
                     Err(error) if is_missing(&error) => {
-                        supervisor.say(&format!("{}: not here: {error}", mode.name()));
+                        supervisor.report(&format!("{}: not here: {error}", mode.name()));
                         found.missing.push(Missing::new(mode, error.to_string()));
                         continue;
                     }
@@ -111,8 +111,8 @@ impl Lab<'_> {
                 found.missing.push(Missing::new(mode, reason));
             }
             if let Some(means) = means {
-                let course = Course::of(mode.name(), captures);
-                supervisor.say(&course.line());
+                let course = ErrorCurve::of(mode.name(), captures);
+                supervisor.report(&course.line());
                 found.courses.push(course);
                 ends.push(means);
             }
@@ -132,7 +132,7 @@ impl Lab<'_> {
     /// the supervisor ends it.
     fn follow(
         &mut self,
-        mode: &Mode,
+        mode: &Configuration,
         (counts, seeds): (&[u32], usize),
         (index, modes): (usize, usize),
         truth: &Truth,
@@ -148,7 +148,7 @@ impl Lab<'_> {
             ..mode.settings.clone()
         };
         let (width, height) = (mode.settings.width, mode.settings.height);
-        let new = if mode.denoise.is_some() { Film::with_guides } else { Film::new };
+        let new = if mode.denoise.is_some() { Film::with_aovs } else { Film::new };
         let mut films: Vec<Film> = (0..seeds).map(|_| new(width, height)).collect();
         let mut before = 0;
         // Time for each sample a pixel, by the doubling before.
@@ -168,13 +168,13 @@ impl Lab<'_> {
                 let renderer = self.renderer(mode)?;
                 for samples in chunks(before..count) {
                     check(supervisor)?;
-                    let part = Part { rows: 0..height, samples: samples.clone() };
+                    let part = SampleBlock { rows: 0..height, samples: samples.clone() };
                     let rows = (0..height).into();
                     let mut observer = Cancelling(&mut *supervisor);
-                    let sums = renderer.render_sums(&settings, &rows, samples, &mut observer)?;
+                    let sums = renderer.render_chunk(&settings, &rows, samples, &mut observer)?;
                     film.merge(&part, sums.pixels)?;
                     if settings.guides {
-                        film.merge_guides(&part, sums.guides)?;
+                        film.merge_aovs(&part, sums.aovs)?;
                     }
                 }
                 check(supervisor)?;

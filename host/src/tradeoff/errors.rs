@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Least edge in pixels of the blocks whose means are compared.
-const LEAST_BLOCK: u32 = 16;
+const MIN_BLOCK: u32 = 16;
 
 /// Blocks across an image, at most: in smaller ones of few samples, rare bright paths are missing in all repetitions at once, which then agree with each other and not with
 /// the truth (seen at 1920x1080, 1 to 16 samples, 4 seeds: Sobol's points were called biased).
-const MOST_BLOCKS: u32 = 8;
+const MAX_BLOCKS: u32 = 8;
 
 /// A bias is called one if chance would show as much in one of a thousand.
 pub const SIGNIFICANCE: f64 = 1e-3;
@@ -225,7 +225,7 @@ pub(super) fn view(image: &Image) -> ImageView<'_> {
 
 /// Means of blocks and of the whole, all channels together, of an image.
 fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(f64, f64)> {
-    let edge = width.max(height).div_ceil(MOST_BLOCKS).max(LEAST_BLOCK);
+    let edge = width.max(height).div_ceil(MAX_BLOCKS).max(MIN_BLOCK);
     let across = width.div_ceil(edge);
     let of = |block: u32| {
         let (x, y) = (block % across * edge, block / across * edge);

@@ -22,7 +22,7 @@ const REFERENCE_TIMES: (Duration, Duration) = (Duration::from_millis(1), Duratio
 /// Numbers of samples a pixel of a way.
 const LEVELS: u32 = 3;
 
-/// Shares `time` out: a third for the reference, the rest for `modes` ways of three numbers of
+/// Shares `time` out: a third for the reference, the rest for `configurations` ways of three numbers of
 /// samples, each four times the one before. `analysis`: seconds that an image takes beside
 /// rendering.
 pub fn fit(time: Duration, modes: usize, seeds: usize, (each, fixed): (f64, f64), analysis: f64) -> Fit {

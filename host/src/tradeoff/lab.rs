@@ -1,15 +1,15 @@
 //! A scene on a device, rendered one way or another.
 
+use super::configuration::Configuration;
 use super::enlarge::enlarge;
-use super::mode::Mode;
 use super::reference::{self, Reference};
 use super::supervisor::{Cancelling, Ending, Supervisor, check, was_stopped};
 use crate::Error;
+use crate::adaptive::{self, Adaptive, Free, Goal, Request};
 use crate::backend::{Backend, BackendError};
 use crate::bvh::BvhQuality;
 use crate::image::Image;
 use crate::render::{Renderer, Settings};
-use crate::sampling::{self, Adaptive, Free, Goal, Request};
 use crate::scene::Scene;
 use std::path::Path;
 use std::time::Instant;
@@ -19,10 +19,10 @@ use trisect_shared::texture::NEAREST;
 pub(super) const FIRST_SEED: u32 = 1000;
 
 /// An error that no image has: as many samples as there may be are taken.
-const NEVER: f64 = 1e-9;
+const UNREACHABLE_ERROR: f64 = 1e-9;
 
 /// Part of its time that makes a kept reference as good as a new one.
-const AS_LONG: f64 = 0.9;
+const MIN_TIME_SHARE: f64 = 0.9;
 
 /// A scene on a device, however it has to be built.
 pub struct Lab<'a> {
@@ -33,13 +33,13 @@ pub struct Lab<'a> {
 
 /// What an image took.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Took {
+pub(super) struct ImageTiming {
     pub render: f64,
     pub denoise: f64,
     pub scale: f64,
 }
 
-impl Took {
+impl ImageTiming {
     pub fn all(&self) -> f64 {
         self.render + self.denoise + self.scale
     }
@@ -56,7 +56,7 @@ impl<'a> Lab<'a> {
     /// # Errors
     ///
     /// As [`Renderer::with_quality`].
-    pub fn renderer(&mut self, mode: &Mode) -> Result<&mut Renderer, Error> {
+    pub fn renderer(&mut self, mode: &Configuration) -> Result<&mut Renderer, Error> {
         let wanted = (mode.quality, mode.nearest);
         if self.built.as_ref().is_none_or(|(built, _)| *built != wanted) {
             let before = self.built.take().map(|(_, renderer)| renderer.into_backend());
@@ -84,7 +84,7 @@ impl<'a> Lab<'a> {
     /// rendered, for a folder that cannot be written.
     pub fn reference(
         &mut self,
-        base: &Mode,
+        base: &Configuration,
         (goal, share): (Goal, f64),
         folder: &Path,
         supervisor: &mut dyn Supervisor,
@@ -92,23 +92,23 @@ impl<'a> Lab<'a> {
         let hash = reference::hash(self.scene, &reference::settings_of(&base.settings), base.quality);
         let left = supervisor.time_left();
         let (most, time) = match goal {
-            Goal::Error { most, .. } => (f64::from(most), left.map(|left| left.mul_f64(share))),
+            Goal::Error { max_samples: most, .. } => (f64::from(most), left.map(|left| left.mul_f64(share))),
             Goal::Time(time) => (f64::INFINITY, Some(time)),
         };
         let kept = match Reference::read(folder, &hash) {
             Ok(kept) => kept,
             Err(error) => {
-                supervisor.say(&format!("warning: {error}"));
+                supervisor.report(&format!("warning: {error}"));
                 None
             }
         };
         let is_enough = |kept: &Reference| {
-            let long = time.is_some_and(|time| kept.facts.seconds >= AS_LONG * time.as_secs_f64());
+            let long = time.is_some_and(|time| kept.facts.seconds >= MIN_TIME_SHARE * time.as_secs_f64());
             kept.facts.samples >= most || long
         };
         let path = Reference::path(folder, &hash);
         if let Some(kept) = kept.as_ref().filter(|kept| is_enough(kept)) {
-            supervisor.say(&format!("reference: kept in {}", path.display()));
+            supervisor.report(&format!("reference: kept in {}", path.display()));
             return Ok(Some(kept.clone()));
         }
         Reference::check_folder(folder)?;
@@ -124,12 +124,12 @@ impl<'a> Lab<'a> {
         });
         let Some(made) = was_stopped(made, supervisor)? else { return Ok(kept) };
         if let Some(kept) = kept.filter(|kept| kept.facts.samples >= made.facts.samples) {
-            supervisor.say(&format!("reference: kept in {}, of more samples", path.display()));
+            supervisor.report(&format!("reference: kept in {}, of more samples", path.display()));
             return Ok(Some(kept));
         }
         if let Err(error) = made.write(folder) {
             // What took minutes is not lost by a disk that is full now.
-            supervisor.say(&format!("warning: {error}; this reference is used, and not kept"));
+            supervisor.report(&format!("warning: {error}; this reference is used, and not kept"));
         }
         Ok(Some(made))
     }
@@ -137,11 +137,11 @@ impl<'a> Lab<'a> {
     /// Renders an image of a way; [`Error::Cancelled`] if the supervisor ends it.
     pub(super) fn image(
         &mut self,
-        mode: &Mode,
+        mode: &Configuration,
         spp: u32,
         seed: u32,
         supervisor: &mut dyn Supervisor,
-    ) -> Result<(Image, Took), Error> {
+    ) -> Result<(Image, ImageTiming), Error> {
         check(supervisor)?;
         let full = (mode.settings.width, mode.settings.height);
         let settings = Settings {
@@ -154,12 +154,12 @@ impl<'a> Lab<'a> {
         };
         let renderer = self.renderer(mode)?;
         let mut observer = Cancelling(&mut *supervisor);
-        let mut took = Took::default();
+        let mut took = ImageTiming::default();
         let start = Instant::now();
         let film = if mode.adaptive {
-            let goal = Goal::Error { target: NEVER, most: spp };
+            let goal = Goal::Error { target: UNREACHABLE_ERROR, max_samples: spp };
             let request = Request { goal, adaptive: Adaptive::On, free: Free::default(), denoise: None };
-            let sampled = sampling::render(renderer, &settings, &request, &mut observer)?;
+            let sampled = adaptive::render(renderer, &settings, &request, &mut observer)?;
             if sampled.stats.sampling.is_some_and(|sampling| sampling.ended) {
                 return Err(Error::Cancelled);
             }
@@ -193,12 +193,20 @@ impl<'a> Lab<'a> {
     /// # Errors
     ///
     /// As rendering.
-    pub fn pace(&mut self, base: &Mode, supervisor: &mut dyn Supervisor) -> Result<(f64, f64), Error> {
+    pub fn pace(
+        &mut self,
+        base: &Configuration,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<(f64, f64), Error> {
         let pace = self.measure_pace(base, supervisor);
         Ok(was_stopped(pace, supervisor)?.unwrap_or((f64::INFINITY, 0.0)))
     }
 
-    fn measure_pace(&mut self, base: &Mode, supervisor: &mut dyn Supervisor) -> Result<(f64, f64), Error> {
+    fn measure_pace(
+        &mut self,
+        base: &Configuration,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<(f64, f64), Error> {
         let mut time = |spp: u32| -> Result<f64, Error> {
             let start = Instant::now();
             self.image(base, spp, FIRST_SEED, supervisor)?;

@@ -1,11 +1,11 @@
 //! Measuring: each way of rendering, with each number of samples, by several seeds.
 
+use super::configuration::Configuration;
 use super::errors::{self, Errors};
 use super::front;
-use super::lab::{FIRST_SEED, Lab, Took};
-use super::mode::Mode;
+use super::lab::{FIRST_SEED, ImageTiming, Lab};
 use super::picture::{Picture, Pictures};
-use super::point::{Against, FORMAT, Missing, Point, Seconds, Tradeoff};
+use super::point::{FORMAT, Missing, Point, Seconds, Tradeoff, VsBase};
 use super::reference::{Reference, Truth};
 use super::supervisor::{Supervisor, check, was_stopped};
 use super::{Stop, TradeoffError, check_seeds};
@@ -21,13 +21,13 @@ use std::time::Instant;
 const MIN_ADAPTIVE: u32 = 8;
 
 /// Ways between two looks at the base's time.
-const MODES_OF_AN_EPOCH: usize = 3;
+const CONFIGURATIONS_PER_EPOCH: usize = 3;
 
 /// What to measure.
 #[derive(Clone, Debug)]
 pub struct Sweep<'a> {
     /// The base first.
-    pub modes: &'a [Mode],
+    pub configurations: &'a [Configuration],
     /// Numbers of samples a pixel, ascending.
     pub levels: &'a [u32],
     /// Repetitions.
@@ -37,7 +37,7 @@ pub struct Sweep<'a> {
 }
 
 /// What a sweep has found so far.
-struct Found {
+struct SweepResult {
     /// Each with the index of its mode.
     points: Vec<(usize, Point)>,
     /// Why each mode cannot be rendered here, if so.
@@ -62,14 +62,14 @@ impl Lab<'_> {
         supervisor: &mut dyn Supervisor,
     ) -> Result<(Tradeoff, Pictures), Error> {
         check_seeds(sweep.seeds)?;
-        let [base, ..] = sweep.modes else {
+        let [base, ..] = sweep.configurations else {
             return Err(TradeoffError::TooFew { what: "the number of modes", given: 0, least: 1 }.into());
         };
         let start = Instant::now();
         let device = self.renderer(base)?.backend().device().clone();
-        let mut found = Found {
+        let mut found = SweepResult {
             points: Vec::new(),
-            absent: vec![None; sweep.modes.len()],
+            absent: vec![None; sweep.configurations.len()],
             epochs: Vec::new(),
             pictures: Pictures::default(),
         };
@@ -80,9 +80,9 @@ impl Lab<'_> {
             }
             None => true,
         };
-        let Found { mut points, absent, epochs, pictures } = found;
+        let SweepResult { mut points, absent, epochs, pictures } = found;
         let lacks = |index: usize| absent[index].is_none() && !lacking(sweep, &points, index).is_empty();
-        let ended = supervisor.stop().filter(|_| ended && (0..sweep.modes.len()).any(lacks));
+        let ended = supervisor.stop().filter(|_| ended && (0..sweep.configurations.len()).any(lacks));
         let missing = missing(sweep, &points, &absent, ended);
         points.sort_by_key(|(mode, point)| (*mode, point.spp));
         let mut points: Vec<Point> = points.into_iter().map(|(_, point)| point).collect();
@@ -91,7 +91,7 @@ impl Lab<'_> {
         let of_base: Vec<Point> = points.iter().filter(|point| point.knob == "base").cloned().collect();
         for point in points.iter_mut().filter(|point| point.knob != "base") {
             let base = of_base.iter().find(|base| base.spp == point.spp);
-            point.against = base.map(|base| Against::of(point, base, drift));
+            point.against = base.map(|base| VsBase::of(point, base, drift));
         }
         front::mark(&mut points);
         let found = Tradeoff {
@@ -119,29 +119,29 @@ impl Lab<'_> {
         &mut self,
         sweep: &Sweep,
         reference: &Reference,
-        found: &mut Found,
+        found: &mut SweepResult,
         supervisor: &mut dyn Supervisor,
     ) -> Result<(), Error> {
         check(supervisor)?;
         let image = reference.image();
         let truth = Truth::new(reference, &image)?;
         found.pictures = Pictures::new(&truth);
-        let base = &sweep.modes[0];
-        let all = sweep.modes.len() * sweep.levels.len();
+        let base = &sweep.configurations[0];
+        let all = sweep.configurations.len() * sweep.levels.len();
         for (level, &spp) in sweep.levels.iter().enumerate() {
             found.epochs.push(Vec::new());
-            for (index, mode) in sweep.modes.iter().enumerate() {
+            for (index, mode) in sweep.configurations.iter().enumerate() {
                 if found.absent[index].is_some() || is_too_few(mode, spp) {
                     continue;
                 }
                 check(supervisor)?;
                 let stage = format!("{}, {spp} samples a pixel", mode.name());
-                supervisor.begin(level * sweep.modes.len() + index, all, &stage);
+                supervisor.begin(level * sweep.configurations.len() + index, all, &stage);
                 // Compiles what this way needs, outside of what is measured.
                 match self.image(mode, 1, FIRST_SEED - 1, supervisor) {
                     Ok(_) => {}
                     Err(error) if is_missing(&error) => {
-                        supervisor.say(&format!("{}: not here: {error}", mode.name()));
+                        supervisor.report(&format!("{}: not here: {error}", mode.name()));
                         found.absent[index] = Some(error.to_string());
                         continue;
                     }
@@ -149,14 +149,14 @@ impl Lab<'_> {
                 }
                 let (mut point, first) = self.point(mode, spp, sweep, &truth, supervisor)?;
                 point.exact = mode.is_exact(base, !self.scene.lights.is_empty());
-                supervisor.say(&point.line());
+                supervisor.report(&point.line());
                 found.points.push((index, point.clone()));
                 if level + 1 == sweep.levels.len() {
                     check(supervisor)?;
                     found.pictures.add(&point, Picture::of(&first, &truth)?);
                 }
                 let as_built = (mode.quality, mode.nearest) == (base.quality, base.nearest);
-                if as_built && index % MODES_OF_AN_EPOCH == 0 {
+                if as_built && index % CONFIGURATIONS_PER_EPOCH == 0 {
                     let epoch = self.base_again(base, spp, supervisor)?;
                     found.epochs[level].push(epoch);
                 }
@@ -166,7 +166,12 @@ impl Lab<'_> {
     }
 
     /// Returns the logarithm of the base's median time, now.
-    fn base_again(&mut self, base: &Mode, spp: u32, supervisor: &mut dyn Supervisor) -> Result<f64, Error> {
+    fn base_again(
+        &mut self,
+        base: &Configuration,
+        spp: u32,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<f64, Error> {
         let mut times = Vec::new();
         for _ in 0..3 {
             times.push(self.image(base, spp, FIRST_SEED, supervisor)?.1.all());
@@ -177,7 +182,7 @@ impl Lab<'_> {
     /// Measures a way with a number of samples; returns the image of the first seed, too.
     fn point(
         &mut self,
-        mode: &Mode,
+        mode: &Configuration,
         spp: u32,
         sweep: &Sweep,
         truth: &Truth,
@@ -191,9 +196,9 @@ impl Lab<'_> {
         }
         let flips = errors::flips(&images, truth, sweep.flips, supervisor)?;
         let errors = Errors::of(&images, truth, &flips)?;
-        let each: Vec<f64> = took.iter().map(Took::all).collect();
+        let each: Vec<f64> = took.iter().map(ImageTiming::all).collect();
         let all = Summary::of(&each).unwrap_or(Summary::NOTHING);
-        let median = |of: fn(&Took) -> f64| {
+        let median = |of: fn(&ImageTiming) -> f64| {
             Summary::of(&took.iter().map(of).collect::<Vec<_>>()).map_or(f64::NAN, |summary| summary.median)
         };
         let seconds = Seconds {
@@ -219,7 +224,7 @@ fn missing(
     ended: Option<Stop>,
 ) -> Vec<Missing> {
     let mut all = Vec::new();
-    for (index, mode) in sweep.modes.iter().enumerate() {
+    for (index, mode) in sweep.configurations.iter().enumerate() {
         let mut add = |reason| all.push(Missing::new(mode, reason));
         if let Some(reason) = &absent[index] {
             add(reason.clone());
@@ -243,11 +248,11 @@ fn missing(
 fn lacking(sweep: &Sweep, points: &[(usize, Point)], index: usize) -> Vec<u32> {
     let is_there = |spp| points.iter().any(|(of, point)| *of == index && point.spp == spp);
     let levels = sweep.levels.iter().copied();
-    levels.filter(|&spp| !is_too_few(&sweep.modes[index], spp) && !is_there(spp)).collect()
+    levels.filter(|&spp| !is_too_few(&sweep.configurations[index], spp) && !is_there(spp)).collect()
 }
 
 /// Returns whether a way has no meaning with so few samples.
-fn is_too_few(mode: &Mode, spp: u32) -> bool {
+fn is_too_few(mode: &Configuration, spp: u32) -> bool {
     mode.adaptive && spp < MIN_ADAPTIVE
 }
 

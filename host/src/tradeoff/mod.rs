@@ -1,20 +1,20 @@
 //! The trade-off lab: what each knob for speed costs in accuracy, measured.
 //!
-//! [`Mode`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of
+//! [`Configuration`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of
 //! samples; [`Errors`] tell noise from bias against a [`Reference`]; [`Tradeoff::write`] writes it
 //! down. A [`Supervisor`] ends it, with what was measured by then.
 
 mod bias;
 mod charts;
+mod configuration;
 mod converge;
-mod course;
 mod enlarge;
+mod error_curve;
 mod errors;
 mod fit;
 mod front;
 mod lab;
 mod measure;
-mod mode;
 mod page;
 mod picture;
 mod point;
@@ -22,17 +22,17 @@ mod reference;
 mod supervisor;
 mod table;
 
-pub use converge::Courses;
-pub use course::{Capture, Convergence, Course, Pair};
+pub use configuration::{Configuration, KNOBS, configurations};
+pub use converge::ConvergencePlan;
+pub use error_curve::{Capture, Convergence, ErrorCurve, Pair};
 pub use errors::{Errors, SIGNIFICANCE};
 pub use fit::{Fit, REFERENCE_SHARE, fit};
 pub use lab::Lab;
 pub use measure::Sweep;
-pub use mode::{KNOBS, Mode, modes};
 pub use page::is_output;
 pub use picture::Pictures;
-pub use point::{Against, Missing, Point, Seconds, Slope, Tradeoff};
-pub use reference::{Facts, Reference, Truth, hash};
+pub use point::{Missing, Point, Seconds, Slope, Tradeoff, VsBase};
+pub use reference::{Reference, ReferenceInfo, Truth, hash};
 pub use supervisor::{Stop, Supervisor};
 
 use std::path::PathBuf;
@@ -99,7 +99,7 @@ pub enum TradeoffError {
 }
 
 /// Repetitions that bias can be told from.
-pub const LEAST_SEEDS: usize = 4;
+pub const MIN_SEEDS: usize = 4;
 
 /// Whether so many repetitions tell anything.
 ///
@@ -107,8 +107,8 @@ pub const LEAST_SEEDS: usize = 4;
 ///
 /// [`TradeoffError::TooFew`] if they do not.
 pub fn check_seeds(given: usize) -> Result<(), TradeoffError> {
-    if given < LEAST_SEEDS {
-        return Err(TradeoffError::TooFew { what: "--seeds", given, least: LEAST_SEEDS });
+    if given < MIN_SEEDS {
+        return Err(TradeoffError::TooFew { what: "--seeds", given, least: MIN_SEEDS });
     }
     Ok(())
 }

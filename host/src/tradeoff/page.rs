@@ -1,7 +1,7 @@
 //! All that was found as one page that needs no other file, with data and charts beside it.
 
 use super::bias::Bias;
-use super::picture::{Pictures, Small};
+use super::picture::{Pictures, Thumbnail};
 use super::point::{Point, Tradeoff};
 use super::{TradeoffError, charts, table};
 use crate::plot::{self, Chart};
@@ -182,7 +182,7 @@ fn svg(chart: &Chart, folder: &Path) -> Result<String, TradeoffError> {
     plot::svg(chart).map_err(|error| TradeoffError::encode(&folder.join("report.html"), error))
 }
 
-fn picture(small: &Small, folder: &Path) -> Result<String, TradeoffError> {
+fn picture(small: &Thumbnail, folder: &Path) -> Result<String, TradeoffError> {
     let wrong = |error: String| TradeoffError::encode(&folder.join("report.html"), error);
     let image = RgbImage::from_raw(small.width, small.height, small.bytes.clone())
         .ok_or_else(|| wrong("the pixels do not fill the image".to_owned()))?;

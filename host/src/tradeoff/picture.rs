@@ -29,7 +29,7 @@ const INFERNO: [[u8; 3]; 10] = [
 
 /// Eight bits a channel.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Small {
+pub(super) struct Thumbnail {
     pub width: u32,
     pub height: u32,
     pub bytes: Vec<u8>,
@@ -37,16 +37,16 @@ pub(super) struct Small {
 
 /// An image, its difference from the reference, and what of it the eye sees.
 pub(super) struct Picture {
-    pub image: Small,
-    pub difference: Small,
-    pub flip: Small,
+    pub image: Thumbnail,
+    pub difference: Thumbnail,
+    pub flip: Thumbnail,
 }
 
 /// Those of a page.
 #[derive(Default)]
 pub struct Pictures {
     /// `None` without a reference.
-    pub(super) reference: Option<Small>,
+    pub(super) reference: Option<Thumbnail>,
     pub(super) shown: Vec<(String, u32, Picture)>,
 }
 
@@ -82,7 +82,7 @@ impl Picture {
 }
 
 /// As a screen shows it.
-fn shown(image: &Image) -> Small {
+fn shown(image: &Image) -> Thumbnail {
     small(
         image.width,
         image.height,
@@ -92,7 +92,7 @@ fn shown(image: &Image) -> Small {
 }
 
 /// Errors from 0 to 1 as colours.
-fn map(width: u32, height: u32, error: impl Fn(usize) -> f64) -> Small {
+fn map(width: u32, height: u32, error: impl Fn(usize) -> f64) -> Thumbnail {
     small(width, height, |pixel| [error(pixel); 3], |mean| colour(mean[0]))
 }
 
@@ -110,7 +110,7 @@ fn small(
     height: u32,
     value: impl Fn(usize) -> [f64; 3],
     encode: impl Fn([f64; 3]) -> [u8; 3],
-) -> Small {
+) -> Thumbnail {
     let step = width.div_ceil(WIDTH).max(1);
     let (across, down) = (width.div_ceil(step), height.div_ceil(step));
     let mut bytes = Vec::with_capacity(across as usize * down as usize * 3);
@@ -127,7 +127,7 @@ fn small(
             bytes.extend(encode(sum.map(|sum| sum / count)));
         }
     }
-    Small { width: across, height: down, bytes }
+    Thumbnail { width: across, height: down, bytes }
 }
 
 #[cfg(test)]

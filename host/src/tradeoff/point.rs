@@ -1,8 +1,8 @@
 //! What was found.
 
+use super::configuration::Configuration;
 use super::errors::Errors;
-use super::mode::Mode;
-use super::reference::Facts;
+use super::reference::ReferenceInfo;
 use super::supervisor::Stop;
 use crate::bench::Summary;
 use crate::statistics::{Interval, Welch, mean_and_error, welch};
@@ -28,7 +28,7 @@ pub struct Seconds {
 
 /// A way of rendering beside the base with as many samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Against {
+pub struct VsBase {
     /// Its seconds over the base's.
     pub time: f64,
     /// Its relMSE over the base's.
@@ -46,11 +46,11 @@ pub struct Against {
 /// One way of rendering with one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// As [`Mode::knob`](super::Mode::knob).
+    /// As [`Configuration::knob`](super::Configuration::knob).
     pub knob: String,
-    /// As [`Mode::level`](super::Mode::level).
+    /// As [`Configuration::level`](super::Configuration::level).
     pub level: String,
-    /// As [`Mode::is_exact`](super::Mode::is_exact).
+    /// As [`Configuration::is_exact`](super::Configuration::is_exact).
     #[serde(default)]
     pub exact: bool,
     /// Samples a pixel of what was rendered.
@@ -62,7 +62,7 @@ pub struct Point {
     /// 1 / (relMSE × seconds).
     pub efficiency: Interval,
     /// Beside the base; none for the base itself.
-    pub against: Option<Against>,
+    pub against: Option<VsBase>,
     /// Whether nothing else is both faster and nearer.
     pub on_front: bool,
 }
@@ -109,7 +109,7 @@ pub struct Tradeoff {
     /// Segments a path, at most, of the base.
     pub depth: u32,
     /// What errors are measured against; `None` if the end came before there was any.
-    pub reference: Option<Facts>,
+    pub reference: Option<ReferenceInfo>,
     /// Repetitions of each point.
     pub seeds: usize,
     /// Standard deviation of the base's time from minute to minute, relative: the clock of a machine drifts, and what others do on it.
@@ -128,7 +128,7 @@ pub struct Tradeoff {
 }
 
 impl Missing {
-    pub(super) fn new(mode: &Mode, reason: String) -> Self {
+    pub(super) fn new(mode: &Configuration, reason: String) -> Self {
         Self { knob: mode.knob.to_owned(), level: mode.level.clone(), reason }
     }
 
@@ -139,7 +139,7 @@ impl Missing {
 }
 
 impl Point {
-    /// Knob and level, as [`Mode::name`](super::Mode::name).
+    /// Knob and level, as [`Configuration::name`](super::Configuration::name).
     pub fn name(&self) -> String {
         if self.knob == "base" { self.knob.clone() } else { format!("{} {}", self.knob, self.level) }
     }
@@ -164,7 +164,7 @@ impl Point {
     }
 }
 
-impl Against {
+impl VsBase {
     /// `point` beside `base`, on a device whose speed has this standard deviation from minute to minute, relative.
     pub(super) fn of(point: &Point, base: &Point, drift: f64) -> Self {
         let logs = |values: &[f64]| {

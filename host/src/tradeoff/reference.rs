@@ -3,15 +3,15 @@
 use super::TradeoffError;
 use super::errors::view;
 use crate::Error;
+use crate::adaptive::{self, Adaptive, DualBuffers, Goal};
 use crate::bvh::BvhQuality;
+use crate::checksummed_file::{self, ChecksummedFileError, Contents};
 use crate::film::PixelTotals;
 use crate::image::Image;
 use crate::metrics::MetricsError;
 use crate::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
-use crate::render::{Fingerprint, MathMode, Observer, Renderer, Sampler, Settings};
-use crate::sampling::{self, Adaptive, Goal, Halves};
+use crate::render::{Fingerprint, MathMode, RenderObserver, Renderer, Sampler, Settings};
 use crate::scene::Scene;
-use crate::sealed::{self, Contents, SealError};
 use bytemuck::cast_slice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ pub struct Reference {
     /// Variance of the mean of both, by pixel and channel.
     pub variance: Vec<[f32; 3]>,
     /// What it is.
-    pub facts: Facts,
+    pub facts: ReferenceInfo,
 }
 
 /// A reference with what is found of it once, for many images.
@@ -60,7 +60,7 @@ impl<'a> Truth<'a> {
 
 /// What a reference is of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Facts {
+pub struct ReferenceInfo {
     /// Of the scene, the kernels and the settings that decide the image.
     pub hash: String,
     /// Of the program.
@@ -109,7 +109,7 @@ pub fn hash(scene: &Scene, settings: &Settings, quality: Option<BvhQuality>) -> 
     fingerprint.sha256().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
-impl Facts {
+impl ReferenceInfo {
     /// Says of how many samples a reference is, and how far from the truth.
     pub(super) fn summary(of: Option<&Self>) -> String {
         match of {
@@ -126,19 +126,20 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// As [`sampling::render`].
+    /// As [`adaptive::render`].
     pub fn render(
         renderer: &mut Renderer,
         scene: &Scene,
         settings: &Settings,
         quality: Option<BvhQuality>,
         goal: Goal,
-        observer: &mut dyn Observer,
+        observer: &mut dyn RenderObserver,
     ) -> Result<Self, Error> {
         let settings = settings_of(settings);
-        let (halves, noise, seconds) = sampling::halves(renderer, &settings, goal, Adaptive::Auto, observer)?;
+        let (halves, noise, seconds) =
+            adaptive::render_dual_buffers(renderer, &settings, goal, Adaptive::Auto, observer)?;
         let device = renderer.backend().device();
-        let facts = Facts {
+        let facts = ReferenceInfo {
             hash: hash(scene, &settings, quality),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             width: settings.width,
@@ -151,7 +152,7 @@ impl Reference {
         Ok(Self::of(&halves, facts))
     }
 
-    fn of(halves: &Halves, facts: Facts) -> Self {
+    fn of(halves: &DualBuffers, facts: ReferenceInfo) -> Self {
         let image = |half: usize| {
             let pixels = halves.pixels(half).par_iter().map(|pixel| pixel.mean().map(|v| v as f32)).collect();
             Image { width: halves.width, height: halves.height, pixels }
@@ -184,13 +185,16 @@ impl Reference {
         let path = Self::path(folder, hash);
         let wrong =
             |message: &str| TradeoffError::Reference { path: path.clone(), message: message.to_owned() };
-        let Contents { header, data } = match sealed::read(&path, MAGIC) {
+        let Contents { header, data } = match checksummed_file::read(&path, MAGIC) {
             Ok(contents) => contents,
-            Err(SealError::Io(error)) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(SealError::Io(source)) => return Err(TradeoffError::Cache { path, source }),
+            Err(ChecksummedFileError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
+                return Ok(None);
+            }
+            Err(ChecksummedFileError::Io(source)) => return Err(TradeoffError::Cache { path, source }),
             Err(error) => return Err(wrong(&error.to_string())),
         };
-        let facts: Facts = serde_json::from_slice(&header).map_err(|error| wrong(&error.to_string()))?;
+        let facts: ReferenceInfo =
+            serde_json::from_slice(&header).map_err(|error| wrong(&error.to_string()))?;
         let pixels = u64::from(facts.width) * u64::from(facts.height);
         if facts.hash != hash || data.len() as u64 != pixels.saturating_mul(36) {
             return Err(wrong("it is of another scene or size"));
@@ -237,6 +241,6 @@ impl Reference {
         let planes =
             [&self.halves[0].pixels, &self.halves[1].pixels, &self.variance].map(|plane| bytes(plane));
         let parts: Vec<&[u8]> = planes.iter().map(Vec::as_slice).collect();
-        sealed::write(&path, MAGIC, &header, &parts).map_err(io)
+        checksummed_file::write(&path, MAGIC, &header, &parts).map_err(io)
     }
 }

@@ -1,7 +1,7 @@
 //! Supervision of a measurement: its progress, and its end.
 
 use crate::Error;
-use crate::render::Observer;
+use crate::render::RenderObserver;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -28,7 +28,7 @@ impl Stop {
 }
 
 /// Watches a measurement: says when it must end, and tells people how far it is.
-pub trait Supervisor: Observer {
+pub trait Supervisor: RenderObserver {
     /// Returns why no further stage may begin, or `None` while the measurement continues.
     fn stop(&self) -> Option<Stop>;
 
@@ -36,7 +36,7 @@ pub trait Supervisor: Observer {
     fn time_left(&self) -> Option<Duration>;
 
     /// Tells people a result.
-    fn say(&mut self, line: &str);
+    fn report(&mut self, line: &str);
 
     /// Tells people which stage begins, after `done` of `all`.
     fn begin(&mut self, done: usize, all: usize, stage: &str);
@@ -61,7 +61,7 @@ pub(super) fn was_stopped<T>(
 /// Cancels a render as soon as the measurement must end.
 pub(super) struct Cancelling<'a>(pub &'a mut dyn Supervisor);
 
-impl Observer for Cancelling<'_> {
+impl RenderObserver for Cancelling<'_> {
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         match self.0.progress(done, total) {
             ControlFlow::Continue(()) if self.0.stop().is_none() => ControlFlow::Continue(()),
@@ -69,7 +69,7 @@ impl Observer for Cancelling<'_> {
         }
     }
 
-    fn goes_on(&self) -> bool {
+    fn should_continue(&self) -> bool {
         self.0.stop().is_none()
     }
 }
@@ -82,7 +82,7 @@ pub(super) struct Ending<'a> {
     pub until: Option<Duration>,
 }
 
-impl Observer for Ending<'_> {
+impl RenderObserver for Ending<'_> {
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         match self.supervisor.progress(done, total) {
             ControlFlow::Continue(()) if done > 0 || self.supervisor.stop().is_none() => {
@@ -92,7 +92,7 @@ impl Observer for Ending<'_> {
         }
     }
 
-    fn goes_on(&self) -> bool {
+    fn should_continue(&self) -> bool {
         let over = self.until.zip(self.supervisor.time_left()).is_some_and(|(until, left)| left <= until);
         self.supervisor.stop().is_none() && !over
     }
@@ -161,14 +161,14 @@ pub(super) mod tests {
         }
     }
 
-    impl Observer for Scripted {
+    impl RenderObserver for Scripted {
         fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
             self.count();
             self.done += 1;
             ControlFlow::Continue(())
         }
 
-        fn goes_on(&self) -> bool {
+        fn should_continue(&self) -> bool {
             self.stop().is_none()
         }
     }
@@ -182,7 +182,7 @@ pub(super) mod tests {
             self.limit.map(|limit| Duration::from_secs(u64::from(limit.saturating_sub(self.done))))
         }
 
-        fn say(&mut self, line: &str) {
+        fn report(&mut self, line: &str) {
             self.said.push(line.to_owned());
         }
 

@@ -1,7 +1,7 @@
 //! What was found as lines for people and as CSV.
 
 use super::point::{Point, Tradeoff};
-use super::reference::Facts;
+use super::reference::ReferenceInfo;
 use crate::statistics::Interval;
 
 fn percent(interval: Interval) -> String {
@@ -89,7 +89,7 @@ impl Tradeoff {
             self.device,
             self.points.len(),
             self.seconds,
-            Facts::summary(self.reference.as_ref()),
+            ReferenceInfo::summary(self.reference.as_ref()),
         );
         let mut front: Vec<&Point> = self.points.iter().filter(|point| point.on_front).collect();
         front.sort_by(|a, b| a.seconds.all.median.total_cmp(&b.seconds.all.median));

@@ -4,6 +4,6 @@ mod navigate;
 mod path;
 mod viewer;
 
-pub use navigate::{Mode, Navigator};
+pub use navigate::{NavigationMode, Navigator};
 pub use path::CameraPath;
-pub use viewer::{LEAST_SCALE, Look, Shot, Viewer};
+pub use viewer::{FrameTiming, MIN_SCALE, ViewOptions, Viewer};

@@ -11,7 +11,7 @@ const DISTANCES: (f64, f64) = (1e-4, 1e4);
 
 /// How a camera moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
+pub enum NavigationMode {
     /// About a point that it looks at.
     Orbit,
     /// Where it looks.
@@ -22,7 +22,7 @@ pub enum Mode {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Navigator {
     /// How.
-    pub mode: Mode,
+    pub mode: NavigationMode,
     start: CameraPose,
     pose: CameraPose,
 }
@@ -32,7 +32,7 @@ impl Navigator {
     pub fn new(pose: CameraPose) -> Self {
         let up = pose.up.normalize_or(DVec3::Y);
         let pose = CameraPose { up, ..pose };
-        Self { mode: Mode::Orbit, start: pose, pose }
+        Self { mode: NavigationMode::Orbit, start: pose, pose }
     }
 
     /// Where the camera is.
@@ -69,8 +69,8 @@ impl Navigator {
     pub fn turn(&mut self, right: f64, up: f64) {
         let towards = self.turned(right, up);
         match self.mode {
-            Mode::Orbit => self.place(self.pose.look_at - towards, self.pose.look_at),
-            Mode::Fly => self.place(self.pose.look_from, self.pose.look_from + towards),
+            NavigationMode::Orbit => self.place(self.pose.look_at - towards, self.pose.look_at),
+            NavigationMode::Fly => self.place(self.pose.look_from, self.pose.look_from + towards),
         };
     }
 
@@ -158,7 +158,7 @@ mod tests {
         (0..100).for_each(|_| camera.dolly(1.0));
         assert!(camera.pose().look_from.z > 1e-4 && camera.pose().check().is_ok());
         let mut camera = start();
-        camera.mode = Mode::Fly;
+        camera.mode = NavigationMode::Fly;
         camera.fly(0.2, 0.4, -0.2);
         assert!(near(camera.pose().look_from, DVec3::new(2.0, -1.0, 4.0)));
         camera.turn(std::f64::consts::PI, 0.0);

@@ -1,43 +1,43 @@
 //! Frames one after the other, as a window shows them and as files.
 
 use crate::Error;
-use crate::denoise::{Denoise, History, Kernel};
-use crate::film::{HostFrame, Rows, Target};
-use crate::render::{Live, MOST_KEPT, Renderer, Screen, Settings};
+use crate::denoise::{DenoiseSettings, Kernel, TemporalSettings};
+use crate::film::{HostFrame, RowSet, RowTarget};
+use crate::render::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES, Renderer, Settings};
 use crate::scene::CameraPose;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// What can change from frame to frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub struct ViewOptions {
     /// How to render; samples are those of one frame.
     pub settings: Settings,
     /// Of both sides of the image, 0.05 to 1.
     pub scale: f64,
     /// The filter.
-    pub denoise: Option<Denoise>,
+    pub denoise: Option<DenoiseSettings>,
     /// What becomes of the frames before.
-    pub history: History,
+    pub history: TemporalSettings,
     /// Samples a pixel from which on an image that rests is finished.
-    pub enough: u32,
+    pub max_samples: u32,
     /// How it is shown.
-    pub screen: Screen,
+    pub screen: DisplayOptions,
 }
 
 /// The least scale.
-pub const LEAST_SCALE: f64 = 0.05;
+pub const MIN_SCALE: f64 = 0.05;
 
-impl Look {
-    /// With the settings' size, [`History::DEFAULT`], and frames that are never enough.
-    pub fn new(settings: Settings, denoise: Option<Denoise>) -> Self {
-        let (history, screen) = (History::DEFAULT, Screen::default());
-        Self { settings, scale: 1.0, denoise, history, enough: MOST_KEPT, screen }
+impl ViewOptions {
+    /// With the settings' size, [`TemporalSettings::DEFAULT`], and frames that are never enough.
+    pub fn new(settings: Settings, denoise: Option<DenoiseSettings>) -> Self {
+        let (history, screen) = (TemporalSettings::DEFAULT, DisplayOptions::default());
+        Self { settings, scale: 1.0, denoise, history, max_samples: MAX_ACCUMULATED_SAMPLES, screen }
     }
 
     /// The settings of a frame, smaller by the scale.
     pub fn scaled(&self) -> Settings {
-        let scale = if self.scale.is_nan() { 1.0 } else { self.scale.clamp(LEAST_SCALE, 1.0) };
+        let scale = if self.scale.is_nan() { 1.0 } else { self.scale.clamp(MIN_SCALE, 1.0) };
         let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
         let Settings { width, height, .. } = self.settings;
         Settings { width: side(width), height: side(height), ..self.settings.clone() }
@@ -46,9 +46,9 @@ impl Look {
 
 /// What a frame took, and is.
 #[derive(Clone, Debug)]
-pub struct Shot {
+pub struct FrameTiming {
     /// The frame; the renderer has its image until the next.
-    pub live: Live,
+    pub live: LiveFrame,
     /// Pixels across and down.
     pub size: (u32, u32),
     /// Making it fit for the screen, on the device.
@@ -59,7 +59,7 @@ pub struct Shot {
     pub whole: Duration,
 }
 
-impl Shot {
+impl FrameTiming {
     /// Tracing, in seconds of the device.
     pub fn trace(&self) -> f64 {
         self.live.trace.as_secs_f64()
@@ -81,7 +81,7 @@ pub struct Viewer {
     renderer: Renderer,
     /// Of [`shot`](Self::shot).
     frame: Option<HostFrame>,
-    last: Option<(Look, CameraPose, Shot)>,
+    last: Option<(ViewOptions, CameraPose, FrameTiming)>,
 }
 
 impl AsMut<Renderer> for Viewer {
@@ -102,12 +102,13 @@ impl Viewer {
     }
 
     /// Whether a frame would bring nothing new.
-    pub fn rests(&self, look: &Look, pose: &CameraPose) -> bool {
-        let same = |last: &&(Look, CameraPose, Shot)| last.0 == *look && last.1 == *pose;
+    pub fn is_converged(&self, look: &ViewOptions, pose: &CameraPose) -> bool {
+        let same = |last: &&(ViewOptions, CameraPose, FrameTiming)| last.0 == *look && last.1 == *pose;
         self.last.as_ref().filter(same).is_some_and(|last| {
             let samples = last.2.live.samples;
             // With another frame's there would be more than are kept.
-            samples >= look.enough || samples.saturating_add(look.settings.samples) > MOST_KEPT
+            samples >= look.max_samples
+                || samples.saturating_add(look.settings.samples) > MAX_ACCUMULATED_SAMPLES
         })
     }
 
@@ -115,12 +116,17 @@ impl Viewer {
     ///
     /// # Errors
     ///
-    /// As [`Renderer::live`] and [`Renderer::look`]. The frame after begins anew.
-    pub fn frame(&mut self, look: &Look, pose: &CameraPose, pixels: &mut Vec<u32>) -> Result<Shot, Error> {
+    /// As [`Renderer::live`] and [`Renderer::set_camera`]. The frame after begins anew.
+    pub fn frame(
+        &mut self,
+        look: &ViewOptions,
+        pose: &CameraPose,
+        pixels: &mut Vec<u32>,
+    ) -> Result<FrameTiming, Error> {
         let settings = look.scaled();
         settings.check()?;
         let rows = 0..settings.height;
-        let mut to = Target::packed(pixels, settings.width, &Rows::from(rows.clone()));
+        let mut to = RowTarget::packed(pixels, settings.width, &RowSet::from(rows.clone()));
         self.rows_to(look, pose, &rows, &mut to)
     }
 
@@ -129,7 +135,11 @@ impl Viewer {
     /// # Errors
     ///
     /// As [`frame`](Self::frame).
-    pub fn shot(&mut self, look: &Look, pose: &CameraPose) -> Result<(Shot, &[u32]), Error> {
+    pub fn render_to_host_frame(
+        &mut self,
+        look: &ViewOptions,
+        pose: &CameraPose,
+    ) -> Result<(FrameTiming, &[u32]), Error> {
         let settings = look.scaled();
         settings.check()?;
         let (width, height) = (settings.width, settings.height);
@@ -156,21 +166,21 @@ impl Viewer {
     /// As [`frame`](Self::frame), and for rows that the image does not have.
     pub fn rows_to(
         &mut self,
-        look: &Look,
+        look: &ViewOptions,
         pose: &CameraPose,
         rows: &Range<u32>,
-        to: &mut Target<'_>,
-    ) -> Result<Shot, Error> {
+        to: &mut RowTarget<'_>,
+    ) -> Result<FrameTiming, Error> {
         let start = Instant::now();
         self.last = None;
-        self.renderer.look(*pose)?;
+        self.renderer.set_camera(*pose)?;
         let settings = look.scaled();
         settings.check()?;
         let live = self.renderer.live_rows(&settings, look.denoise.as_ref(), Some(&look.history), rows)?;
         let presented = Instant::now();
         let display = self.renderer.show_to(&live, &look.screen, to)?;
         let (present, whole) = (presented.elapsed(), start.elapsed());
-        let shot = Shot { live, size: (settings.width, settings.height), display, present, whole };
+        let shot = FrameTiming { live, size: (settings.width, settings.height), display, present, whole };
         self.last = Some((look.clone(), *pose, shot.clone()));
         Ok(shot)
     }
@@ -192,12 +202,15 @@ mod tests {
         let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
         let mut viewer = Viewer::new(renderer);
         let settings = Settings { width: 32, height: 18, samples: 2, ..scene.settings() };
-        let mut look =
-            Look { scale: 0.5, enough: 6, ..Look::new(settings, Some(Denoise::new(Filter::Svgf))) };
+        let mut look = ViewOptions {
+            scale: 0.5,
+            max_samples: 6,
+            ..ViewOptions::new(settings, Some(DenoiseSettings::new(Filter::Svgf)))
+        };
         let mut pose = scene.camera;
         let mut pixels = Vec::new();
         let mut counts = Vec::new();
-        while !viewer.rests(&look, &pose) {
+        while !viewer.is_converged(&look, &pose) {
             let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
             assert_eq!((shot.size, pixels.len()), ((16, 9), 16 * 9));
             counts.push(shot.live.samples);
@@ -205,7 +218,7 @@ mod tests {
         assert_eq!(counts, [2, 4, 6]);
         // Another place, another look: it goes on, from the start and where it was.
         pose.look_from.x += 0.5;
-        assert!(!viewer.rests(&look, &pose));
+        assert!(!viewer.is_converged(&look, &pose));
         assert_eq!(viewer.frame(&look, &pose, &mut pixels).unwrap().live.samples, 2);
         look.screen.split = 1.0;
         let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
@@ -220,14 +233,14 @@ mod tests {
         let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
         let mut viewer = Viewer::new(renderer);
         let settings = Settings { width: 2, height: 1, samples: 255, ..scene.settings() };
-        let look = Look::new(settings, None);
+        let look = ViewOptions::new(settings, None);
         let mut frames = 0;
-        while !viewer.rests(&look, &scene.camera) {
+        while !viewer.is_converged(&look, &scene.camera) {
             viewer.frame(&look, &scene.camera, &mut Vec::new()).unwrap();
             frames += 1;
-            assert!(frames <= MOST_KEPT / 255, "it never rests");
+            assert!(frames <= MAX_ACCUMULATED_SAMPLES / 255, "it never rests");
         }
-        assert_eq!(frames, MOST_KEPT / 255);
+        assert_eq!(frames, MAX_ACCUMULATED_SAMPLES / 255);
     }
 
     /// Without a filter both sides show what a file would.
@@ -239,7 +252,7 @@ mod tests {
         let image = renderer.render(&settings, &mut ()).unwrap().film.image();
         let mut viewer = Viewer::new(renderer);
         for split in [0.0, 0.5, 1.0] {
-            let mut look = Look::new(settings.clone(), None);
+            let mut look = ViewOptions::new(settings.clone(), None);
             look.screen.split = split;
             let mut pixels = Vec::new();
             viewer.frame(&look, &scene.camera, &mut pixels).unwrap();

@@ -9,7 +9,7 @@ use std::process::Command;
 
 /// Validates one artifact. A tool that is not installed is named on standard error.
 pub fn audit(artifact: &Artifact) -> Result<(), Error> {
-    let file = Scratch::new(artifact)?;
+    let file = TemporaryFile::new(artifact)?;
     match artifact.kind {
         Kind::Spirv => match find(None, "spirv-val") {
             Some(tool) => {
@@ -22,7 +22,7 @@ pub fn audit(artifact: &Artifact) -> Result<(), Error> {
             ),
         },
         Kind::PtxPrecise | Kind::PtxFast => {
-            forbidden(artifact)?;
+            check_instructions(artifact)?;
             match find(env::var_os("TRISECT_PTXAS"), "ptxas") {
                 Some(tool) => {
                     let mut command = Command::new(tool);
@@ -42,13 +42,13 @@ pub fn audit(artifact: &Artifact) -> Result<(), Error> {
 
 /// What box tests are made of, and nothing else: `trisect_shared::math::{fused, reciprocal}`. They decide which boxes a ray visits, not what it
 /// hits. No compiler contracts to the first, as it flushes denormals, which nothing else does.
-const OF_BOX_TESTS: [&str; 2] = ["fma.rn.ftz.f32", "rcp.approx.ftz.f32"];
+const BOX_TEST_INSTRUCTIONS: [&str; 2] = ["fma.rn.ftz.f32", "rcp.approx.ftz.f32"];
 
 /// Finds instructions that break a promise of the build.
 ///
 /// A missing function would only show when a driver loads the module. A `trap` is a panic that the optimiser could not rule
 /// out. The other three would give other bits than the CPU.
-pub fn forbidden(artifact: &Artifact) -> Result<(), Error> {
+pub fn check_instructions(artifact: &Artifact) -> Result<(), Error> {
     let everywhere =
         [(".extern .func", "a function that no driver provides"), ("trap;", "a panic is reachable")];
     let precise = [
@@ -62,7 +62,8 @@ pub fn forbidden(artifact: &Artifact) -> Result<(), Error> {
     let text = String::from_utf8_lossy(&artifact.bytes);
     for (index, line) in text.lines().enumerate() {
         let mut rules: Vec<_> = everywhere.to_vec();
-        let of_box_test = OF_BOX_TESTS.iter().any(|&operation| line.trim_start().starts_with(operation));
+        let of_box_test =
+            BOX_TEST_INSTRUCTIONS.iter().any(|&operation| line.trim_start().starts_with(operation));
         if artifact.kind == Kind::PtxPrecise && !of_box_test {
             rules.extend(precise);
         }
@@ -87,9 +88,9 @@ fn find(named: Option<std::ffi::OsString>, tool: &str) -> Option<PathBuf> {
 }
 
 /// A temporary file, removed at the end.
-struct Scratch(PathBuf);
+struct TemporaryFile(PathBuf);
 
-impl Scratch {
+impl TemporaryFile {
     fn new(artifact: &Artifact) -> Result<Self, Error> {
         let name = artifact.name.replace('/', "-");
         let path = env::temp_dir().join(format!("{}-{name}", std::process::id()));
@@ -98,7 +99,7 @@ impl Scratch {
     }
 }
 
-impl Drop for Scratch {
+impl Drop for TemporaryFile {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(Path::new(&self.0));
     }
@@ -118,9 +119,9 @@ mod tests {
 
     #[test]
     fn accepts_what_is_allowed() {
-        assert!(forbidden(&ptx(Kind::PtxPrecise, "div.rn.f32 %r1, %r2, %r3;")).is_ok());
-        assert!(forbidden(&ptx(Kind::PtxPrecise, "\tfma.rn.ftz.f32 %r1, %r2, %r3, %r4;")).is_ok());
-        assert!(forbidden(&ptx(Kind::PtxFast, "fma.rn.f32 %r1, %r2, %r3, %r4;")).is_ok());
+        assert!(check_instructions(&ptx(Kind::PtxPrecise, "div.rn.f32 %r1, %r2, %r3;")).is_ok());
+        assert!(check_instructions(&ptx(Kind::PtxPrecise, "\tfma.rn.ftz.f32 %r1, %r2, %r3, %r4;")).is_ok());
+        assert!(check_instructions(&ptx(Kind::PtxFast, "fma.rn.f32 %r1, %r2, %r3, %r4;")).is_ok());
     }
 
     #[test]
@@ -132,11 +133,11 @@ mod tests {
             "rsqrt.approx.f32 %r1, %r2;",
             "add.ftz.f32 %r1, %r2, %r3;",
         ] {
-            let error = forbidden(&ptx(Kind::PtxPrecise, line));
+            let error = check_instructions(&ptx(Kind::PtxPrecise, line));
             assert!(matches!(error, Err(Error::Audit { line: 2, .. })), "{line}: {error:?}");
         }
         for line in [".extern .func sinf", "trap;"] {
-            assert!(forbidden(&ptx(Kind::PtxFast, line)).is_err());
+            assert!(check_instructions(&ptx(Kind::PtxFast, line)).is_err());
         }
     }
 }

@@ -18,7 +18,7 @@ const NO_CONTRACTION: u32 = 42;
 const ARITHMETIC: [u32; 13] = [129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
 
 /// `module` with each result of floating-point arithmetic decorated; `None` for what is no module.
-pub fn forbid(module: &[u8]) -> Option<Vec<u8>> {
+pub fn forbid_contraction(module: &[u8]) -> Option<Vec<u8>> {
     let words: Vec<u32> =
         module.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
     if words.len() < HEADER || words[0] != MAGIC {
@@ -61,13 +61,13 @@ mod tests {
         let module = [&header[..], &float, &sum, &other].concat();
         let decoration = [3 << 16 | DECORATE, 7, NO_CONTRACTION];
         let want = [&header[..], &decoration, &float, &sum, &other].concat();
-        assert_eq!(forbid(&bytes(&module)), Some(bytes(&want)));
+        assert_eq!(forbid_contraction(&bytes(&module)), Some(bytes(&want)));
     }
 
     #[test]
     fn refuses_what_is_no_module() {
-        assert_eq!(forbid(&[]), None);
-        assert_eq!(forbid(&bytes(&[1, 2, 3, 4, 5, 6])), None);
-        assert_eq!(forbid(&bytes(&[MAGIC, 0, 0, 0, 0, 9 << 16 | 22, 1])), None);
+        assert_eq!(forbid_contraction(&[]), None);
+        assert_eq!(forbid_contraction(&bytes(&[1, 2, 3, 4, 5, 6])), None);
+        assert_eq!(forbid_contraction(&bytes(&[MAGIC, 0, 0, 0, 0, 9 << 16 | 22, 1])), None);
     }
 }

@@ -64,7 +64,7 @@ pub fn read(root: &Path) -> Result<Manifest, Error> {
 
 /// Writes the artifacts and their manifest.
 pub fn write(root: &Path, artifacts: &[Artifact], manifest: &Manifest) -> Result<(), Error> {
-    for stray in strays(root, artifacts)? {
+    for stray in stray_modules(root, artifacts)? {
         fs::remove_file(&stray).map_err(|source| Error::Io { path: stray.clone(), source })?;
     }
     for artifact in artifacts {
@@ -88,13 +88,13 @@ pub fn compare(root: &Path, artifacts: &[Artifact], fresh: &Manifest) -> Result<
         }
     }
     differences.extend(
-        strays(root, artifacts)?.iter().map(|stray| format!("  {}: no entry point", stray.display())),
+        stray_modules(root, artifacts)?.iter().map(|stray| format!("  {}: no entry point", stray.display())),
     );
     if differences.is_empty() { Ok(()) } else { Err(Error::Stale { differences }) }
 }
 
 /// Modules of entry points that are no more.
-fn strays(root: &Path, artifacts: &[Artifact]) -> Result<Vec<PathBuf>, Error> {
+fn stray_modules(root: &Path, artifacts: &[Artifact]) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
     for folder in spirv_folders() {
         let folder = root.join(folder);

@@ -17,7 +17,7 @@ pub const VERSION: &str = "ptx60";
 pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
 
 /// What [`FAST_MATH`] makes of division, square root and its reciprocal.
-const APPROXIMATE: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // rsqrt.approx ends so, too
+const APPROXIMATE_INSTRUCTIONS: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // rsqrt.approx ends so, too
 
 /// Compiles the crate to one module of all its entry points.
 pub(crate) fn module(
@@ -48,13 +48,13 @@ pub(crate) fn module(
     output_of(&mut command)?;
     let file = format!("{}.s", package.name.replace('-', "_"));
     let ptx = read(&target.join("nvptx64-nvidia-cuda/kernels/deps").join(file))?;
-    Ok(if fast { flush(&ptx) } else { ptx })
+    Ok(if fast { flush_denormals(&ptx) } else { ptx })
 }
 
 /// Fast PTX whose approximate operations take denormal numbers for zero: else each has instructions around it that scale them.
-fn flush(ptx: &[u8]) -> Vec<u8> {
+fn flush_denormals(ptx: &[u8]) -> Vec<u8> {
     let mut text = String::from_utf8_lossy(ptx).into_owned();
-    for operation in APPROXIMATE {
+    for operation in APPROXIMATE_INSTRUCTIONS {
         text = text.replace(&format!("{operation}.f32"), &format!("{operation}.ftz.f32"));
     }
     text.into_bytes()

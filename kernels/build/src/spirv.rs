@@ -34,7 +34,8 @@ pub(crate) fn modules(
 
 /// A module whose arithmetic no driver contracts, optimised.
 pub(crate) fn optimised(path: &Path) -> Result<Vec<u8>, Error> {
-    let module = contraction::forbid(&read(path)?).ok_or_else(|| Error::Module { path: path.to_owned() })?;
+    let module = contraction::forbid_contraction(&read(path)?)
+        .ok_or_else(|| Error::Module { path: path.to_owned() })?;
     let exact = path.with_extension("exact.spv");
     let optimised = path.with_extension("optimised.spv");
     fs::write(&exact, &module).map_err(|source| Error::Io { path: exact.clone(), source })?;

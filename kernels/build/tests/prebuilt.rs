@@ -18,15 +18,15 @@ fn sources_match_the_manifest() {
 }
 
 #[test]
-fn sabotage_each_kind_of_change_is_found() {
-    let damage: [fn(&mut manifest::Manifest); 5] = [
+fn negative_control_each_kind_of_change_is_found() {
+    let mutants: [fn(&mut manifest::Manifest); 5] = [
         |m| drop(m.sources.insert("shared/src/bvh.rs".into(), "another hash".into())),
         |m| drop(m.sources.insert("shared/src/gone.rs".into(), "a file that is no more".into())),
         |m| drop(m.packages.insert("glam".into(), "0.34.2".into())),
         |m| drop(m.settings.insert("ptx".into(), "sm_50".into())),
         |m| drop(m.artifacts.insert("kernels/prebuilt/spirv/render.spv".into(), "other bytes".into())),
     ];
-    for (i, damage) in damage.into_iter().enumerate() {
+    for (i, damage) in mutants.into_iter().enumerate() {
         let mut manifest = manifest::read(&root()).unwrap();
         damage(&mut manifest);
         let result = manifest::check_sources(&root(), &manifest);

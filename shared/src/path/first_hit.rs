@@ -1,7 +1,7 @@
 //! What camera rays meet first.
 
-use crate::bvh::{NO_PRIMITIVE, Reach};
-use crate::features::{FLATS, TRIANGLES};
+use crate::bvh::{NO_PRIMITIVE, RayQuery};
+use crate::features::{PLANAR, TRIANGLES};
 use crate::params::RenderParams;
 use crate::rng::PathKey;
 use crate::scene::Scene;
@@ -38,11 +38,11 @@ pub unsafe fn first_hit(params: &RenderParams, scene: Scene, x: u32, y: u32) -> 
     let key = PathKey { seed: params.seed, pixel, sample: params.first_sample };
     let ray = params.camera.ray(x, y, key.words(0));
     // SAFETY: the caller's promise.
-    let hit = unsafe { closest_hit::<{ FLATS | TRIANGLES }>(params, scene, ray, Reach::CLOSEST) };
+    let hit = unsafe { closest_hit::<{ PLANAR | TRIANGLES }>(params, scene, ray, RayQuery::CLOSEST) };
     let mut normal = Vec3::ZERO;
     if hit.primitive != NO_PRIMITIVE {
         // SAFETY: traversal returns a primitive of the scene.
-        normal = unsafe { surface::at::<{ FLATS | TRIANGLES }>(params, scene, ray, hit) }.normal;
+        normal = unsafe { surface::at::<{ PLANAR | TRIANGLES }>(params, scene, ray, hit) }.normal;
     }
     FirstHit { normal, primitive: hit.primitive, distance: hit.distance, pad: [0; 3] }
 }

@@ -1,34 +1,34 @@
 //! Paths: what a sample does from ray to ray.
 
-mod connect;
 mod first_hit;
+mod nee;
 mod render;
 
 pub use first_hit::{FirstHit, first_hit};
-pub use render::{render_pixel, render_queue};
+pub use render::{render_persistent, render_pixel};
 
-use crate::bsdf::{Bsdf, coverage};
-use crate::buffer::{Slots, load};
-use crate::bvh::{Hit, NO_PRIMITIVE, Reach};
+use crate::aovs::{self, AovSums, SurfaceAovs};
+use crate::bsdf::{Bsdf, opacity};
+use crate::buffer::{SharedSlice, load};
+use crate::bvh::{Hit, NO_PRIMITIVE, RayQuery};
 use crate::environment;
 use crate::features::{
-    EMITTERS, ENVIRONMENT, FLATS, Features, GUIDES, LIGHTS, MICROFACETS, ROULETTE, TEXTURES, TRIANGLES, has,
+    AOVS, EMITTERS, ENVIRONMENT, Features, MICROFACETS, NEE, PLANAR, ROULETTE, TEXTURES, TRIANGLES, has,
     has_any,
 };
-use crate::film::{Carry, PixelSums};
-use crate::guides::{self, Guides, Look};
+use crate::film::{Compensation, PixelSums};
 use crate::light::mis_weight;
 use crate::material::{BLENDED, LAMBERTIAN, MASKED, Material};
-use crate::math::{greatest, min, unit_f32};
-use crate::params::{FLAG_HOLES, FLAG_NEVER, FLAG_SCHLICK, RenderParams};
-use crate::ray::{Departure, Ray};
+use crate::math::{max_component, min, unit_f32};
+use crate::params::{FLAG_HOLES, FLAG_OPAQUE_ZERO, FLAG_SCHLICK, RenderParams};
+use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::PathKey;
 use crate::sampler::words;
 use crate::scene::Scene;
 use crate::sphere::MISS;
-use crate::surface::{self, Surface, reflecting};
-use connect::{connect, emission};
+use crate::surface::{self, Surface, bend_shading_normal};
 use glam::Vec3;
+use nee::{sample_direct_light, weighted_emission};
 
 /// Blocks of random words: 0 for the camera, k for the scattering at the k-th vertex, and for the k-th vertex with these bits the
 /// point of a light, the choice of the panorama, the passing of a surface with holes.
@@ -37,7 +37,7 @@ const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
 
 /// Surfaces with holes that a sample may pass; it is black beyond, so that no path is endless.
-const GREATEST_PASSES: u32 = 1023;
+const MAX_PASSES: u32 = 1023;
 
 /// `radiance` with each channel at most `limit`: less noise from rare bright paths, and a darker mean. What is infinite stays so, and no sum takes it. (Scaling the
 /// colour instead would keep its hue, and needs a division, which took 5 % of the samples a second on CUDA even where no limit was set.)
@@ -56,86 +56,85 @@ fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
 struct Path {
     ray: Ray,
     /// The path's ray after a shadow ray, if it goes on.
-    next: Ray,
+    continuation: Ray,
     throughput: Vec3,
     segment: u32,
     radiance: Vec3,
     /// Rays traced.
     rays: u32,
     /// What a light adds if nothing is between.
-    gathered: Vec3,
+    pending_light: Vec3,
     /// Surfaces with holes passed.
     passes: u32,
     key: PathKey,
     /// Of the direction that the path took last; 0 where light sampling cannot find it.
-    density: f32,
+    pdf: f32,
     /// The primitive of that vertex.
-    vertex: u32,
+    vertex_primitive: u32,
     /// The way from there to the ray's origin: above 0 after holes.
-    travelled: f32,
+    skipped_distance: f32,
     /// Of a shadow ray.
-    limit: f32,
+    shadow_t_max: f32,
     /// The light's primitive.
-    target: u32,
+    light_primitive: u32,
     /// Whether the sample has yet to get its camera ray.
-    fresh: bool,
+    needs_camera_ray: bool,
     /// Whether the ray is a shadow ray.
     shadow: bool,
     /// Whether the path does after it.
-    goes_on: bool,
+    continues: bool,
 }
 
 impl Path {
     /// The sample that `key` names.
     #[inline(always)]
     fn new(key: PathKey) -> Self {
-        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::Z, departure: Departure::NONE };
+        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::Z, origin_primitive: OriginPrimitive::NONE };
         Self {
             key,
-            fresh: true,
+            needs_camera_ray: true,
             segment: 0,
             ray,
             throughput: Vec3::ONE,
             radiance: Vec3::ZERO,
             rays: 0,
             passes: 0,
-            density: 0.0,
-            vertex: NO_PRIMITIVE,
-            travelled: 0.0,
+            pdf: 0.0,
+            vertex_primitive: NO_PRIMITIVE,
+            skipped_distance: 0.0,
             shadow: false,
-            limit: MISS,
-            target: NO_PRIMITIVE,
-            gathered: Vec3::ZERO,
-            next: ray,
-            goes_on: true,
+            shadow_t_max: MISS,
+            light_primitive: NO_PRIMITIVE,
+            pending_light: Vec3::ZERO,
+            continuation: ray,
+            continues: true,
         }
     }
 
     /// The camera's ray through pixel (`x`, `y`).
     #[inline(always)]
-    fn begin<const FEATURES: Features>(&mut self, params: &RenderParams, x: u32, y: u32) {
+    fn begin_sample<const FEATURES: Features>(&mut self, params: &RenderParams, x: u32, y: u32) {
         self.ray = params.camera.ray(x, y, words::<FEATURES>(self.key, 0));
-        self.fresh = false;
+        self.needs_camera_ray = false;
         self.throughput = Vec3::ONE;
         self.radiance = Vec3::ZERO;
-        self.density = 0.0;
-        self.vertex = NO_PRIMITIVE;
-        self.travelled = 0.0;
+        self.pdf = 0.0;
+        self.vertex_primitive = NO_PRIMITIVE;
+        self.skipped_distance = 0.0;
     }
 
     /// Adds the finished sample to its pixel's sums, and goes on to the next.
     #[inline(always)]
-    fn end<const FEATURES: Features>(
+    fn finish_sample<const FEATURES: Features>(
         &mut self,
         params: &RenderParams,
         sums: &mut PixelSums,
-        carry: &mut Carry,
+        compensation: &mut Compensation,
     ) {
-        sums.add(clamped(self.radiance, params.clamp), carry, params.flags & FLAG_NEVER);
-        sums.segments +=
-            if const { has_any(FEATURES, LIGHTS | TEXTURES) } { self.rays } else { self.segment };
+        sums.add(clamped(self.radiance, params.max_radiance), compensation, params.flags & FLAG_OPAQUE_ZERO);
+        sums.segments += if const { has_any(FEATURES, NEE | TEXTURES) } { self.rays } else { self.segment };
         self.key.sample += 1;
-        self.fresh = true;
+        self.needs_camera_ray = true;
         self.segment = 0;
         self.passes = 0;
         self.rays = 0;
@@ -143,12 +142,12 @@ impl Path {
 
     /// What the ray looks for.
     #[inline(always)]
-    fn reach<const FEATURES: Features>(&self, params: &RenderParams) -> Reach {
-        if const { has_any(FEATURES, LIGHTS) } && self.shadow {
+    fn query<const FEATURES: Features>(&self, params: &RenderParams) -> RayQuery {
+        if const { has_any(FEATURES, NEE) } && self.shadow {
             let any = const { !has(FEATURES, TEXTURES) } || params.flags & FLAG_HOLES == 0;
-            Reach { limit: self.limit, target: self.target, any }
+            RayQuery { t_max: self.shadow_t_max, light_primitive: self.light_primitive, any_hit: any }
         } else {
-            Reach::CLOSEST
+            RayQuery::CLOSEST
         }
     }
 
@@ -159,20 +158,20 @@ impl Path {
     /// As [`render_pixel`]; `hit` is of the ray's traversal.
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
-    unsafe fn advance<const FEATURES: Features>(
+    unsafe fn shade<const FEATURES: Features>(
         &mut self,
         params: &RenderParams,
         scene: Scene,
         hit: Hit,
-        guides: &mut Slots<Guides>,
+        aovs: &mut SharedSlice<AovSums>,
     ) -> bool {
         let key = self.key;
         let ray = self.ray;
         self.rays += 1;
         let mut ended = true;
         let mut shadow_ray = ray;
-        if const { has_any(FEATURES, LIGHTS) } && self.shadow {
-            let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.target;
+        if const { has_any(FEATURES, NEE) } && self.shadow {
+            let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
             let mut passed = false;
             if const { has(FEATURES, TEXTURES) } && blocked && params.flags & FLAG_HOLES != 0 {
                 // SAFETY: traversal returns a primitive of the scene, and the caller promises its material.
@@ -181,20 +180,20 @@ impl Path {
                     (surface, load::<Material>(scene.materials, surface.material))
                 };
                 // SAFETY: the caller's promise for textures.
-                self.gathered *= 1.0 - unsafe { coverage(scene, &material, surface.u, surface.v) };
+                self.pending_light *= 1.0 - unsafe { opacity(scene, &material, surface.u, surface.v) };
                 self.passes += 1;
-                passed = greatest(self.gathered) > 0.0 && self.passes <= GREATEST_PASSES;
-                self.ray = pass(ray, hit.primitive, &surface);
-                self.limit -= hit.distance;
+                passed = max_component(self.pending_light) > 0.0 && self.passes <= MAX_PASSES;
+                self.ray = pass_through(ray, hit.primitive, &surface);
+                self.shadow_t_max -= hit.distance;
             }
             ended = false;
             if !passed {
                 if !blocked {
-                    self.radiance += self.gathered;
+                    self.radiance += self.pending_light;
                 }
                 self.shadow = false;
-                self.ray = self.next;
-                ended = !self.goes_on;
+                self.ray = self.continuation;
+                ended = !self.continues;
             }
         } else if hit.primitive == NO_PRIMITIVE {
             self.segment += 1;
@@ -202,13 +201,13 @@ impl Path {
             if const { has(FEATURES, ENVIRONMENT) } && params.environment_width > 0 {
                 // SAFETY: the caller's promise.
                 let from = unsafe { environment::radiance(params, scene, ray.direction) };
-                let other = from.density * params.environment_probability;
-                sky = from.radiance * if self.density > 0.0 { mis_weight(self.density, other) } else { 1.0 };
+                let light_pdf = from.pdf * params.environment_probability;
+                sky = from.radiance * if self.pdf > 0.0 { mis_weight(self.pdf, light_pdf) } else { 1.0 };
             }
             self.radiance += self.throughput * sky;
-            if const { has(FEATURES, GUIDES) } && self.segment == 1 {
+            if const { has(FEATURES, AOVS) } && self.segment == 1 {
                 // SAFETY: the caller's promise.
-                unsafe { guides::update(guides, key.pixel, |g: &mut Guides| g.add_miss(sky)) };
+                unsafe { aovs::update_pixel(aovs, key.pixel, |g: &mut AovSums| g.add_miss(sky)) };
             }
         } else {
             self.segment += 1;
@@ -221,47 +220,47 @@ impl Path {
             let mut passed = false;
             if const { has(FEATURES, TEXTURES) } && material.flags & (MASKED | BLENDED) != 0 {
                 // SAFETY: the caller's promise for textures.
-                let covered = unsafe { coverage(scene, &material, surface.u, surface.v) };
-                passed = unit_f32(key.words(PASS_BLOCK | self.segment << 10 | self.passes).x) >= covered;
+                let alpha = unsafe { opacity(scene, &material, surface.u, surface.v) };
+                passed = unit_f32(key.words(PASS_BLOCK | self.segment << 10 | self.passes).x) >= alpha;
             }
             if passed {
                 self.segment -= 1;
                 self.passes += 1;
-                self.travelled += hit.distance;
-                self.ray = pass(ray, hit.primitive, &surface);
-                ended = self.passes > GREATEST_PASSES;
+                self.skipped_distance += hit.distance;
+                self.ray = pass_through(ray, hit.primitive, &surface);
+                ended = self.passes > MAX_PASSES;
             } else {
                 let mut emitted = Vec3::ZERO;
                 if const { has(FEATURES, EMITTERS) } && material.emits(front) {
                     // SAFETY: the caller's promise.
                     emitted = unsafe {
-                        emission::<FEATURES>(
+                        weighted_emission::<FEATURES>(
                             params,
                             scene,
                             &material,
                             &surface,
                             ray,
                             hit,
-                            self.vertex,
-                            self.travelled,
-                            self.density,
+                            self.vertex_primitive,
+                            self.skipped_distance,
+                            self.pdf,
                         )
                     };
                     self.radiance += self.throughput * emitted;
                 }
-                let goes_on = self.segment < params.depth;
-                let guides_too = const { has(FEATURES, GUIDES) } && self.segment == 1;
-                if goes_on || guides_too {
+                let continues = self.segment < params.max_depth;
+                let writes_aovs = const { has(FEATURES, AOVS) } && self.segment == 1;
+                if continues || writes_aovs {
                     let normal = if front { surface.normal } else { -surface.normal };
                     let mut shading = normal;
                     // Only a triangle's shading normal is not its own: other primitives keep their bits in every variant.
                     let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
                     if bent {
-                        shading = if front { surface.shading } else { -surface.shading };
+                        shading = if front { surface.shading_normal } else { -surface.shading_normal };
                         // What is diffuse keeps its normal: its shading must not depend on the
                         // viewer.
                         if material.kind != LAMBERTIAN {
-                            shading = reflecting(shading, normal, -ray.direction);
+                            shading = bend_shading_normal(shading, normal, -ray.direction);
                         }
                     }
                     // SAFETY: the caller's promise for textures.
@@ -269,24 +268,25 @@ impl Path {
                         let place = (surface.u, surface.v);
                         Bsdf::new::<FEATURES>(scene, material, ray.direction, shading, front, place)
                     };
-                    if guides_too {
-                        let look = Look {
+                    if writes_aovs {
+                        let aov_sample = SurfaceAovs {
                             albedo: bsdf.albedo::<FEATURES>(),
                             diffuse: bsdf.diffuseness::<FEATURES>(),
                         };
-                        let hit =
-                            |g: &mut Guides| g.add_hit(hit.primitive, shading, look, surface.point, emitted);
+                        let hit = |g: &mut AovSums| {
+                            g.add_hit(hit.primitive, shading, aov_sample, surface.point, emitted)
+                        };
                         // SAFETY: the caller's promise.
-                        unsafe { guides::update(guides, key.pixel, hit) };
+                        unsafe { aovs::update_pixel(aovs, key.pixel, hit) };
                     }
-                    if goes_on {
-                        if const { has_any(FEATURES, LIGHTS) }
-                            && (params.lights > 0 || params.environment_probability > 0.0)
-                            && bsdf.is_smooth_lobe::<FEATURES>()
+                    if continues {
+                        if const { has_any(FEATURES, NEE) }
+                            && (params.light_count > 0 || params.environment_probability > 0.0)
+                            && bsdf.has_non_delta_lobe::<FEATURES>()
                         {
                             // SAFETY: the caller's promise.
                             let light = unsafe {
-                                connect::<FEATURES>(
+                                sample_direct_light::<FEATURES>(
                                     params,
                                     scene,
                                     key,
@@ -297,47 +297,47 @@ impl Path {
                                     front,
                                 )
                             };
-                            self.gathered = self.throughput * light.gathered;
-                            self.shadow = greatest(self.gathered) > 0.0;
-                            (self.limit, self.target) = (light.limit, light.target);
+                            self.pending_light = self.throughput * light.contribution;
+                            self.shadow = max_component(self.pending_light) > 0.0;
+                            (self.shadow_t_max, self.light_primitive) = (light.t_max, light.light_primitive);
                             shadow_ray = Ray {
-                                origin: origin::<FEATURES>(&surface, light.inside),
+                                origin: scattered_origin::<FEATURES>(&surface, light.inside),
                                 direction: light.direction,
-                                departure: Departure::from(hit.primitive, light.inside),
+                                origin_primitive: OriginPrimitive::new(hit.primitive, light.inside),
                             };
                         }
                         let random = words::<FEATURES>(key, self.segment);
-                        let book_fresnel =
+                        let uses_schlick =
                             const { !has(FEATURES, MICROFACETS) } || params.flags & FLAG_SCHLICK != 0;
-                        let scatter = bsdf.sample::<FEATURES>(book_fresnel, random);
+                        let scatter = bsdf.sample::<FEATURES>(uses_schlick, random);
                         self.throughput *= scatter.weight;
-                        self.goes_on = !scatter.absorbed;
+                        self.continues = !scatter.absorbed;
                         if bent {
                             // What the shading normal sends through the surface is lost.
-                            self.goes_on &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
+                            self.continues &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
                         }
-                        if const { has_any(FEATURES, LIGHTS) } {
-                            self.goes_on &= greatest(self.throughput) > 0.0;
+                        if const { has_any(FEATURES, NEE) } {
+                            self.continues &= max_component(self.throughput) > 0.0;
                         }
                         if const { has(FEATURES, ROULETTE) } && self.segment >= params.roulette_from {
-                            let survival = min(greatest(self.throughput), 1.0);
-                            self.goes_on &= unit_f32(random.w) < survival;
+                            let survival = min(max_component(self.throughput), 1.0);
+                            self.continues &= unit_f32(random.w) < survival;
                             self.throughput *= 1.0 / survival;
                         }
                         let inside = front == scatter.transmitted;
-                        self.density = scatter.density;
-                        self.vertex = hit.primitive;
-                        self.travelled = 0.0;
-                        self.next = Ray {
-                            origin: origin::<FEATURES>(&surface, inside),
+                        self.pdf = scatter.pdf;
+                        self.vertex_primitive = hit.primitive;
+                        self.skipped_distance = 0.0;
+                        self.continuation = Ray {
+                            origin: scattered_origin::<FEATURES>(&surface, inside),
                             direction: scatter.direction,
-                            departure: Departure::from(hit.primitive, inside),
+                            origin_primitive: OriginPrimitive::new(hit.primitive, inside),
                         };
-                        ended = !self.goes_on && !self.shadow;
-                        self.ray = if const { has_any(FEATURES, LIGHTS) } && self.shadow {
+                        ended = !self.continues && !self.shadow;
+                        self.ray = if const { has_any(FEATURES, NEE) } && self.shadow {
                             shadow_ray
                         } else {
-                            self.next
+                            self.continuation
                         };
                     }
                 }
@@ -349,9 +349,9 @@ impl Path {
 
 /// Where a ray starts that leaves `surface` to its inside or its outside.
 #[inline(always)]
-fn origin<const FEATURES: Features>(surface: &Surface, inside: bool) -> Vec3 {
-    if const { has_any(FEATURES, FLATS | TRIANGLES) } {
-        surface::leave(surface.point, surface.normal, surface.error, !inside)
+fn scattered_origin<const FEATURES: Features>(surface: &Surface, inside: bool) -> Vec3 {
+    if const { has_any(FEATURES, PLANAR | TRIANGLES) } {
+        surface::offset_ray_origin(surface.point, surface.normal, surface.error_bound, !inside)
     } else {
         surface.point
     }
@@ -359,11 +359,11 @@ fn origin<const FEATURES: Features>(surface: &Surface, inside: bool) -> Vec3 {
 
 /// The ray beyond a surface that it passes.
 #[inline(always)]
-fn pass(ray: Ray, primitive: u32, surface: &Surface) -> Ray {
+fn pass_through(ray: Ray, primitive: u32, surface: &Surface) -> Ray {
     let inside = ray.direction.dot(surface.normal) < 0.0;
     Ray {
-        origin: surface::leave(surface.point, surface.normal, surface.error, !inside),
+        origin: surface::offset_ray_origin(surface.point, surface.normal, surface.error_bound, !inside),
         direction: ray.direction,
-        departure: Departure::from(primitive, inside),
+        origin_primitive: OriginPrimitive::new(primitive, inside),
     }
 }

@@ -1,28 +1,28 @@
 //! Kernels: the samples of a pixel, and the pixels of a launch.
 
 use super::Path;
-use crate::buffer::{Slots, load, load_slot, store, store_slot};
+use crate::aovs::AovSums;
+use crate::buffer::{SharedSlice, load, load_shared, store, store_shared};
+use crate::buffer_layout::Packed;
 use crate::bvh::Child;
-use crate::features::{Features, GUIDES, LIGHTS, REGENERATE, has, has_any};
-use crate::film::{Carry, PixelSums};
-use crate::guides::Guides;
-use crate::params::{FLAG_FINISH, FLAG_OWN, RenderParams};
+use crate::features::{AOVS, Features, NEE, REGENERATE, has, has_any};
+use crate::film::{Compensation, PixelSums};
+use crate::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
 use crate::rng::PathKey;
-use crate::rows::Stored;
 use crate::scene::Scene;
+use crate::tile_entry::{self, NO_TILE_ENTRIES};
 use crate::traversal::closest_hit_below;
-use crate::view::{self, NO_VIEW};
 use crate::warp::{self, Counter};
 
 /// Adds the launch's samples of pixel (`x`, `y`), in the order of their indices, to `film[slot]`, and what they round off to
-/// `carries[slot]`. Whether both stay in memory between samples is the caller's choice: in Vulkan's buffers they do, and are 11 % faster
+/// `compensations[slot]`. Whether both stay in memory between samples is the caller's choice: in Vulkan's buffers they do, and are 11 % faster
 /// there on scenes with light sampling; CUDA is 19 % slower so, and hands over variables of its own.
 ///
 /// With [`REGENERATE`] a lane whose path ended starts its next sample at once; without it waits for the longest path of its warp.
 ///
 /// # Safety
 ///
-/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths, and with [`GUIDES`] there
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths, and with [`AOVS`] there
 /// are guides for each pixel of the image. All lanes of
 /// a warp that reach their end call this together, for as many samples each.
 #[inline(always)]
@@ -32,14 +32,14 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     scene: Scene,
     x: u32,
     y: u32,
-    film: &mut [Stored<PixelSums>],
-    carries: &mut [Stored<Carry>],
+    film: &mut [Packed<PixelSums>],
+    compensations: &mut [Packed<Compensation>],
     slot: u32,
-    guides: &mut Slots<Guides>,
+    aovs: &mut SharedSlice<AovSums>,
 ) {
     let pixel = y * params.width + x;
     let mut first = params.first_sample;
-    if params.flags & FLAG_OWN != 0 {
+    if params.flags & FLAG_PER_PIXEL_RANGE != 0 {
         // SAFETY: the caller's promise.
         first = unsafe { load::<PixelSums>(film, slot) }.samples;
         if first >= params.end_sample {
@@ -50,48 +50,49 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
         // SAFETY: the caller's promise.
         unsafe {
             store(film, slot, PixelSums::ZERO);
-            store(carries, slot, Carry::ZERO);
-            if const { has(FEATURES, GUIDES) } {
-                store_slot(guides, pixel, Guides::ZERO);
+            store(compensations, slot, Compensation::ZERO);
+            if const { has(FEATURES, AOVS) } {
+                store_shared(aovs, pixel, AovSums::ZERO);
             }
         }
     }
     // SAFETY: the caller's promise.
-    let entry = unsafe { view::entry(params, scene, x, y) };
+    let tile_entry = unsafe { tile_entry::tile_entry(params, scene, x, y) };
     let mut path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
     while path.key.sample < params.end_sample {
-        let begins = path.fresh;
-        if begins {
-            path.begin::<FEATURES>(params, x, y);
+        let needs_camera_ray = path.needs_camera_ray;
+        if needs_camera_ray {
+            path.begin_sample::<FEATURES>(params, x, y);
         }
         let mut ended;
-        let mut root = if begins { entry } else { Child(params.root) };
+        let mut root = if needs_camera_ray { tile_entry } else { Child(params.root) };
         loop {
             // SAFETY: the caller's promise.
-            ended = unsafe { turn::<FEATURES>(params, scene, &mut path, root, guides) };
+            ended = unsafe { trace_segment::<FEATURES>(params, scene, &mut path, root, aovs) };
             root = Child(params.root);
             if ended || const { has(FEATURES, REGENERATE) } {
                 break;
             }
         }
         if const { !has(FEATURES, REGENERATE) } {
-            warp::meet();
+            warp::sync_warp();
         }
         if ended {
             // SAFETY: the caller's promise, and the stores above or of the launch before.
             unsafe {
-                let (mut sums, mut carry) = (load::<PixelSums>(film, slot), load::<Carry>(carries, slot));
-                path.end::<FEATURES>(params, &mut sums, &mut carry);
+                let (mut sums, mut compensation) =
+                    (load::<PixelSums>(film, slot), load::<Compensation>(compensations, slot));
+                path.finish_sample::<FEATURES>(params, &mut sums, &mut compensation);
                 store(film, slot, sums);
-                store(carries, slot, carry);
+                store(compensations, slot, compensation);
             }
         }
     }
-    if params.flags & FLAG_FINISH != 0 {
+    if params.flags & FLAG_END_OF_CHUNK != 0 {
         // SAFETY: as above.
         unsafe {
             let mut sums = load::<PixelSums>(film, slot);
-            sums.finish(load::<Carry>(carries, slot));
+            sums.compensate(load::<Compensation>(compensations, slot));
             store(film, slot, sums);
         }
     }
@@ -104,23 +105,23 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
 /// As [`render_pixel`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn turn<const FEATURES: Features>(
+unsafe fn trace_segment<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
     path: &mut Path,
     root: Child,
-    guides: &mut Slots<Guides>,
+    aovs: &mut SharedSlice<AovSums>,
 ) -> bool {
     // SAFETY: the caller's promise.
     unsafe {
-        let reach = path.reach::<FEATURES>(params);
-        let hit = closest_hit_below::<FEATURES>(params, scene, path.ray, reach, root);
-        path.advance::<FEATURES>(params, scene, hit, guides)
+        let query = path.query::<FEATURES>(params);
+        let hit = closest_hit_below::<FEATURES>(params, scene, path.ray, query, root);
+        path.shade::<FEATURES>(params, scene, hit, aovs)
     }
 }
 
 /// Lanes with a camera ray from which on a warp traces those. Measured on an H100: 10 and 16 are 1 % slower, 24 are 5 %.
-const CAMERA_LANES: u32 = 14;
+const MIN_CAMERA_LANES: u32 = 14;
 
 /// Pixels across and down a tile: a warp starts on one.
 const TILE: (u32, u32) = (8, 4);
@@ -128,7 +129,7 @@ const TILE: (u32, u32) = (8, 4);
 /// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border have less. Those of blocks of rows that are no
 /// multiple of a tile lie on two.
 #[inline(always)]
-fn pixel_of(params: &RenderParams, index: u32) -> (u32, u32, bool) {
+fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
     let across = params.width.div_ceil(TILE.0).max(1); // no division by 0, which would be a panic
     let (tile, inside) = (index / (TILE.0 * TILE.1), index % (TILE.0 * TILE.1));
     let x = tile % across * TILE.0 + inside % TILE.0;
@@ -143,89 +144,91 @@ fn pixel_of(params: &RenderParams, index: u32) -> (u32, u32, bool) {
 /// # Safety
 ///
 /// As [`render_pixel`], for all pixels of the image; whole warps call this, with `counter` at 0 when the launch begins, and
-/// the launch has less than 2^31 pixels, tiles rounded up. All lanes together take enough of them, by `params.lane_pixels`, which is not 0.
+/// the launch has less than 2^31 pixels, tiles rounded up. All lanes together take enough of them, by `params.max_lane_pixels`, which is not 0.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn render_queue<const FEATURES: Features>(
+pub unsafe fn render_persistent<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
-    film: &mut Slots<PixelSums>,
-    carries: &mut Slots<Carry>,
-    guides: &mut Slots<Guides>,
+    film: &mut SharedSlice<PixelSums>,
+    compensations: &mut SharedSlice<Compensation>,
+    aovs: &mut SharedSlice<AovSums>,
     counter: &mut Counter,
 ) {
     let tiles = params.width.div_ceil(TILE.0) * params.rows.div_ceil(TILE.1);
     let total = tiles * (TILE.0 * TILE.1);
     let mut batch = warp::Batch::EMPTY;
-    let mut left = params.lane_pixels;
-    let mut open = true;
+    let mut remaining_pixels = params.max_lane_pixels;
+    let mut has_work = true;
     let mut busy = false;
     let (mut x, mut y) = (0, 0);
-    let (mut sums, mut carry) = (PixelSums::ZERO, Carry::ZERO);
+    let (mut sums, mut compensation) = (PixelSums::ZERO, Compensation::ZERO);
     let mut path = Path::new(PathKey { seed: params.seed, pixel: 0, sample: 0 });
-    let mut entry = Child(params.root);
+    let mut tile_entry = Child(params.root);
     loop {
-        let index = warp::take(counter, &mut batch, open && !busy);
-        if index != warp::NOTHING {
+        let index = warp::take(counter, &mut batch, has_work && !busy);
+        if index != warp::NO_WORK {
             let inside;
-            (x, y, inside) = pixel_of(params, index);
+            (x, y, inside) = tiled_pixel(params, index);
             busy = index < total && inside;
-            left -= 1;
-            open = index < total && left > 0;
+            remaining_pixels -= 1;
+            has_work = index < total && remaining_pixels > 0;
             if busy {
                 let pixel = y * params.width + x;
                 let mut first = params.first_sample;
-                if params.flags & FLAG_OWN != 0 {
+                if params.flags & FLAG_PER_PIXEL_RANGE != 0 {
                     // SAFETY: the pixel is of the image.
-                    first = unsafe { load_slot::<PixelSums>(film, pixel) }.samples;
+                    first = unsafe { load_shared::<PixelSums>(film, pixel) }.samples;
                     busy = first < params.end_sample;
                 }
                 path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
                 // SAFETY: the pixel is of the image.
-                entry = unsafe { view::entry(params, scene, x, y) };
-                (sums, carry) = (PixelSums::ZERO, Carry::ZERO);
+                tile_entry = unsafe { tile_entry::tile_entry(params, scene, x, y) };
+                (sums, compensation) = (PixelSums::ZERO, Compensation::ZERO);
                 if params.resume != 0 {
                     // SAFETY: the pixel is of the image.
                     unsafe {
-                        (sums, carry) =
-                            (load_slot::<PixelSums>(film, pixel), load_slot::<Carry>(carries, pixel))
+                        (sums, compensation) = (
+                            load_shared::<PixelSums>(film, pixel),
+                            load_shared::<Compensation>(compensations, pixel),
+                        )
                     };
-                } else if const { has(FEATURES, GUIDES) } {
+                } else if const { has(FEATURES, AOVS) } {
                     // SAFETY: the pixel is of the image.
-                    unsafe { store_slot(guides, pixel, Guides::ZERO) };
+                    unsafe { store_shared(aovs, pixel, AovSums::ZERO) };
                 }
             }
         }
-        if !warp::any(busy || open) {
+        if !warp::any(busy || has_work) {
             break;
         }
         // Where the camera has a view, its rays are traced together, and others together: those of a tile visit a few nodes, and the same
         // ones. Not where lights make paths so long that lanes would wait for enough of them.
-        let mut now = busy;
-        if const { warp::TOGETHER && !has_any(FEATURES, LIGHTS) } {
-            let camera = warp::count(busy && path.fresh);
-            let fresh = camera >= CAMERA_LANES || camera == warp::count(busy);
-            let apart = params.first_view != NO_VIEW;
-            now = busy && (!apart || path.fresh == fresh);
+        let mut is_active = busy;
+        if const { warp::HAS_WARP_VOTES && !has_any(FEATURES, NEE) } {
+            let camera_lanes = warp::count(busy && path.needs_camera_ray);
+            let traces_camera_rays = camera_lanes >= MIN_CAMERA_LANES || camera_lanes == warp::count(busy);
+            let has_tile_entries = params.first_tile_entry != NO_TILE_ENTRIES;
+            is_active = busy && (!has_tile_entries || path.needs_camera_ray == traces_camera_rays);
         }
-        if now {
-            let begins = path.fresh;
-            let root = if begins { entry } else { Child(params.root) };
-            if begins {
-                path.begin::<FEATURES>(params, x, y);
+        if is_active {
+            let needs_camera_ray = path.needs_camera_ray;
+            let root = if needs_camera_ray { tile_entry } else { Child(params.root) };
+            if needs_camera_ray {
+                path.begin_sample::<FEATURES>(params, x, y);
             }
             // SAFETY: the caller's promise.
-            if unsafe { turn::<FEATURES>(params, scene, &mut path, root, guides) } {
-                path.end::<FEATURES>(params, &mut sums, &mut carry);
+            if unsafe { trace_segment::<FEATURES>(params, scene, &mut path, root, aovs) } {
+                path.finish_sample::<FEATURES>(params, &mut sums, &mut compensation);
                 if path.key.sample == params.end_sample {
                     busy = false;
-                    if params.flags & FLAG_FINISH != 0 {
-                        sums.finish(carry);
+                    if params.flags & FLAG_END_OF_CHUNK != 0 {
+                        sums.compensate(compensation);
                     }
                     // SAFETY: the pixel is of the image.
                     unsafe {
-                        store_slot(film, path.key.pixel, sums);
-                        store_slot(carries, path.key.pixel, carry);
+                        store_shared(film, path.key.pixel, sums);
+                        store_shared(compensations, path.key.pixel, compensation);
                     }
                 }
             }

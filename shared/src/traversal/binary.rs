@@ -1,13 +1,13 @@
 //! The binary tree on a CPU and through Vulkan.
 
-use super::{distance, is_closer, start};
+use super::{distance, initial_hit, is_closer};
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, Reach, STACK_SIZE, Visits};
-use crate::features::{COUNTED, Features, LARGE, has, has_any};
+use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
+use crate::features::{COUNTED, Features, HEAVY, has, has_any};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::slabs::{Entries, Slopes, enter};
+use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
 use crate::triangle::Shear;
 use core::mem::MaybeUninit;
 
@@ -19,17 +19,17 @@ use core::mem::MaybeUninit;
 /// As [`closest_hit`](super::closest_hit).
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
+pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
     let shear = Shear::new(ray.direction); // without triangles no one reads it
-    let slopes = Slopes::new(ray.origin, ray.direction);
+    let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
-    let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
+    let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
     // Not cleared: 256 bytes for each ray cost more than all the boxes that it tests. Two variables, not a record with methods:
     // LLVM clears the whole of one that holds the length too, and SPIR-V has no pointers in records to borrow the entries. So macros.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
@@ -53,8 +53,8 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
             }
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-            let Entries { first, second, t_first, t_second } =
-                enter::<ROOM>(ray.origin, &slopes, &node, hit.distance);
+            let BoxHits { first, second, t_first, t_second } =
+                intersect_boxes::<PADDED>(ray.origin, &reciprocals, &node, hit.distance);
             if first {
                 if second {
                     let second_is_near = t_second < t_first;
@@ -83,7 +83,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
             let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
             if is_closer(t, primitive, hit.distance, hit.primitive) {
                 hit = Hit { distance: t, primitive };
-                if reach.any && primitive != reach.target {
+                if query.any_hit && primitive != query.light_primitive {
                     depth = 0;
                 }
             }
@@ -91,7 +91,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
         };
     }
     // What is left when all is visited counts as a leaf.
-    if const { cfg!(target_arch = "spirv") && has_any(FEATURES, LARGE) } {
+    if const { cfg!(target_arch = "spirv") && has_any(FEATURES, HEAVY) } {
         while child != Child::EMPTY {
             if !child.is_leaf() {
                 visit!();

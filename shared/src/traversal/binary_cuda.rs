@@ -1,13 +1,13 @@
 //! The binary tree on CUDA.
 
-use super::{distance, is_closer, start};
+use super::{distance, initial_hit, is_closer};
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, Reach, STACK_SIZE, Visits};
+use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
 use crate::features::{COUNTED, Features, has};
 use crate::params::RenderParams;
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::slabs::{Entries, Slopes, enter};
+use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
 use crate::triangle::Shear;
 use core::mem::MaybeUninit;
 
@@ -19,19 +19,19 @@ use core::mem::MaybeUninit;
 /// As [`closest_hit`](super::closest_hit).
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
+pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
-    reach: Reach,
+    query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
     /// Inner nodes that a lane visits before it tests a leaf.
     const STEPS: u32 = 2;
     let shear = Shear::new(ray.direction);
-    let slopes = Slopes::new(ray.origin, ray.direction);
+    let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
-    let mut hit = unsafe { start::<FEATURES>(params, scene, ray, &shear, reach) };
+    let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
     // One entry more than levels: the lowest is what is left when all is visited.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE + 1]>::uninit();
     // SAFETY: there is a first entry.
@@ -48,8 +48,8 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
                 }
                 // SAFETY: the caller's promise for each child's index.
                 let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-                let Entries { first, second, t_first, t_second } =
-                    enter::<ROOM>(ray.origin, &slopes, &node, hit.distance);
+                let BoxHits { first, second, t_first, t_second } =
+                    intersect_boxes::<PADDED>(ray.origin, &reciprocals, &node, hit.distance);
                 if first {
                     if second {
                         let second_is_near = t_second < t_first;
@@ -88,7 +88,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const ROOM: bool>(
             let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
             if is_closer(t, primitive, hit.distance, hit.primitive) {
                 hit = Hit { distance: t, primitive };
-                if reach.any && primitive != reach.target {
+                if query.any_hit && primitive != query.light_primitive {
                     child = Child::EMPTY;
                 }
             }

@@ -2,22 +2,22 @@
 
 use super::{SpherePacket, TrianglePacket};
 use crate::buffer::borrow;
-use crate::lanes::Lanes;
 use crate::ray::Ray;
+use crate::simd::Simd;
 use glam::Vec3;
 
 /// A ray, ready for packets.
 #[derive(Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct PreparedRay {
     origin: Vec3,
     direction: Vec3,
     /// For triangles: which axes are the ray's own x, y and z, the origin along them, the shear.
     axes: [u32; 3],
-    turned: Vec3,
+    permuted_origin: Vec3,
     shear: Vec3,
 }
 
-impl Line {
+impl PreparedRay {
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
     pub(super) fn new(ray: Ray) -> Self {
@@ -35,7 +35,7 @@ impl Line {
         let d = turn(&d);
         let inverse = 1.0 / d.z;
         let shear = Vec3::new(d.x * inverse, d.y * inverse, inverse);
-        Self { origin, direction, axes: [x, y, z], turned: turn(&o), shear }
+        Self { origin, direction, axes: [x, y, z], permuted_origin: turn(&o), shear }
     }
 }
 
@@ -44,13 +44,13 @@ impl Line {
 /// [`Triangle::hit`](crate::triangle::Triangle::hit), lane by lane.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub(super) fn triangles<L: Lanes>(
+pub(super) fn intersect_triangles<L: Simd>(
     l: L,
     packet: &TrianglePacket,
     count: u32,
-    ray: &Line,
-    departure: u32,
-    limit: f32,
+    ray: &PreparedRay,
+    origin_primitive: u32,
+    t_max: f32,
 ) -> (u32, L::F) {
     let zero = l.splat(0.0);
     let (a, b, c) = (vertex(l, packet, 0, ray), vertex(l, packet, 3, ray), vertex(l, packet, 6, ray));
@@ -68,15 +68,15 @@ pub(super) fn triangles<L: Lanes>(
     let inverse = l.div(l.splat(1.0), determinant);
     let sum = l.add(l.add(l.mul(u, a[2]), l.mul(v, b[2])), l.mul(w, c[2]));
     let t = l.mul(l.mul(sum, l.splat(ray.shear.z)), inverse);
-    let valid = l.and(l.lt(zero, t), l.le(t, l.splat(limit)));
-    let none = l.or(l.eq(determinant, zero), l.is(&packet.primitives, departure));
+    let valid = l.and(l.lt(zero, t), l.le(t, l.splat(t_max)));
+    let none = l.or(l.eq(determinant, zero), l.eq_u32(&packet.primitives, origin_primitive));
     (within & l.bits(l.and_not(none, valid)), t)
 }
 
 /// The vertices from row `first` on, in the ray's coordinates.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-fn vertex<L: Lanes>(l: L, packet: &TrianglePacket, first: u32, ray: &Line) -> [L::F; 3] {
+fn vertex<L: Simd>(l: L, packet: &TrianglePacket, first: u32, ray: &PreparedRay) -> [L::F; 3] {
     // SAFETY: `first` is 0, 3 or 6, an axis at most 2, and there are nine rows.
     let (x, y, z) = unsafe {
         (
@@ -85,26 +85,26 @@ fn vertex<L: Lanes>(l: L, packet: &TrianglePacket, first: u32, ray: &Line) -> [L
             l.load(borrow(&packet.vertices, first + ray.axes[2])),
         )
     };
-    let (x, y) = (l.sub(x, l.splat(ray.turned.x)), l.sub(y, l.splat(ray.turned.y)));
-    let z = l.sub(z, l.splat(ray.turned.z));
+    let (x, y) = (l.sub(x, l.splat(ray.permuted_origin.x)), l.sub(y, l.splat(ray.permuted_origin.y)));
+    let z = l.sub(z, l.splat(ray.permuted_origin.z));
     [l.sub(x, l.mul(l.splat(ray.shear.x), z)), l.sub(y, l.mul(l.splat(ray.shear.y), z)), z]
 }
 
 /// The dot product, summed as glam does.
 #[inline(always)]
-fn dot<L: Lanes>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+fn dot<L: Simd>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
     l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
 }
 
 /// As [`triangles`]: [`Sphere::distance`](crate::sphere::Sphere::distance), lane by lane.
 #[inline(always)]
-pub(super) fn spheres<L: Lanes>(
+pub(super) fn intersect_spheres<L: Simd>(
     l: L,
     packet: &SpherePacket,
     count: u32,
-    ray: &Line,
-    departure: (u32, bool),
-    limit: f32,
+    ray: &PreparedRay,
+    origin_primitive: (u32, bool),
+    t_max: f32,
 ) -> (u32, L::F) {
     let zero = l.splat(0.0);
     let [cx, cy, cz, radius] = &packet.shape;
@@ -126,14 +126,15 @@ pub(super) fn spheres<L: Lanes>(
     }
     let root = l.sqrt(discriminant);
     let c = l.sub(dot(l, from_center, from_center), l.mul(radius, radius));
-    let is_departure = l.is(&packet.primitives, departure.0);
-    let inside = l.or(l.and(is_departure, l.truth(departure.1)), l.and_not(is_departure, l.le(c, zero)));
+    let is_departure = l.eq_u32(&packet.primitives, origin_primitive.0);
+    let inside =
+        l.or(l.and(is_departure, l.splat_mask(origin_primitive.1)), l.and_not(is_departure, l.le(c, zero)));
     let forward = l.le(zero, b);
     let q = l.select(forward, l.add(b, root), l.sub(b, root));
     let far = l.and(inside, forward);
     let t = l.div(l.select(far, q, c), l.select(far, l.splat(1.0), q));
     let stays = l.and_not(l.le(b, zero), inside);
     let leaves = l.and_not(stays, is_departure);
-    let valid = l.and(l.lt(zero, t), l.le(t, l.splat(limit)));
+    let valid = l.and(l.lt(zero, t), l.le(t, l.splat(t_max)));
     (within & l.bits(l.and_not(leaves, valid)), t)
 }

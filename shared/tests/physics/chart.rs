@@ -38,8 +38,8 @@ impl Chart {
         (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
     }
 
-    /// The integral of `density` over a cell, by so many points in each direction; four times as many where it holds an edge of it.
-    pub fn integral(&self, cell: usize, points: usize, density: impl Fn(Vec3) -> f64) -> f64 {
+    /// The integral of `pdf` over a cell, by so many points in each direction; four times as many where it holds an edge of it.
+    pub fn integral(&self, cell: usize, points: usize, pdf: impl Fn(Vec3) -> f64) -> f64 {
         let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
         let sum = |n: usize| {
             let (mut sum, mut zeros) = (0.0, 0);
@@ -47,7 +47,7 @@ impl Chart {
                 let a = (row + ((i / n) as f64 + 0.5) / n as f64) / ROWS as f64;
                 let b = (column + ((i % n) as f64 + 0.5) / n as f64) / COLUMNS as f64;
                 let (d, solid_angle) = self.place(a, b);
-                let value = density(d) * solid_angle;
+                let value = pdf(d) * solid_angle;
                 zeros += usize::from(value == 0.0);
                 sum += value;
             }

@@ -1,11 +1,11 @@
 //! Sampled directions against their density (torture test 34), and each sample's weight against value over density.
 
 use crate::chart::{CELLS, Chart};
-use crate::materials::{self, Seen, Setup};
+use crate::materials::{self, BsdfView, Setup};
 use crate::statistics::{SLOW, chi_square, samples, sidak};
 use glam::Vec3;
 use trisect_shared::fresnel::refracted_cos2;
-use trisect_shared::math::greatest;
+use trisect_shared::math::max_component;
 
 /// To the viewer's angle with the normal.
 const COSINES: [f32; 4] = [1.0, 0.7, 0.3, 0.1];
@@ -29,7 +29,7 @@ struct Outcome {
 }
 
 /// `by` gives the densities that the samples of `of` are compared with.
-fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
+fn compare(of: &BsdfView, by: &BsdfView, eta: f32, stream: u32) -> Outcome {
     let n = samples(400_000);
     let cos2 = refracted_cos2(of.viewer.dot(of.normal), eta);
     let mirrored = of.mirrored();
@@ -44,7 +44,7 @@ fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
     let (mut lost, mut disagreeing) = (0.0, 0.0);
     for i in 0..n {
         let s = of.sample(stream, i);
-        if s.absorbed || s.density == 0.0 {
+        if s.absorbed || s.pdf == 0.0 {
             lost += 1.0;
             continue;
         }
@@ -56,17 +56,17 @@ fn compare(of: &Seen, by: &Seen, eta: f32, stream: u32) -> Outcome {
         // viewer's cosine.
         let allowed = 2e-4 + 1e-6 / f64::from(s.direction.dot(of.normal).abs());
         let relative = |a: f32, b: f32| f64::from((a - b).abs()) / f64::from(b.abs().max(1e-6)) / allowed;
-        let value = greatest(e.value);
-        let densities = relative(s.density, e.density);
-        let values = relative(greatest(s.weight) * e.density, value);
-        disagreeing += if densities < 1.0 && values < 1.0 { 0.0 } else { 1.0 };
+        let value = max_component(e.value);
+        let pdf_error = relative(s.pdf, e.pdf);
+        let value_error = relative(max_component(s.weight) * e.pdf, value);
+        disagreeing += if pdf_error < 1.0 && value_error < 1.0 { 0.0 } else { 1.0 };
     }
     let mut expected = Vec::with_capacity(observed.len());
     for (chart, below) in charts.iter().zip([false, true]) {
-        let density = |d: Vec3| {
-            if (d.dot(by.normal) < 0.0) == below { f64::from(by.evaluate(d).density) } else { 0.0 }
+        let pdf = |d: Vec3| {
+            if (d.dot(by.normal) < 0.0) == below { f64::from(by.evaluate(d).pdf) } else { 0.0 }
         };
-        expected.extend((0..CELLS).map(|cell| chart.integral(cell, POINTS, density)));
+        expected.extend((0..CELLS).map(|cell| chart.integral(cell, POINTS, pdf)));
     }
     let total: f64 = expected.iter().sum();
     let scale = (f64::from(n) - lost) / total;
@@ -93,14 +93,14 @@ fn relative_index(setup: &Setup) -> f32 {
 }
 
 fn check(setups: &[Setup]) {
-    let least = sidak(40 * COSINES.len()); // of all tests of this file together
+    let min_p = sidak(40 * COSINES.len()); // of all tests of this file together
     for (k, setup) in setups.iter().enumerate() {
         for cos in COSINES {
-            let (seen, eta) = (setup.seen(cos), relative_index(setup));
+            let (seen, eta) = (setup.view(cos), relative_index(setup));
             let outcome = compare(&seen, &seen, eta, k as u32);
             let name = format!("{} at {cos}: {outcome:?}", setup.name);
             println!("{name}");
-            assert!(outcome.p > least, "{name}");
+            assert!(outcome.p > min_p, "{name}");
             // Two thousandths: the quadrature's error in the cells that hold an edge of the density.
             let missing = (outcome.total + outcome.lost - 1.0).abs();
             assert!(missing < 4.5 * outcome.lost_error + if SLOW { 2e-2 } else { 2e-3 }, "{missing} {name}");
@@ -134,7 +134,7 @@ fn metallic_roughness() {
 
 /// A density of another width by a tenth must be found.
 #[test]
-fn sabotage_other_widths_are_found() {
+fn negative_control_other_widths_are_found() {
     if SLOW {
         return;
     }
@@ -146,7 +146,7 @@ fn sabotage_other_widths_are_found() {
         materials::mix(0.5, 0.6, 0.0),
     ];
     for setup in setups {
-        let (of, by) = (setup.seen(0.7), setup.with_alpha(1.1).seen(0.7));
+        let (of, by) = (setup.view(0.7), setup.with_alpha(1.1).view(0.7));
         let outcome = compare(&of, &by, relative_index(&setup), 9);
         assert!(outcome.p < 1e-9 && outcome.disagreement < 2e-4, "{}: {outcome:?}", setup.name);
     }

@@ -21,7 +21,7 @@ fn panorama(colors: &[Vec3], weights: &[f64]) -> Vec<EnvironmentTexel> {
     let mut texels: Vec<EnvironmentTexel> = (0..n)
         .map(|i| EnvironmentTexel {
             radiance: colors[i],
-            density: left[i] as f32,
+            pdf: left[i] as f32,
             threshold: u32::MAX,
             alias: i as u32,
             pad: [0; 2],
@@ -119,11 +119,11 @@ fn densities_and_energy() {
     for i in 0..n {
         // SAFETY: as above.
         let light = unsafe { sample(&params, scene, words(6, i)) };
-        assert!((light.direction.length() - 1.0).abs() < 1e-6 && light.density > 0.0);
-        covered.add(1.0 / f64::from(light.density));
+        assert!((light.direction.length() - 1.0).abs() < 1e-6 && light.pdf > 0.0);
+        covered.add(1.0 / f64::from(light.pdf));
         let found = look(light.direction);
         // Rounding moves one in some ten thousand over the border of two texels, and radiance there only a little.
-        disagreeing += u32::from((found.density / light.density - 1.0).abs() > 1e-4);
+        disagreeing += u32::from((found.pdf / light.pdf - 1.0).abs() > 1e-4);
         let error = (found.radiance - light.radiance).abs().max_element();
         assert!(error < 1e-4 * light.radiance.max_element() + 1e-4, "{found:?} {light:?}");
     }
@@ -144,7 +144,7 @@ fn densities_and_energy() {
     for i in 0..n {
         // SAFETY: as above.
         let light = unsafe { sample(&params, scene, words(7, i)) };
-        mean.add(f64::from(light.radiance.x) / f64::from(light.density));
+        mean.add(f64::from(light.radiance.x) / f64::from(light.pdf));
     }
     let (rows, columns) = (HEIGHT * 16, WIDTH * 16);
     let mut integral = 0.0;

@@ -2,17 +2,17 @@
 
 use crate::materials::{self, Setup};
 use crate::statistics::{Mean, SLOW, samples};
-use trisect_shared::math::greatest;
+use trisect_shared::math::max_component;
 
 const COSINES: [f32; 6] = [1.0, 0.9, 0.7, 0.4, 0.2, 0.05];
 const ROUGHNESSES: [f32; 6] = [0.05, 0.1, 0.3, 0.5, 0.7, 1.0];
 
 fn albedo(setup: &Setup, cos: f32) -> Mean {
-    let seen = setup.seen(cos);
+    let seen = setup.view(cos);
     let mut mean = Mean::default();
     for i in 0..samples(200_000) {
         let s = seen.sample(77, i);
-        mean.add(if s.absorbed { 0.0 } else { f64::from(greatest(s.weight)) });
+        mean.add(if s.absorbed { 0.0 } else { f64::from(max_component(s.weight)) });
     }
     mean
 }

@@ -6,23 +6,23 @@ use bytemuck::Zeroable;
 use core::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use trisect_shared::bvh::NO_PRIMITIVE;
-use trisect_shared::features::{EMITTERS, FLATS, TRIANGLES};
-use trisect_shared::flat::{DISC, Flat, QUAD};
-use trisect_shared::light::{Light, LightSample, Vertex, density, sample};
+use trisect_shared::features::{EMITTERS, PLANAR, TRIANGLES};
+use trisect_shared::light::{Light, LightSample, ReferencePoint, pdf, sample};
 use trisect_shared::material::{EMITS_BOTH_SIDES, LAMBERTIAN, Material};
 use trisect_shared::params::RenderParams;
-use trisect_shared::ray::Departure;
+use trisect_shared::planar::{DISC, Planar, QUAD};
+use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-const F: u32 = EMITTERS | FLATS | TRIANGLES;
+const F: u32 = EMITTERS | PLANAR | TRIANGLES;
 
 /// The one light of a scene.
 #[derive(Clone, Copy)]
 enum Shape {
     Sphere(Sphere),
-    Flat(Flat),
+    Planar(Planar),
     Triangle(Triangle),
 }
 
@@ -30,7 +30,7 @@ impl Shape {
     fn area(&self) -> f64 {
         match self {
             Self::Sphere(s) => 4.0 * PI * f64::from(s.radius).powi(2),
-            Self::Flat(f) => f64::from(f.area),
+            Self::Planar(f) => f64::from(f.area),
             Self::Triangle(t) => 0.5 * (t.b - t.a).as_dvec3().cross((t.c - t.a).as_dvec3()).length(),
         }
     }
@@ -39,7 +39,7 @@ impl Shape {
     fn distance(&self, p: Vec3) -> f32 {
         match self {
             Self::Sphere(s) => ((p - s.center).length() / s.radius - 1.0).abs(),
-            Self::Flat(f) => {
+            Self::Planar(f) => {
                 let (u, v) = f.coordinates(p);
                 let beyond = if f.kind == DISC {
                     (u * u + v * v - 1.0).max(0.0)
@@ -59,28 +59,27 @@ impl Shape {
 }
 
 /// Samples of `shape` from a vertex, with the density again and the distance; the density of choosing it is that of an area larger by `factor`.
-fn draw(shape: Shape, from: Vertex, factor: f32, mut each: impl FnMut(&LightSample, f32, f32)) {
+fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&LightSample, f32, f32)) {
     let point = from.point;
     let mut params = RenderParams::zeroed();
-    params.lights = 1;
-    let (spheres, flats, triangles): (&[Sphere], &[Flat], &[Triangle]) = match &shape {
+    params.light_count = 1;
+    let (spheres, flats, triangles): (&[Sphere], &[Planar], &[Triangle]) = match &shape {
         Shape::Sphere(s) => (core::slice::from_ref(s), &[], &[]),
-        Shape::Flat(f) => (&[], core::slice::from_ref(f), &[]),
+        Shape::Planar(f) => (&[], core::slice::from_ref(f), &[]),
         Shape::Triangle(t) => (&[], &[], core::slice::from_ref(t)),
     };
-    params.first_flat = spheres.len() as u32;
-    params.first_triangle = params.first_flat + flats.len() as u32;
-    let light_density = 1.0 / (shape.area() as f32 * factor);
+    params.first_planar = spheres.len() as u32;
+    params.first_triangle = params.first_planar + flats.len() as u32;
+    let light_pdf = 1.0 / (shape.area() as f32 * factor);
     let mut material = Material::new(LAMBERTIAN, Vec3::ZERO);
-    (material.emission, material.light_density, material.flags) =
-        (Vec3::ONE, light_density, EMITS_BOTH_SIDES);
+    (material.emission, material.light_pdf, material.flags) = (Vec3::ONE, light_pdf, EMITS_BOTH_SIDES);
     let mut light = Light::zeroed();
     light.threshold = u32::MAX;
     let shading = [TriangleShading::zeroed()];
     let (materials, lights) = ([material], [light]);
     let scene = Scene {
         spheres,
-        flats,
+        planars: flats,
         triangles,
         shading: &shading,
         materials: &materials,
@@ -97,16 +96,16 @@ fn draw(shape: Shape, from: Vertex, factor: f32, mut each: impl FnMut(&LightSamp
         assert!((s.direction.length() - 1.0).abs() < 1e-6);
         let distance = match &shape {
             Shape::Sphere(sphere) if from.primitive != 0 => {
-                sphere.distance(point, s.direction, false, Departure::NONE)
+                sphere.distance(point, s.direction, false, OriginPrimitive::NONE)
             }
-            _ => s.limit / 1.001,
+            _ => s.t_max / 1.001,
         };
         if distance == MISS {
             continue; // by rounding, at the rim
         }
         let normal = match &shape {
             Shape::Sphere(sphere) => (point + s.direction * distance - sphere.center) / sphere.radius,
-            Shape::Flat(f) => f.normal,
+            Shape::Planar(f) => f.normal,
             Shape::Triangle(t) => t.normal().normalize(),
         };
         let cos = match shape {
@@ -114,7 +113,7 @@ fn draw(shape: Shape, from: Vertex, factor: f32, mut each: impl FnMut(&LightSamp
             _ => s.direction.dot(normal),
         };
         // SAFETY: as above.
-        let again = unsafe { density::<F>(&params, scene, 0, light_density, from, distance, cos) };
+        let again = unsafe { pdf::<F>(&params, scene, 0, light_pdf, from, distance, cos) };
         each(&s, again, distance);
     }
 }
@@ -122,14 +121,14 @@ fn draw(shape: Shape, from: Vertex, factor: f32, mut each: impl FnMut(&LightSamp
 /// Draws, and returns the mean of 1 / density: the solid angle, if each direction to the light is found.
 fn solid_angle(name: &str, shape: Shape, point: Vec3, factor: f32) -> Mean {
     let mut mean = Mean::default();
-    draw(shape, Vertex { point, primitive: NO_PRIMITIVE }, factor, |s, again, distance| {
+    draw(shape, ReferencePoint { point, primitive: NO_PRIMITIVE }, factor, |s, again, distance| {
         let p = point + s.direction * distance;
         // A few roundings of coordinates and of a distance some times larger than the light.
-        let rounding = 2e-6 * (1.0 + (p.length() + s.limit) / (shape.area() as f32).sqrt());
+        let rounding = 2e-6 * (1.0 + (p.length() + s.t_max) / (shape.area() as f32).sqrt());
         let off = shape.distance(p);
         assert!(off < rounding, "{name}: {p} is off by {off}");
-        assert!((again / s.density - 1.0).abs() < 1e-2, "{name}: {again} for {}", s.density);
-        mean.add(1.0 / f64::from(s.density));
+        assert!((again / s.pdf - 1.0).abs() < 1e-2, "{name}: {again} for {}", s.pdf);
+        mean.add(1.0 / f64::from(s.pdf));
     });
     mean
 }
@@ -173,9 +172,9 @@ fn own_surfaces() {
         let (normal, point) =
             sphere.project(sphere.center + trisect_shared::math::unit_sphere(w.x, w.y), Vec3::X);
         let mut sum = 0.0;
-        draw(Shape::Sphere(sphere), Vertex { point, primitive: 0 }, 1.0, |s, _, _| {
+        draw(Shape::Sphere(sphere), ReferencePoint { point, primitive: 0 }, 1.0, |s, _, _| {
             assert!(s.direction.dot(normal) < 1e-3, "{} leaves the sphere at {normal}", s.direction);
-            sum += 1.0 / f64::from(s.density);
+            sum += 1.0 / f64::from(s.pdf);
         });
         inward.add(sum / f64::from(samples(200_000)));
     }
@@ -183,13 +182,13 @@ fn own_surfaces() {
     assert!(inward.is(2.0 * PI, 1e-3), "{inward:?}");
 }
 
-fn flat(kind: u32) -> Flat {
+fn planar(kind: u32) -> Planar {
     let (edge_u, edge_v) = (Vec3::new(2.0, 0.3, 0.0), Vec3::new(0.2, 1.0, 0.5));
     // A disc's axes are perpendicular and as long.
     let edge_v = if kind == DISC { edge_u.cross(Vec3::Z).normalize() * edge_u.length() } else { edge_v };
     let cross = edge_u.cross(edge_v);
     let (normal, square) = (cross.normalize(), cross.dot(cross));
-    Flat {
+    Planar {
         origin: Vec3::new(0.5, -1.0, 2.0),
         normal,
         kind,
@@ -198,7 +197,7 @@ fn flat(kind: u32) -> Flat {
         edge_u,
         edge_v,
         area: if kind == DISC { PI as f32 * edge_u.dot(edge_u) } else { cross.length() },
-        ..Flat::zeroed()
+        ..Planar::zeroed()
     }
 }
 
@@ -211,17 +210,17 @@ const POINTS: [Vec3; 4] = [
 
 #[test]
 fn quads() {
-    let f = flat(QUAD);
+    let f = planar(QUAD);
     let [o, u, v] = [f.origin, f.edge_u, f.edge_v].map(|x| x.as_dvec3());
     for point in POINTS {
         let want = of_triangle(point, [o, o + u, o + v]) + of_triangle(point, [o + u + v, o + u, o + v]);
-        check(&format!("quad from {point}"), Shape::Flat(f), point, want);
+        check(&format!("quad from {point}"), Shape::Planar(f), point, want);
     }
 }
 
 #[test]
 fn discs() {
-    let f = flat(DISC);
+    let f = planar(DISC);
     let [o, u, v] = [f.origin, f.edge_u, f.edge_v].map(|x| x.as_dvec3());
     let rim = |i: u32| {
         let (s, c) = (PI * f64::from(i) / 5000.0).sin_cos();
@@ -229,7 +228,7 @@ fn discs() {
     };
     for point in POINTS {
         let want = (0..10_000).map(|i| of_triangle(point, [o, rim(i), rim(i + 1)])).sum();
-        check(&format!("disc from {point}"), Shape::Flat(f), point, want);
+        check(&format!("disc from {point}"), Shape::Planar(f), point, want);
     }
 }
 

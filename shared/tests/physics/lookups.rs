@@ -5,15 +5,15 @@ use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
 use glam::Vec3;
 use trisect_shared::bvh::Hit;
-use trisect_shared::features::{FLATS, TEXTURES, TRIANGLES};
-use trisect_shared::flat::{DISC, Flat, QUAD};
+use trisect_shared::features::{PLANAR, TEXTURES, TRIANGLES};
 use trisect_shared::light::mis_weight;
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::planar::{DISC, Planar, QUAD};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
-use trisect_shared::surface::{self, MIN_REFLECTED_COSINE, reflecting};
+use trisect_shared::surface::{self, MIN_REFLECTED_COSINE, bend_shading_normal};
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture, sample};
 
 /// Both weights of a pair sum to 1 whatever the densities; 0 against 0 is asked for nowhere, as each sample has a density.
@@ -62,7 +62,7 @@ fn mirrored_directions_leave_the_surface() {
         }
         let lowest = (0.9 * up).min(MIN_REFLECTED_COSINE);
         let mirrored = |n: Vec3| (n * (2.0 * viewer.dot(n)) - viewer).dot(normal);
-        let n = reflecting(shading, normal, viewer);
+        let n = bend_shading_normal(shading, normal, viewer);
         assert!((n.dot(n) - 1.0).abs() < 1e-6 && n.dot(normal) > 0.0, "{shading} {normal} {viewer}: {n}");
         assert!(n.dot(viewer) > 0.0, "{shading} {normal} {viewer}: {n}");
         // Rounding: of this line's dot products, and of the viewer's cosine, by which the normal, a
@@ -160,7 +160,7 @@ fn texels_are_where_they_belong() {
 /// the start of a quad's first edge, the far end of a disc's, a sphere's -x.
 #[test]
 fn images_are_upright() {
-    let flat = |kind, origin| Flat {
+    let planar = |kind, origin| Planar {
         origin,
         normal: Vec3::Z,
         kind,
@@ -168,19 +168,20 @@ fn images_are_upright() {
         dual_v: Vec3::Y / 4.0,
         edge_u: Vec3::X * 2.0,
         edge_v: Vec3::Y * 4.0,
-        ..Flat::zeroed()
+        ..Planar::zeroed()
     };
     let sphere = Sphere { center: Vec3::ZERO, radius: 2.0, material: 0, pad: [0; 3] };
-    let flats = [flat(QUAD, Vec3::ZERO), flat(DISC, Vec3::ZERO)];
-    let scene = Scene { spheres: &[sphere], flats: &flats, ..NO_SCENE };
+    let flats = [planar(QUAD, Vec3::ZERO), planar(DISC, Vec3::ZERO)];
+    let scene = Scene { spheres: &[sphere], planars: &flats, ..NO_SCENE };
     let mut params = RenderParams::zeroed();
-    (params.first_flat, params.first_triangle) = (1, 3);
+    (params.first_planar, params.first_triangle) = (1, 3);
     // What a ray against `normal` that starts at distance 5 from `point` reads there.
     let read = |primitive: u32, point: Vec3, normal: Vec3| {
-        let ray = Ray { origin: point + normal * 5.0, direction: -normal, departure: Departure::NONE };
+        let ray =
+            Ray { origin: point + normal * 5.0, direction: -normal, origin_primitive: OriginPrimitive::NONE };
         let hit = Hit { distance: 5.0, primitive };
         // SAFETY: the primitives are there.
-        let s = unsafe { surface::at::<{ FLATS | TRIANGLES | TEXTURES }>(&params, scene, ray, hit) };
+        let s = unsafe { surface::at::<{ PLANAR | TRIANGLES | TEXTURES }>(&params, scene, ray, hit) };
         (s.u, s.v)
     };
     let up = Vec3::Z;

@@ -2,7 +2,7 @@
 
 use crate::statistics::words;
 use glam::Vec3;
-use trisect_shared::bsdf::{Bsdf, BsdfSample, Evaluation};
+use trisect_shared::bsdf::{Bsdf, BsdfEval, BsdfSample};
 use trisect_shared::features::MICROFACETS;
 use trisect_shared::material::{
     COMPLEX_IOR, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS, Material, ROUGH_DIELECTRIC,
@@ -15,7 +15,7 @@ pub const NO_SCENE: Scene = Scene {
     spheres: &[],
     nodes: &[],
     materials: &[],
-    flats: &[],
+    planars: &[],
     triangles: &[],
     shading: &[],
     lights: &[],
@@ -47,35 +47,35 @@ impl Setup {
     }
 
     /// Seen under `cos`, at azimuth 0.7 of the frame of a normal that is no axis.
-    pub fn seen(&self, cos: f32) -> Seen {
+    pub fn view(&self, cos: f32) -> BsdfView {
         let normal = normalize(Vec3::new(0.48, 0.6, -0.64));
         let (x, y) = basis(normal);
         let sine = (1.0 - cos * cos).max(0.0).sqrt();
         let viewer = normalize((x * 0.7f32.cos() + y * 0.7f32.sin()) * sine + normal * cos);
-        self.seen_from(viewer, normal)
+        self.view_from(viewer, normal)
     }
 
-    pub fn seen_from(&self, viewer: Vec3, normal: Vec3) -> Seen {
+    pub fn view_from(&self, viewer: Vec3, normal: Vec3) -> BsdfView {
         // SAFETY: no textures.
         let bsdf = unsafe {
             Bsdf::new::<MICROFACETS>(NO_SCENE, self.material, -viewer, normal, self.front, (0.0, 0.0))
         };
-        Seen { bsdf, viewer, normal }
+        BsdfView { bsdf, viewer, normal }
     }
 }
 
-pub struct Seen {
+pub struct BsdfView {
     pub bsdf: Bsdf,
     pub viewer: Vec3,
     pub normal: Vec3,
 }
 
-impl Seen {
+impl BsdfView {
     pub fn sample(&self, stream: u32, i: u32) -> BsdfSample {
         self.bsdf.sample::<MICROFACETS>(false, words(stream, i))
     }
 
-    pub fn evaluate(&self, direction: Vec3) -> Evaluation {
+    pub fn evaluate(&self, direction: Vec3) -> BsdfEval {
         self.bsdf.evaluate::<MICROFACETS>(direction)
     }
 

@@ -3,16 +3,16 @@
 use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
 use glam::Vec3;
-use trisect_shared::flat::{DISC, Flat, QUAD};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
-use trisect_shared::ray::Departure;
+use trisect_shared::planar::{DISC, Planar, QUAD};
+use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::sphere::{MISS, Sphere};
 
 /// A distance, for a scene that is larger by the factor.
 type Case<'a> = &'a dyn Fn(f32) -> f32;
 
 /// At which powers of two the distance of `case` is not that of scale 1 times the scale.
-fn off(case: Case) -> impl Iterator<Item = i32> {
+fn failing_powers(case: Case) -> impl Iterator<Item = i32> {
     let want = case(1.0);
     (-20..=20).step_by(5).filter(move |&k| {
         let scale = (k as f32).exp2();
@@ -22,7 +22,7 @@ fn off(case: Case) -> impl Iterator<Item = i32> {
 }
 
 fn check(name: &str, i: u32, case: Case) -> bool {
-    let off: Vec<i32> = off(case).collect();
+    let off: Vec<i32> = failing_powers(case).collect();
     assert!(off.is_empty(), "{name} {i}: not at 2^{off:?}");
     case(1.0) < MISS
 }
@@ -37,16 +37,16 @@ fn distances_scale() {
         let direction = normalize(unit_sphere(v.x, v.y) * (2.0 * unit_f32(v.w)) - origin);
         let sphere = |scale: f32| Sphere { center: Vec3::ZERO, radius: scale, material: 0, pad: [0; 3] };
         hits[0] += u32::from(check("sphere", i, &|scale| {
-            sphere(scale).distance(origin * scale, direction, false, Departure::NONE)
+            sphere(scale).distance(origin * scale, direction, false, OriginPrimitive::NONE)
         }));
         // From the surface inward, to the far side.
         hits[1] += u32::from(check("departure", i, &|scale| {
             let (normal, point) = sphere(scale).project(origin * scale, direction);
             let inward = normalize(unit_sphere(v.x, v.z) - normal * 1.001);
-            sphere(scale).distance(point, inward, true, Departure::from(0, true))
+            sphere(scale).distance(point, inward, true, OriginPrimitive::new(0, true))
         }));
         for kind in [QUAD, DISC] {
-            let flat = |scale: f32| Flat {
+            let planar = |scale: f32| Planar {
                 origin: Vec3::ZERO,
                 normal: Vec3::Z,
                 kind,
@@ -54,12 +54,12 @@ fn distances_scale() {
                 dual_v: Vec3::Y / scale,
                 edge_u: Vec3::X * scale,
                 edge_v: Vec3::Y * scale,
-                ..Flat::zeroed()
+                ..Planar::zeroed()
             };
             // Also from very near the plane.
             let near = Vec3::new(origin.x, origin.y, origin.z * unit_f32(v.z) * 1e-3) * 0.5;
             for from in [origin, near] {
-                let hit = check("flat", i, &|scale| flat(scale).distance(from * scale, direction));
+                let hit = check("flat", i, &|scale| planar(scale).distance(from * scale, direction));
                 hits[2 + (kind == DISC) as usize] += u32::from(hit);
             }
         }
@@ -67,6 +67,6 @@ fn distances_scale() {
     println!("{hits:?} hits");
     assert!(hits.iter().all(|&count| count > samples(100_000) / 20), "{hits:?}");
     // The twin: a least distance, as offsets against self-intersection have it.
-    let least = |scale: f32| if 0.5 * scale > 1e-3 { 0.5 * scale } else { MISS };
-    assert!(off(&least).count() > 0);
+    let min_distance = |scale: f32| if 0.5 * scale > 1e-3 { 0.5 * scale } else { MISS };
+    assert!(failing_powers(&min_distance).count() > 0);
 }

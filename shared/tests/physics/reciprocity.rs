@@ -5,7 +5,7 @@ use crate::statistics::{SLOW, samples, words};
 use glam::Vec3;
 use trisect_shared::fresnel::refracted_cos2;
 use trisect_shared::material::ROUGH_DIELECTRIC;
-use trisect_shared::math::{greatest, normalize, unit_sphere};
+use trisect_shared::math::{max_component, normalize, unit_sphere};
 
 /// Value over both cosines for one way and for the other, for random pairs of directions on one side of the surface or on both.
 /// Returns the greatest relative difference, the second way times `factor`, of how many pairs that scatter.
@@ -25,9 +25,9 @@ fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, 
         if is_critical(there, o, i, through) {
             continue;
         }
-        let forth = greatest(there.seen_from(o, normal).evaluate(i).value) / cosines.1;
+        let forth = max_component(there.view_from(o, normal).evaluate(i).value) / cosines.1;
         let other_normal = if through { -normal } else { normal };
-        let other = greatest(back.seen_from(i, other_normal).evaluate(o).value) / cosines.0 * factor;
+        let other = max_component(back.view_from(i, other_normal).evaluate(o).value) / cosines.0 * factor;
         // The tails of a narrow lobe are small differences of large numbers.
         if forth.max(other) > 1e-3 {
             worst = worst.max((forth - other).abs() / forth.max(other));
@@ -74,9 +74,9 @@ fn reflection() {
 
 /// The book's fuzz is no reciprocal material: its density, not its value over the cosine, stays the same. It serves as the twin.
 #[test]
-fn sabotage_fuzz_is_not_reciprocal() {
+fn negative_control_fuzz_is_not_reciprocal() {
     assert!(!reflects_alike(&materials::metal(0.5)));
-    let seen = |o, i| materials::metal(0.5).seen_from(o, Vec3::Z).evaluate(i).density;
+    let seen = |o, i| materials::metal(0.5).view_from(o, Vec3::Z).evaluate(i).pdf;
     let (o, i) = (normalize(Vec3::new(0.5, 0.1, 0.8)), normalize(Vec3::new(-0.7, 0.1, 0.6)));
     assert!((seen(o, i) / seen(i, o) - 1.0).abs() < 1e-5);
 }
@@ -93,8 +93,8 @@ fn refraction() {
             let worst = difference(outside, inside, true, ior * ior).0;
             println!("{}: {worst:.1e}", outside.name);
             assert!(worst < ROUNDING, "{}: {worst}", outside.name);
-            let twin = difference(outside, inside, true, 1.0).0;
-            assert!(twin > 0.1 || SLOW, "{twin}");
+            let negative_control = difference(outside, inside, true, 1.0).0;
+            assert!(negative_control > 0.1 || SLOW, "{negative_control}");
         }
     }
 }

@@ -7,14 +7,14 @@ use crate::statistics::{SLOW, samples, words};
 use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use trisect_shared::bvh::Hit;
-use trisect_shared::features::{FLATS, TRIANGLES};
-use trisect_shared::flat::{Flat, QUAD};
+use trisect_shared::features::{PLANAR, TRIANGLES};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::planar::{Planar, QUAD};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::MISS;
-use trisect_shared::surface::{self, Surface, leave};
+use trisect_shared::surface::{self, Surface, offset_ray_origin};
 use trisect_shared::triangle::{Shear, Triangle, TriangleShading};
 
 fn power(low: f32, high: f32, bits: u32) -> f32 {
@@ -25,16 +25,16 @@ fn power(low: f32, high: f32, bits: u32) -> f32 {
 fn found(scene: Scene, index: u32, origin: Vec3, target: Vec3) -> Option<Surface> {
     let direction = normalize(target - origin);
     let mut params = RenderParams::zeroed();
-    params.first_triangle = scene.flats.len() as u32;
-    let distance = if scene.flats.is_empty() {
+    params.first_triangle = scene.planars.len() as u32;
+    let distance = if scene.planars.is_empty() {
         scene.triangles[index as usize].hit(origin, &Shear::new(direction)).distance
     } else {
-        scene.flats[index as usize].distance(origin, direction)
+        scene.planars[index as usize].distance(origin, direction)
     };
-    let (hit, departure) = (Hit { distance, primitive: index }, Departure::NONE);
-    let ray = Ray { origin, direction, departure };
+    let (hit, departure) = (Hit { distance, primitive: index }, OriginPrimitive::NONE);
+    let ray = Ray { origin, direction, origin_primitive: departure };
     // SAFETY: the index is of a primitive.
-    (distance < MISS).then(|| unsafe { surface::at::<{ FLATS | TRIANGLES }>(&params, scene, ray, hit) })
+    (distance < MISS).then(|| unsafe { surface::at::<{ PLANAR | TRIANGLES }>(&params, scene, ray, hit) })
 }
 
 /// An outward direction, in one of four cases almost along the surface.
@@ -70,7 +70,7 @@ fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32
         let origin = target + outward(n, i ^ w.w) * (scale * power(-1.0, 2.0, w.w));
         let Some(s) = found(scene, index, origin, target) else { continue };
         let direction = outward(s.normal, w.w);
-        let start = leave(s.point, s.normal, s.error * margin, true);
+        let start = offset_ray_origin(s.point, s.normal, s.error_bound * margin, true);
         let exact = |v: Vec3| v.as_dvec3();
         let normal = (exact(t.b) - exact(t.a)).cross(exact(t.c) - exact(t.a));
         if exact(direction).dot(normal) <= 0.0 {
@@ -89,12 +89,12 @@ fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32
     (rehits, count)
 }
 
-fn quad(origin: Vec3, edge_u: Vec3, edge_v: Vec3) -> Flat {
+fn quad(origin: Vec3, edge_u: Vec3, edge_v: Vec3) -> Planar {
     // As the host makes it: in double precision, rounded.
     let [u, v]: [DVec3; 2] = [edge_u.as_dvec3(), edge_v.as_dvec3()];
     let cross = u.cross(v);
     let square = cross.length_squared();
-    Flat {
+    Planar {
         origin,
         normal: cross.normalize().as_vec3(),
         kind: QUAD,
@@ -103,7 +103,7 @@ fn quad(origin: Vec3, edge_u: Vec3, edge_v: Vec3) -> Flat {
         edge_u,
         edge_v,
         area: cross.length() as f32,
-        ..Flat::zeroed()
+        ..Planar::zeroed()
     }
 }
 
@@ -122,7 +122,7 @@ fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
         quad(corner + y, z, x),
         quad(corner + z + y, x, y),
     ];
-    let scene = Scene { flats: &flats, ..NO_SCENE };
+    let scene = Scene { planars: &flats, ..NO_SCENE };
     let (mut rehits, mut count) = (0, 0);
     for i in 0..40 {
         let w = words(23, seed * 40 + i);
@@ -135,7 +135,7 @@ fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
         let origin = target + outward(f.normal, i ^ w.w) * (scale * power(-1.0, 2.0, w.z));
         let Some(s) = found(scene, 0, origin, target) else { continue };
         let direction = outward(s.normal, w.w);
-        let start = leave(s.point, s.normal, s.error * margin, true);
+        let start = offset_ray_origin(s.point, s.normal, s.error_bound * margin, true);
         for other in &flats[1..] {
             let t = other.distance(start, direction);
             count += 1;
@@ -197,7 +197,7 @@ fn offsets_are_small() {
         let scene = Scene { triangles: &triangles, shading: &shading, ..NO_SCENE };
         let target = (a + b + c) / 3.0;
         if let Some(s) = found(scene, 0, target + triangles[0].normal().normalize_or_zero() * scale, target) {
-            let moved = (leave(s.point, s.normal, s.error, true) - s.point).length();
+            let moved = (offset_ray_origin(s.point, s.normal, s.error_bound, true) - s.point).length();
             assert!(moved < 2e-6 * (scale + 1.2 * far), "{moved} {scale} {far}");
         }
     }

@@ -4,10 +4,10 @@ use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
 use glam::Vec3;
-use trisect_shared::bvh::{BvhNode, Child, Reach};
+use trisect_shared::bvh::{BvhNode, Child, RayQuery};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::traversal::closest_hit;
@@ -16,7 +16,7 @@ type Box3 = (Vec3, Vec3);
 
 /// Whether traversal looks into the box, as first child and as second: what is in it is a sphere around everything, which a ray
 /// meets wherever it goes.
-fn looks_into((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
+fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
     let around = Sphere { center: Vec3::ZERO, radius: 1e12, material: 0, pad: [0; 3] };
     let nowhere = (Vec3::splat(1e30), Vec3::splat(1e30));
     let (inside, elsewhere) = (Child::leaf(0), Child::leaf(1));
@@ -28,9 +28,9 @@ fn looks_into((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
         let scene = Scene { spheres: &[around, around], nodes: &[node], ..NO_SCENE };
         let mut params = RenderParams::zeroed();
         params.root = Child::inner(0).0;
-        let ray = Ray { origin, direction, departure: Departure::NONE };
+        let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
         // SAFETY: one node, two spheres.
-        unsafe { closest_hit::<0>(&params, scene, ray, Reach::CLOSEST) }.primitive == 0
+        unsafe { closest_hit::<0>(&params, scene, ray, RayQuery::CLOSEST) }.primitive == 0
     })
 }
 
@@ -91,7 +91,7 @@ fn tight((low, high): Box3, origin: Vec3, direction: Vec3) -> bool {
 #[test]
 fn rounding_loses_no_box() {
     for far in [0.1, 1.0, 100.0, 1e4] {
-        let (lost, of) = missed(grazing(far), |b, o, d| looks_into(b, o, d) == [true, true]);
+        let (lost, of) = missed(grazing(far), |b, o, d| visits_box(b, o, d) == [true, true]);
         println!("from {far}: {lost} of {of} boxes missed");
         assert!(lost == 0 && of > 10_000, "from {far}: {lost} of {of}");
         // The twin misses some in a hundred.
@@ -123,7 +123,7 @@ fn odd_directions_lose_no_box() {
             ((low, high), origin, direction)
         })
     };
-    let (lost, of) = missed(rays(), |b, o, d| looks_into(b, o, d) == [true, true]);
+    let (lost, of) = missed(rays(), |b, o, d| visits_box(b, o, d) == [true, true]);
     println!("odd directions: {lost} of {of} boxes missed");
     assert!(lost == 0 && of > 10_000, "{lost} of {of}");
     // The twin: the reciprocal of zero as some libraries have it (torture test 24).

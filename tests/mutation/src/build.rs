@@ -1,6 +1,6 @@
 //! Compiling tests in the copy.
 
-use crate::fault::Test;
+use crate::mutant::Test;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ impl Builder {
         if let Some(config) = &self.config {
             cargo.arg("--config").arg(config);
         }
-        // A fault changes few functions.
+        // A mutant changes few functions.
         cargo.env("CARGO_INCREMENTAL", "1").current_dir(&self.folder).stdin(Stdio::null());
         let output = cargo.output().map_err(|error| format!("cargo: {error}"))?;
         if !output.status.success() {

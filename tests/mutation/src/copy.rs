@@ -1,4 +1,4 @@
-//! The copy of the workspace in which faults are planted.
+//! The copy of the workspace in which mutants are planted.
 
 use crate::error::Error;
 use std::collections::HashSet;

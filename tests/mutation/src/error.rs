@@ -1,4 +1,4 @@
-//! Why the gate cannot run. (A fault that goes unnoticed is no error but a [`Verdict`](crate::gate::Verdict).)
+//! Why the gate cannot run. (A mutant that goes unnoticed is no error but a [`Verdict`](crate::gate::Verdict).)
 
 use std::path::PathBuf;
 use thiserror::Error;
@@ -14,22 +14,22 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
-    /// The list of faults cannot be understood.
+    /// The list of mutants cannot be understood.
     #[error("{}: {message}", path.display())]
-    Faults {
+    Mutants {
         /// The list.
         path: PathBuf,
-        /// Why, and which fault.
+        /// Why, and which mutant.
         message: String,
     },
-    /// A fault that cannot be planted.
+    /// A mutant that cannot be planted.
     #[error(
-        "fault {fault}: its text stands {count} times in {}, not once; the source has changed: mend `find` in the list of faults",
+        "mutant {mutant}: its text stands {count} times in {}, not once; the source has changed: mend `find` in the list of mutants",
         file.display()
     )]
     Text {
         /// Its name.
-        fault: String,
+        mutant: String,
         /// Where it is to be planted.
         file: PathBuf,
         /// How often its text is there.
@@ -43,14 +43,14 @@ pub enum Error {
         /// What it said.
         output: String,
     },
-    /// Tests that the list of faults names and that are not there.
-    #[error("no such tests; mend `caught_by` in the list of faults:\n  {}", tests.join("\n  "))]
+    /// Tests that the list of mutants names and that are not there.
+    #[error("no such tests; mend `caught_by` in the list of mutants:\n  {}", tests.join("\n  "))]
     NoSuchTests {
         /// Which.
         tests: Vec<String>,
     },
-    /// A test that is to notice faults does not pass without any.
-    #[error("{test} {outcome} before any fault is planted{}", if output.is_empty() { String::new() } else { format!(":\n{output}") })]
+    /// A test that is to notice mutants does not pass without any.
+    #[error("{test} {outcome} before any mutant is planted{}", if output.is_empty() { String::new() } else { format!(":\n{output}") })]
     Baseline {
         /// The test.
         test: String,

@@ -73,10 +73,10 @@ pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path)
     let start = Instant::now();
     let mut child = Command::new(&executable.path)
         .args(["--exact", name, "--nocapture", "--color", "never"])
-        // A missing backend is to be said, not to look like a fault that was noticed; and the copy's scenes are meant.
+        // A missing backend is to be said, not to look like a mutant that was noticed; and the copy's scenes are meant.
         .env_remove("REQUIRE_BACKENDS")
         .env_remove("TRISECT_ROOT")
-        // Tests of the command line would run the program as it is without the fault.
+        // Tests of the command line would run the program as it is without the mutant.
         .env("TRISECT_BIN", "the mutation gate compiles no program")
         .current_dir(&executable.folder)
         .stdin(Stdio::null())

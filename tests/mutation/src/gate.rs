@@ -1,28 +1,28 @@
-//! Plants each fault in turn and runs the tests that must notice.
+//! Plants each mutant in turn and runs the tests that must notice.
 
 use crate::build::{Builder, Executable, Target};
 use crate::copy::Copy;
 use crate::error::Error;
 use crate::execute::{Outcome, Run, list, run};
-use crate::fault::{Fault, Test};
+use crate::mutant::{Mutant, Test};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// What came of one fault.
+/// What came of one mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Each test that could run failed (or, for a control, passed).
     Caught,
     /// Some test did not do what it must.
     Missed(Vec<(Test, Outcome)>),
-    /// With the fault, it does not compile: that says nothing about the tests.
+    /// With the mutant, it does not compile: that says nothing about the tests.
     DoesNotCompile(String),
     /// All its tests need a backend that is missing.
     Skipped(String),
 }
 
-/// A fault's verdict, and what it rests on.
+/// A mutant's verdict, and what it rests on.
 #[derive(Clone, Debug)]
 pub struct Finding {
     /// What came of it.
@@ -44,49 +44,49 @@ impl Finding {
     }
 }
 
-/// A copy of the workspace, its tests compiled without a fault, and what is known about them.
+/// A copy of the workspace, its tests compiled without a mutant, and what is known about them.
 pub struct Gate {
     copy: Copy,
     builder: Builder,
     /// Of `REQUIRE_BACKENDS`.
     required: Vec<String>,
-    /// For compiled tests without a fault, and output.
+    /// For compiled tests without a mutant, and output.
     folder: PathBuf,
     clean: BTreeMap<Target, Executable>,
     baselines: HashMap<Test, Run>,
 }
 
-/// Longer than any test takes; a fault may make loops endless.
-const LEAST_LIMIT: Duration = Duration::from_secs(30);
+/// Longer than any test takes; a mutant may make loops endless.
+const MIN_LIMIT: Duration = Duration::from_secs(30);
 
 impl Gate {
-    /// Copies the workspace at `root` to a folder in `folder` and compiles the tests of `faults` there, with artifacts in
+    /// Copies the workspace at `root` to a folder in `folder` and compiles the tests of `mutants` there, with artifacts in
     /// `target_dir` and Cargo's settings in `config`.
     ///
     /// # Errors
     ///
-    /// If a fault cannot be planted, or the tests do not compile without one, or are not there.
+    /// If a mutant cannot be planted, or the tests do not compile without one, or are not there.
     pub fn new(
         root: &Path,
         folder: &Path,
         target_dir: &Path,
         config: Option<PathBuf>,
-        faults: &[&Fault],
+        mutants: &[&Mutant],
         required: Vec<String>,
     ) -> Result<Self, Error> {
         let copy = Copy::new(root, &folder.join("work"))?;
-        for fault in faults {
-            fault.plant(&copy.read(&fault.file)?)?;
+        for mutant in mutants {
+            mutant.apply(&copy.read(&mutant.file)?)?;
         }
         let builder = Builder { folder: copy.folder().to_owned(), target_dir: target_dir.to_owned(), config };
-        let tests = faults.iter().flat_map(|fault| &fault.caught_by);
+        let tests = mutants.iter().flat_map(|mutant| &mutant.caught_by);
         let built = builder.build(tests).map_err(|output| Error::Tool {
-            action: "compiling the tests without a fault".to_owned(),
+            action: "compiling the tests without a mutant".to_owned(),
             output,
         })?;
-        // Kept aside: Cargo overwrites them with each fault.
+        // Kept aside: Cargo overwrites them with each mutant.
         let mut clean = BTreeMap::new();
-        let mut missing: BTreeSet<&Test> = faults.iter().flat_map(|fault| &fault.caught_by).collect();
+        let mut missing: BTreeSet<&Test> = mutants.iter().flat_map(|mutant| &mutant.caught_by).collect();
         for (target, executable) in built {
             let there = list(&executable)?;
             missing.retain(|test| {
@@ -102,12 +102,12 @@ impl Gate {
         Ok(Self { copy, builder, required, folder: folder.to_owned(), clean, baselines: HashMap::new() })
     }
 
-    /// Plants `fault`, runs its tests and takes it out again.
+    /// Plants `mutant`, runs its tests and takes it out again.
     ///
     /// # Errors
     ///
-    /// If a test does not pass without the fault, a required backend is missing, or a file cannot be written.
-    pub fn try_fault(&mut self, fault: &Fault) -> Result<Finding, Error> {
+    /// If a test does not pass without the mutant, a required backend is missing, or a file cannot be written.
+    pub fn try_mutant(&mut self, mutant: &Mutant) -> Result<Finding, Error> {
         let start = Instant::now();
         let mut finding = Finding {
             verdict: Verdict::Caught,
@@ -117,10 +117,10 @@ impl Gate {
             tests: Duration::ZERO,
         };
         let mut runnable = Vec::new();
-        for test in &fault.caught_by {
+        for test in &mutant.caught_by {
             let Run { outcome, output, time } = self.baseline(test)?;
             match outcome {
-                Outcome::Passed => runnable.push((test, LEAST_LIMIT.max(time * 10))),
+                Outcome::Passed => runnable.push((test, MIN_LIMIT.max(time * 10))),
                 Outcome::Skipped(message) => finding.skipped.push((test.clone(), message)),
                 other => {
                     let (test, outcome) = (test.to_string(), other.to_string());
@@ -133,35 +133,35 @@ impl Gate {
             finding.verdict = Verdict::Skipped(messages.join("; "));
             return Ok(finding);
         }
-        let source = self.copy.read(&fault.file)?;
-        self.copy.write(&fault.file, &fault.plant(&source)?)?;
+        let source = self.copy.read(&mutant.file)?;
+        self.copy.write(&mutant.file, &mutant.apply(&source)?)?;
         finding.tests += start.elapsed();
         let start = Instant::now();
         let built = self.builder.build(runnable.iter().map(|(test, _)| *test));
         finding.build = start.elapsed();
         let start = Instant::now();
         let judged = match built {
-            Ok(executables) => self.judge(fault, &executables, runnable, &mut finding),
+            Ok(executables) => self.judge(mutant, &executables, runnable, &mut finding),
             Err(output) => {
                 finding.verdict = Verdict::DoesNotCompile(output);
                 Ok(())
             }
         };
-        self.copy.write(&fault.file, &source)?;
+        self.copy.write(&mutant.file, &source)?;
         judged?;
         finding.tests += start.elapsed();
         Ok(finding)
     }
 
-    /// Runs tests, each with its time limit, with the fault planted.
+    /// Runs tests, each with its time limit, with the mutant planted.
     fn judge(
         &self,
-        fault: &Fault,
+        mutant: &Mutant,
         executables: &BTreeMap<Target, Executable>,
         tests: Vec<(&Test, Duration)>,
         finding: &mut Finding,
     ) -> Result<(), Error> {
-        let wanted = if fault.control { Outcome::Passed } else { Outcome::Failed };
+        let wanted = if mutant.control { Outcome::Passed } else { Outcome::Failed };
         let mut others = Vec::new();
         for (test, limit) in tests {
             let outcome = self.run(executables, test, limit)?.outcome;
@@ -177,7 +177,7 @@ impl Gate {
         Ok(())
     }
 
-    /// How the test ends without a fault.
+    /// How the test ends without a mutant.
     fn baseline(&mut self, test: &Test) -> Result<Run, Error> {
         if let Some(known) = self.baselines.get(test) {
             return Ok(known.clone());

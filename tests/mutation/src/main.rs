@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trisect_mutation::copy::git;
 use trisect_mutation::error::Error;
-use trisect_mutation::fault::{self, Fault};
 use trisect_mutation::gate::{Gate, Verdict};
+use trisect_mutation::mutant::{self, Mutant};
 use trisect_mutation::options::{Options, USAGE};
 use trisect_mutation::report;
 
@@ -26,49 +26,49 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all faults that were run were caught.
+/// Whether all mutants that were run were caught.
 fn run(options: &Options) -> Result<bool, Error> {
     let start = Instant::now();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = here.join("../..");
     let root = root.canonicalize().map_err(Error::io(&root))?;
-    let faults = fault::read(&here.join("faults.toml"))?;
-    let names: Vec<&str> = faults.iter().map(|fault| fault.name.as_str()).collect();
+    let mutants = mutant::read(&here.join("mutants.toml"))?;
+    let names: Vec<&str> = mutants.iter().map(|mutant| mutant.name.as_str()).collect();
     let chosen = options.choose(&names, seed(&root))?;
-    let chosen: Vec<&Fault> = chosen.into_iter().map(|i| &faults[i]).collect();
+    let chosen: Vec<&Mutant> = chosen.into_iter().map(|i| &mutants[i]).collect();
     if options.list {
-        chosen.iter().for_each(|fault| print!("{}", report::describe(fault)));
+        chosen.iter().for_each(|mutant| print!("{}", report::describe(mutant)));
         return Ok(true);
     }
     let target = target_dir()?;
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     let required = required.split(',').map(|name| name.trim().to_owned()).collect();
-    println!("compiling the tests without a fault");
+    println!("compiling the tests without a mutant");
     let config = here.join("profile.toml");
     let mut gate = Gate::new(&root, &target.join("mutation"), &target, Some(config), &chosen, required)?;
-    println!("{:.1} s; each fault now:\n", start.elapsed().as_secs_f64());
-    // The limit is the faults': on a slow day compiling alone would use it up, and no fault be tried.
+    println!("{:.1} s; each mutant now:\n", start.elapsed().as_secs_f64());
+    // The limit is the mutants': on a slow day compiling alone would use it up, and no mutant be tried.
     let begin = Instant::now();
 
     let width = names.iter().map(|name| name.len()).max().unwrap_or_default();
     println!("{}", report::head(width));
     let (mut caught, mut failed, mut skipped, mut late) = (0, Vec::new(), Vec::new(), Vec::new());
-    for fault in &chosen {
-        let name = fault.name.as_str();
+    for mutant in &chosen {
+        let name = mutant.name.as_str();
         if options.seconds.is_some_and(|seconds| begin.elapsed().as_secs() >= seconds) {
             late.push(name);
             continue;
         }
-        let finding = gate.try_fault(fault)?;
-        println!("{}", report::row(fault, &finding, width));
+        let finding = gate.try_mutant(mutant)?;
+        println!("{}", report::row(mutant, &finding, width));
         match &finding.verdict {
             Verdict::Skipped(_) => skipped.push(name),
             _ if !finding.is_good() => failed.push(name),
-            _ => caught += usize::from(!fault.control),
+            _ => caught += usize::from(!mutant.control),
         }
     }
     let tried = caught + failed.len();
-    println!("\n{caught} of {tried} faults caught, in {:.0} s", start.elapsed().as_secs_f64());
+    println!("\n{caught} of {tried} mutants caught, in {:.0} s", start.elapsed().as_secs_f64());
     for (what, names) in [
         ("skipped, for want of a backend", &skipped),
         ("not run, for want of time", &late),
@@ -90,7 +90,7 @@ fn target_dir() -> Result<PathBuf, Error> {
     }
 }
 
-/// A number from the commit: so that time-boxed runs of successive commits try different faults.
+/// A number from the commit: so that time-boxed runs of successive commits try different mutants.
 fn seed(root: &Path) -> usize {
     let commit = git(root, &["rev-parse", "--short=7", "HEAD"]).unwrap_or_default();
     usize::from_str_radix(commit.trim(), 16).unwrap_or_default()

@@ -5,13 +5,13 @@ use crate::error::Error;
 /// What is asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Say what the faults are and stop.
+    /// Say what the mutants are and stop.
     pub list: bool,
     /// Only these, by name.
     pub only: Vec<String>,
-    /// Start no fault later.
+    /// Start no mutant later.
     pub seconds: Option<u64>,
-    /// The first fault's number; without it a time-boxed run takes it from the commit.
+    /// The first mutant's number; without it a time-boxed run takes it from the commit.
     pub start: Option<usize>,
     /// The k-th of n parts, k from 1.
     pub shard: Option<(usize, usize)>,
@@ -20,12 +20,12 @@ pub struct Options {
 /// For `--help` and errors.
 pub const USAGE: &str = "usage: cargo mutation-gate [OPTIONS]
 
-Plants each fault of tests/mutation/faults.toml in a copy of the workspace and shows that tests catch it.
+Plants each mutant of tests/mutation/mutants.toml in a copy of the workspace and shows that tests catch it.
 
-  --list         say what the faults are and which tests catch them; run nothing
-  --only NAME    this fault only; may be given several times
-  --seconds N    start no fault after N seconds of faults, and say which were not run
-  --start K      begin with fault K, counted from 0 (with --seconds: else a number from the commit, so that each gets its turn)
+  --list         say what the mutants are and which tests catch them; run nothing
+  --only NAME    this mutant only; may be given several times
+  --seconds N    start no mutant after N seconds of mutants, and say which were not run
+  --start K      begin with mutant K, counted from 0 (with --seconds: else a number from the commit, so that each gets its turn)
   --shard K/N    the K-th of N parts, K from 1";
 
 impl Options {
@@ -46,7 +46,7 @@ impl Options {
             let wrong = |wanted: &str| Error::Usage(format!("{name} takes {wanted}\n\n{USAGE}"));
             match name.as_str() {
                 "--list" => options.list = true,
-                "--only" => options.only.push(text().ok_or_else(|| wrong("a fault's name"))?),
+                "--only" => options.only.push(text().ok_or_else(|| wrong("a mutant's name"))?),
                 "--seconds" => options.seconds = Some(number(text()).ok_or_else(|| wrong("a number"))?),
                 "--start" => options.start = Some(number(text()).ok_or_else(|| wrong("a number"))?),
                 "--shard" => {
@@ -59,14 +59,14 @@ impl Options {
         Ok(options)
     }
 
-    /// The numbers of the faults to run, in order, of `names`. `seed` turns a time-boxed run.
+    /// The numbers of the mutants to run, in order, of `names`. `seed` turns a time-boxed run.
     ///
     /// # Errors
     ///
     /// If `only` names none of them.
     pub fn choose(&self, names: &[&str], seed: usize) -> Result<Vec<usize>, Error> {
         if let Some(unknown) = self.only.iter().find(|only| !names.contains(&only.as_str())) {
-            return Err(Error::Usage(format!("there is no fault {unknown}; --list says which there are")));
+            return Err(Error::Usage(format!("there is no mutant {unknown}; --list says which there are")));
         }
         let first = self.start.unwrap_or(if self.seconds.is_some() { seed } else { 0 });
         let turned = (0..names.len()).map(|i| (first % names.len() + i) % names.len());

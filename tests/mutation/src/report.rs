@@ -1,13 +1,13 @@
 //! What people read.
 
-use crate::fault::{Fault, Test};
 use crate::gate::{Finding, Verdict};
+use crate::mutant::{Mutant, Test};
 
-/// A row of the table: verdict, fault, seconds for compiling and for tests, the tests that caught it. Further lines tell what went
+/// A row of the table: verdict, mutant, seconds for compiling and for tests, the tests that caught it. Further lines tell what went
 /// wrong.
-pub fn row(fault: &Fault, finding: &Finding, width: usize) -> String {
+pub fn row(mutant: &Mutant, finding: &Finding, width: usize) -> String {
     let word = match &finding.verdict {
-        Verdict::Caught if fault.control => "passes",
+        Verdict::Caught if mutant.control => "passes",
         Verdict::Caught => "caught",
         Verdict::Missed(_) | Verdict::DoesNotCompile(_) => "FAILED",
         Verdict::Skipped(_) => "SKIPPED",
@@ -17,18 +17,18 @@ pub fn row(fault: &Fault, finding: &Finding, width: usize) -> String {
         by = "-".to_owned();
     }
     let (build, tests) = (finding.build.as_secs_f64(), finding.tests.as_secs_f64());
-    let mut text = format!("{word:7}  {:width$}  {build:5.1}  {tests:5.1}  {by}", fault.name);
+    let mut text = format!("{word:7}  {:width$}  {build:5.1}  {tests:5.1}  {by}", mutant.name);
     for (test, message) in &finding.skipped {
         text += &format!("\n         skipped: {test}: {message}");
     }
     match &finding.verdict {
         Verdict::Missed(others) => {
             for (test, outcome) in others {
-                text += &format!("\n         {test} {outcome}; {}", fault.what);
+                text += &format!("\n         {test} {outcome}; {}", mutant.what);
             }
         }
         Verdict::DoesNotCompile(output) => {
-            text += &format!("\n         does not compile with the fault:\n{output}");
+            text += &format!("\n         does not compile with the mutant:\n{output}");
         }
         Verdict::Caught | Verdict::Skipped(_) => {}
     }
@@ -37,7 +37,7 @@ pub fn row(fault: &Fault, finding: &Finding, width: usize) -> String {
 
 /// The table's head.
 pub fn head(width: usize) -> String {
-    format!("{:7}  {:width$}  {:>5}  {:>5}  by", "", "fault", "build", "tests")
+    format!("{:7}  {:width$}  {:>5}  {:>5}  by", "", "mutant", "build", "tests")
 }
 
 /// A test without its package's name, which the target's tells but for unit tests.
@@ -47,10 +47,10 @@ fn short(test: &Test) -> String {
 }
 
 /// For `--list`.
-pub fn describe(fault: &Fault) -> String {
-    let mut text = format!("{}: {}\n    {}\n", fault.name, fault.what, fault.file.display());
-    for test in &fault.caught_by {
-        text += &format!("    {} {test}\n", if fault.control { "leaves" } else { "caught by" });
+pub fn describe(mutant: &Mutant) -> String {
+    let mut text = format!("{}: {}\n    {}\n", mutant.name, mutant.what, mutant.file.display());
+    for test in &mutant.caught_by {
+        text += &format!("    {} {test}\n", if mutant.control { "leaves" } else { "caught by" });
     }
     text
 }

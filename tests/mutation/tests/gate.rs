@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use trisect_mutation::error::Error;
 use trisect_mutation::execute::Outcome;
-use trisect_mutation::fault::{self, Fault};
 use trisect_mutation::gate::{Finding, Gate, Verdict};
+use trisect_mutation::mutant::{self, Mutant};
 use trisect_mutation::report;
 
-const LIBRARY: &str = "//! A crate to plant faults in.
+const LIBRARY: &str = "//! A crate to plant mutants in.
 pub fn sum(a: i32, b: i32) -> i32 {
     a + b
 }
@@ -68,9 +68,9 @@ fn workspace(name: &str) -> PathBuf {
     root
 }
 
-/// A fault of `a + b` that `tests` are to catch.
-fn fault(replace: &str, tests: &[&str]) -> Fault {
-    Fault {
+/// A mutant of `a + b` that `tests` are to catch.
+fn mutant(replace: &str, tests: &[&str]) -> Mutant {
+    Mutant {
         name: "some".into(),
         what: "Some.".into(),
         file: "src/lib.rs".into(),
@@ -82,10 +82,10 @@ fn fault(replace: &str, tests: &[&str]) -> Fault {
     }
 }
 
-fn gate(root: &Path, faults: &[&Fault], required: &[&str]) -> Result<Gate, Error> {
+fn gate(root: &Path, mutants: &[&Mutant], required: &[&str]) -> Result<Gate, Error> {
     let target = root.join("target");
     let required = required.iter().map(|&name| name.to_owned()).collect();
-    Gate::new(root, &target.join("mutation"), &target, None, faults, required)
+    Gate::new(root, &target.join("mutation"), &target, None, mutants, required)
 }
 
 fn missed(finding: &Finding) -> Vec<&Outcome> {
@@ -99,21 +99,21 @@ fn missed(finding: &Finding) -> Vec<&Outcome> {
 fn what_is_noticed_passes_and_nothing_else() {
     let root = workspace("verdicts");
     let tests = ["lib tests::adds", "outside adds"];
-    let noticed = fault("a - b", &tests);
-    let comment = fault("a + b // the same", &tests);
-    let control = Fault { control: true, ..comment.clone() };
-    let no_control = Fault { control: true, ..noticed.clone() };
-    let half = fault("a - b", &["lib tests::adds", "lib tests::notices_nothing"]);
-    let broken = fault("a + \"b\"", &tests);
-    let crash = fault("a - b", &["lib tests::crashes"]);
+    let noticed = mutant("a - b", &tests);
+    let comment = mutant("a + b // the same", &tests);
+    let control = Mutant { control: true, ..comment.clone() };
+    let no_control = Mutant { control: true, ..noticed.clone() };
+    let half = mutant("a - b", &["lib tests::adds", "lib tests::notices_nothing"]);
+    let broken = mutant("a + \"b\"", &tests);
+    let crash = mutant("a - b", &["lib tests::crashes"]);
     let all = [&noticed, &comment, &control, &no_control, &half, &broken, &crash];
     let mut gate = gate(&root, &all, &[]).unwrap();
-    let mut find = |fault: &Fault| gate.try_fault(fault).unwrap();
+    let mut find = |mutant: &Mutant| gate.try_mutant(mutant).unwrap();
 
     let finding = find(&noticed);
     assert_eq!((&finding.verdict, finding.by.len()), (&Verdict::Caught, 2));
     assert!(finding.is_good());
-    // The twin: a comment is no fault.
+    // The twin: a comment is no mutant.
     let finding = find(&comment);
     assert_eq!(missed(&finding), [&Outcome::Passed, &Outcome::Passed]);
     assert!(!finding.is_good() && report::row(&comment, &finding, 4).starts_with("FAILED"));
@@ -132,7 +132,7 @@ fn what_is_noticed_passes_and_nothing_else() {
     assert!(!finding.is_good());
     let finding = find(&crash);
     assert!(matches!(missed(&finding).as_slice(), [Outcome::Crashed(_)]), "{finding:?}");
-    // And the fault is gone: from the copy, and from the workspace, which never had it.
+    // And the mutant is gone: from the copy, and from the workspace, which never had it.
     for folder in [root.clone(), root.join("target/mutation/work")] {
         assert_eq!(fs::read_to_string(folder.join("src/lib.rs")).unwrap(), LIBRARY);
     }
@@ -144,54 +144,54 @@ fn what_cannot_be_judged_is_an_error() {
     let root = workspace("errors");
     // Its text is not there, or stands there twice.
     for (find, want) in [("a * b", 0), ("super::sum(2, 3)", 3)] {
-        let fault = Fault { find: find.into(), ..fault("a - b", &["lib tests::adds"]) };
-        let error = gate(&root, &[&fault], &[]).err().expect("a fault that does not apply");
+        let mutant = Mutant { find: find.into(), ..mutant("a - b", &["lib tests::adds"]) };
+        let error = gate(&root, &[&mutant], &[]).err().expect("a mutant that does not apply");
         assert!(matches!(error, Error::Text { count, .. } if count == want), "{error}");
     }
     // Tests that are not there, or fail as it is.
-    let nonsense = fault("a - b", &["lib tests::adds", "lib tests::nonsense", "outside tests::adds"]);
+    let nonsense = mutant("a - b", &["lib tests::adds", "lib tests::nonsense", "outside tests::adds"]);
     let error = gate(&root, &[&nonsense], &[]).err().expect("tests that are not there");
     assert!(matches!(&error, Error::NoSuchTests { tests } if tests.len() == 2), "{error}");
-    let failing = fault("a - b", &["lib tests::always_fails"]);
-    let error = gate(&root, &[&failing], &[]).unwrap().try_fault(&failing).unwrap_err();
+    let failing = mutant("a - b", &["lib tests::always_fails"]);
+    let error = gate(&root, &[&failing], &[]).unwrap().try_mutant(&failing).unwrap_err();
     assert!(matches!(error, Error::Baseline { .. }) && error.to_string().contains("fails"), "{error}");
-    let no_target = fault("a - b", &["nonsense adds"]);
+    let no_target = mutant("a - b", &["nonsense adds"]);
     assert!(matches!(gate(&root, &[&no_target], &[]), Err(Error::Tool { .. })));
     // One gate at a time.
-    let fault = fault("a - b", &["lib tests::adds"]);
-    let _first = gate(&root, &[&fault], &[]).unwrap();
-    assert!(matches!(gate(&root, &[&fault], &[]), Err(Error::Busy { .. })));
+    let mutant = mutant("a - b", &["lib tests::adds"]);
+    let _first = gate(&root, &[&mutant], &[]).unwrap();
+    assert!(matches!(gate(&root, &[&mutant], &[]), Err(Error::Busy { .. })));
 }
 
 #[test]
 fn a_missing_backend_is_said() {
     let root = workspace("backends");
-    let only = fault("a - b", &["lib tests::absent::wgpu"]);
-    let both = fault("a - b", &["lib tests::absent::wgpu", "lib tests::adds"]);
+    let only = mutant("a - b", &["lib tests::absent::wgpu"]);
+    let both = mutant("a - b", &["lib tests::absent::wgpu", "lib tests::adds"]);
     let mut tolerant = gate(&root, &[&only, &both], &["cpu"]).unwrap();
-    let finding = tolerant.try_fault(&only).unwrap();
+    let finding = tolerant.try_mutant(&only).unwrap();
     assert_eq!(finding.verdict, Verdict::Skipped("SKIPPED for Wgpu: no adapter".into()));
-    let finding = tolerant.try_fault(&both).unwrap();
+    let finding = tolerant.try_mutant(&both).unwrap();
     assert_eq!((&finding.verdict, finding.by.len(), finding.skipped.len()), (&Verdict::Caught, 1, 1));
     drop(tolerant);
     let mut strict = gate(&root, &[&only], &["cpu", "wgpu"]).unwrap();
-    let error = strict.try_fault(&only).unwrap_err();
+    let error = strict.try_mutant(&only).unwrap_err();
     assert!(matches!(error, Error::Backend { backend: "wgpu", .. }), "{error}");
 }
 
-/// The list of the project: each fault applies to the sources as they are, and one of the shared crate is caught without a GPU, too:
+/// The list of the project: each mutant applies to the sources as they are, and one of the shared crate is caught without a GPU, too:
 /// once kernels are built from it, a GPU agrees with the CPU again.
 #[test]
 fn the_projects_faults_apply() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let faults = fault::read(&here.join("faults.toml")).unwrap();
-    assert!(faults.iter().filter(|fault| !fault.control).count() >= 20);
-    assert!(faults.iter().any(|fault| fault.control), "no twin");
-    for fault in &faults {
-        let source = fs::read(here.join("../..").join(&fault.file)).unwrap();
-        fault.plant(&source).unwrap_or_else(|error| panic!("{error}"));
-        let alone = fault.caught_by.iter().any(|test| test.backend().is_none());
-        assert!(alone || !fault.file.starts_with("shared"), "{}: only a comparison catches it", fault.name);
+    let mutants = mutant::read(&here.join("mutants.toml")).unwrap();
+    assert!(mutants.iter().filter(|mutant| !mutant.control).count() >= 20);
+    assert!(mutants.iter().any(|mutant| mutant.control), "no twin");
+    for mutant in &mutants {
+        let source = fs::read(here.join("../..").join(&mutant.file)).unwrap();
+        mutant.apply(&source).unwrap_or_else(|error| panic!("{error}"));
+        let alone = mutant.caught_by.iter().any(|test| test.backend().is_none());
+        assert!(alone || !mutant.file.starts_with("shared"), "{}: only a comparison catches it", mutant.name);
     }
 }
 

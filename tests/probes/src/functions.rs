@@ -8,9 +8,9 @@ use trisect_shared::scene::Scene;
 /// Row a: random bits. Output: cos, sin.
 pub const UNIT_CIRCLE: u32 = 0;
 /// Row a: turns. Output: cos, sin.
-pub const CIRCLE: u32 = 1;
+pub const COS_SIN_TURNS: u32 = 1;
 /// Row a: y, x. Output: turns.
-pub const TURNS: u32 = 2;
+pub const ATAN2_TURNS: u32 = 2;
 /// Row a: x in [0, 1]. Output: its cube root.
 pub const CUBE_ROOT: u32 = 3;
 /// Row a: x. Output b: the integer at or below.
@@ -37,11 +37,11 @@ pub fn functions(params: &ProbeParams, _: Scene, input: Input) -> Output {
     if operation == UNIT_CIRCLE {
         let (cos, sin) = math::unit_circle(input.a.x);
         out.a = row4(cos, sin, 0.0, 0.0);
-    } else if operation == CIRCLE {
-        let (cos, sin) = math::circle(v.x);
+    } else if operation == COS_SIN_TURNS {
+        let (cos, sin) = math::cos_sin_turns(v.x);
         out.a = row4(cos, sin, 0.0, 0.0);
-    } else if operation == TURNS {
-        out.a = row4(math::turns(v.x, v.y), 0.0, 0.0, 0.0);
+    } else if operation == ATAN2_TURNS {
+        out.a = row4(math::atan2_turns(v.x, v.y), 0.0, 0.0, 0.0);
     } else if operation == CUBE_ROOT {
         out.a = row4(math::cbrt_unit(v.x), 0.0, 0.0, 0.0);
     } else if operation == FLOOR {

@@ -6,9 +6,9 @@ use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x, trap};
 use core::slice::from_raw_parts;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
+use trisect_shared::planar::Planar;
 use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -35,7 +35,7 @@ macro_rules! entry_points {
             spheres: *const Sphere,
             nodes: *const BvhNode,
             materials: *const Material,
-            flats: *const Flat,
+            planars: *const Planar,
             triangles: *const Triangle,
             shading: *const TriangleShading,
             lights: *const Light,
@@ -57,7 +57,7 @@ macro_rules! entry_points {
                     spheres: from_raw_parts(spheres, lengths.spheres),
                     nodes: from_raw_parts(nodes, lengths.nodes),
                     materials: from_raw_parts(materials, lengths.materials),
-                    flats: from_raw_parts(flats, lengths.flats),
+                    planars: from_raw_parts(planars, lengths.planars),
                     triangles: from_raw_parts(triangles, lengths.triangles),
                     shading: from_raw_parts(shading, lengths.triangles),
                     lights: from_raw_parts(lights, lengths.lights),

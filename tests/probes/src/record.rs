@@ -13,7 +13,7 @@ pub struct ProbeParams {
     pub operation: u32,
     /// Length of the inputs and outputs.
     pub count: u32,
-    /// Unused. (Words, not an array: see [`RenderParams::first_flat`].)
+    /// Unused. (Words, not an array: see [`RenderParams::first_planar`].)
     pub pad0: u32,
     /// Unused.
     pub pad1: u32,
@@ -49,9 +49,9 @@ const _: () = assert!(size_of::<Input>() == 128 && align_of::<Input>() == 16);
 
 /// It is rows.
 #[cfg(target_arch = "spirv")]
-impl trisect_shared::rows::Record for Input {
+impl trisect_shared::buffer_layout::Packable for Input {
     type Rows = Self;
-    fn read(rows: Self) -> Self {
+    fn unpack(rows: Self) -> Self {
         rows
     }
 }
@@ -68,16 +68,16 @@ pub struct Output {
 
 /// It is rows.
 #[cfg(target_arch = "spirv")]
-impl trisect_shared::rows::Record for Output {
+impl trisect_shared::buffer_layout::Packable for Output {
     type Rows = Self;
-    fn read(rows: Self) -> Self {
+    fn unpack(rows: Self) -> Self {
         rows
     }
 }
 
 #[cfg(target_arch = "spirv")]
-impl trisect_shared::rows::Written for Output {
-    fn write(self) -> Self {
+impl trisect_shared::buffer_layout::PackableMut for Output {
+    fn pack(self) -> Self {
         self
     }
 }

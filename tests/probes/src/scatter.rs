@@ -33,12 +33,12 @@ pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Outpu
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
     if params.operation == EVALUATE {
         let evaluation = bsdf.evaluate::<{ ALL & !TEXTURES }>(vector(input.c));
-        out.a = row(evaluation.value, evaluation.density.to_bits());
+        out.a = row(evaluation.value, evaluation.pdf.to_bits());
     } else {
         let schlick = params.operation == SAMPLE_SCHLICK;
         let sample = bsdf.sample::<{ ALL & !TEXTURES }>(schlick, words(input.c));
         out.a = row(sample.direction, sample.transmitted as u32 | (sample.absorbed as u32) << 1);
-        out.b = row(sample.weight, sample.density.to_bits());
+        out.b = row(sample.weight, sample.pdf.to_bits());
     }
     out
 }

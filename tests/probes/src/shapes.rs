@@ -2,9 +2,9 @@
 
 use crate::record::{Input, Output, ProbeParams, row, row4, vector};
 use glam::{UVec4, Vec3};
-use trisect_shared::flat::Flat;
 use trisect_shared::math::sqrt;
-use trisect_shared::ray::Departure;
+use trisect_shared::planar::Planar;
+use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::{Shear, Triangle};
@@ -20,7 +20,7 @@ pub const TRIANGLE: u32 = 3;
 /// The same by Möller and Trumbore (JGT 2(1), 1997): the twin.
 pub const LEAKY_TRIANGLE: u32 = 4;
 /// Rows: a origin and kind; b normal; c dual of u; d dual of v; e ray's origin; f direction. Output: distance.
-pub const FLAT: u32 = 5;
+pub const PLANAR: u32 = 5;
 /// Rows: a, b, c vertices. Output: the normal, not normalised.
 pub const TRIANGLE_NORMAL: u32 = 6;
 
@@ -40,8 +40,8 @@ pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
         pad1: 0,
     };
     if operation == SPHERE {
-        let departure = Departure::from(0, input.d.y != 0);
-        let t = sphere.distance(vector(input.b), vector(input.c), input.d.x != 0, departure);
+        let origin_primitive = OriginPrimitive::new(0, input.d.y != 0);
+        let t = sphere.distance(vector(input.b), vector(input.c), input.d.x != 0, origin_primitive);
         out.a = row4(t, 0.0, 0.0, 0.0);
     } else if operation == NAIVE_SPHERE {
         out.a = row4(naive_sphere(&sphere, vector(input.b), vector(input.c)), 0.0, 0.0, 0.0);
@@ -53,9 +53,9 @@ pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
         out.a = row4(hit.distance, hit.weight_b, hit.weight_c, 0.0);
     } else if operation == LEAKY_TRIANGLE {
         out.a = row4(leaky_triangle(&triangle, vector(input.d), vector(input.e)), 0.0, 0.0, 0.0);
-    } else if operation == FLAT {
+    } else if operation == PLANAR {
         let zero = Vec3::ZERO;
-        let flat = Flat {
+        let planar = Planar {
             origin: vector(input.a),
             material: 0,
             normal: vector(input.b),
@@ -69,7 +69,7 @@ pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
             edge_v: zero,
             pad2: 0,
         };
-        out.a = row4(flat.distance(vector(input.e), vector(input.f)), 0.0, 0.0, 0.0);
+        out.a = row4(planar.distance(vector(input.e), vector(input.f)), 0.0, 0.0, 0.0);
     } else if operation == TRIANGLE_NORMAL {
         out.a = row(triangle.normal(), 0);
     }

@@ -4,12 +4,12 @@ use crate::record::{Input, Output, ProbeParams};
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
 use trisect_shared::buffer::{load, store};
+use trisect_shared::buffer_layout::Packed;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::flat::Flat;
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::rows::Stored;
+use trisect_shared::planar::Planar;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
@@ -23,24 +23,24 @@ macro_rules! entry_points {
         pub fn $module(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] params: &ProbeParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Stored<Sphere>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Stored<BvhNode>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Stored<Material>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] flats: &[Stored<Flat>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Stored<Triangle>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Stored<TriangleShading>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Stored<Light>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Stored<Texture>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Stored<Texel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Stored<EnvironmentTexel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] inputs: &[Stored<Input>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] outputs: &mut [Stored<Output>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Packed<Sphere>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Packed<BvhNode>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Packed<Material>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[Packed<Planar>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Packed<Triangle>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Packed<TriangleShading>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Packed<Light>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Packed<Texture>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Packed<Texel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Packed<EnvironmentTexel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] inputs: &[Packed<Input>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] outputs: &mut [Packed<Output>],
         ) {
             if id.x >= params.count {
                 return;
             }
             let scene = Scene {
-                spheres, nodes, materials, flats, triangles, shading, lights, textures, texels, environment,
+                spheres, nodes, materials, planars, triangles, shading, lights, textures, texels, environment,
             };
             // SAFETY: the guard, and the caller's proof of the scene and of `params.count` records.
             #[allow(unsafe_code, unused_unsafe, reason = "see buffer; some probes are unsafe")]

@@ -2,8 +2,8 @@
 
 use crate::record::{Input, Output, ProbeParams, floats, row};
 use glam::{UVec4, Vec3, Vec4};
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::params::FLAG_NEVER;
+use trisect_shared::film::{Compensation, PixelSums};
+use trisect_shared::params::FLAG_OPAQUE_ZERO;
 use trisect_shared::scene::Scene;
 
 /// Row a: a value, and how often (word y) it is added. Output: sum, and samples.
@@ -36,7 +36,7 @@ pub fn sums(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let list = operation == LIST || operation == PLAIN_LIST;
     let count = if list { input.b.x } else { input.a.y };
     let mut sums = PixelSums::ZERO;
-    let mut carry = Carry::ZERO;
+    let mut compensation = Compensation::ZERO;
     let mut plain = 0.0;
     let mut i = 0;
     while i < count {
@@ -44,11 +44,11 @@ pub fn sums(params: &ProbeParams, _: Scene, input: Input) -> Output {
         if operation == PLAIN || operation == PLAIN_LIST {
             plain += value;
         } else {
-            sums.add(Vec3::splat(value), &mut carry, params.render.flags & FLAG_NEVER);
+            sums.add(Vec3::splat(value), &mut compensation, params.render.flags & FLAG_OPAQUE_ZERO);
         }
         i += 1;
     }
-    sums.finish(carry);
+    sums.compensate(compensation);
     sums.radiance += Vec3::splat(plain);
     Output { a: row(sums.radiance, sums.samples), b: UVec4::ZERO }
 }

@@ -2,9 +2,9 @@
 
 use crate::record::{Input, Output, ProbeParams, row, vector};
 use glam::UVec4;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, Reach};
-use trisect_shared::features::{FLATS, Features, TRIANGLES};
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
+use trisect_shared::features::{Features, PLANAR, TRIANGLES};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::MISS;
 use trisect_shared::surface;
@@ -15,14 +15,14 @@ use trisect_shared::triangle::Shear;
 /// distance.
 pub const CLOSEST: u32 = 0;
 /// The same without the BVH: every primitive in turn.
-pub const EVERY: u32 = 1;
+pub const LINEAR: u32 = 1;
 /// Rows: a origin; b direction; c outgoing direction. From the hit, a ray goes on along row c. Output: a the point it starts from, its hit's primitive; b first
 /// and second distance, the first hit's primitive.
-pub const LEAVE: u32 = 2;
+pub const LEAVE_SURFACE: u32 = 2;
 /// The same from where the first ray ended, without departure and error bound: the twin.
-pub const LEAVE_PLAINLY: u32 = 3;
+pub const LEAVE_WITHOUT_OFFSET: u32 = 3;
 
-const SHAPES: Features = FLATS | TRIANGLES;
+const SHAPES: Features = PLANAR | TRIANGLES;
 
 /// Rows by operation.
 ///
@@ -32,18 +32,18 @@ const SHAPES: Features = FLATS | TRIANGLES;
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output {
-    let mut departure = Departure::NONE;
+    let mut origin_primitive = OriginPrimitive::NONE;
     if input.a.w != NO_PRIMITIVE {
-        departure = Departure::from(input.a.w, input.b.w != 0);
+        origin_primitive = OriginPrimitive::new(input.a.w, input.b.w != 0);
     }
-    let ray = Ray { origin: vector(input.a), direction: vector(input.b), departure };
+    let ray = Ray { origin: vector(input.a), direction: vector(input.b), origin_primitive };
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
     // SAFETY: the caller's promise.
     let hit = unsafe {
-        if params.operation == EVERY {
-            every(params, scene, ray)
+        if params.operation == LINEAR {
+            closest_by_linear_search(params, scene, ray)
         } else {
-            closest_hit::<SHAPES>(&params.render, scene, ray, Reach::CLOSEST)
+            closest_hit::<SHAPES>(&params.render, scene, ray, RayQuery::CLOSEST)
         }
     };
     out.a.w = hit.primitive;
@@ -52,20 +52,25 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
         // SAFETY: traversal returns a primitive of the scene.
         let surface = unsafe { surface::at::<SHAPES>(&params.render, scene, ray, hit) };
         out.a = row(surface.normal, hit.primitive);
-        if params.operation >= LEAVE {
+        if params.operation >= LEAVE_SURFACE {
             let direction = vector(input.c);
             let inside = direction.dot(surface.normal) < 0.0;
             let mut next = Ray {
-                origin: surface::leave(surface.point, surface.normal, surface.error, !inside),
+                origin: surface::offset_ray_origin(
+                    surface.point,
+                    surface.normal,
+                    surface.error_bound,
+                    !inside,
+                ),
                 direction,
-                departure: Departure::from(hit.primitive, inside),
+                origin_primitive: OriginPrimitive::new(hit.primitive, inside),
             };
-            if params.operation == LEAVE_PLAINLY {
+            if params.operation == LEAVE_WITHOUT_OFFSET {
                 next.origin = ray.origin + ray.direction * hit.distance;
-                next.departure = Departure::NONE;
+                next.origin_primitive = OriginPrimitive::NONE;
             }
             // SAFETY: the caller's promise.
-            let second = unsafe { closest_hit::<SHAPES>(&params.render, scene, next, Reach::CLOSEST) };
+            let second = unsafe { closest_hit::<SHAPES>(&params.render, scene, next, RayQuery::CLOSEST) };
             out.a = row(next.origin, second.primitive);
             out.b = UVec4::new(hit.distance.to_bits(), second.distance.to_bits(), hit.primitive, 0);
         }
@@ -76,7 +81,7 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
 /// The closest hit among all primitives; of equal ones the first.
 #[inline(always)]
 #[allow(unsafe_code, reason = "as above")]
-unsafe fn every(params: &ProbeParams, scene: Scene, ray: Ray) -> Hit {
+unsafe fn closest_by_linear_search(params: &ProbeParams, scene: Scene, ray: Ray) -> Hit {
     let shear = Shear::new(ray.direction);
     let count = params.render.first_triangle + scene.triangles.len() as u32;
     let mut best = Hit { distance: MISS, primitive: NO_PRIMITIVE };

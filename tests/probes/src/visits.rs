@@ -2,9 +2,9 @@
 
 use crate::record::{Input, Output, ProbeParams, vector};
 use glam::UVec4;
-use trisect_shared::bvh::{NO_PRIMITIVE, Reach};
-use trisect_shared::features::{COUNTED, FLATS, TRIANGLES};
-use trisect_shared::ray::{Departure, Ray};
+use trisect_shared::bvh::{NO_PRIMITIVE, RayQuery};
+use trisect_shared::features::{COUNTED, PLANAR, TRIANGLES};
+use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::traversal::closest_hit_counted;
 
@@ -23,15 +23,15 @@ pub const SHADOW: u32 = 1;
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn visits(params: &ProbeParams, scene: Scene, input: Input) -> Output {
-    let mut departure = Departure::NONE;
+    let mut origin_primitive = OriginPrimitive::NONE;
     if input.a.w != NO_PRIMITIVE {
-        departure = Departure::from(input.a.w, false);
+        origin_primitive = OriginPrimitive::new(input.a.w, false);
     }
-    let ray = Ray { origin: vector(input.a), direction: vector(input.b), departure };
-    let reach = Reach { any: params.operation == SHADOW, ..Reach::CLOSEST };
+    let ray = Ray { origin: vector(input.a), direction: vector(input.b), origin_primitive };
+    let query = RayQuery { any_hit: params.operation == SHADOW, ..RayQuery::CLOSEST };
     // SAFETY: the caller's promise.
     let (hit, visits) =
-        unsafe { closest_hit_counted::<{ FLATS | TRIANGLES | COUNTED }>(&params.render, scene, ray, reach) };
+        unsafe { closest_hit_counted::<{ PLANAR | TRIANGLES | COUNTED }>(&params.render, scene, ray, query) };
     let answer = UVec4::new(visits.nodes, visits.leaves, hit.primitive, hit.distance.to_bits());
     Output { a: answer, b: UVec4::ZERO }
 }

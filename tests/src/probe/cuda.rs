@@ -46,7 +46,7 @@ impl Cuda {
             store(&stream, scene.spheres)?,
             store(&stream, scene.nodes)?,
             store(&stream, scene.materials)?,
-            store(&stream, scene.flats)?,
+            store(&stream, scene.planars)?,
             store(&stream, scene.triangles)?,
             store(&stream, scene.shading)?,
             store(&stream, scene.lights)?,

@@ -4,7 +4,7 @@ mod cpu;
 mod cuda;
 mod wgpu;
 
-use crate::Subject;
+use crate::BackendUnderTest;
 use bytemuck::Zeroable;
 use trisect::backend::BackendError;
 use trisect::bvh::Bvh;
@@ -61,7 +61,7 @@ impl ProbeScene {
             spheres: &scene.spheres,
             nodes: &bvh.nodes,
             materials: &lights.materials,
-            flats: &scene.flats,
+            planars: &scene.flats,
             triangles: &bvh.triangles,
             shading: &bvh.shading,
             lights: &lights.lights,
@@ -77,11 +77,11 @@ impl ProbeScene {
         let size = self.scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
         RenderParams {
             root: self.bvh.root.0,
-            first_flat: self.scene.spheres.len() as u32,
+            first_planar: self.scene.spheres.len() as u32,
             first_triangle: (self.scene.spheres.len() + self.scene.flats.len()) as u32,
-            primitives: (self.scene.spheres.len() + self.scene.flats.len() + self.scene.triangles.len())
+            primitive_count: (self.scene.spheres.len() + self.scene.flats.len() + self.scene.triangles.len())
                 as u32,
-            lights: self.lights.lights.len() as u32,
+            light_count: self.lights.lights.len() as u32,
             environment_probability: self.lights.environment_probability,
             environment_width: size.0,
             environment_height: size.1,
@@ -93,7 +93,7 @@ impl ProbeScene {
 
 /// A backend ready to answer.
 pub struct Prober {
-    subject: Subject,
+    subject: BackendUnderTest,
     device: Box<dyn Device>,
     /// Part of each launch; a test may set its camera.
     pub render: RenderParams,
@@ -101,7 +101,7 @@ pub struct Prober {
 
 impl Prober {
     /// The backend with no scene; `None` where it is missing and not required, said aloud.
-    pub fn new(subject: Subject) -> Option<Self> {
+    pub fn new(subject: BackendUnderTest) -> Option<Self> {
         let nothing = "Scene(version: 1, image: (width: 1, height: 1), materials: {}, objects: [],
             camera: (look_from: (0, 0, 0), look_at: (0, 0, -1), vertical_fov: 60))";
         match Scene::parse(nothing, "nothing") {
@@ -111,20 +111,20 @@ impl Prober {
     }
 
     /// The backend with a scene on it.
-    pub fn with_scene(subject: Subject, scene: &ProbeScene) -> Option<Self> {
+    pub fn with_scene(subject: BackendUnderTest, scene: &ProbeScene) -> Option<Self> {
         let device: Result<Box<dyn Device>, BackendError> = match subject {
-            Subject::Cpu => Ok(Box::new(cpu::Native::new(scene.clone()))),
-            Subject::Wgpu | Subject::WgpuNaga => {
-                wgpu::Wgpu::open(subject == Subject::Wgpu, scene).map(|device| Box::new(device) as _)
+            BackendUnderTest::Cpu => Ok(Box::new(cpu::Native::new(scene.clone()))),
+            BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => {
+                wgpu::Wgpu::open(subject == BackendUnderTest::Wgpu, scene).map(|device| Box::new(device) as _)
             }
-            Subject::Cuda => cuda::Cuda::open(scene).map(|device| Box::new(device) as _),
+            BackendUnderTest::Cuda => cuda::Cuda::open(scene).map(|device| Box::new(device) as _),
         };
         let device = subject.available(device)?;
         Some(Self { subject, device, render: scene.params() })
     }
 
     /// Who answers.
-    pub fn subject(&self) -> Subject {
+    pub fn subject(&self) -> BackendUnderTest {
         self.subject
     }
 

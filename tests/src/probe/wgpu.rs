@@ -1,7 +1,7 @@
 //! As SPIR-V: as it is, or through naga.
 
 use super::{Device, ProbeScene};
-use crate::Subject;
+use crate::BackendUnderTest;
 use bytemuck::Pod;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
@@ -56,7 +56,7 @@ impl Shared {
         descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
         let adapters =
             pollster::block_on(Instance::new(descriptor).enumerate_adapters(wgpu::Backends::all()));
-        let index = Subject::Wgpu.index();
+        let index = BackendUnderTest::Wgpu.index();
         let adapter = adapters.get(index).ok_or(BackendError::NoSuchDevice {
             backend: "wgpu",
             index,
@@ -94,7 +94,7 @@ impl Wgpu {
             store(device, records.spheres),
             store(device, records.nodes),
             store(device, records.materials),
-            store(device, records.flats),
+            store(device, records.planars),
             store(device, records.triangles),
             store(device, records.shading),
             store(device, records.lights),

@@ -3,24 +3,27 @@
 
 use super::failed;
 use crate::backend::BackendError;
-use crate::denoise::{Kernel, Pass, Shown};
-use crate::film::{Target, span};
+use crate::denoise::{DisplayLaunch, Kernel, Pass};
+use crate::film::{RowTarget, span};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::{Duration, Instant};
-use trisect_shared::denoise::{Edge, Lit, Past, add, estimate, finish, gather, level, reproject};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::denoise::{
+    FilteredPixel, GBufferTexel, HistoryPixel, accumulate, atrous_level, demodulate, estimate_variance,
+    remodulate, reproject,
+};
 use trisect_shared::display::display;
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 
 /// The images between passes.
 #[derive(Default)]
 pub(super) struct Denoiser {
-    images: [Vec<Lit>; 2],
-    edges: Vec<Edge>,
+    images: [Vec<FilteredPixel>; 2],
+    gbuffer: Vec<GBufferTexel>,
     /// What frames keep for those that follow.
-    pasts: [Vec<Past>; 2],
-    kept: Vec<(PixelSums, Guides)>,
+    histories: [Vec<HistoryPixel>; 2],
+    accumulated: Vec<(PixelSums, AovSums)>,
 }
 
 /// Pixels of rows of an image, if it has them.
@@ -35,18 +38,23 @@ impl Denoiser {
         &mut self,
         passes: &[Pass],
         film: &[PixelSums],
-        guides: &[Guides],
+        guides: &[AovSums],
     ) -> Result<Vec<Duration>, BackendError> {
-        self.images.iter_mut().for_each(|image| image.resize(film.len(), Lit::UNKNOWN));
-        self.edges.resize(film.len(), Edge::NONE);
+        self.images.iter_mut().for_each(|image| image.resize(film.len(), FilteredPixel::UNKNOWN));
+        self.gbuffer.resize(film.len(), GBufferTexel::NONE);
         if passes.iter().any(|pass| pass.kernel.is_temporal()) {
-            self.pasts.iter_mut().for_each(|past| past.resize(film.len(), Past::NONE));
-            self.kept.resize(film.len(), (PixelSums::ZERO, Guides::ZERO));
+            self.histories.iter_mut().for_each(|past| past.resize(film.len(), HistoryPixel::NONE));
+            self.accumulated.resize(film.len(), (PixelSums::ZERO, AovSums::ZERO));
         }
         passes.iter().map(|pass| self.pass(pass, film, guides)).collect()
     }
 
-    fn pass(&mut self, pass: &Pass, film: &[PixelSums], guides: &[Guides]) -> Result<Duration, BackendError> {
+    fn pass(
+        &mut self,
+        pass: &Pass,
+        film: &[PixelSums],
+        guides: &[AovSums],
+    ) -> Result<Duration, BackendError> {
         let start = Instant::now();
         let params = &pass.params;
         let width = params.width as usize;
@@ -55,7 +63,7 @@ impl Denoiser {
         if width * params.height as usize != film.len() || film.is_empty() {
             return Err(failed("a pass over another image"));
         }
-        if (pass.kept || pass.kernel.is_temporal()) && self.kept.len() != film.len() {
+        if (pass.accumulated || pass.kernel.is_temporal()) && self.accumulated.len() != film.len() {
             return Err(failed("a pass over frames that were not kept"));
         }
         let Some(pixels) = range(&pass.rows, width, film.len()) else {
@@ -63,26 +71,26 @@ impl Denoiser {
         };
         if pass.kernel == Kernel::Add {
             let new = film[pixels.clone()].par_iter().zip(&guides[pixels.clone()]);
-            let pixels = self.kept[pixels].par_iter_mut().zip(new).with_min_len(super::TASK);
-            pixels.for_each(|(kept, (sums, guides))| *kept = add(params, *sums, *guides, *kept));
+            let pixels = self.accumulated[pixels].par_iter_mut().zip(new).with_min_len(super::TASK);
+            pixels.for_each(|(kept, (sums, guides))| *kept = accumulate(params, *sums, *guides, *kept));
             return Ok(start.elapsed());
         }
-        let kept = pass.kept.then_some(&self.kept);
+        let kept = pass.accumulated.then_some(&self.accumulated);
         let of = |pixel: usize| kept.map_or_else(|| (film[pixel], guides[pixel]), |kept| kept[pixel]);
-        if pass.kernel == Kernel::Gather {
+        if pass.kernel == Kernel::Demodulate {
             let first = pixels.start;
-            let edges = &mut self.edges[pixels.clone()];
+            let edges = &mut self.gbuffer[pixels.clone()];
             let pixels = to[pixels].par_iter_mut().zip(edges).enumerate().with_min_len(super::TASK);
             pixels.for_each(|(index, (lit, edge))| {
                 let pixel = first + index;
                 let (sums, guides) = of(pixel);
-                (*lit, *edge) = gather(params, sums, guides);
+                (*lit, *edge) = demodulate(params, sums, guides);
             });
             return Ok(start.elapsed());
         }
-        let edges = &self.edges;
+        let edges = &self.gbuffer;
         if pass.kernel == Kernel::Reproject {
-            let [first, second] = &mut self.pasts;
+            let [first, second] = &mut self.histories;
             let (past, next) = if pass.past == 0 { (&*first, second) } else { (&*second, first) };
             let first = pixels.start;
             let next = &mut next[pixels.clone()];
@@ -101,11 +109,11 @@ impl Denoiser {
                 // SAFETY: as above.
                 *lit = unsafe {
                     match pass.kernel {
-                        Kernel::Add | Kernel::Gather | Kernel::Reproject => *lit,
-                        Kernel::Estimate => estimate(params, from, edges, of(pixel).0.samples, x, y),
-                        Kernel::Atrous => level::<false>(params, from, edges, x, y),
-                        Kernel::Svgf => level::<true>(params, from, edges, x, y),
-                        Kernel::Finish => finish(from[pixel], of(pixel).1),
+                        Kernel::Add | Kernel::Demodulate | Kernel::Reproject => *lit,
+                        Kernel::Estimate => estimate_variance(params, from, edges, of(pixel).0.samples, x, y),
+                        Kernel::Atrous => atrous_level::<false>(params, from, edges, x, y),
+                        Kernel::Svgf => atrous_level::<true>(params, from, edges, x, y),
+                        Kernel::Remodulate => remodulate(from[pixel], of(pixel).1),
                     }
                 };
             }
@@ -113,7 +121,7 @@ impl Denoiser {
         Ok(start.elapsed())
     }
 
-    pub(super) fn read(&self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+    pub(super) fn read(&self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         let from = self.images.get(image).filter(|image| image.len() == pixels.len());
         pixels.copy_from_slice(from.ok_or_else(|| failed("an image that no pass wrote"))?);
         Ok(())
@@ -122,9 +130,9 @@ impl Denoiser {
     /// An image for a screen.
     pub(super) fn display(
         &self,
-        frame: &Shown,
+        frame: &DisplayLaunch,
         film: &[PixelSums],
-        to: &mut Target<'_>,
+        to: &mut RowTarget<'_>,
     ) -> Result<Duration, BackendError> {
         let start = Instant::now();
         let from = match frame.image {
@@ -137,14 +145,14 @@ impl Denoiser {
         let width = frame.params.width as usize;
         let fits = range(&span(frame.params.first_row, to.rows()), width, film.len()).is_some()
             && to.width() == width
-            && (!frame.kept || self.kept.len() == film.len());
+            && (!frame.accumulated || self.accumulated.len() == film.len());
         if !fits {
             return Err(failed("a film of another image"));
         }
         to.each_row().into_par_iter().for_each(|(y, pixels)| {
             for ((x, pixel), index) in (0u32..).zip(pixels).zip(y as usize * width..) {
-                let sums = if frame.kept { self.kept[index].0 } else { film[index] };
-                let lit = from.map_or(Lit::UNKNOWN, |from| from[index]);
+                let sums = if frame.accumulated { self.accumulated[index].0 } else { film[index] };
+                let lit = from.map_or(FilteredPixel::UNKNOWN, |from| from[index]);
                 *pixel = display(&frame.params, sums, lit, x);
             }
         });

@@ -1,14 +1,14 @@
 //! Instruction sets of the processor that runs this, and each kernel variant compiled for them.
 #![allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
 
-use trisect_shared::buffer::Slots;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::buffer::SharedSlice;
 use trisect_shared::features::{
-    ALL, Features, GUIDES, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+    ALL, AOVS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
 };
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512, WIDE};
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::guides::Guides;
+use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path;
 use trisect_shared::scene::Scene;
@@ -66,8 +66,16 @@ impl InstructionSet {
 }
 
 /// [`path::render_pixel`], for a variant and an instruction set, which the processor must have.
-pub(super) type Kernel =
-    unsafe fn(&RenderParams, Scene, u32, u32, &mut [PixelSums], &mut [Carry], u32, &mut Slots<Guides>);
+pub(super) type Kernel = unsafe fn(
+    &RenderParams,
+    Scene,
+    u32,
+    u32,
+    &mut [PixelSums],
+    &mut [Compensation],
+    u32,
+    &mut SharedSlice<AovSums>,
+);
 
 /// Of one variant.
 struct Compiled {
@@ -116,9 +124,9 @@ pub(super) unsafe fn render_pixel<const FEATURES: Features>(
     x: u32,
     y: u32,
     film: &mut [PixelSums],
-    carries: &mut [Carry],
+    carries: &mut [Compensation],
     slot: u32,
-    guides: &mut Slots<Guides>,
+    guides: &mut SharedSlice<AovSums>,
 ) {
     // SAFETY: the caller's promise.
     unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
@@ -136,9 +144,9 @@ unsafe fn render_avx2<const FEATURES: Features>(
     x: u32,
     y: u32,
     film: &mut [PixelSums],
-    carries: &mut [Carry],
+    carries: &mut [Compensation],
     slot: u32,
-    guides: &mut Slots<Guides>,
+    guides: &mut SharedSlice<AovSums>,
 ) {
     // SAFETY: the caller's promise.
     unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
@@ -156,9 +164,9 @@ unsafe fn render_avx512<const FEATURES: Features>(
     x: u32,
     y: u32,
     film: &mut [PixelSums],
-    carries: &mut [Carry],
+    carries: &mut [Compensation],
     slot: u32,
-    guides: &mut Slots<Guides>,
+    guides: &mut SharedSlice<AovSums>,
 ) {
     // SAFETY: the caller's promise.
     unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }

@@ -3,47 +3,47 @@
 use super::driver::{Argument, failed};
 use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
-use crate::denoise::{Pass, Shown};
-use crate::film::{Target, span};
+use crate::denoise::{DisplayLaunch, Pass};
+use crate::film::{RowTarget, span};
 use cudarc::driver::{CudaEvent, CudaFunction, CudaSlice, LaunchConfig, PushKernelArg};
 use std::time::Duration;
 use trisect_kernels::{DISPLAY, WORKGROUP, workgroup};
-use trisect_shared::denoise::{Edge, Lit, Past};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 
 /// The images between passes.
 pub(super) struct Images {
-    lit: [CudaSlice<u8>; 2],
-    edges: CudaSlice<u8>,
-    frames: Option<Frames>,
+    filtered: [CudaSlice<u8>; 2],
+    gbuffer: CudaSlice<u8>,
+    temporal: Option<TemporalBuffers>,
 }
 
 /// What frames keep for those that follow.
-struct Frames {
-    pasts: [CudaSlice<u8>; 2],
+struct TemporalBuffers {
+    histories: [CudaSlice<u8>; 2],
     sums: CudaSlice<u8>,
-    guides: CudaSlice<u8>,
+    aovs: CudaSlice<u8>,
 }
 
 impl Cuda {
     /// Images for so many pixels.
     fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
         // Frames of some rows leave the others as they are.
-        let lit = || self.zeros(pixels * size_of::<Lit>(), "the denoised image");
-        let edges = self.zeros(pixels * size_of::<Edge>(), "the denoiser's edges")?;
-        Ok(Images { lit: [lit()?, lit()?], edges, frames: None })
+        let lit = || self.zeros(pixels * size_of::<FilteredPixel>(), "the denoised image");
+        let edges = self.zeros(pixels * size_of::<GBufferTexel>(), "the denoiser's edges")?;
+        Ok(Images { filtered: [lit()?, lit()?], gbuffer: edges, temporal: None })
     }
 
     /// The same of what is kept from frame to frame.
-    fn denoiser_frames(&self, pixels: usize) -> Result<Frames, BackendError> {
+    fn denoiser_temporal(&self, pixels: usize) -> Result<TemporalBuffers, BackendError> {
         let bytes = |size: usize| self.zeros(pixels * size, "the frames before");
-        let past = size_of::<Past>();
-        Ok(Frames {
-            pasts: [bytes(past)?, bytes(past)?],
+        let past = size_of::<HistoryPixel>();
+        Ok(TemporalBuffers {
+            histories: [bytes(past)?, bytes(past)?],
             sums: bytes(size_of::<PixelSums>())?,
-            guides: bytes(size_of::<Guides>())?,
+            aovs: bytes(size_of::<AovSums>())?,
         })
     }
 
@@ -72,17 +72,17 @@ impl Cuda {
                 block_dim: (threads.0, threads.1, 1),
                 shared_mem_bytes: 0,
             };
-            let Images { lit: [first, second], edges, frames, .. } = &mut *images;
+            let Images { filtered: [first, second], gbuffer: edges, temporal: frames, .. } = &mut *images;
             let (from, to) = if pass.to == 1 { (&*first, second) } else { (&*second, first) };
-            let own = (&mut film.sums, &mut film.guides);
+            let own = (&mut film.sums, &mut film.aovs);
             match frames {
                 Some(frames) if pass.kernel.is_temporal() => {
                     let mut arguments = self.stream.launch_builder(kernel);
                     arguments.arg(&params);
-                    let [first, second] = &mut frames.pasts;
+                    let [first, second] = &mut frames.histories;
                     let (past, next) = if pass.past == 0 { (&*first, second) } else { (&*second, first) };
-                    let kept = (&mut frames.sums, &mut frames.guides);
-                    let (of, other) = if pass.kept { (kept, own) } else { (own, kept) };
+                    let kept = (&mut frames.sums, &mut frames.aovs);
+                    let (of, other) = if pass.accumulated { (kept, own) } else { (own, kept) };
                     arguments.arg(&*of.0).arg(&*of.1).arg(from).arg(&*edges).arg(past);
                     arguments.arg(to).arg(next).arg(other.0).arg(other.1);
                     // SAFETY: the arguments are those of every such pass (see trisect_kernels), and each names a record for each pixel.
@@ -91,8 +91,8 @@ impl Cuda {
                 frames => {
                     let mut arguments = self.stream.launch_builder(kernel);
                     arguments.arg(&params);
-                    let kept = frames.as_ref().filter(|_| pass.kept);
-                    let of = kept.map_or((&*own.0, &*own.1), |frames| (&frames.sums, &frames.guides));
+                    let kept = frames.as_ref().filter(|_| pass.accumulated);
+                    let of = kept.map_or((&*own.0, &*own.1), |frames| (&frames.sums, &frames.aovs));
                     arguments.arg(of.0).arg(of.1).arg(from).arg(to).arg(edges);
                     // SAFETY: as above.
                     unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
@@ -110,14 +110,14 @@ impl Cuda {
     }
 
     /// Sums and guides where a kernel that writes guides has them.
-    pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+    pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         let Some(memory) = &mut self.film else { return Err(not_prepared()) };
         let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
-        if memory.sums.len() != sums.len() || memory.guides.len() < guides.len() {
+        if memory.sums.len() != sums.len() || memory.aovs.len() < guides.len() {
             return Err(not_prepared());
         }
         self.stream.memcpy_htod(sums, &mut memory.sums).map_err(failed("writing the film"))?;
-        let mut to = memory.guides.slice_mut(0..guides.len());
+        let mut to = memory.aovs.slice_mut(0..guides.len());
         self.stream.memcpy_htod(guides, &mut to).map_err(failed("writing the film"))?;
         self.stream.synchronize().map_err(failed("writing the film"))
     }
@@ -127,20 +127,22 @@ impl Cuda {
         let Some(mut film) = self.film.take() else { return Err(not_prepared()) };
         let pixels = film.sums.len() / size_of::<PixelSums>();
         let is_image = |pass: &Pass| pass.params.width as usize * pass.params.height as usize == pixels;
-        if film.guides.len() != pixels * size_of::<Guides>() || !passes.iter().all(is_image) {
+        if film.aovs.len() != pixels * size_of::<AovSums>() || !passes.iter().all(is_image) {
             self.film = Some(film);
             return Err(not_prepared());
         }
         let images = match self.denoiser.take() {
-            Some(images) if images.lit[0].len() == pixels * size_of::<Lit>() => Ok(images),
+            Some(images) if images.filtered[0].len() == pixels * size_of::<FilteredPixel>() => Ok(images),
             other => {
                 drop(other); // before the new one is allocated
                 self.denoiser_images(pixels)
             }
         };
         let times = images.and_then(|mut images| {
-            if images.frames.is_none() && passes.iter().any(|pass| pass.kept || pass.kernel.is_temporal()) {
-                images.frames = Some(self.denoiser_frames(pixels)?);
+            if images.temporal.is_none()
+                && passes.iter().any(|pass| pass.accumulated || pass.kernel.is_temporal())
+            {
+                images.temporal = Some(self.denoiser_temporal(pixels)?);
             }
             let times = self.run_passes(passes, &mut film, &mut images);
             self.denoiser = Some(images);
@@ -151,9 +153,13 @@ impl Cuda {
     }
 
     /// One of both images.
-    pub(super) fn read_image(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+    pub(super) fn read_image(
+        &mut self,
+        image: usize,
+        pixels: &mut [FilteredPixel],
+    ) -> Result<(), BackendError> {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
-        let images = self.denoiser.as_ref().and_then(|images| images.lit.get(image));
+        let images = self.denoiser.as_ref().and_then(|images| images.filtered.get(image));
         let Some(image) = images.filter(|image| image.len() == bytes.len()) else {
             return Err(not_prepared());
         };
@@ -164,8 +170,8 @@ impl Cuda {
     /// [`Backend::display`](crate::backend::Backend::display).
     pub(super) fn display_frame(
         &mut self,
-        frame: &Shown,
-        to: &mut Target<'_>,
+        frame: &DisplayLaunch,
+        to: &mut RowTarget<'_>,
     ) -> Result<Duration, BackendError> {
         let DisplayParams { width, height, .. } = frame.params;
         let count = width as usize * height as usize;
@@ -184,24 +190,24 @@ impl Cuda {
 
     fn display_to(
         &self,
-        frame: &Shown,
+        frame: &DisplayLaunch,
         kernel: &CudaFunction,
         count: usize,
         shown: &mut CudaSlice<u8>,
-        to: &mut Target<'_>,
+        to: &mut RowTarget<'_>,
     ) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(not_prepared()) };
         let images = self.denoiser.as_ref();
-        let kept = images.and_then(|images| images.frames.as_ref()).filter(|_| frame.kept);
+        let kept = images.and_then(|images| images.temporal.as_ref()).filter(|_| frame.accumulated);
         let sums = kept.map_or(&film.sums, |frames| &frames.sums);
         let lit = match frame.image {
             // The kernel loads what it does not use then.
             None => Some(sums),
-            Some(image) => images.and_then(|images| images.lit.get(image)),
+            Some(image) => images.and_then(|images| images.filtered.get(image)),
         };
         let span = span(frame.params.first_row, to.rows());
         let Some(lit) = lit.filter(|lit| {
-            lit.len() >= count * size_of::<Lit>()
+            lit.len() >= count * size_of::<FilteredPixel>()
                 && sums.len() == count * size_of::<PixelSums>()
                 && span.end <= frame.params.height
                 && to.width() == frame.params.width as usize

@@ -6,7 +6,7 @@ use bytemuck::Pod;
 use cudarc::driver::{CudaContext, DeviceRepr, DriverError, result, sys};
 
 /// The oldest driver that has every function that this program calls.
-const LEAST_DRIVER: i32 = 12_000;
+const MIN_DRIVER: i32 = 12_000;
 
 /// A record as a kernel argument.
 #[repr(transparent)]
@@ -44,7 +44,7 @@ pub(super) fn probe() -> Result<usize, BackendError> {
     unsafe { sys::cuDriverGetVersion(&raw mut version) }
         .result()
         .map_err(failed("asking for the version"))?;
-    if version < LEAST_DRIVER {
+    if version < MIN_DRIVER {
         let reason =
             format!("the driver supports CUDA {}.{}, 12.0 is needed", version / 1000, version % 1000 / 10);
         return Err(unavailable(reason, install));

@@ -8,11 +8,11 @@ use cudarc::driver::CudaFunction;
 use cudarc::driver::sys::CUdevice_attribute_enum;
 use cudarc::nvrtc::Ptx;
 use trisect_kernels::{PTX_FAST, PTX_PRECISE, WORKGROUP, is_level, variant_by_name};
-use trisect_shared::features::{Features, LARGE, has_any};
+use trisect_shared::features::{Features, HEAVY, has_any};
 
 /// A limit of a kernel's registers, by docs/performance.md: what more lanes at a time bring is more than what spilling costs.
 fn registers(features: Features) -> u32 {
-    if has_any(features, LARGE) { 96 } else { 64 }
+    if has_any(features, HEAVY) { 96 } else { 64 }
 }
 
 /// The same for the levels of the denoiser's filters.

@@ -13,9 +13,9 @@ mod pinned;
 
 pub use driver::devices;
 
-use super::{Backend, BackendError, Device, Job, Launch, SceneRecords};
-use crate::denoise::{Pass, Shown};
-use crate::film::{HostMemory, Rows, Target};
+use super::{Backend, BackendError, Device, FilmDesc, Launch, SceneRecords};
+use crate::denoise::{DisplayLaunch, Pass};
+use crate::film::{HostMemory, RowSet, RowTarget};
 use crate::render::{MathMode, Schedule, Traversal};
 use bytemuck::Zeroable;
 use cudarc::driver::sys::CUevent_flags;
@@ -28,17 +28,17 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::{FIRST_HIT, WORKGROUP};
+use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::Lit;
-use trisect_shared::features::{Features, GUIDES, PERSISTENT, has};
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::guides::Guides;
+use trisect_shared::denoise::FilteredPixel;
+use trisect_shared::features::{AOVS, Features, PERSISTENT, has};
+use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::SceneLengths;
 
 /// The oldest compute capability that the kernels are compiled for.
-const LEAST_CAPABILITY: (i32, i32) = (6, 1);
+const MIN_CAPABILITY: (i32, i32) = (6, 1);
 
 /// The scene's array of nodes.
 const NODES: usize = 1;
@@ -47,7 +47,7 @@ const NODES: usize = 1;
 const GRID_LIMIT: u32 = 65_535;
 
 /// Pixels of a launch of persistent lanes, at most: they count in 32 bits.
-const GREATEST_QUEUE: u64 = 1 << 31;
+const MAX_QUEUE: u64 = 1 << 31;
 
 /// A CUDA device.
 pub struct Cuda {
@@ -72,11 +72,11 @@ pub struct Cuda {
     end: CudaEvent,
 }
 
-/// The film on the device: a [`PixelSums`] and a [`Carry`] for each pixel, and for a kernel that writes them [`Guides`].
+/// The film on the device: a [`PixelSums`] and a [`Compensation`] for each pixel, and for a kernel that writes them [`Guides`].
 struct Film {
     sums: CudaSlice<u8>,
-    carries: CudaSlice<u8>,
-    guides: CudaSlice<u8>,
+    compensations: CudaSlice<u8>,
+    aovs: CudaSlice<u8>,
 }
 
 /// The arrays in the order of the kernels' arguments.
@@ -100,7 +100,7 @@ impl Cuda {
         // SAFETY: memory is used by the stream that it was allocated in, but for a scene, which is there when a twin begins, and which no one writes to.
         unsafe { context.disable_event_tracking() };
         let capability = context.compute_capability().map_err(failed("asking for an attribute"))?;
-        if capability < LEAST_CAPABILITY {
+        if capability < MIN_CAPABILITY {
             return Err(unavailable(
                 format!(
                     "device {index} has compute capability {}.{}, 6.1 is needed",
@@ -142,7 +142,7 @@ impl Cuda {
     }
 
     /// Puts nodes after those of the scene.
-    fn view_of(&self, scene: &mut SceneOnDevice, nodes: &[BvhNode]) -> Result<(), BackendError> {
+    fn append_nodes(&self, scene: &mut SceneOnDevice, nodes: &[BvhNode]) -> Result<(), BackendError> {
         let bytes: &[u8] = bytemuck::cast_slice(nodes);
         let own = scene.nodes * size_of::<BvhNode>();
         let array = &mut scene.arrays[NODES];
@@ -184,9 +184,9 @@ impl Cuda {
         }
         let mut grid = (params.width.div_ceil(WORKGROUP.0), params.rows.div_ceil(WORKGROUP.1), 1);
         if persistent {
-            if u64::from(grid.0) * u64::from(grid.1) * u64::from(WORKGROUP.0 * WORKGROUP.1) > GREATEST_QUEUE {
+            if u64::from(grid.0) * u64::from(grid.1) * u64::from(WORKGROUP.0 * WORKGROUP.1) > MAX_QUEUE {
                 let (width, rows) = (params.width, params.rows);
-                let limit = GREATEST_QUEUE / u64::from(width);
+                let limit = MAX_QUEUE / u64::from(width);
                 return Err(BackendError::TooLong { backend: "cuda", width, rows, limit });
             }
             grid = (self.resident_blocks(kernel)?.min(grid.0 * grid.1), 1, 1);
@@ -201,7 +201,7 @@ impl Cuda {
             arguments.arg(&**array);
         }
         arguments.arg(output).arg(carries).arg(&mut self.counter).arg(guides);
-        // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, for a render kernel `carries`, and for one
+        // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, for a render kernel `compensations`, and for one
         // with GUIDES `guides` hold a record for each pixel of the image, and the host proved the scene's indices.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
@@ -229,7 +229,7 @@ impl Backend for Cuda {
             self.copy(scene.spheres, "the scene's spheres")?,
             self.copy(scene.nodes, "the scene's BVH")?,
             self.copy(scene.materials, "the scene's materials")?,
-            self.copy(scene.flats, "the scene's quads and discs")?,
+            self.copy(scene.planars, "the scene's quads and discs")?,
             self.copy(scene.triangles, "the scene's triangles")?,
             self.copy(scene.shading, "the scene's normals and texture coordinates")?,
             self.copy(scene.lights, "the scene's lights")?,
@@ -242,32 +242,32 @@ impl Backend for Cuda {
         Ok(())
     }
 
-    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
         self.bind()?;
         let Some(mut scene) = self.scene.take() else { return Err(not_prepared()) };
-        let viewed = self.view_of(&mut scene, nodes);
+        let viewed = self.append_nodes(&mut scene, nodes);
         self.scene = Some(scene);
         viewed
     }
 
-    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
         self.bind()?;
         self.math = job.math;
         self.persistent = has(job.variant.features, PERSISTENT);
         self.kernel = Some(self.kernel(job.variant.name, job.math)?);
         let bytes = job.pixels() * size_of::<PixelSums>();
-        let guides = if has(job.variant.features, GUIDES) { job.pixels() * size_of::<Guides>() } else { 0 };
+        let guides = if has(job.variant.features, AOVS) { job.pixels() * size_of::<AovSums>() } else { 0 };
         let mut film = match self.film.take() {
-            Some(film) if film.sums.len() == bytes && film.guides.len() >= guides => film,
+            Some(film) if film.sums.len() == bytes && film.aovs.len() >= guides => film,
             other => {
                 drop(other); // before the new one is allocated
-                let carries = self.allocate(job.pixels() * size_of::<Carry>(), "the film")?;
+                let carries = self.allocate(job.pixels() * size_of::<Compensation>(), "the film")?;
                 let guides = self.allocate(guides, "the film's guides")?;
-                Film { sums: self.allocate(bytes, "the film")?, carries, guides }
+                Film { sums: self.allocate(bytes, "the film")?, compensations: carries, aovs: guides }
             }
         };
         self.erase(&mut film.sums)?;
-        self.erase(&mut film.guides)?;
+        self.erase(&mut film.aovs)?;
         self.film = Some(film);
         Ok(())
     }
@@ -280,14 +280,14 @@ impl Backend for Cuda {
         let time = self.launch(
             &kernel,
             launch.params(),
-            [&mut film.sums, &mut film.carries, &mut film.guides],
+            [&mut film.sums, &mut film.compensations, &mut film.aovs],
             self.persistent,
         );
         self.film = Some(film);
         time
     }
 
-    fn read_film(&mut self, rows: &Rows, film: &mut [PixelSums]) -> Result<(), BackendError> {
+    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError> {
         self.bind()?;
         let Some(mut memory) = self.film.take() else { return Err(not_prepared()) };
         let read = self.read_rows(rows, &memory.sums, bytemuck::cast_slice_mut(film));
@@ -296,16 +296,16 @@ impl Backend for Cuda {
         read.and(erased)
     }
 
-    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
         self.bind()?;
         let Some(mut memory) = self.film.take() else { return Err(not_prepared()) };
-        let read = self.read_rows(rows, &memory.guides, bytemuck::cast_slice_mut(guides));
-        let erased = self.erase(&mut memory.guides);
+        let read = self.read_rows(rows, &memory.aovs, bytemuck::cast_slice_mut(guides));
+        let erased = self.erase(&mut memory.aovs);
         self.film = Some(memory);
         read.and(erased)
     }
 
-    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         self.bind()?;
         self.write_sums(film, guides)
     }
@@ -315,17 +315,17 @@ impl Backend for Cuda {
         self.denoise_film(passes)
     }
 
-    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         self.bind()?;
         self.read_image(image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
         self.bind()?;
         self.display_frame(frame, to)
     }
 
-    fn twin(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
+    fn second_stream(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
         self.bind()?;
         // What the twin shares must be there before it begins.
         self.stream.synchronize().map_err(failed("copying the scene"))?;
@@ -351,8 +351,8 @@ impl Backend for Cuda {
         let kernel = self.kernel(FIRST_HIT, self.math)?;
         let mut memory = self.allocate(size_of_val(hits), "the first hits")?;
         self.erase(&mut memory)?;
-        let mut no_carries = self.allocate(size_of::<Carry>(), "the first hits")?;
-        let mut no_guides = self.allocate(size_of::<Guides>(), "the first hits")?;
+        let mut no_carries = self.allocate(size_of::<Compensation>(), "the first hits")?;
+        let mut no_guides = self.allocate(size_of::<AovSums>(), "the first hits")?;
         self.launch(&kernel, launch.params(), [&mut memory, &mut no_carries, &mut no_guides], false)?;
         hits.fill(FirstHit::zeroed());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(hits);

@@ -3,13 +3,13 @@
 use super::driver::failed;
 use super::{Cuda, not_prepared};
 use crate::backend::BackendError;
-use crate::film::{Grid, HostMemory, Rows, Target};
+use crate::film::{CopyRect, HostMemory, RowSet, RowTarget};
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, sys};
 use std::ffi::c_void;
 use std::sync::Arc;
 
 /// Bytes from row to row of a rectangle, at most: CU_DEVICE_ATTRIBUTE_MAX_PITCH of every device.
-const MOST_PITCH: usize = i32::MAX as usize;
+const MAX_PITCH: usize = i32::MAX as usize;
 
 /// Memory that the device writes to without a detour, as long as this is there.
 pub(super) struct Pinned {
@@ -54,7 +54,7 @@ impl Cuda {
     /// Copies rows of what an image's pixels have on the device, one below the other.
     pub(super) fn read_rows(
         &self,
-        rows: &Rows,
+        rows: &RowSet,
         from: &CudaSlice<u8>,
         to: &mut [u8],
     ) -> Result<(), BackendError> {
@@ -68,7 +68,11 @@ impl Cuda {
     }
 
     /// The same of an image's pixels, to where they belong.
-    pub(super) fn read_target(&self, from: &CudaSlice<u8>, to: &mut Target<'_>) -> Result<(), BackendError> {
+    pub(super) fn read_target(
+        &self,
+        from: &CudaSlice<u8>,
+        to: &mut RowTarget<'_>,
+    ) -> Result<(), BackendError> {
         let (rows, row) = (to.rows().clone(), to.width() * 4);
         self.read_grids(&rows, from, row, |grid, before| {
             let (first, step) = to.place(grid, before);
@@ -79,24 +83,24 @@ impl Cuda {
     /// Copies rectangles, each to where `place` says: its first byte, and how many rows of `row` bytes lie from one block of rows to the next there.
     fn read_grids(
         &self,
-        rows: &Rows,
+        rows: &RowSet,
         from: &CudaSlice<u8>,
         row: usize,
-        mut place: impl FnMut(&Grid, u32) -> (*mut u8, u32),
+        mut place: impl FnMut(&CopyRect, u32) -> (*mut u8, u32),
     ) -> Result<(), BackendError> {
         if from.len() < rows.end() as usize * row {
             return Err(not_prepared());
         }
-        let most = u32::try_from(MOST_PITCH / row.max(1)).unwrap_or(u32::MAX);
+        let most = u32::try_from(MAX_PITCH / row.max(1)).unwrap_or(u32::MAX);
         let mut before = 0;
         {
             let (device, _guard) = from.device_ptr(&self.stream);
-            for grid in Grid::all(rows, most) {
+            for grid in CopyRect::all(rows, most) {
                 let (to, step) = place(&grid, before);
                 before += grid.rows();
                 // One block is a row of so many bytes; a block that is too long for that goes row by row.
                 let block = grid.length as usize * row;
-                let (width, height, pitches) = match block <= MOST_PITCH {
+                let (width, height, pitches) = match block <= MAX_PITCH {
                     true => (block, grid.count as usize, (grid.step as usize * row, step as usize * row)),
                     false => (row, grid.length as usize, (row, row)),
                 };

@@ -4,12 +4,12 @@ use super::Wgpu;
 use super::adapter::Gpu;
 use super::pipeline::Pipelines;
 use crate::backend::BackendError;
-use crate::denoise::{LEVELS, Pass, Shown};
+use crate::denoise::{DisplayLaunch, LEVELS, Pass};
 use crate::render::MathMode;
 use std::time::{Duration, Instant};
-use trisect_shared::denoise::{DenoiseParams, Edge, Lit, Past};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::film::PixelSums;
-use trisect_shared::guides::Guides;
 use wgpu::{Buffer, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor, QueryType};
 
 /// Passes of one submission, at most: three before the levels, one after.
@@ -20,23 +20,23 @@ pub(super) struct Denoiser {
     pipelines: Pipelines,
     /// A launch record a pass.
     params: Vec<Buffer>,
-    lit: [Buffer; 2],
-    edges: Buffer,
-    frames: Option<Frames>,
+    filtered: [Buffer; 2],
+    gbuffer: Buffer,
+    temporal: Option<TemporalBuffers>,
     /// What an image is read through.
     staging: Buffer,
     timer: Option<Timer>,
 }
 
 /// What frames keep for those that follow, and the pipelines for it.
-struct Frames {
+struct TemporalBuffers {
     pipelines: Pipelines,
-    pasts: [Buffer; 2],
+    histories: [Buffer; 2],
     sums: Buffer,
-    guides: Buffer,
+    aovs: Buffer,
 }
 
-impl Frames {
+impl TemporalBuffers {
     /// For so many pixels.
     fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
         let buffer = |size: usize| {
@@ -45,9 +45,9 @@ impl Frames {
         };
         Ok(Self {
             pipelines: Pipelines::new(&of.gpu, of.route, 5, 4)?,
-            pasts: [buffer(size_of::<Past>())?, buffer(size_of::<Past>())?],
+            histories: [buffer(size_of::<HistoryPixel>())?, buffer(size_of::<HistoryPixel>())?],
             sums: buffer(size_of::<PixelSums>())?,
-            guides: buffer(size_of::<Guides>())?,
+            aovs: buffer(size_of::<AovSums>())?,
         })
     }
 }
@@ -65,7 +65,7 @@ impl Denoiser {
         let gpu = &of.gpu;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let bytes = pixels * size_of::<Lit>() as u64;
+        let bytes = pixels * size_of::<FilteredPixel>() as u64;
         let image = || of.buffer(bytes, storage, "the denoised image");
         let params = || {
             let size = size_of::<DenoiseParams>() as u64;
@@ -88,9 +88,9 @@ impl Denoiser {
         Ok(Self {
             pipelines: Pipelines::new(gpu, of.route, 3, 2)?,
             params: (0..PASSES).map(|_| params()).collect::<Result<_, _>>()?,
-            lit: [image()?, image()?],
-            edges: of.buffer(pixels * size_of::<Edge>() as u64, storage, "the denoiser's edges")?,
-            frames: None,
+            filtered: [image()?, image()?],
+            gbuffer: of.buffer(pixels * size_of::<GBufferTexel>() as u64, storage, "the denoiser's edges")?,
+            temporal: None,
             staging: of.buffer(bytes, read, "the denoised image")?,
             timer: of.timer.is_some().then(timer).transpose()?,
         })
@@ -98,7 +98,7 @@ impl Denoiser {
 
     /// Bytes of an image of as many pixels.
     pub fn fits(&self, pixels: u64) -> bool {
-        self.staging.size() == (pixels * size_of::<Lit>() as u64).max(super::LEAST_BUFFER)
+        self.staging.size() == (pixels * size_of::<FilteredPixel>() as u64).max(super::MIN_BUFFER)
     }
 
     /// Runs the passes in one submission and waits for them.
@@ -116,7 +116,7 @@ impl Denoiser {
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         for pass in passes {
             pass.check_groups("wgpu", limit)?;
-            let pipelines = match &mut self.frames {
+            let pipelines = match &mut self.temporal {
                 Some(frames) if pass.kernel.is_temporal() => &mut frames.pipelines,
                 _ => &mut self.pipelines,
             };
@@ -126,23 +126,23 @@ impl Denoiser {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for (index, (pass, params)) in (0u32..).zip(passes.iter().zip(&self.params)) {
             gpu.queue.write_buffer(params, 0, bytemuck::bytes_of(&pass.params));
-            let [first, second] = &self.lit;
+            let [first, second] = &self.filtered;
             let (from, to) = if pass.to == 1 { (first, second) } else { (second, first) };
-            let kept = self.frames.as_ref().map(|frames| [&frames.sums, &frames.guides]);
+            let kept = self.temporal.as_ref().map(|frames| [&frames.sums, &frames.aovs]);
             let (film, other) = match kept {
-                Some(kept) if pass.kept => (kept, own),
+                Some(kept) if pass.accumulated => (kept, own),
                 kept => (own, kept.unwrap_or(own)),
             };
-            let (pipelines, group) = match &self.frames {
+            let (pipelines, group) = match &self.temporal {
                 Some(frames) if pass.kernel.is_temporal() => {
-                    let [first, second] = &frames.pasts;
+                    let [first, second] = &frames.histories;
                     let (past, next) = if pass.past == 0 { (first, second) } else { (second, first) };
                     let buffers =
-                        [params, film[0], film[1], from, &self.edges, past, to, next, other[0], other[1]];
+                        [params, film[0], film[1], from, &self.gbuffer, past, to, next, other[0], other[1]];
                     (&frames.pipelines, frames.pipelines.bind(&gpu.device, buffers))
                 }
                 _ => {
-                    let buffers = [params, film[0], film[1], from, to, &self.edges];
+                    let buffers = [params, film[0], film[1], from, to, &self.gbuffer];
                     (&self.pipelines, self.pipelines.bind(&gpu.device, buffers))
                 }
             };
@@ -180,15 +180,15 @@ impl Denoiser {
     }
 
     /// One of both images, and the sums over frames where the frame's samples are those.
-    pub fn shown(&self, frame: &Shown, pixels: u64) -> Option<(&Buffer, Option<&Buffer>)> {
-        let lit = self.lit.get(frame.image?).filter(|_| self.fits(pixels))?;
-        let kept = self.frames.as_ref().filter(|_| frame.kept);
+    pub fn shown(&self, frame: &DisplayLaunch, pixels: u64) -> Option<(&Buffer, Option<&Buffer>)> {
+        let lit = self.filtered.get(frame.image?).filter(|_| self.fits(pixels))?;
+        let kept = self.temporal.as_ref().filter(|_| frame.accumulated);
         Some((lit, kept.map(|frames| &frames.sums)))
     }
 
     /// Copies one of both images to `pixels`.
-    pub fn read(&self, gpu: &Gpu, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
-        let image = self.lit.get(image).filter(|_| self.fits(pixels.len() as u64));
+    pub fn read(&self, gpu: &Gpu, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
+        let image = self.filtered.get(image).filter(|_| self.fits(pixels.len() as u64));
         let Some(image) = image else {
             let message = "an image that no pass wrote".to_owned();
             return Err(BackendError::Device { backend: "wgpu", action: "denoising", message });
@@ -202,10 +202,10 @@ impl Denoiser {
 
 impl Wgpu {
     /// Sums and guides where a kernel that writes guides has them.
-    pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+    pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         let Some(mut memory) = self.film.take() else { return Err(self.misuse("no frame was prepared")) };
         let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
-        let to = &mut memory.guides;
+        let to = &mut memory.aovs;
         let written = match memory.sums.size() < sums.len() as u64 || to.records.size() < guides.len() as u64
         {
             true => Err(self.misuse("sums of another image")),
@@ -224,7 +224,7 @@ impl Wgpu {
         };
         let pixels = |pass: &Pass| u64::from(pass.params.width) * u64::from(pass.params.height);
         let of_image = pixels(first);
-        if film.guides.records.size() < of_image * size_of::<Guides>() as u64
+        if film.aovs.records.size() < of_image * size_of::<AovSums>() as u64
             || film.sums.size() < of_image * size_of::<PixelSums>() as u64
             || !passes.iter().all(|pass| pixels(pass) == of_image)
         {
@@ -237,10 +237,12 @@ impl Wgpu {
                 Denoiser::new(self, of_image)?
             }
         };
-        if denoiser.frames.is_none() && passes.iter().any(|pass| pass.kept || pass.kernel.is_temporal()) {
-            denoiser.frames = Some(Frames::new(self, of_image)?);
+        if denoiser.temporal.is_none()
+            && passes.iter().any(|pass| pass.accumulated || pass.kernel.is_temporal())
+        {
+            denoiser.temporal = Some(TemporalBuffers::new(self, of_image)?);
         }
-        let times = denoiser.run(&self.gpu, self.math, passes, [&film.sums, &film.guides.records]);
+        let times = denoiser.run(&self.gpu, self.math, passes, [&film.sums, &film.aovs.records]);
         self.denoiser = Some(denoiser);
         times
     }

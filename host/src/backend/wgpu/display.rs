@@ -3,8 +3,8 @@
 use super::Wgpu;
 use super::pipeline::Pipelines;
 use crate::backend::BackendError;
-use crate::denoise::Shown;
-use crate::film::{Target, span};
+use crate::denoise::DisplayLaunch;
+use crate::film::{RowTarget, span};
 use std::time::{Duration, Instant};
 use trisect_kernels::{DISPLAY, WORKGROUP};
 use trisect_shared::display::DisplayParams;
@@ -38,13 +38,13 @@ impl Wgpu {
     /// [`Backend::display`](crate::backend::Backend::display).
     pub(super) fn display_frame(
         &mut self,
-        frame: &Shown,
-        to: &mut Target<'_>,
+        frame: &DisplayLaunch,
+        to: &mut RowTarget<'_>,
     ) -> Result<Duration, BackendError> {
         let DisplayParams { width, height, .. } = frame.params;
         let count = u64::from(width) * u64::from(height);
         let mut display = match self.display.take() {
-            Some(display) if display.image.size() == (count * 4).max(super::LEAST_BUFFER) => display,
+            Some(display) if display.image.size() == (count * 4).max(super::MIN_BUFFER) => display,
             other => {
                 drop(other); // before the new one is allocated
                 Display::new(self, count)?

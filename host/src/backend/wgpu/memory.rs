@@ -1,8 +1,8 @@
 //! Memory of the device.
 
-use super::{Film, LEAST_BUFFER, SCENE_USAGE, Wgpu};
+use super::{Film, MIN_BUFFER, SCENE_USAGE, Wgpu};
 use crate::backend::BackendError;
-use crate::film::Rows;
+use crate::film::RowSet;
 use bytemuck::Pod;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages};
 
@@ -19,7 +19,7 @@ impl Wgpu {
         if bytes > limit {
             return Err(BackendError::TooLarge { backend: "wgpu", what, needed: bytes, limit });
         }
-        let size = bytes.max(LEAST_BUFFER);
+        let size = bytes.max(MIN_BUFFER);
         let buffer = self.gpu.device.create_buffer(&BufferDescriptor {
             label: Some(what),
             size,
@@ -47,7 +47,7 @@ impl Wgpu {
     /// Puts rows of what an image's pixels have, `bytes` in all, one below the other into a staging buffer.
     pub(super) fn copy_rows(
         &self,
-        rows: &Rows,
+        rows: &RowSet,
         from: &Buffer,
         to: &Buffer,
         bytes: usize,
@@ -68,9 +68,9 @@ impl Wgpu {
     }
 
     /// Fills the guides with [`Guides::UNWRITTEN`], from the film's bytes, which are all ones, too.
-    pub(super) fn erase_guides(&self, film: &Film) -> Result<(), BackendError> {
+    pub(super) fn erase_aovs(&self, film: &Film) -> Result<(), BackendError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (ones, guides) = (&film.unwritten, &film.guides.records);
+        let (ones, guides) = (&film.unwritten, &film.aovs.records);
         let mut done = 0;
         while done < guides.size() {
             let part = ones.size().min(guides.size() - done);

@@ -9,20 +9,20 @@ mod transfer;
 
 pub use adapter::devices;
 
-use super::{Backend, BackendError, Device, DeviceKind, Job, Launch, SceneRecords};
-use crate::denoise::{Pass, Shown};
-use crate::film::{Rows, Target};
+use super::{Backend, BackendError, Device, DeviceKind, FilmDesc, Launch, SceneRecords};
+use crate::denoise::{DisplayLaunch, Pass};
+use crate::film::{RowSet, RowTarget};
 use crate::render::{MathMode, Schedule, SettingsError, Traversal};
 use adapter::Gpu;
 use pipeline::Pipelines;
 use std::time::{Duration, Instant};
 use transfer::Upload;
 use trisect_kernels::{FIRST_HIT, WORKGROUP, variant_by_name};
+use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::Lit;
-use trisect_shared::features::{Features, GUIDES, LARGE, PERSISTENT, TEXTURES, has, has_any};
-use trisect_shared::film::{Carry, PixelSums};
-use trisect_shared::guides::Guides;
+use trisect_shared::denoise::FilteredPixel;
+use trisect_shared::features::{AOVS, Features, HEAVY, PERSISTENT, TEXTURES, has, has_any};
+use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use wgpu::{
@@ -47,7 +47,7 @@ const SCENE_USAGE: BufferUsages =
 const SCENE_ARRAYS: usize = 10;
 
 /// Bytes of a buffer, at least: an empty array is bound as one record that no kernel reads.
-const LEAST_BUFFER: u64 = 112;
+const MIN_BUFFER: u64 = 112;
 
 /// The scene's array of nodes.
 const NODES: usize = 1;
@@ -75,16 +75,16 @@ pub struct Wgpu {
 /// The film on the device, what erases it, and what it is read and written through.
 struct Film {
     sums: Buffer,
-    /// A [`Carry`] for each pixel.
-    carries: Buffer,
+    /// A [`Compensation`] for each pixel.
+    compensations: Buffer,
     unwritten: Buffer,
     staging: Buffer,
     upload: Upload,
-    guides: FilmGuides,
+    aovs: AovBuffers,
 }
 
 /// [`Guides`] for each pixel, for a kernel that writes them, and what they are read and written through; else next to nothing.
-struct FilmGuides {
+struct AovBuffers {
     records: Buffer,
     staging: Buffer,
     upload: Upload,
@@ -168,7 +168,7 @@ impl Wgpu {
             let groups = groups_x * groups_y;
             (groups_x, groups_y) = (groups.min(limit), groups.div_ceil(limit));
             if self.device.kind == DeviceKind::SoftwareGpu {
-                params.lane_pixels = 1;
+                params.max_lane_pixels = 1;
             }
             self.gpu.queue.write_buffer(&self.counter, 0, &[0; 4]);
         }
@@ -218,7 +218,7 @@ impl Backend for Wgpu {
 
     fn best_method(&self, kernel: Features, math: MathMode) -> (Traversal, Schedule) {
         // Kernels without textures gain by a queue where their shading is short (docs/performance.md).
-        let large = has(kernel, TEXTURES) || math == MathMode::Fast && has_any(kernel, LARGE);
+        let large = has(kernel, TEXTURES) || math == MathMode::Fast && has_any(kernel, HEAVY);
         let queue =
             large && self.device.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
         (Traversal::Stack, if queue { Schedule::Persistent } else { Schedule::Regenerate })
@@ -232,7 +232,7 @@ impl Backend for Wgpu {
             self.store(scene.spheres, "the scene's spheres")?,
             self.store(scene.nodes, "the scene's BVH")?,
             self.store(scene.materials, "the scene's materials")?,
-            self.store(scene.flats, "the scene's quads and discs")?,
+            self.store(scene.planars, "the scene's quads and discs")?,
             self.store(scene.triangles, "the scene's triangles")?,
             self.store(scene.shading, "the scene's normals and texture coordinates")?,
             self.store(scene.lights, "the scene's lights")?,
@@ -243,7 +243,7 @@ impl Backend for Wgpu {
         self.gpu.check("copying the scene")
     }
 
-    fn view(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
         let Some(scene) = &self.scene else { return Err(self.misuse("no scene was uploaded")) };
         let bytes: &[u8] = bytemuck::cast_slice(nodes);
         let own = (self.nodes * size_of::<BvhNode>()) as u64;
@@ -263,7 +263,7 @@ impl Backend for Wgpu {
         self.gpu.check("copying the camera's view")
     }
 
-    fn prepare(&mut self, job: &Job) -> Result<(), BackendError> {
+    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
         // naga has no atomic operation on a plain word of a buffer.
         if has(job.variant.features, PERSISTENT) && !self.pipelines.pass_through(&self.gpu) {
             return Err(SettingsError::NoQueue { backend: "wgpu" }.into());
@@ -273,8 +273,8 @@ impl Backend for Wgpu {
         self.pipelines.compile(&self.gpu, self.entry, self.math)?;
         let bytes = (job.pixels() * size_of::<PixelSums>()) as u64;
         let guides =
-            if has(job.variant.features, GUIDES) { job.pixels() * size_of::<Guides>() } else { 0 } as u64;
-        let fits = |film: &Film| film.sums.size() == bytes && film.guides.records.size() >= guides;
+            if has(job.variant.features, AOVS) { job.pixels() * size_of::<AovSums>() } else { 0 } as u64;
+        let fits = |film: &Film| film.sums.size() == bytes && film.aovs.records.size() >= guides;
         if !self.film.as_ref().is_some_and(fits) {
             self.film = None; // before the new one is allocated
             let device = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
@@ -283,28 +283,35 @@ impl Backend for Wgpu {
             let staging = self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the film")?;
             // Each byte of what is not written is 0xff, also of the guides, which are copied from here.
             self.gpu.queue.write_buffer(&unwritten, 0, &vec![0xff; unwritten.size() as usize]);
-            let carries = (job.pixels() * size_of::<Carry>()) as u64;
+            let carries = (job.pixels() * size_of::<Compensation>()) as u64;
             let carries = self.buffer(carries, BufferUsages::STORAGE, "the film")?;
             let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-            let guides = FilmGuides {
+            let guides = AovBuffers {
                 records: self.buffer(guides, device | BufferUsages::STORAGE, "the film's guides")?,
                 staging: self.buffer(guides, read, "the film's guides")?,
                 upload: Upload::default(),
             };
-            self.film = Some(Film { sums, carries, unwritten, staging, upload: Upload::default(), guides });
+            self.film = Some(Film {
+                sums,
+                compensations: carries,
+                unwritten,
+                staging,
+                upload: Upload::default(),
+                aovs: guides,
+            });
         }
         let Some(film) = &self.film else { return Err(self.misuse("no film")) };
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
-        self.erase_guides(film)?;
+        self.erase_aovs(film)?;
         self.gpu.wait("erasing the film")
     }
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
-        self.dispatch(self.entry, launch.params(), [&film.sums, &film.carries, &film.guides.records])
+        self.dispatch(self.entry, launch.params(), [&film.sums, &film.compensations, &film.aovs.records])
     }
 
-    fn read_film(&mut self, rows: &Rows, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
+    fn read_film(&mut self, rows: &RowSet, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
         self.copy_rows(rows, &film.sums, &film.staging, bytes.len())?;
@@ -312,15 +319,15 @@ impl Backend for Wgpu {
         self.gpu.read(&film.staging, bytes, "reading the film")
     }
 
-    fn read_guides(&mut self, rows: &Rows, guides: &mut [Guides]) -> Result<(), BackendError> {
+    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
         let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(guides);
-        self.copy_rows(rows, &film.guides.records, &film.guides.staging, bytes.len())?;
-        self.erase_guides(film)?;
-        self.gpu.read(&film.guides.staging, bytes, "reading the guides")
+        self.copy_rows(rows, &film.aovs.records, &film.aovs.staging, bytes.len())?;
+        self.erase_aovs(film)?;
+        self.gpu.read(&film.aovs.staging, bytes, "reading the guides")
     }
 
-    fn write_film(&mut self, film: &[PixelSums], guides: &[Guides]) -> Result<(), BackendError> {
+    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         self.write_sums(film, guides)
     }
 
@@ -328,12 +335,12 @@ impl Backend for Wgpu {
         self.denoise_film(passes)
     }
 
-    fn read_denoised(&mut self, image: usize, pixels: &mut [Lit]) -> Result<(), BackendError> {
+    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         let Some(denoiser) = &self.denoiser else { return Err(self.misuse("nothing was denoised")) };
         denoiser.read(&self.gpu, image, pixels)
     }
 
-    fn display(&mut self, frame: &Shown, to: &mut Target<'_>) -> Result<Duration, BackendError> {
+    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
         self.display_frame(frame, to)
     }
 

@@ -1,15 +1,15 @@
 //! The report's charts: what frames and their synchronisation take, by ranks; and what averages take and how noisy they are.
 
-use super::{ClusterBench, Frames, Point, Way};
+use super::{ClusterBench, GatherMethod, Point, RowFrames};
 use crate::bench::BenchError;
-use crate::distribute::cost::{Gather, Machine, Shape};
-use crate::distribute::plan::{Mode, Plan};
+use crate::cluster::cost::{Gather, Machine, Shape};
+use crate::cluster::plan::{ClusterPlan, DistributionMode};
 use crate::plot;
 use crate::plot::{Axis, Chart, Plot, Series};
 use std::path::{Path, PathBuf};
 
 /// The most ranks that the model is asked for.
-const MOST: u32 = 4096;
+const MAX_RANKS: u32 = 4096;
 
 pub(super) fn write(bench: &ClusterBench, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
     let mut files = Vec::new();
@@ -36,7 +36,7 @@ fn notes(bench: &ClusterBench) -> Vec<String> {
     vec![format!("{}, {}x{}, {}", bench.scene, bench.width, bench.height, bench.device)]
 }
 
-fn rows(bench: &ClusterBench, frames: &Frames) -> Plot {
+fn rows(bench: &ClusterBench, frames: &RowFrames) -> Plot {
     let title = format!("Rows, {} spp: a frame, and what of it is synchronisation", frames.spp);
     both_ways(bench, title, "frame", &frames.points)
 }
@@ -49,8 +49,8 @@ fn average(bench: &ClusterBench) -> Plot {
 }
 
 /// What a `what` takes by both ways of putting it together, and what of that is synchronisation.
-fn both_ways(bench: &ClusterBench, title: String, what: &str, points: &[(u32, Way, Point)]) -> Plot {
-    let of = |wanted: Way, value: fn(&Point) -> f64| {
+fn both_ways(bench: &ClusterBench, title: String, what: &str, points: &[(u32, GatherMethod, Point)]) -> Plot {
+    let of = |wanted: GatherMethod, value: fn(&Point) -> f64| {
         let points = points.iter().filter(move |point| point.1 == wanted);
         points.map(move |(ranks, _, point)| (f64::from(*ranks), value(point) * 1e3)).collect::<Vec<_>>()
     };
@@ -60,10 +60,14 @@ fn both_ways(bench: &ClusterBench, title: String, what: &str, points: &[(u32, Wa
         x: Axis::linear("ranks"),
         y: Axis::linear("ms"),
         series: vec![
-            Series::measured(what, 0, of(Way::Gather, |point| point.frame)),
-            Series::measured("of it sync", 1, of(Way::Gather, |point| point.sync)),
-            Series::measured(&format!("{what}, all-reduce"), 2, of(Way::AllReduce, |point| point.frame)),
-            Series::measured("of it sync, all-reduce", 3, of(Way::AllReduce, |point| point.sync)),
+            Series::measured(what, 0, of(GatherMethod::Gather, |point| point.frame)),
+            Series::measured("of it sync", 1, of(GatherMethod::Gather, |point| point.sync)),
+            Series::measured(
+                &format!("{what}, all-reduce"),
+                2,
+                of(GatherMethod::AllReduce, |point| point.frame),
+            ),
+            Series::measured("of it sync, all-reduce", 3, of(GatherMethod::AllReduce, |point| point.sync)),
         ],
     }
 }
@@ -85,15 +89,15 @@ fn noise(bench: &ClusterBench) -> Plot {
     }
 }
 
-fn model(bench: &ClusterBench, frames: &Frames) -> Plot {
+fn model(bench: &ClusterBench, frames: &RowFrames) -> Plot {
     let shape = Shape { width: bench.width, height: bench.height, samples: frames.spp };
-    let one = frames.points.iter().find(|point| point.0 == 1 && point.1 == Way::Gather);
+    let one = frames.points.iter().find(|point| point.0 == 1 && point.1 == GatherMethod::Gather);
     let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(shape.samples);
     let rate = one.map_or(bench.machine.rate, |one| samples / one.2.render.max(1e-12));
     let machine = Machine { rate, fixed: 0.0, ..bench.machine };
-    let ranks: Vec<u32> = (0..=MOST.ilog2()).map(|power| 1 << power).collect();
-    let of = |mode: Mode, bytes: usize, gather: Gather| {
-        let plan = Plan { mode, ..Plan::default() };
+    let ranks: Vec<u32> = (0..=MAX_RANKS.ilog2()).map(|power| 1 << power).collect();
+    let of = |mode: DistributionMode, bytes: usize, gather: Gather| {
+        let plan = ClusterPlan { mode, ..ClusterPlan::default() };
         let at = |ranks: u32| machine.predict(&shape, &plan, ranks, bytes, gather).frame() * 1e3;
         ranks.iter().map(move |&ranks| (f64::from(ranks), at(ranks))).collect::<Vec<_>>()
     };
@@ -102,7 +106,7 @@ fn model(bench: &ClusterBench, frames: &Frames) -> Plot {
         series.marks = false;
         series
     };
-    let measured = frames.points.iter().filter(|point| point.1 == Way::Gather);
+    let measured = frames.points.iter().filter(|point| point.1 == GatherMethod::Gather);
     let mut marks = Series::measured(
         "measured",
         0,
@@ -116,12 +120,12 @@ fn model(bench: &ClusterBench, frames: &Frames) -> Plot {
         y: Axis::log("ms"),
         series: vec![
             marks,
-            line("rows, shared memory", 5, of(Mode::Rows, 4, Gather::Shared)),
-            line("rows, pipelined", 0, of(Mode::Rows, 4, Gather::Pipelined)),
-            line("rows, flat gather", 1, of(Mode::Rows, 4, Gather::Flat)),
-            line("rows, all-reduce", 2, of(Mode::Rows, 12, Gather::AllReduce)),
-            line("averages, tree", 3, of(Mode::Average, 16, Gather::Tree)),
-            line("averages, flat", 4, of(Mode::Average, 16, Gather::Flat)),
+            line("rows, shared memory", 5, of(DistributionMode::Rows, 4, Gather::Shared)),
+            line("rows, pipelined", 0, of(DistributionMode::Rows, 4, Gather::Pipelined)),
+            line("rows, flat gather", 1, of(DistributionMode::Rows, 4, Gather::Flat)),
+            line("rows, all-reduce", 2, of(DistributionMode::Rows, 12, Gather::AllReduce)),
+            line("averages, tree", 3, of(DistributionMode::Average, 16, Gather::Tree)),
+            line("averages, flat", 4, of(DistributionMode::Average, 16, Gather::Flat)),
         ],
     }
 }

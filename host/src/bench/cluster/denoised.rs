@@ -1,20 +1,22 @@
 //! Frames of one sample, denoised over ranks.
 
-use super::Plan;
+use super::ClusterBenchPlan;
 use super::measure::{IMAGES, Point, WARM_UP};
 use crate::Error;
-use crate::denoise::{Denoise, Filter};
-use crate::distribute::plan::{self as shares, Plan as Sharing};
-use crate::distribute::{FrameCost, Link, Network, Picture, Series, Travels, Work, series, still};
-use crate::film::Target;
-use crate::render::{Renderer, Screen, Settings};
+use crate::cluster::plan::{self as shares, ClusterPlan as Sharing};
+use crate::cluster::{
+    AssembledImage, FrameCost, FrameSeries, Heartbeat, Network, WireFormat, Work, render_image, series,
+};
+use crate::denoise::{DenoiseSettings, Filter};
+use crate::film::RowTarget;
+use crate::render::{DisplayOptions, Renderer, Settings};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
 /// How a denoiser gets what lies around a rank's rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Around {
+pub enum BorderSource {
     /// Each rank renders as many rows around its own as the filter reaches, and filters its own.
     Halo,
     /// All that the filter needs travels to the root, which filters the image.
@@ -27,26 +29,26 @@ pub struct Denoised {
     /// How many.
     pub ranks: u32,
     /// How.
-    pub around: Around,
+    pub around: BorderSource,
     /// What a frame took.
     pub point: Point,
 }
 
 pub(super) fn denoised<N: Network>(
-    link: &mut Link<N>,
+    link: &mut Heartbeat<N>,
     renderer: Renderer,
     settings: &Settings,
-    plan: &Plan,
+    plan: &ClusterBenchPlan,
     ranks: u32,
-    around: Around,
+    around: BorderSource,
 ) -> Result<(Renderer, Option<Point>), Error> {
     let settings = Settings { samples: 1, guides: true, ..settings.clone() };
-    let filter = Denoise::new(Filter::Svgf);
-    if around == Around::Gathered {
+    let filter = DenoiseSettings::new(Filter::Svgf);
+    if around == BorderSource::Gathered {
         let work = Work {
             settings: settings.clone(),
             plan: Sharing { block_shift: plan.block_shift, ..Sharing::default() },
-            travels: Travels::Guided,
+            wire_format: WireFormat::SumsAndAovs,
             choice: String::new(),
         };
         let mut renderer = renderer;
@@ -55,9 +57,9 @@ pub(super) fn denoised<N: Network>(
             let start = Instant::now();
             let finished;
             (finished, renderer) =
-                still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+                render_image(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
             let Some(finished) = finished else { continue };
-            if let Picture::Film(film) = &finished.picture {
+            if let AssembledImage::Film(film) = &finished.picture {
                 renderer.denoise(film, &settings, &filter)?;
             }
             let render = finished.report.seconds - finished.report.sync_seconds;
@@ -71,11 +73,11 @@ pub(super) fn denoised<N: Network>(
     let own = band(link.rank());
     let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
     let rows = (0..ranks).map(|rank| band(rank).into()).collect();
-    let of = Series { width, height, rows, frames, spins: plan.spins };
-    let render = move |renderer: &mut Renderer, _: u32, to: &mut Target<'_>| {
+    let of = FrameSeries { width, height, rows, frames, spins: plan.spins };
+    let render = move |renderer: &mut Renderer, _: u32, to: &mut RowTarget<'_>| {
         let start = Instant::now();
         let live = renderer.live_rows(&settings, Some(&filter), None, &own)?;
-        let shown = renderer.show_to(&live, &Screen::default(), to)?;
+        let shown = renderer.show_to(&live, &DisplayOptions::default(), to)?;
         let passes: Duration = live.passes.iter().map(|pass| pass.1).sum();
         let device = (live.trace + passes + shown).as_secs_f64();
         Ok(FrameCost { render: start.elapsed().as_secs_f64(), device })

@@ -1,12 +1,14 @@
 //! One point each.
 
-use super::Plan;
+use super::ClusterBenchPlan;
 use crate::Error;
-use crate::distribute::cost::{Gather, Machine, Prediction, Shape};
-use crate::distribute::plan::{self as shares, Mode, Plan as Sharing};
-use crate::distribute::{FrameCost, Link, Network, Picture, Series, Tag, Travels, Work, series, still};
-use crate::film::{PixelTotals, Rows, Target};
-use crate::render::{Parts, Renderer, Screen, Settings, Sums, chunks};
+use crate::cluster::cost::{Gather, Machine, Prediction, Shape};
+use crate::cluster::plan::{self as shares, ClusterPlan as Sharing, DistributionMode};
+use crate::cluster::{
+    AssembledImage, FrameCost, FrameSeries, Heartbeat, Network, Tag, WireFormat, Work, render_image, series,
+};
+use crate::film::{PixelTotals, RowSet, RowTarget};
+use crate::render::{ChunkJob, ChunkResult, DisplayOptions, Renderer, Settings, chunks};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::{ControlFlow, Range};
@@ -15,14 +17,14 @@ use std::time::Instant;
 /// How pixels come together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Way {
+pub enum GatherMethod {
     /// What this program does.
     Gather,
     /// The report's: an all-reduce of the whole image in f32, when all have rendered.
     AllReduce,
 }
 
-impl Way {
+impl GatherMethod {
     /// For people.
     pub fn name(self) -> &'static str {
         match self {
@@ -55,7 +57,7 @@ impl Point {
     }
 
     /// For people.
-    pub fn line(&self, ranks: u32, way: Way) -> String {
+    pub fn line(&self, ranks: u32, way: GatherMethod) -> String {
         format!(
             "{ranks} ranks, {}: frame {:.3} ms, render {:.3}, sync {:.3}",
             way.name(),
@@ -68,33 +70,33 @@ impl Point {
 
 /// Frames by rows.
 #[derive(Clone, Debug, Serialize)]
-pub struct Frames {
+pub struct RowFrames {
     /// Samples a pixel.
     pub spp: u32,
     /// By ranks and way.
-    pub points: Vec<(u32, Way, Point)>,
+    pub points: Vec<(u32, GatherMethod, Point)>,
 }
 
-impl Frames {
+impl RowFrames {
     pub(super) fn new(
         spp: u32,
-        points: Vec<(u32, Way, Point)>,
+        points: Vec<(u32, GatherMethod, Point)>,
         machine: &Machine,
         shape: &Shape,
-        plan: &Plan,
+        plan: &ClusterBenchPlan,
     ) -> Self {
         let sharing = Sharing { block_shift: plan.block_shift, ..Sharing::default() };
         // A rank's rate is that of these frames: the trial's is of another size.
-        let one = points.iter().find(|point| point.0 == 1 && point.1 == Way::Gather);
+        let one = points.iter().find(|point| point.0 == 1 && point.1 == GatherMethod::Gather);
         let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(spp);
         let rate = one.map_or(machine.rate, |one| samples / one.2.render.max(1e-12));
         let model = Machine { rate, fixed: 0.0, ..*machine };
         let points = points.into_iter().map(|(ranks, way, point)| {
             let (bytes, gather) = match way {
                 // Nothing came to the root: ranks of its host wrote to its memory.
-                Way::Gather if point.bytes == 0 => (4, Gather::Shared),
-                Way::Gather => (4, Gather::Pipelined),
-                Way::AllReduce => (12, Gather::AllReduce),
+                GatherMethod::Gather if point.bytes == 0 => (4, Gather::Shared),
+                GatherMethod::Gather => (4, Gather::Pipelined),
+                GatherMethod::AllReduce => (12, Gather::AllReduce),
             };
             (ranks, way, Point { model: model.predict(shape, &sharing, ranks, bytes, gather), ..point })
         });
@@ -102,7 +104,7 @@ impl Frames {
     }
 
     /// A frame's time with one rank, or what stands for it.
-    pub(super) fn one_rank(&self, way: Way) -> f64 {
+    pub(super) fn one_rank(&self, way: GatherMethod) -> f64 {
         let one = self.points.iter().find(|point| point.1 == way);
         one.map_or(0.0, |one| one.2.frame * f64::from(one.0))
     }
@@ -116,7 +118,7 @@ pub struct Average {
     /// Samples a pixel, of all together.
     pub spp: u32,
     /// How.
-    pub way: Way,
+    pub way: GatherMethod,
     /// What it took.
     pub point: Point,
 }
@@ -124,7 +126,7 @@ pub struct Average {
 impl Average {
     pub(super) fn new(
         ranks: u32,
-        way: Way,
+        way: GatherMethod,
         point: Point,
         machine: &Machine,
         shape: &Shape,
@@ -134,10 +136,10 @@ impl Average {
         // As of frames.
         let machine =
             one.map_or(*machine, |one| Machine { rate: samples / one.max(1e-12), fixed: 0.0, ..*machine });
-        let sharing = Sharing { mode: Mode::Average, ..Sharing::default() };
+        let sharing = Sharing { mode: DistributionMode::Average, ..Sharing::default() };
         let (bytes, gather) = match way {
-            Way::Gather => (16, Gather::Tree),
-            Way::AllReduce => (12, Gather::AllReduce),
+            GatherMethod::Gather => (16, Gather::Tree),
+            GatherMethod::AllReduce => (12, Gather::AllReduce),
         };
         let model = machine.predict(shape, &sharing, ranks, bytes, gather);
         Self { ranks, spp: shape.samples, way, point: Point { model, ..point } }
@@ -156,20 +158,20 @@ pub struct Noise {
 }
 
 /// Lets so many ranks measure while the others wait.
-pub(super) fn turn<N: Network, T>(
-    link: &mut Link<N>,
+pub(super) fn with_ranks<N: Network, T>(
+    link: &mut Heartbeat<N>,
     renderer: Renderer,
     ranks: u32,
-    work: impl FnOnce(&mut Link<N>, Renderer) -> Result<(Renderer, Option<T>), Error>,
+    work: impl FnOnce(&mut Heartbeat<N>, Renderer) -> Result<(Renderer, Option<T>), Error>,
 ) -> Result<(Renderer, Option<T>), Error> {
-    link.narrow(ranks)?;
+    link.limit_ranks(ranks)?;
     let done = if link.rank() < ranks { work(link, renderer)? } else { (renderer, None) };
     // The root tells all that it is over.
-    link.widen();
+    link.use_all_ranks();
     if link.is_root() {
-        link.send_all(Tag::Go, &[])?;
+        link.send_all(Tag::Start, &[])?;
     } else {
-        link.expect(Tag::Go)?;
+        link.expect(Tag::Start)?;
     }
     Ok(done)
 }
@@ -178,16 +180,16 @@ pub(super) fn turn<N: Network, T>(
 pub(super) const WARM_UP: u32 = 5;
 
 pub(super) fn rows<N: Network>(
-    link: &mut Link<N>,
+    link: &mut Heartbeat<N>,
     renderer: Renderer,
     settings: &Settings,
-    plan: &Plan,
+    plan: &ClusterBenchPlan,
     ranks: u32,
-    way: Way,
+    way: GatherMethod,
 ) -> Result<(Renderer, Option<Point>), Error> {
     let sharing = Sharing { block_shift: plan.block_shift, ..Sharing::default() };
     let own = sharing.rows(settings.height, link.rank(), ranks);
-    if way == Way::AllReduce {
+    if way == GatherMethod::AllReduce {
         let mut renderer = renderer;
         let mut times = Vec::new();
         for _ in 0..plan.frames + WARM_UP {
@@ -199,14 +201,14 @@ pub(super) fn rows<N: Network>(
     }
     let all = (0..ranks).map(|rank| sharing.rows(settings.height, rank, ranks)).collect();
     let (width, height, frames) = (settings.width, settings.height, plan.frames + WARM_UP);
-    let of = Series { width, height, rows: all, frames, spins: plan.spins };
+    let of = FrameSeries { width, height, rows: all, frames, spins: plan.spins };
     let settings = settings.clone();
-    let render = move |renderer: &mut Renderer, _: u32, to: &mut Target<'_>| {
+    let render = move |renderer: &mut Renderer, _: u32, to: &mut RowTarget<'_>| {
         let start = Instant::now();
-        let framed = renderer.frame_to(&settings, &Screen::default(), to)?;
+        let framed = renderer.frame_to(&settings, &DisplayOptions::default(), to)?;
         Ok(FrameCost { render: start.elapsed().as_secs_f64(), device: framed.trace.as_secs_f64() })
     };
-    let twin = renderer.twin()?;
+    let twin = renderer.second_stream()?;
     let (renderer, report) = series(link, (renderer, twin), &of, render, &mut |_, _| Ok(()), &|| false)?;
     let from = WARM_UP as usize;
     Ok((
@@ -222,16 +224,16 @@ type Times = (f64, f64);
 
 /// Renders some samples of some rows, and sums the whole image over all ranks, as the report does.
 fn reduced<N: Network>(
-    link: &mut Link<N>,
+    link: &mut Heartbeat<N>,
     renderer: Renderer,
     settings: &Settings,
-    rows: &Rows,
+    rows: &RowSet,
     samples: Range<u32>,
 ) -> Result<(Renderer, Times), Error> {
     let start = Instant::now();
     let (own, rows) = (settings.clone(), rows.clone());
     let mut renderer = renderer;
-    let (renderer, image) = link.during(move || {
+    let (renderer, image) = link.run_while_polling(move || {
         let image = part_of_image(&mut renderer, &own, &rows, samples);
         (renderer, image)
     })?;
@@ -245,7 +247,7 @@ fn reduced<N: Network>(
 fn part_of_image(
     renderer: &mut Renderer,
     settings: &Settings,
-    rows: &Rows,
+    rows: &RowSet,
     samples: Range<u32>,
 ) -> Result<Vec<f32>, Error> {
     let width = settings.width as usize;
@@ -253,7 +255,7 @@ fn part_of_image(
     let parts: Vec<Range<u32>> = chunks(samples).collect();
     let wanted: Vec<u32> = rows.iter().collect();
     // By threads and while the next chunk is rendered, as the pieces of the other way are encoded.
-    let take = |image: &mut Vec<f32>, part: &Range<u32>, sums: &Sums<'_>| {
+    let take = |image: &mut Vec<f32>, part: &Range<u32>, sums: &ChunkResult<'_>| {
         let count = part.len() as u32;
         let share = count as f32 / settings.samples as f32;
         let mut places: Vec<Option<&mut [f32]>> = image.chunks_mut(width.max(1) * 3).map(Some).collect();
@@ -267,8 +269,9 @@ fn part_of_image(
         });
         Ok(())
     };
-    let parts = Parts { settings, rows, samples: &parts, seeds: &[settings.seed], goes_on: &|| true };
-    renderer.each_sums(&parts, &mut |_| ControlFlow::Continue(()), image, &take)
+    let parts =
+        ChunkJob { settings, rows, samples: &parts, seeds: &[settings.seed], should_continue: &|| true };
+    renderer.for_each_chunk(&parts, &mut |_| ControlFlow::Continue(()), image, &take)
 }
 
 fn mean(times: &[(f64, f64)], settings: &Settings) -> Point {
@@ -279,33 +282,33 @@ fn mean(times: &[(f64, f64)], settings: &Settings) -> Point {
 
 fn averaging(settings: &Settings, ranks: u32) -> Work {
     let most = shares::samples_of(settings.samples, 0, shares::averaging(settings.samples, ranks));
-    let travels = if most.len() <= 256 { Travels::Chunk } else { Travels::Mean };
-    let plan = Sharing { mode: Mode::Average, ..Sharing::default() };
-    Work { settings: settings.clone(), plan, travels, choice: String::new() }
+    let travels = if most.len() <= 256 { WireFormat::Chunk } else { WireFormat::Mean };
+    let plan = Sharing { mode: DistributionMode::Average, ..Sharing::default() };
+    Work { settings: settings.clone(), plan, wire_format: travels, choice: String::new() }
 }
 
 /// Images that count, after one that does not.
 pub(super) const IMAGES: usize = 5;
 
 pub(super) fn average<N: Network>(
-    link: &mut Link<N>,
+    link: &mut Heartbeat<N>,
     renderer: Renderer,
     settings: &Settings,
     ranks: u32,
-    way: Way,
+    way: GatherMethod,
 ) -> Result<(Renderer, Option<Point>), Error> {
     let mut renderer = renderer;
     let mut times = Vec::new();
     let mut bytes = 0;
     let work = averaging(settings, ranks);
     for _ in 0..=IMAGES {
-        if way == Way::AllReduce {
+        if way == GatherMethod::AllReduce {
             let averaging = shares::averaging(settings.samples, ranks);
             let own = match link.rank() < averaging {
                 true => shares::samples_of(settings.samples, link.rank(), averaging),
                 false => 0..0,
             };
-            let all = Rows::from(0..settings.height);
+            let all = RowSet::from(0..settings.height);
             let time;
             (renderer, time) = reduced(link, renderer, settings, &all, own)?;
             times.push(time);
@@ -313,7 +316,7 @@ pub(super) fn average<N: Network>(
         } else {
             let finished;
             (finished, renderer) =
-                still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+                render_image(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
             if let Some(finished) = finished {
                 let report = finished.report;
                 bytes = report.bytes;
@@ -329,7 +332,7 @@ pub(super) fn average<N: Network>(
 }
 
 pub(super) fn noise<N: Network>(
-    link: &mut Link<N>,
+    link: &mut Heartbeat<N>,
     renderer: Renderer,
     settings: &Settings,
     ranks: u32,
@@ -340,8 +343,8 @@ pub(super) fn noise<N: Network>(
         let work = averaging(&Settings { seed, ..settings.clone() }, ranks);
         let finished;
         (finished, renderer) =
-            still(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
-        if let Some(Picture::Color(image)) = finished.map(|finished| finished.picture) {
+            render_image(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
+        if let Some(AssembledImage::Color(image)) = finished.map(|finished| finished.picture) {
             images.push(image);
         }
     }

@@ -1,20 +1,20 @@
 //! What ranks bring: the report's four charts, of this program's way and of the report's own, in one run.
 //!
 //! Ranks from 1 to all take part in turn; the others wait. Rows: frames for a screen, sent to the root while the next one is rendered
-//! ([`series`](crate::distribute::series)), against an all-reduce of the whole image in f32 after each. Averages: images of some samples, up a tree, against the same
+//! ([`series`](crate::cluster::series)), against an all-reduce of the whole image in f32 after each. Averages: images of some samples, up a tree, against the same
 //! all-reduce.
 
 mod charts;
 mod denoised;
 mod measure;
 
-pub use denoised::{Around, Denoised};
-pub use measure::{Average, Frames, Noise, Point, Way};
+pub use denoised::{BorderSource, Denoised};
+pub use measure::{Average, GatherMethod, Noise, Point, RowFrames};
 
 use crate::Error;
 use crate::bench::BenchError;
-use crate::distribute::cost::{Machine, Shape};
-use crate::distribute::{DistributeError, Link, Network};
+use crate::cluster::cost::{Machine, Shape};
+use crate::cluster::{ClusterError, Heartbeat, Network};
 use crate::render::{Renderer, Settings};
 use serde::Serialize;
 use std::fs;
@@ -25,7 +25,7 @@ const FORMAT: u32 = 1;
 
 /// What to measure.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct ClusterBenchPlan {
     /// How many ranks, in turn.
     pub ranks: Vec<u32>,
     /// Samples a pixel of frames by rows.
@@ -41,7 +41,7 @@ pub struct Plan {
     /// Whether ranks spin while they wait.
     pub spins: bool,
     /// How pixels come together.
-    pub ways: Vec<Way>,
+    pub ways: Vec<GatherMethod>,
 }
 
 /// What was found, on the root.
@@ -60,7 +60,7 @@ pub struct ClusterBench {
     /// Of all ranks.
     pub machine: Machine,
     /// Frames by rows.
-    pub frames: Vec<Frames>,
+    pub frames: Vec<RowFrames>,
     /// Averaged images.
     pub averages: Vec<Average>,
     /// Their noise.
@@ -82,25 +82,25 @@ impl ClusterBench {
     ///
     /// # Errors
     ///
-    /// Those of rendering and of ranks; [`DistributeError::Unsupported`] for more ranks than there are.
+    /// Those of rendering and of ranks; [`ClusterError::Unsupported`] for more ranks than there are.
     pub fn measure<N: Network>(
-        link: &mut Link<N>,
+        link: &mut Heartbeat<N>,
         mut renderer: Renderer,
         scene: &str,
         settings: &Settings,
-        plan: &Plan,
+        plan: &ClusterBenchPlan,
         say: &mut dyn FnMut(&str),
     ) -> Result<(Renderer, Option<Self>), Error> {
         let all = link.ranks();
         if plan.ranks.iter().any(|&ranks| ranks == 0 || ranks > all) {
             let what = format!("{:?} ranks of {all}", plan.ranks);
             let remedy = "start more by mpirun -n, or name fewer by --ranks".to_owned();
-            return Err(DistributeError::Unsupported { what, remedy }.into());
+            return Err(ClusterError::Unsupported { what, remedy }.into());
         }
         let device = renderer.backend().device().clone();
         let machine;
         let trial = Settings { samples: plan.spp.iter().copied().max().unwrap_or(1), ..settings.clone() };
-        (renderer, machine) = crate::distribute::cost::measure(link, renderer, &trial)?;
+        (renderer, machine) = crate::cluster::cost::measure(link, renderer, &trial)?;
         let mut bench = Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
@@ -126,7 +126,7 @@ impl ClusterBench {
             for &ranks in &plan.ranks {
                 for &way in &plan.ways {
                     let point;
-                    (renderer, point) = measure::turn(link, renderer, ranks, |link, renderer| {
+                    (renderer, point) = measure::with_ranks(link, renderer, ranks, |link, renderer| {
                         measure::rows(link, renderer, &settings, plan, ranks, way)
                     })?;
                     if let Some(point) = point {
@@ -135,14 +135,14 @@ impl ClusterBench {
                     }
                 }
             }
-            bench.frames.push(Frames::new(spp, points, &bench.machine, &Shape::of(&settings), plan));
+            bench.frames.push(RowFrames::new(spp, points, &bench.machine, &Shape::of(&settings), plan));
         }
         let settings_of = |samples| Settings { samples, ..settings.clone() };
         for &ranks in &plan.ranks {
             for &way in &plan.ways {
                 let settings = settings_of(plan.average);
                 let point;
-                (renderer, point) = measure::turn(link, renderer, ranks, |link, renderer| {
+                (renderer, point) = measure::with_ranks(link, renderer, ranks, |link, renderer| {
                     measure::average(link, renderer, &settings, ranks, way)
                 })?;
                 if let Some(point) = point {
@@ -157,7 +157,7 @@ impl ClusterBench {
         for &ranks in &plan.ranks {
             let settings = settings_of(plan.noise * ranks);
             let noise;
-            (renderer, noise) = measure::turn(link, renderer, ranks, |link, renderer| {
+            (renderer, noise) = measure::with_ranks(link, renderer, ranks, |link, renderer| {
                 measure::noise(link, renderer, &settings, ranks)
             })?;
             if let Some(noise) = noise {
@@ -166,9 +166,9 @@ impl ClusterBench {
             }
         }
         for &ranks in &plan.ranks {
-            for around in [Around::Halo, Around::Gathered] {
+            for around in [BorderSource::Halo, BorderSource::Gathered] {
                 let point;
-                (renderer, point) = measure::turn(link, renderer, ranks, |link, renderer| {
+                (renderer, point) = measure::with_ranks(link, renderer, ranks, |link, renderer| {
                     denoised::denoised(link, renderer, settings, plan, ranks, around)
                 })?;
                 if let Some(point) = point {
@@ -205,7 +205,7 @@ impl ClusterBench {
     /// A line for each measured point.
     pub fn csv(&self) -> String {
         let mut text = "what,spp,ranks,way,frame_s,render_s,device_s,sync_s,bytes,model_frame_s\n".to_owned();
-        let mut line = |what: &str, spp: u32, ranks: u32, way: Way, point: &Point| {
+        let mut line = |what: &str, spp: u32, ranks: u32, way: GatherMethod, point: &Point| {
             text += &format!(
                 "{what},{spp},{ranks},{},{},{},{},{},{},{}\n",
                 way.name(),
@@ -257,7 +257,7 @@ impl ClusterBench {
             "speed-up",
             "model ms"
         );
-        let mut row = |what: &str, spp: u32, ranks: u32, way: Way, point: &Point, one: f64| {
+        let mut row = |what: &str, spp: u32, ranks: u32, way: GatherMethod, point: &Point, one: f64| {
             text += &format!(
                 "{what:<14} {spp:>6} {ranks:>6} {:<10} {:>10.3} {:>10.3} {:>10.3} {:>10.3} {:>7.1} {:>9.2} {:>9.3}\n",
                 way.name(),
@@ -285,8 +285,8 @@ impl ClusterBench {
                 "denoised            1 {:>6} {:<10} {:>10.3} {:>10.3} {:>10.3}\n",
                 denoised.ranks,
                 match denoised.around {
-                    Around::Halo => "halo",
-                    Around::Gathered => "gathered",
+                    BorderSource::Halo => "halo",
+                    BorderSource::Gathered => "gathered",
                 },
                 denoised.point.frame * 1e3,
                 denoised.point.render * 1e3,

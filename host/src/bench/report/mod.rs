@@ -3,24 +3,24 @@
 //! Each experiment is a file here: it measures, and turns what it measured into a chart. Its data lie beside the chart, as JSON with
 //! all that was measured and as CSV.
 
-mod against;
 mod complexity;
 mod method;
 mod plan;
 mod spp;
+mod vs_cpu;
 
-pub use against::{Against, AgainstPoint};
 pub use complexity::{Complexity, Cost, LeftOut, MethodPoint};
 pub use method::{METHODS, Method};
-pub use plan::Plan;
+pub use plan::ReportPlan;
 pub use spp::{Spp, SppPoint};
+pub use vs_cpu::{VsCpu, VsCpuPoint};
 
 use super::BenchError;
 use crate::Error;
 use crate::backend::{Backend, Device};
 use crate::plot::{self, Chart};
 use crate::render::{Renderer, Settings};
-use crate::scene::{Described, Scene, Space};
+use crate::scene::{Rebase, Scene, SceneDocument};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    fn new(device: &Device, settings: &Settings, plan: &Plan) -> Self {
+    fn new(device: &Device, settings: &Settings, plan: &ReportPlan) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -89,7 +89,7 @@ pub struct Report {
     /// Methods against the number of spheres.
     pub complexity: Complexity,
     /// The device against one thread of the CPU.
-    pub against: Against,
+    pub against: VsCpu,
 }
 
 impl Report {
@@ -102,8 +102,8 @@ impl Report {
     pub fn measure(
         backend: Box<dyn Backend>,
         one_thread: Box<dyn Backend>,
-        plan: &Plan,
-        scenes: &[Described],
+        plan: &ReportPlan,
+        scenes: &[SceneDocument],
         say: &mut dyn FnMut(&str),
     ) -> Result<Self, Error> {
         if plan.counts.is_empty() {
@@ -112,7 +112,7 @@ impl Report {
         let mut bench = Bench { backend: Some(backend), plan, say };
         let spp = Spp::measure(&mut bench)?;
         let complexity = Complexity::measure(&mut bench)?;
-        let against = Against::measure(&mut bench, one_thread, scenes)?;
+        let against = VsCpu::measure(&mut bench, one_thread, scenes)?;
         Ok(Self { spp, complexity, against })
     }
 
@@ -189,7 +189,7 @@ fn csv<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]
 /// The device under test, from scene to scene: what it compiled stays.
 struct Bench<'a> {
     backend: Option<Box<dyn Backend>>,
-    plan: &'a Plan,
+    plan: &'a ReportPlan,
     say: &'a mut dyn FnMut(&str),
 }
 
@@ -221,7 +221,7 @@ impl Bench<'_> {
 
 /// The scene with `count` spheres in device records.
 fn spheres(count: u32) -> Result<Scene, Error> {
-    Ok(super::sphere_scene(count)?.lower(Space::IDENTITY)?)
+    Ok(super::sphere_scene(count)?.lower(Rebase::IDENTITY)?)
 }
 
 #[cfg(test)]

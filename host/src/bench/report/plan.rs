@@ -8,7 +8,7 @@ pub(super) const BOOK: u32 = 487;
 
 /// Sizes of all experiments.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct ReportPlan {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
@@ -22,7 +22,7 @@ pub struct Plan {
     /// Samples a pixel of the second and the third.
     pub samples: u32,
     /// Spheres of the third's own scenes.
-    pub against: Vec<u32>,
+    pub vs_cpu: Vec<u32>,
     /// Frames of each point that do not count.
     pub warm_up: u32,
     /// Frames of each point that do.
@@ -31,7 +31,7 @@ pub struct Plan {
     pub limit: f64,
 }
 
-impl Plan {
+impl ReportPlan {
     /// For a device of this kind: a GPU's image fills it. `quick` is for a machine of two cores, in less than three minutes.
     pub fn new(kind: DeviceKind, quick: bool) -> Self {
         let gpu = kind == DeviceKind::Gpu;
@@ -52,7 +52,7 @@ impl Plan {
             spp: (1..=if quick { 6 } else { 8 }).map(|index| index * step).collect(),
             counts: (1..=6).map(|power| 10u32.pow(power)).collect(),
             samples: if gpu { 16 } else { 4 },
-            against: vec![10, BOOK, 100_000],
+            vs_cpu: vec![10, BOOK, 100_000],
             warm_up: 1,
             frames: if quick { 3 } else { 5 },
             limit: if quick { 5.0 } else { 10.0 },
@@ -62,7 +62,7 @@ impl Plan {
     /// The same without scenes of more than so many spheres.
     pub fn up_to(self, greatest: u32) -> Self {
         let cut = |counts: Vec<u32>| counts.into_iter().filter(|&count| count <= greatest).collect();
-        Self { counts: cut(self.counts), against: cut(self.against), ..self }
+        Self { counts: cut(self.counts), vs_cpu: cut(self.vs_cpu), ..self }
     }
 
     /// A scene's settings with this plan's image. Everything else is the scene's: no roulette, as in the report.
@@ -104,8 +104,13 @@ mod tests {
 
     #[test]
     fn what_a_limit_affords() {
-        let plan =
-            Plan { limit: 8.0, warm_up: 1, frames: 3, samples: 16, ..Plan::new(DeviceKind::Gpu, false) };
+        let plan = ReportPlan {
+            limit: 8.0,
+            warm_up: 1,
+            frames: 3,
+            samples: 16,
+            ..ReportPlan::new(DeviceKind::Gpu, false)
+        };
         let all = |samples| Some(Effort { samples, warm_up: 1, frames: 3 });
         let one = Some(Effort { samples: 1, warm_up: 0, frames: 1 });
         // Two seconds a frame for all four, or eight for one.
@@ -118,7 +123,7 @@ mod tests {
 
     #[test]
     fn fewer_spheres() {
-        let plan = Plan::new(DeviceKind::Cpu, true).up_to(1000);
-        assert_eq!((plan.counts, plan.against), (vec![10, 100, 1000], vec![10, BOOK]));
+        let plan = ReportPlan::new(DeviceKind::Cpu, true).up_to(1000);
+        assert_eq!((plan.counts, plan.vs_cpu), (vec![10, 100, 1000], vec![10, BOOK]));
     }
 }

@@ -8,7 +8,7 @@ use crate::render::Schedule;
 pub(super) fn conditions() -> Conditions {
     let scene = Scene::hello_world().unwrap();
     let device = crate::backend::cpu::describe(1);
-    Conditions::new(&device, &scene.settings(), &Plan::new(DeviceKind::Cpu, true))
+    Conditions::new(&device, &scene.settings(), &ReportPlan::new(DeviceKind::Cpu, true))
 }
 
 fn cpu() -> Box<dyn Backend> {
@@ -17,16 +17,16 @@ fn cpu() -> Box<dyn Backend> {
 
 #[test]
 fn all_of_it_on_a_few_pixels() {
-    let plan = Plan {
+    let plan = ReportPlan {
         width: 8,
         height: 4,
         spp: vec![1, 2, 3],
         samples: 2,
         frames: 2,
-        ..Plan::new(DeviceKind::Cpu, true)
+        ..ReportPlan::new(DeviceKind::Cpu, true)
     };
     let mut lines = Vec::new();
-    let scenes = [Described::hello_world().unwrap()];
+    let scenes = [SceneDocument::hello_world().unwrap()];
     let mut say = |line: &str| lines.push(line.to_owned());
     let report = Report::measure(cpu(), cpu(), &plan.up_to(100), &scenes, &mut say).unwrap();
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::backend::cpu::Cpu;
 use crate::render::{Renderer, Settings};
 
-fn spheres(scene: &Described) -> Vec<(DVec3, f64, usize)> {
+fn spheres(scene: &SceneDocument) -> Vec<(DVec3, f64, usize)> {
     let shapes = scene.description.shapes.iter();
     let sphere = |shape: &Shape| match shape.kind {
         ShapeKind::Sphere { center, radius } => Some((center, radius, shape.material)),
@@ -14,7 +14,7 @@ fn spheres(scene: &Described) -> Vec<(DVec3, f64, usize)> {
 }
 
 /// Share of the book's square that small spheres cover, seen from above.
-fn cover(scene: &Described) -> f64 {
+fn cover(scene: &SceneDocument) -> f64 {
     let small = spheres(scene).into_iter().filter(|(_, _, material)| *material >= 4);
     small.map(|(_, radius, _)| std::f64::consts::PI * radius * radius).sum::<f64>()
         / (2.0 * HALF_SIDE).powi(2)
@@ -28,7 +28,7 @@ fn any_number_twice_the_same() {
         assert_eq!(scene.description.shapes, again.description.shapes);
         assert_eq!(scene.description.materials, again.description.materials);
     }
-    for count in [0, GREATEST_COUNT + 1] {
+    for count in [0, MAX_COUNT + 1] {
         assert!(matches!(sphere_scene(count), Err(BenchError::SphereCount { .. })));
     }
 }
@@ -85,7 +85,7 @@ fn the_picture_stays_alike() {
 #[test]
 fn they_render() {
     for count in [1, 3, 50] {
-        let scene = sphere_scene(count).unwrap().lower(Space::IDENTITY).unwrap();
+        let scene = sphere_scene(count).unwrap().lower(Rebase::IDENTITY).unwrap();
         let settings = Settings { width: 16, height: 9, samples: 1, ..scene.settings() };
         let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
         let frame = renderer.render(&settings, &mut ()).unwrap();

@@ -13,8 +13,8 @@ fn tree() -> (Wide, [usize; 3]) {
             trisect_shared::sphere::Sphere { center, radius: 0.3, ..scene.spheres[0] }
         })
         .collect();
-    let zero: trisect_shared::flat::Flat = bytemuck::Zeroable::zeroed();
-    mixed.flats = vec![trisect_shared::flat::Flat { edge_u: Vec3::X, edge_v: Vec3::Y, ..zero }];
+    let zero: trisect_shared::planar::Planar = bytemuck::Zeroable::zeroed();
+    mixed.flats = vec![trisect_shared::planar::Planar { edge_u: Vec3::X, edge_v: Vec3::Y, ..zero }];
     let triangle: trisect_shared::triangle::Triangle = bytemuck::Zeroable::zeroed();
     mixed.triangles = (0..60u8)
         .map(|i| {
@@ -39,40 +39,41 @@ fn find(wide: &Wide, what: impl Fn(WideChild) -> bool) -> (usize, usize) {
 fn a_good_tree_is_proven() {
     let (wide, counts) = tree();
     assert!(wide.nodes.len() > 1 && wide.nodes.len() < 12, "{} nodes", wide.nodes.len());
-    assert_eq!(wide.prove(counts), Ok(()));
+    assert_eq!(wide.validate(counts), Ok(()));
 }
 
 #[test]
-fn sabotage_each_broken_tree_is_refused() {
+fn negative_control_each_broken_tree_is_refused() {
     let leaf = |wide: &Wide, kind| find(wide, |c| c != WideChild::EMPTY && c.is_leaf() && c.holds(kind));
     let set = |wide: &mut Wide, slot: (usize, usize), child: WideChild| {
         wide.nodes[slot.0].children.0[slot.1] = child.0;
     };
     let broken: [&dyn Fn(&mut Wide); 11] = [
-        &|t| set(t, leaf(t, Kind::Triangles), WideChild::leaf(Kind::Triangles, 1, 9999)), // no such packet
-        &|t| set(t, leaf(t, Kind::Triangles), WideChild::leaf(Kind::Spheres, 1, 0)),      // another's
-        &|t| set(t, leaf(t, Kind::Flat), WideChild::leaf(Kind::Flat, 1, 3)),              // a sphere
-        &|t| set(t, leaf(t, Kind::Flat), WideChild::leaf(Kind::Flat, 2, 20)),             // two
-        &|t| set(t, leaf(t, Kind::Flat), WideChild::EMPTY),                               // lost, its box not
-        &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(0)),                      // a loop
-        &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(99)),                     // no such node
-        &|t| t.triangles[0].primitives.0[0] = 5,                                          // a sphere
-        &|t| t.triangles[0].primitives.0[0] = t.triangles[1].primitives.0[0],             // twice
-        &|t| t.nodes[0].order.0[3] = 0,                                                   // only lane 0
-        &|t| t.root = WideChild::inner(1),                                                // loses primitives
+        &|t| set(t, leaf(t, LeafKind::Triangles), WideChild::leaf(LeafKind::Triangles, 1, 9999)), // no such packet
+        &|t| set(t, leaf(t, LeafKind::Triangles), WideChild::leaf(LeafKind::Spheres, 1, 0)),      // another's
+        &|t| set(t, leaf(t, LeafKind::Planar), WideChild::leaf(LeafKind::Planar, 1, 3)),          // a sphere
+        &|t| set(t, leaf(t, LeafKind::Planar), WideChild::leaf(LeafKind::Planar, 2, 20)),         // two
+        &|t| set(t, leaf(t, LeafKind::Planar), WideChild::EMPTY), // lost, its box not
+        &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(0)), // a loop
+        &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(99)), // no such node
+        &|t| t.triangles[0].primitives.0[0] = 5,                  // a sphere
+        &|t| t.triangles[0].primitives.0[0] = t.triangles[1].primitives.0[0], // twice
+        &|t| t.nodes[0].order.0[3] = 0,                           // only lane 0
+        &|t| t.root = WideChild::inner(1),                        // loses primitives
     ];
     for (i, damage) in broken.into_iter().enumerate() {
         let (mut wide, counts) = tree();
         damage(&mut wide);
-        assert!(wide.prove(counts).is_err(), "fault {i}");
+        assert!(wide.validate(counts).is_err(), "fault {i}");
     }
     // A child fewer in a packet loses a primitive.
     let (mut wide, counts) = tree();
-    let slot =
-        find(&wide, |c| c != WideChild::EMPTY && c.is_leaf() && c.holds(Kind::Triangles) && c.count() > 1);
+    let slot = find(&wide, |c| {
+        c != WideChild::EMPTY && c.is_leaf() && c.holds(LeafKind::Triangles) && c.count() > 1
+    });
     let child = WideChild(wide.nodes[slot.0].children.0[slot.1]);
-    set(&mut wide, slot, WideChild::leaf(Kind::Triangles, child.count() - 1, child.index()));
-    assert!(wide.prove(counts).is_err(), "a lost triangle");
+    set(&mut wide, slot, WideChild::leaf(LeafKind::Triangles, child.count() - 1, child.index()));
+    assert!(wide.validate(counts).is_err(), "a lost triangle");
     // More levels than the stack has room for.
     let (mut wide, _) = tree();
     let nodes = STACK_SIZE as u32 + 1;
@@ -89,8 +90,8 @@ fn sabotage_each_broken_tree_is_refused() {
         })
         .collect();
     (wide.spheres, wide.triangles) = (Vec::new(), Vec::new());
-    assert!(wide.prove([0; 3]).is_err_and(|message| message.contains("levels")));
+    assert!(wide.validate([0; 3]).is_err_and(|message| message.contains("levels")));
     wide.nodes.remove(0);
     wide.nodes.iter_mut().take(STACK_SIZE - 1).for_each(|node| node.children.0[0] -= 1);
-    assert_eq!(wide.prove([0; 3]), Ok(()));
+    assert_eq!(wide.validate([0; 3]), Ok(()));
 }

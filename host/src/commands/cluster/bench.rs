@@ -1,25 +1,25 @@
 //! `trisect bench cluster`.
 
-use super::Crew;
+use super::ClusterSession;
 use crate::cli::{ClusterBenchArgs, SyncArg};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{Device, DeviceKind};
 use trisect::bench::BenchError;
-use trisect::bench::cluster::{self, ClusterBench, Plan, Way};
+use trisect::bench::cluster::{self, ClusterBench, ClusterBenchPlan, GatherMethod};
 use trisect::output::Outputs;
 use trisect::render::Settings;
 
-fn way(sync: SyncArg) -> Way {
+fn way(sync: SyncArg) -> GatherMethod {
     match sync {
-        SyncArg::Gather => Way::Gather,
-        SyncArg::Allreduce => Way::AllReduce,
+        SyncArg::Gather => GatherMethod::Gather,
+        SyncArg::Allreduce => GatherMethod::AllReduce,
     }
 }
 
 /// Measures what ranks bring, prints it and writes charts and data.
 pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
-    let mut crew = Crew::start(&arguments.ranks, arguments.job.threads)?;
+    let mut crew = ClusterSession::start(&arguments.ranks, arguments.job.threads)?;
     let all = crew.link.ranks();
     let out = arguments.out.clone();
     let check = move || {
@@ -48,7 +48,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
         counts = (0..=all.ilog2()).map(|power| 1 << power).chain([all]).collect();
         counts.dedup();
     }
-    let plan = Plan {
+    let plan = ClusterBenchPlan {
         ranks: counts,
         spp: arguments.frame_spp.clone(),
         frames: arguments.frames,
@@ -61,7 +61,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     let root = crew.link.is_root();
     let mut say = |line: &str| {
         if root {
-            super::super::say(line);
+            super::super::eprint(line);
         }
     };
     let measured = ClusterBench::measure(
@@ -75,7 +75,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     match measured {
         Ok((_, Some(bench))) => {
             for file in bench.write(&arguments.out)? {
-                super::super::say(&format!("wrote {}", file.display()));
+                super::super::eprint(&format!("wrote {}", file.display()));
             }
             super::super::print(&bench.summary())?;
             Ok(ExitCode::SUCCESS)

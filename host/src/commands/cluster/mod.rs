@@ -14,31 +14,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use trisect::Error;
 use trisect::backend::{self, Device};
-use trisect::distribute::hello::{Facts, facts, join};
-use trisect::distribute::mpi::Mpi;
-use trisect::distribute::{DistributeError, Link, Network, Tag, devices};
+use trisect::cluster::handshake::{FingerprintFields, fingerprint, handshake};
+use trisect::cluster::mpi::Mpi;
+use trisect::cluster::{ClusterError, Heartbeat, Network, Tag, devices};
 use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect::threads::{ThreadError, start_shared};
 
 /// All ranks, and whether this process was asked to end.
-pub struct Crew {
+pub struct ClusterSession {
     /// The others.
-    pub link: Link<Mpi>,
+    pub link: Heartbeat<Mpi>,
     ended: Arc<AtomicBool>,
 }
 
 /// Why ranks end.
-struct GivenUp {
+struct Abort {
     error: Error,
     /// Whether all know it, and end by themselves.
-    all_know: bool,
+    known_to_all: bool,
 }
 
-impl<E: Into<Error>> From<E> for GivenUp {
+impl<E: Into<Error>> From<E> for Abort {
     fn from(error: E) -> Self {
-        Self { error: error.into(), all_know: false }
+        Self { error: error.into(), known_to_all: false }
     }
 }
 
@@ -54,16 +54,16 @@ fn share_threads(ranks: u32, asked: Option<u32>) -> Result<(), ThreadError> {
     start_shared(Some(asked.map_or(bound.min(part.max(1)), |asked| asked as usize)))
 }
 
-impl Crew {
+impl ClusterSession {
     /// Starts MPI, and `threads` for what a rank sums and encodes, or its part of the host's.
     pub fn start(ranks: &RankArgs, threads: Option<u32>) -> Result<Self, Error> {
         let ended = noted();
         let mpi = Mpi::start()?;
         let started = share_threads(mpi.neighbours(), threads);
-        let mut crew = Self { link: Link::new(mpi, ranks.patience()), ended };
+        let mut crew = Self { link: Heartbeat::new(mpi, ranks.patience()), ended };
         if let Err(error) = started {
             // The others wait for this rank.
-            super::say(&format!("error: {error}"));
+            super::eprint(&format!("error: {error}"));
             crew.link.network().abort(error.exit_code());
         }
         Ok(crew)
@@ -87,9 +87,9 @@ impl Crew {
 
     fn end(&mut self, error: &Error, all_know: bool) -> ExitCode {
         // Who waits for a lost root says so itself.
-        let lost = matches!(error, Error::Distribute(DistributeError::Silent { rank: 0, .. }));
+        let lost = matches!(error, Error::Cluster(ClusterError::Silent { rank: 0, .. }));
         if self.link.is_root() || lost {
-            super::say(&format!("error: {error}"));
+            super::eprint(&format!("error: {error}"));
         }
         let code = error.exit_code();
         if !all_know {
@@ -107,11 +107,11 @@ impl Crew {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
     ) -> Result<Session, ExitCode> {
         match self.gather(job, ranks, check, adjust) {
             Ok(session) => Ok(session),
-            Err(GivenUp { error, all_know }) => Err(self.end(&error, all_know)),
+            Err(Abort { error, known_to_all: all_know }) => Err(self.end(&error, all_know)),
         }
     }
 
@@ -120,8 +120,8 @@ impl Crew {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
-    ) -> Result<Session, GivenUp> {
+        adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
+    ) -> Result<Session, Abort> {
         // What this rank lacks is no error yet: the root must hear of it.
         let ready = match self.load(job, ranks, check)? {
             Ok(loaded) => self.open(loaded, job, ranks, adjust)?,
@@ -138,11 +138,11 @@ impl Crew {
             Ok((_, facts)) => Ok(facts.clone()),
             Err(error) => Err((error.exit_code(), error.to_string())),
         };
-        match join(&mut self.link, &device, facts) {
+        match handshake(&mut self.link, &device, facts) {
             Ok(_) => Ok(ready?.0),
             // Each rank has heard it from the root, but for one that heard nothing.
-            Err(error @ (DistributeError::Rank { .. } | DistributeError::Mismatch { .. })) => {
-                Err(GivenUp { error: error.into(), all_know: true })
+            Err(error @ (ClusterError::Rank { .. } | ClusterError::Mismatch { .. })) => {
+                Err(Abort { error: error.into(), known_to_all: true })
             }
             Err(error) => Err(error.into()),
         }
@@ -153,16 +153,16 @@ impl Crew {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-    ) -> Result<Result<Loaded, Error>, GivenUp> {
+    ) -> Result<Result<Loaded, Error>, Abort> {
         let job = job.clone();
         if !self.link.is_root() && ranks.broadcast_scene {
             let bytes = self.link.expect(Tag::Scene)?.bytes;
-            return Ok(self.link.during(move || Loaded::of(Scene::from_bytes(&bytes)?, &job))?);
+            return Ok(self.link.run_while_polling(move || Loaded::of(Scene::from_bytes(&bytes)?, &job))?);
         }
         if !self.link.is_root() {
-            return Ok(self.link.during(move || Loaded::read(&job, &Outputs::default()))?);
+            return Ok(self.link.run_while_polling(move || Loaded::read(&job, &Outputs::default()))?);
         }
-        let loaded = self.link.during(move || {
+        let loaded = self.link.run_while_polling(move || {
             let outputs = check()?;
             Loaded::read(&job, &outputs)
         })?;
@@ -182,12 +182,12 @@ impl Crew {
         loaded: Loaded,
         job: &JobArgs,
         ranks: &RankArgs,
-        adjust: impl FnOnce(&mut Settings, &Device) -> Result<Facts, Error> + Send + 'static,
-    ) -> Result<Result<(Session, Facts), Error>, GivenUp> {
-        let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local());
+        adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
+    ) -> Result<Result<(Session, FingerprintFields), Error>, Abort> {
+        let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local_rank());
         let open = move || {
             if job.backend == BackendArg::Auto && job.device.is_some() {
-                return Err(trisect::render::SettingsError::DeviceOfWhat.into());
+                return Err(trisect::render::SettingsError::DeviceWithoutBackend.into());
             }
             let start = Instant::now();
             let (choice, device) = devices::for_rank(job.backend.choice(), job.device, local, spare)?;
@@ -197,11 +197,11 @@ impl Crew {
             settings.check()?;
             let digest = loaded.scene.digest();
             let quality = job.bvh_quality.map(QualityArg::quality);
-            let mut facts = facts(&digest, &settings, quality);
+            let mut facts = fingerprint(&digest, &settings, quality);
             facts.extend(more);
             let session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;
             Ok((Session { settings, digest: Some(digest), ..session }, facts))
         };
-        Ok(self.link.during(open)?)
+        Ok(self.link.run_while_polling(open)?)
     }
 }

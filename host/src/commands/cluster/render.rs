@@ -1,11 +1,11 @@
-//! `trisect render --distribute`.
+//! `trisect render --cluster`.
 
-use super::super::elsewhere::or_elsewhere;
-use super::super::keep::{Begun, Watch};
-use super::super::render::{self as single, Drawn};
-use super::super::resume::there;
-use super::super::say;
-use super::Crew;
+use super::super::checkpointing::{RenderStart, RenderSupervisor};
+use super::super::eprint;
+use super::super::fallback_path::or_fallback_path;
+use super::super::render::{self as single, RenderOutput};
+use super::super::resume::describe_contents;
+use super::ClusterSession;
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
 use std::path::Path;
@@ -13,8 +13,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trisect::backend::Device;
 use trisect::checkpoint::{Checkpoint, Header, Place, arithmetic};
-use trisect::distribute::{
-    DistributeError, Failure, Kept, Mode, Picture, Plan, Travels, Work, choose, onto, plan,
+use trisect::cluster::{
+    AssembledImage, ClusterError, ClusterPlan, DistributionMode, Failure, ResumableFilm, WireFormat, Work,
+    choose, plan, render_into_film,
 };
 use trisect::image::Image;
 use trisect::output::{self, Format};
@@ -23,42 +24,46 @@ use trisect::{Error, Error::Cancelled};
 
 /// Of a render that goes on.
 #[derive(Clone)]
-pub struct Before {
+pub struct ResumeState {
     /// Of its checkpoint, which the root has.
     pub place: Place,
     /// What it is of.
     pub header: Header,
     /// Whether its film has guides.
-    pub guides: bool,
+    pub aovs: bool,
     /// It, on the root.
     pub checkpoint: Option<Checkpoint>,
 }
 
 /// Renders an image over all ranks.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
-    go(Crew::start(&arguments.cluster.ranks, arguments.job.threads)?, arguments, None)
+    render_film(ClusterSession::start(&arguments.cluster.ranks, arguments.job.threads)?, arguments, None)
 }
 
 /// The same, or goes on with one.
-pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Result<ExitCode, Error> {
+pub fn render_film(
+    mut crew: ClusterSession,
+    arguments: &RenderArgs,
+    before: Option<ResumeState>,
+) -> Result<ExitCode, Error> {
     let start = Instant::now();
     let cluster = &arguments.cluster;
     let ranks = crew.link.ranks();
     let (own, checked) = (arguments.clone(), arguments.clone());
-    let resumed = before.as_ref().map(|before| (before.header.spp, before.guides));
+    let resumed = before.as_ref().map(|before| (before.header.spp, before.aovs));
     let adjust = move |settings: &mut Settings, device: &Device| {
         let denoise = own.denoise.denoise()?;
-        settings.guides = single::needs_guides(&own, denoise.as_ref());
+        settings.guides = single::needs_aovs(&own, denoise.as_ref());
         if let Some((spp, guides)) = resumed {
             (settings.samples, settings.guides) = (spp, guides);
         }
-        let Work { plan, travels, .. } = work(&own, settings, ranks)?;
+        let Work { plan, wire_format: travels, .. } = work(&own, settings, ranks)?;
         let distribute = format!("{plan:?}, {:?}", own.cluster.distribute);
         let mut facts = vec![
             ("--distribute with its parameters".to_owned(), distribute),
             ("what travels, by the output's format".to_owned(), format!("{travels:?}")),
         ];
-        if own.keep.given().is_some() {
+        if own.checkpointing.given().is_some() {
             // What is kept must be what any of them would render.
             facts.push(("the device's arithmetic".to_owned(), arithmetic(device, settings.math)));
         }
@@ -77,43 +82,43 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
         Err(code) => return Ok(code),
     };
     let denoise = arguments.denoise.denoise()?;
-    let quiet = arguments.tell.quiet || !crew.link.is_root();
+    let quiet = arguments.log.quiet || !crew.link.is_root();
     if !quiet {
-        single::announce(&session, &single::aim(&session, None));
+        single::announce(&session, &single::goal_text(&session, None));
     }
     let mut work = work(arguments, &session.settings, ranks)?;
     // The root keeps the film, where someone does.
     let (mut kept, mut held) = (None, None);
-    if arguments.keep.given().is_some() && crew.link.is_root() {
+    if arguments.checkpointing.given().is_some() && crew.link.is_root() {
         let before = before.and_then(|before| Some((before.place, before.checkpoint?)));
         if let Some((_, checkpoint)) = before.as_ref().filter(|_| !quiet) {
-            say(&there(checkpoint));
+            eprint(&describe_contents(checkpoint));
         }
-        match Begun::new(arguments, &session, before) {
-            Ok(Begun { film, samples, saver }) => {
-                let watch = Watch::new(arguments, saver, start, crew.flag());
+        match RenderStart::new(arguments, &session, before) {
+            Ok(RenderStart { film, samples, saver }) => {
+                let watch = RenderSupervisor::new(arguments, saver, start, crew.flag());
                 let held = held.insert((watch, samples));
-                kept = Some(Kept { film, samples: held.1.clone(), keeper: &held.0 });
+                kept = Some(ResumableFilm { film, samples: held.1.clone(), observer: &held.0 });
             }
             Err(error) => return Ok(crew.give_up(&error)),
         }
     }
     // Moved out, and in again.
     let mut renderer = session.renderer;
-    if cluster.distribute == Some(DistributeArg::Auto) && arguments.keep.given().is_none() {
+    if cluster.distribute == Some(DistributeArg::Auto) && arguments.checkpointing.given().is_none() {
         let chosen;
         (renderer, chosen) = match choose(&mut crew.link, renderer, &work) {
             Ok(chosen) => chosen,
             Err(error) => return Ok(crew.give_up(&error)),
         };
         (work.plan.mode, work.choice) = chosen;
-        work.travels = travels(arguments, &session.settings, &work.plan, ranks);
+        work.wire_format = wire_format(arguments, &session.settings, &work.plan, ranks);
         if !quiet {
-            say(&format!("  {}", work.choice));
+            eprint(&format!("  {}", work.choice));
         }
     }
     let ended = crew.ended();
-    let done = onto(&mut crew.link, renderer, &work, kept, &mut Bar::new(quiet), &ended);
+    let done = render_into_film(&mut crew.link, renderer, &work, kept, &mut Bar::new(quiet), &ended);
     let (finished, renderer) = match done {
         Ok(done) => done,
         Err(Failure { error, partial }) => {
@@ -121,10 +126,11 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
             if let Some(partial) = partial.filter(|_| is_asked) {
                 let arguments = arguments.clone();
                 // Others hear of the root meanwhile, and stay.
-                let kept =
-                    crew.link.to_the_end(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
+                let kept = crew
+                    .link
+                    .run_to_completion(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
                 if let Err(error) = kept {
-                    say(&format!("error: {error}"));
+                    eprint(&format!("error: {error}"));
                 }
             }
             return Ok(crew.give_up(&error));
@@ -135,13 +141,13 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
     stats.phases.load_seconds = session.load_seconds;
     session.renderer = renderer;
     let drawn = match &finished.picture {
-        Picture::Bytes { width, height, bytes } => Drawn::Bytes(*width, *height, bytes),
-        Picture::Color(image) => Drawn::Image(image),
-        Picture::Film(film) => match &held {
+        AssembledImage::Bytes { width, height, bytes } => RenderOutput::Bytes(*width, *height, bytes),
+        AssembledImage::Color(image) => RenderOutput::Image(image),
+        AssembledImage::Film(film) => match &held {
             Some((watch, samples)) => {
-                return single::wrap_up(arguments, session, (film, samples), watch, stats, denoise);
+                return single::finish_film(arguments, session, (film, samples), watch, stats, denoise);
             }
-            None => Drawn::Film(film),
+            None => RenderOutput::Film(film),
         },
     };
     Ok(single::finish(arguments, session, drawn, stats, denoise)?.0)
@@ -150,45 +156,45 @@ pub fn go(mut crew: Crew, arguments: &RenderArgs, before: Option<Before>) -> Res
 /// What ranks render.
 fn work(arguments: &RenderArgs, settings: &Settings, ranks: u32) -> Result<Work, Error> {
     let cluster = &arguments.cluster;
-    if arguments.keep.fallback.is_some() {
+    if arguments.checkpointing.fallback.is_some() {
         let (what, remedy) = ("--fallback is for one process", "use --spare cpu");
-        return Err(DistributeError::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() }.into());
+        return Err(ClusterError::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() }.into());
     }
-    if let Some(what) = arguments.keep.given() {
+    if let Some(what) = arguments.checkpointing.given() {
         if cluster.distribute == Some(DistributeArg::Average) {
             let what = format!(
                 "{what} keeps a film that grows by rows and chunks, and --distribute average has none"
             );
             let remedy = "share it by --distribute rows".to_owned();
-            return Err(DistributeError::Unsupported { what, remedy }.into());
+            return Err(ClusterError::Unsupported { what, remedy }.into());
         }
-        return Ok(Work::kept(settings.clone(), cluster.ranks.block_shift()));
+        return Ok(Work::for_film(settings.clone(), cluster.ranks.block_shift()));
     }
     let plan = cluster.plan();
-    let travels = travels(arguments, settings, &plan, ranks);
-    Ok(Work { settings: settings.clone(), plan, travels, choice: String::new() })
+    let travels = wire_format(arguments, settings, &plan, ranks);
+    Ok(Work { settings: settings.clone(), plan, wire_format: travels, choice: String::new() })
 }
 
 /// What travels of each pixel: the least that the output needs.
-fn travels(arguments: &RenderArgs, settings: &Settings, plan: &Plan, ranks: u32) -> Travels {
+fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, ranks: u32) -> WireFormat {
     let most = plan::samples_of(settings.samples, 0, plan::averaging(settings.samples, ranks));
     if settings.guides {
-        Travels::Guided
+        WireFormat::SumsAndAovs
     } else if !arguments.aov.is_empty() {
-        Travels::Sums
-    } else if plan.mode == Mode::Average {
+        WireFormat::Sums
+    } else if plan.mode == DistributionMode::Average {
         // Where shares differ, who has more than a chunk sends exact sums.
-        if most.len() <= 256 { Travels::Chunk } else { Travels::Mean }
+        if most.len() <= 256 { WireFormat::Chunk } else { WireFormat::Mean }
     } else if matches!(Format::of(&arguments.output), Ok(Format::Png)) && arguments.exposure().is_none() {
-        Travels::Bytes
+        WireFormat::Bytes
     } else {
-        Travels::Color
+        WireFormat::Color
     }
 }
 
 /// Keeps what there is of an image: its checkpoint, and the image without layers and filters, as time is short.
-fn keep(arguments: &RenderArgs, watch: Option<Watch>, partial: &Picture, quiet: bool) {
-    if let (Some(watch), Picture::Film(film)) = (watch, partial) {
+fn keep(arguments: &RenderArgs, watch: Option<RenderSupervisor>, partial: &AssembledImage, quiet: bool) {
+    if let (Some(watch), AssembledImage::Film(film)) = (watch, partial) {
         watch.rescue(film, quiet);
         if film.coverage.parts().is_empty() {
             return;
@@ -198,13 +204,15 @@ fn keep(arguments: &RenderArgs, watch: Option<Watch>, partial: &Picture, quiet: 
         arguments.exposure().of(&image, path).apply(&mut image);
         Ok(output::write(&image, path)?)
     };
-    let written = or_elsewhere(&arguments.output, |path| match partial {
-        Picture::Bytes { width, height, bytes } => Ok(output::write_bytes(*width, *height, bytes, path)?),
-        Picture::Color(image) => exposed(image.clone(), path),
-        Picture::Film(film) => exposed(film.image(), path),
+    let written = or_fallback_path(&arguments.output, |path| match partial {
+        AssembledImage::Bytes { width, height, bytes } => {
+            Ok(output::write_bytes(*width, *height, bytes, path)?)
+        }
+        AssembledImage::Color(image) => exposed(image.clone(), path),
+        AssembledImage::Film(film) => exposed(film.image(), path),
     });
     match written {
-        Ok(path) => say(&format!("wrote what there is to {}", path.display())),
-        Err(error) => say(&format!("error: {error}")),
+        Ok(path) => eprint(&format!("wrote what there is to {}", path.display())),
+        Err(error) => eprint(&format!("error: {error}")),
     }
 }

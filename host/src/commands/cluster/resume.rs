@@ -1,48 +1,54 @@
-//! `trisect resume --distribute`.
+//! `trisect resume --cluster`.
 
 use super::super::resume::{check_output, command};
-use super::Crew;
-use super::render::{self, Before};
+use super::ClusterSession;
+use super::render::{self, ResumeState};
 use crate::cli::ResumeArgs;
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::checkpoint::{Checkpoint, Header, Place};
-use trisect::distribute::{DistributeError, Tag};
+use trisect::cluster::{ClusterError, Tag};
 
 /// What ranks must know of the root's checkpoint.
 #[derive(Serialize, Deserialize)]
-struct Told {
+struct CheckpointInfo {
     header: Header,
     guides: bool,
 }
 
 /// Goes on over all ranks, of which the root alone reads the file.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
-    let mut crew = Crew::start(&arguments.cluster.ranks, arguments.threads)?;
+    let mut crew = ClusterSession::start(&arguments.cluster.ranks, arguments.threads)?;
     let begun =
         begin(&mut crew, arguments).and_then(|before| Ok((command(arguments, &before.header)?, before)));
     match begun {
-        Ok((command, before)) => render::go(crew, &command, Some(before)),
+        Ok((command, before)) => render::render_film(crew, &command, Some(before)),
         Err(error) => Ok(crew.give_up(&error)),
     }
 }
 
 /// Reads the file, on the root, and hears of it elsewhere.
-fn begin(crew: &mut Crew, arguments: &ResumeArgs) -> Result<Before, Error> {
+fn begin(crew: &mut ClusterSession, arguments: &ResumeArgs) -> Result<ResumeState, Error> {
     if crew.link.is_root() {
         let place = Place::of(&arguments.file);
         let file = arguments.file.clone();
-        let checkpoint = crew.link.during(move || Checkpoint::read(&file))??;
+        let checkpoint = crew.link.run_while_polling(move || Checkpoint::read(&file))??;
         check_output(arguments, &command(arguments, &checkpoint.header)?)?;
-        let told = Told { header: checkpoint.header.clone(), guides: !checkpoint.film.guides.is_empty() };
+        let told =
+            CheckpointInfo { header: checkpoint.header.clone(), guides: !checkpoint.film.aovs.is_empty() };
         crew.link.send_all(Tag::Resume, &serde_json::to_vec(&told).unwrap_or_default())?;
-        return Ok(Before { place, header: told.header, guides: told.guides, checkpoint: Some(checkpoint) });
+        return Ok(ResumeState {
+            place,
+            header: told.header,
+            aovs: told.guides,
+            checkpoint: Some(checkpoint),
+        });
     }
     let message = crew.link.expect(Tag::Resume)?;
-    let Told { header, guides } = serde_json::from_slice(&message.bytes).map_err(|error| {
-        DistributeError::Protocol { rank: message.from, message: format!("no checkpoint: {error}") }
+    let CheckpointInfo { header, guides } = serde_json::from_slice(&message.bytes).map_err(|error| {
+        ClusterError::Protocol { rank: message.from, message: format!("no checkpoint: {error}") }
     })?;
     let place = Place::new(&arguments.file);
-    Ok(Before { place, header, guides, checkpoint: None })
+    Ok(ResumeState { place, header, aovs: guides, checkpoint: None })
 }

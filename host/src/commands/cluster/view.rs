@@ -1,24 +1,24 @@
-//! `trisect view --headless --distribute rows`: frames of which each rank makes a band.
+//! `trisect view --headless --cluster rows`: frames of which each rank makes a band.
 
 use super::super::data;
 use super::super::view::headless;
 use super::super::view::{look, metered};
-use super::{Crew, Session};
+use super::{ClusterSession, Session};
 use crate::cli::{DistributeArg, ViewArgs};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{Device, DeviceKind};
 use trisect::bench::{Row, Summary, table};
-use trisect::distribute::{DistributeError, FrameCost, Series, SeriesReport, Tag, plan, series};
-use trisect::film::{Rows, Target};
+use trisect::cluster::{ClusterError, FrameCost, FrameSeries, SeriesReport, Tag, plan, series};
+use trisect::film::{RowSet, RowTarget};
 use trisect::output::exposure::Exposure;
 use trisect::render::Settings;
-use trisect::view::{Look, Viewer};
+use trisect::view::{ViewOptions, Viewer};
 
 /// Renders the frames of a camera's path over all ranks.
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     if !arguments.headless || arguments.cluster.distribute != Some(DistributeArg::Rows) {
-        return Err(DistributeError::Unsupported {
+        return Err(ClusterError::Unsupported {
             what: "a viewer shares bands of rows, and frames that follow each other without a window"
                 .to_owned(),
             remedy: "use --headless --distribute rows".to_owned(),
@@ -26,7 +26,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
         .into());
     }
     let cluster = &arguments.cluster;
-    let mut crew = Crew::start(&cluster.ranks, arguments.job.threads)?;
+    let mut crew = ClusterSession::start(&cluster.ranks, arguments.job.threads)?;
     let (own, checked) = (arguments.clone(), arguments.clone());
     let adjust = move |settings: &mut Settings, _: &Device| {
         let look = look(&own, settings)?;
@@ -49,17 +49,17 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     };
     let (rank, ranks) = (crew.link.rank(), crew.link.ranks());
     let size = look.scaled();
-    let rows: Vec<Rows> = (0..ranks).map(|rank| plan::band(size.height, rank, ranks).into()).collect();
+    let rows: Vec<RowSet> = (0..ranks).map(|rank| plan::band(size.height, rank, ranks).into()).collect();
     let own = plan::band(size.height, rank, ranks);
     let device = session.renderer.backend().device().clone();
-    let of = Series {
+    let of = FrameSeries {
         width: size.width,
         height: size.height,
         rows,
         frames: poses.len() as u32,
         spins: device.kind == DeviceKind::Gpu,
     };
-    let render = move |viewer: &mut Viewer, frame: u32, to: &mut Target<'_>| {
+    let render = move |viewer: &mut Viewer, frame: u32, to: &mut RowTarget<'_>| {
         let Some(pose) = poses.get(frame as usize) else { return Ok(FrameCost::default()) };
         let shot = viewer.rows_to(&look, pose, &own, to)?;
         let device = shot.trace() + shot.denoise() + shot.display.as_secs_f64();
@@ -113,10 +113,10 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
 
 /// Chooses an automatic exposure on the root, for all ranks.
 fn exposed(
-    crew: &mut Crew,
+    crew: &mut ClusterSession,
     arguments: &ViewArgs,
     mut session: Session,
-    look: &mut Look,
+    look: &mut ViewOptions,
 ) -> Result<Session, Error> {
     if arguments.job.exposure(arguments.exposure) != Exposure::Automatic {
         return Ok(session);
@@ -124,7 +124,7 @@ fn exposed(
     if crew.link.is_root() {
         let of = look.clone();
         let stops;
-        (session, stops) = crew.link.during(move || {
+        (session, stops) = crew.link.run_while_polling(move || {
             let stops = metered(&mut session, &of);
             (session, stops)
         })?;
@@ -132,10 +132,10 @@ fn exposed(
         crew.link.send_all(Tag::Exposure, &look.screen.stops.to_le_bytes())?;
     } else {
         let message = crew.link.expect(Tag::Exposure)?;
-        let bytes = message.bytes.try_into().map_err(|_| DistributeError::Protocol {
-            rank: message.from,
-            message: "no exposure".to_owned(),
-        })?;
+        let bytes = message
+            .bytes
+            .try_into()
+            .map_err(|_| ClusterError::Protocol { rank: message.from, message: "no exposure".to_owned() })?;
         look.screen.stops = f32::from_le_bytes(bytes);
     }
     Ok(session)

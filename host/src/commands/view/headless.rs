@@ -5,12 +5,12 @@ use crate::cli::ViewArgs;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trisect::bench::{BenchError, Row, rows_of_shots, table};
+use trisect::bench::{BenchError, Row, rows_of_timings, table};
 use trisect::image::ImageError;
 use trisect::output::Outputs;
 use trisect::render::Renderer;
 use trisect::scene::{CameraPose, SceneError};
-use trisect::view::{CameraPath, Look, Shot, Viewer};
+use trisect::view::{CameraPath, FrameTiming, ViewOptions, Viewer};
 use trisect::{Error, output};
 
 /// Frames without a camera's path and a number.
@@ -72,12 +72,12 @@ pub fn poses(arguments: &ViewArgs, session: &Session) -> Result<Vec<CameraPose>,
 }
 
 /// Renders the frames of a camera's path.
-pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCode, Error> {
+pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result<ExitCode, Error> {
     let poses = poses(arguments, &session)?;
     let mut viewer = Viewer::new(session.renderer);
-    let mut shots: Vec<Shot> = Vec::new();
+    let mut shots: Vec<FrameTiming> = Vec::new();
     for (frame, pose) in (0..).zip(&poses) {
-        let (shot, pixels) = viewer.shot(look, pose)?;
+        let (shot, pixels) = viewer.render_to_host_frame(look, pose)?;
         if let Some(folder) = &arguments.output {
             write(&file(folder, frame), shot.size, pixels)?;
         }
@@ -86,7 +86,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &Look) -> Result<ExitCo
     let Some(last) = shots.last() else { return Ok(ExitCode::SUCCESS) };
     // The first compiles and allocates.
     let counted = if shots.len() > 1 { &shots[1..] } else { &shots[..] };
-    let rows = rows_of_shots(counted);
+    let rows = rows_of_timings(counted);
     let device = viewer.renderer().backend().device();
     let (width, height) = last.size;
     let mut text = format!("scene     {}\n", session.name);

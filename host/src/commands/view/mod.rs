@@ -4,16 +4,16 @@ pub mod headless;
 #[cfg(feature = "window")]
 mod window;
 
-use super::{Session, say};
+use super::{Session, eprint};
 use crate::cli::{DenoiseArg, ViewArgs};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::output::exposure::{Automatic, Exposure};
 use trisect::render::Settings;
-use trisect::view::Look;
+use trisect::view::ViewOptions;
 
 /// What is shown of a scene that asks for these settings.
-pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<Look, Error> {
+pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<ViewOptions, Error> {
     let denoise = arguments.denoise.denoise_or(DenoiseArg::Svgf)?;
     let history = arguments.history();
     history.check()?;
@@ -22,12 +22,12 @@ pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<Look, Error> {
     let settings = Settings { samples, guides: true, ..settings.clone() };
     settings.check()?;
     settings.check_live()?;
-    Ok(Look {
+    Ok(ViewOptions {
         scale: arguments.scale,
         history,
-        enough: arguments.enough,
+        max_samples: arguments.enough,
         screen: arguments.screen(),
-        ..Look::new(settings, denoise)
+        ..ViewOptions::new(settings, denoise)
     })
 }
 
@@ -37,7 +37,7 @@ const METER_PIXELS: u32 = 128;
 const METER_SAMPLES: u32 = 16;
 
 /// Returns the exposure that a model by itself is shown with, by a small image of it, and says so.
-pub fn metered(session: &mut Session, look: &Look) -> Result<f32, Error> {
+pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> {
     let Settings { width, height, .. } = look.settings;
     let share = f64::from(METER_PIXELS) / f64::from(width.max(height).max(METER_PIXELS));
     let side = |pixels: u32| ((f64::from(pixels) * share) as u32).max(1);
@@ -48,7 +48,7 @@ pub fn metered(session: &mut Session, look: &Look) -> Result<f32, Error> {
         ..look.settings.clone()
     };
     let automatic = Automatic::of(&session.renderer.render(&settings, &mut ())?.film.image());
-    say(&automatic.to_string());
+    eprint(&automatic.to_string());
     Ok(automatic.stops)
 }
 
@@ -58,7 +58,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
         #[cfg(feature = "mpi")]
         return super::cluster::view::run(arguments);
         #[cfg(not(feature = "mpi"))]
-        return Err(trisect::distribute::DistributeError::NotBuilt.into());
+        return Err(trisect::cluster::ClusterError::NotBuilt.into());
     }
     super::refuse_ranks(&arguments.cluster)?;
     arguments.history().check()?;
@@ -66,7 +66,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     let mut session = Session::open(&arguments.job, &outputs)?;
     let mut look = look(arguments, &session.settings)?;
     session.settings = look.settings.clone();
-    session.notes.iter().for_each(|note| say(note));
+    session.notes.iter().for_each(|note| eprint(note));
     if arguments.job.exposure(arguments.exposure) == Exposure::Automatic {
         look.screen.stops = metered(&mut session, &look)?;
     }

@@ -2,7 +2,7 @@
 
 use super::name::{Name, some};
 use super::transform::Transform;
-use crate::scene::values::{Direction, GREATEST, LEAST, Length, Point, vector};
+use crate::scene::values::{Direction, Length, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, vector};
 use glam::{DAffine3, DVec3};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -115,7 +115,7 @@ impl<'a> Object<'a> {
                     return Err("Box: each coordinate of min must be less than that of max".to_owned());
                 }
                 for [corner, u, v] in sides(min, max, &transform.0) {
-                    if [corner, u, v].iter().any(|vector| vector.abs().max_element() > GREATEST) {
+                    if [corner, u, v].iter().any(|vector| vector.abs().max_element() > MAX_MAGNITUDE) {
                         return Err("Box: it reaches beyond 1e18".to_owned());
                     }
                     has_area(u, v).map_err(|fault| format!("Box: a side: {fault}"))?;
@@ -130,7 +130,7 @@ impl<'a> Object<'a> {
 /// Checks that a parallelogram remains one once it is rounded to f32.
 pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
     let (u, v) = (u.as_vec3().as_dvec3(), v.as_vec3().as_dvec3());
-    let least = 0.999 * LEAST; // as it may be itself after rounding
+    let least = 0.999 * MIN_MAGNITUDE; // as it may be itself after rounding
     if u.length() < least || v.length() < least {
         Err("u and v must be at least 1e-18 long".to_owned())
     } else if u.cross(v).length() < least * least {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Space<'a> {
     /// For the description.
-    pub space: crate::scene::Space,
+    pub space: crate::scene::Rebase,
     /// Of the file's text; none where the file does not say.
     pub place: Option<&'a str>,
 }
@@ -34,7 +34,7 @@ impl<'de: 'a, 'a> Deserialize<'de> for Space<'a> {
         let raw = <&'de RawValue>::deserialize(deserializer)?;
         let Fields { origin, scale } =
             raw.into_rust().map_err(|error| D::Error::custom(format!("space: {}", error.code)))?;
-        let space = crate::scene::Space { origin: vector(origin), scale: scale.0 };
+        let space = crate::scene::Rebase { origin: vector(origin), scale: scale.0 };
         Ok(Self { space, place: Some(raw.get_ron()) })
     }
 }

@@ -77,7 +77,7 @@ fn every_construct_is_read() {
 fn a_space_is_read_and_checked() {
     let with = |space: &str| FIRST.replace("version: 1,", &format!("version: 1,\n    space: {space},"));
     let read = |space: &str| parse(&with(space), "space.ron").map(|scene| scene.space.space);
-    let space = |origin, scale| crate::scene::Space { origin, scale };
+    let space = |origin, scale| crate::scene::Rebase { origin, scale };
     assert_eq!(read("()").unwrap(), space(DVec3::ZERO, 1.0));
     assert_eq!(read("(scale: 0.5, origin: (1, -2, 3e9))").unwrap(), space(DVec3::new(1.0, -2.0, 3e9), 0.5));
     assert_eq!(parse(FIRST, "first.ron").unwrap().space.space, space(DVec3::ZERO, 1.0));

@@ -1,7 +1,7 @@
 //! Where objects stand.
 
 use crate::scene::values::{
-    Angle, Coordinate, Direction, Factor, GREATEST, LEAST, Point, sin_cos_degrees, vector,
+    Angle, Coordinate, Direction, Factor, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, sin_cos_degrees, vector,
 };
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
@@ -85,7 +85,7 @@ impl TryFrom<Vec<Step>> for Transform {
 
 /// Whether a map's numbers are coordinates.
 pub fn in_range(map: &DAffine3) -> bool {
-    map.to_cols_array().iter().all(|number| number.abs() <= GREATEST)
+    map.to_cols_array().iter().all(|number| number.abs() <= MAX_MAGNITUDE)
 }
 
 /// Whether a map flattens space. A thin but honest slab scales along one axis: either its columns or its rows are far from a
@@ -94,7 +94,7 @@ pub fn is_singular(map: &DAffine3) -> bool {
     let flat = |m: DMat3| {
         let lengths = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
         let units = DMat3::from_cols(m.x_axis / lengths[0], m.y_axis / lengths[1], m.z_axis / lengths[2]);
-        lengths.iter().any(|&length| length < 0.999 * LEAST) || units.determinant().abs() < 1e-12
+        lengths.iter().any(|&length| length < 0.999 * MIN_MAGNITUDE) || units.determinant().abs() < 1e-12
     };
     flat(map.matrix3) && flat(map.matrix3.transpose())
 }

@@ -1,6 +1,6 @@
 //! How much memory a description may take.
 
-use super::site::Site;
+use super::source_location::SourceLocation;
 use crate::memory;
 use crate::scene::error::SceneError;
 
@@ -36,7 +36,7 @@ impl Budget {
     }
 
     /// Asks for `bytes` before they are allocated.
-    pub fn take(&mut self, bytes: u64, site: &Site) -> Result<(), SceneError> {
+    pub fn take(&mut self, bytes: u64, site: &SourceLocation) -> Result<(), SceneError> {
         let Some(left) = self.bytes.checked_sub(bytes) else {
             return Err(site.too_large(
                 "the scene grows while it is read, by references to the same data",
@@ -48,7 +48,7 @@ impl Budget {
     }
 
     /// Counts an instance of `triangles` triangles.
-    pub fn place(&mut self, triangles: u64, site: &Site) -> Result<(), SceneError> {
+    pub fn place(&mut self, triangles: u64, site: &SourceLocation) -> Result<(), SceneError> {
         let left = self.triangles.checked_sub(triangles).ok_or_else(|| {
             site.too_large("too many triangles, counting each instance", format!("{TRIANGLES} triangles"))
         })?;
@@ -58,7 +58,7 @@ impl Budget {
 }
 
 /// Whether the memory has room for `bytes`, with as much left for the rest.
-pub(super) fn fits(bytes: u64, site: &Site) -> Result<(), SceneError> {
+pub(super) fn fits(bytes: u64, site: &SourceLocation) -> Result<(), SceneError> {
     if bytes <= SMALL {
         return Ok(());
     }

@@ -1,7 +1,7 @@
 //! Images for textures: PNG and JPEG.
 
 use super::budget::fits;
-use super::site::{Site, shown};
+use super::source_location::{SourceLocation, shown};
 use crate::image::bounds::{self, Demand};
 use crate::memory;
 use crate::scene::description::{Texels, TextureImage};
@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use std::io::Cursor;
 
 /// Texels across, and down.
-const GREATEST_SIDE: u32 = 16384;
+const MAX_SIDE: u32 = 16384;
 
 /// What files of textures for GPUs begin with.
 const CONTAINERS: [(&[u8], &str); 2] =
@@ -38,7 +38,7 @@ impl Images {
         &mut self,
         key: &str,
         curve: Curve,
-        site: &Site,
+        site: &SourceLocation,
         read: impl FnOnce() -> Result<Cow<'a, [u8]>, SceneError>,
     ) -> Result<usize, SceneError> {
         if let Some(&index) = self.index.get(&(key.to_owned(), curve)) {
@@ -78,7 +78,7 @@ pub(super) fn decode(
     bytes: &[u8],
     curve: Curve,
     name: &str,
-    site: &Site,
+    site: &SourceLocation,
 ) -> Result<TextureImage, SceneError> {
     if let Some((_, format)) = CONTAINERS.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         let remedy = "convert it to PNG or JPEG (`ktx extract`; for all textures of a glTF file `gltf-transform ktxdecompress`)";
@@ -99,8 +99,8 @@ pub(super) fn decode(
         )
     };
     let check = |(width, height): (u64, u64), shortest: u64| {
-        if width.max(height) > u64::from(GREATEST_SIDE) {
-            let maximum = format!("{GREATEST_SIDE} x {GREATEST_SIDE} texels");
+        if width.max(height) > u64::from(MAX_SIDE) {
+            let maximum = format!("{MAX_SIDE} x {MAX_SIDE} texels");
             return Err(site.too_large(format!("an image of {width} x {height}"), maximum));
         }
         // Decoded to a byte at least, as four channels, and as the texels that stay.
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn an_image_used_both_ways_is_decoded_once_and_kept_twice() {
         let mut images = Images::default();
-        let site = Site::new("test", "images[0]");
+        let site = SourceLocation::new("test", "images[0]");
         let file = png(2, 1, &[[1, 2, 3, 255], [4, 5, 6, 128]]);
         let read = || Ok(Cow::Borrowed(&file[..]));
         assert_eq!(images.get("a", Curve::Srgb, &site, read).unwrap(), 0);
@@ -165,7 +165,7 @@ mod tests {
         let mut file = Vec::new();
         let grey = image::GrayImage::from_pixel(3, 2, image::Luma([100]));
         grey.write_with_encoder(image::codecs::jpeg::JpegEncoder::new(&mut file)).unwrap();
-        let image = decode(&file, Curve::Linear, "a", &Site::new("test", "images[0]")).unwrap();
+        let image = decode(&file, Curve::Linear, "a", &SourceLocation::new("test", "images[0]")).unwrap();
         let Texels::Linear8(texels) = image.texels else { panic!() };
         assert_eq!((image.width, image.height, texels.len()), (3, 2, 6));
         assert!(texels[0][0].abs_diff(100) < 3 && texels[0][3] == 255);
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn unusable_images_are_errors() {
-        let site = Site::new("test", "images[0]");
+        let site = SourceLocation::new("test", "images[0]");
         let error = |bytes: &[u8]| decode(bytes, Curve::Srgb, "a", &site).unwrap_err();
         assert!(matches!(error(b""), SceneError::Malformed { .. }));
         assert!(matches!(error(b"GIF89a"), SceneError::Unsupported { .. }));

@@ -1,16 +1,16 @@
 //! What every format's meshes go through.
 
 use super::budget::Budget;
-use super::site::Site;
+use super::source_location::SourceLocation;
 use super::warnings::Warnings;
 use crate::scene::description::{Instance, Mesh};
 use crate::scene::error::SceneError;
-use crate::scene::values::GREATEST;
+use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Returns a position that is one: finite, no coordinate beyond 1e18.
 pub(super) fn check_position(position: [f64; 3]) -> Result<[f64; 3], String> {
-    if position.iter().all(|x| x.abs() <= GREATEST) {
+    if position.iter().all(|x| x.abs() <= MAX_MAGNITUDE) {
         return Ok(position);
     }
     let kind = if position.iter().all(|x| x.is_finite()) { "is beyond 1e18" } else { "is not finite" };
@@ -22,10 +22,10 @@ pub(super) fn check_position(position: [f64; 3]) -> Result<[f64; 3], String> {
 pub(super) const POSITION_REMEDY: &str = "coordinates must be finite and at most 1e18 from 0";
 
 /// Replaces texture coordinates that are none by 0.
-pub(super) fn check_uvs(uvs: &mut [[f32; 2]], site: &Site, warnings: &mut Warnings) {
+pub(super) fn check_uvs(uvs: &mut [[f32; 2]], site: &SourceLocation, warnings: &mut Warnings) {
     let mut replaced = 0;
     for uv in uvs {
-        if !uv.iter().all(|x| f64::from(x.abs()) <= GREATEST) {
+        if !uv.iter().all(|x| f64::from(x.abs()) <= MAX_MAGNITUDE) {
             *uv = [0.0; 2];
             replaced += 1;
         }
@@ -40,7 +40,7 @@ pub(super) fn check_uvs(uvs: &mut [[f32; 2]], site: &Site, warnings: &mut Warnin
 /// Completes a mesh of checked positions and indices: without triangles that cover nothing, with unit normals or none.
 ///
 /// `None` if no triangle is left.
-pub(super) fn finish(mut mesh: Mesh, site: &Site, warnings: &mut Warnings) -> Option<Mesh> {
+pub(super) fn finish(mut mesh: Mesh, site: &SourceLocation, warnings: &mut Warnings) -> Option<Mesh> {
     let before = mesh.triangles.len();
     let Mesh { positions, triangles, .. } = &mut mesh;
     triangles.retain(|corners| {
@@ -83,12 +83,12 @@ pub(super) fn check_instance(
     triangles: usize,
     transform: &DAffine3,
     budget: &mut Budget,
-    site: &Site,
+    site: &SourceLocation,
 ) -> Result<bool, SceneError> {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(DVec3::abs);
     let farthest = transform.translation.abs() + (x + y + z) * extent;
     // The axes by themselves: a tiny mesh could be scaled by more than fits into the world.
-    if !(farthest.max_element() <= GREATEST && (x + y + z).max_element() <= GREATEST) {
+    if !(farthest.max_element() <= MAX_MAGNITUDE && (x + y + z).max_element() <= MAX_MAGNITUDE) {
         return Err(site.too_large("the instance lies or reaches far away, or is scaled by much", "1e18"));
     }
     let inverse = transform.inverse();
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn triangles_that_cover_nothing_are_dropped_and_counted() {
-        let site = Site::new("test", "meshes[0]");
+        let site = SourceLocation::new("test", "meshes[0]");
         let mut warnings = Warnings::default();
         let mut mesh = triangle();
         mesh.triangles.extend([[0, 0, 1], [0, 1, 3], [1, 1, 1]]);
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn normals_become_units_or_none() {
-        let site = Site::new("test", "meshes[0]");
+        let site = SourceLocation::new("test", "meshes[0]");
         let mut mesh = triangle();
         mesh.normals = vec![[0.0, 0.0, 3.0], [1e-30, 0.0, 0.0], [1e30, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let finished = finish(mesh.clone(), &site, &mut Warnings::default()).unwrap();
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn instances_are_invertible_and_within_the_world() {
-        let site = Site::new("test", "nodes[0]");
+        let site = SourceLocation::new("test", "nodes[0]");
         let mut budget = Budget::new(0);
         let mut check = |transform| check_instance(extent(&triangle()), 1, &transform, &mut budget, &site);
         assert!(check(DAffine3::from_scale(DVec3::new(-1.0, 2.0, 1e-9))).unwrap());

@@ -15,7 +15,7 @@ mod mesh;
 pub mod obj;
 mod origin;
 pub mod ply;
-mod site;
+mod source_location;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
@@ -27,7 +27,7 @@ pub use files::{Files, Folder, Includes, NoFiles};
 use super::description::{Description, TextureImage};
 use super::error::SceneError;
 use images::Curve;
-use site::Site;
+use source_location::SourceLocation;
 use std::path::Path;
 
 /// A format's reader: bytes, their name in messages, the files beside them.
@@ -82,5 +82,5 @@ pub fn texture(path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
     let bytes = files::read_whole(path)?;
     let name = path.display().to_string();
     let curve = if linear { Curve::Linear } else { Curve::Srgb };
-    images::decode(&bytes, curve, &name, &Site::new(&name, "image"))
+    images::decode(&bytes, curve, &name, &SourceLocation::new(&name, "image"))
 }

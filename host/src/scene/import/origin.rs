@@ -4,9 +4,9 @@
 //! coordinates, that would round away what the file says of its shape. Its positions are stored
 //! relative to its centre instead, and its instances' transforms, which are f64, bring it back.
 
-use super::site::Site;
+use super::source_location::SourceLocation;
 use super::warnings::Warnings;
-use crate::scene::values::GREATEST;
+use crate::scene::values::MAX_MAGNITUDE;
 use glam::DVec3;
 
 /// A file whose centre is at most this many times its half extent from 0 stores positions as they
@@ -50,7 +50,7 @@ impl Bounds {
 pub(super) fn choose(positions: impl Iterator<Item = [f64; 3]>) -> DVec3 {
     let bounds = Bounds::of(positions.map(DVec3::from));
     // At the world's very border, rounding could carry a vertex across it.
-    let inside = bounds.low.abs().max(bounds.high.abs()).max_element() <= 0.5 * GREATEST;
+    let inside = bounds.low.abs().max(bounds.high.abs()).max_element() <= 0.5 * MAX_MAGNITUDE;
     if inside && bounds.is_farther(MAX_DISTANCE) { bounds.center() } else { DVec3::ZERO }
 }
 
@@ -61,7 +61,7 @@ pub(super) fn relative(position: [f64; 3], origin: DVec3) -> [f32; 3] {
 
 /// Warns of positions that a file has in single precision and too far from 0: no reader can restore
 /// their digits.
-pub(super) fn warn_of_single(positions: &[[f32; 3]], site: &Site, warnings: &mut Warnings) {
+pub(super) fn warn_of_single(positions: &[[f32; 3]], site: &SourceLocation, warnings: &mut Warnings) {
     let bounds = Bounds::of(positions.iter().map(|position| DVec3::from(position.map(f64::from))));
     if bounds.is_farther(MAX_SINGLE_DISTANCE) {
         let what = "meshes in single precision far from the origin, whose digits are not in the file; export double \

@@ -1,7 +1,7 @@
 //! Small files for tests, and ways to break them.
 
 use super::Files;
-use crate::scene::Space;
+use crate::scene::Rebase;
 use crate::scene::description::Description;
 use glam::{DVec3, Vec3};
 use image::codecs::png::PngEncoder;
@@ -136,7 +136,7 @@ pub fn far_vertices(prefix: &str) -> String {
 /// to f32 as the renderer has it, in shares of the model's size. The first instance shows
 /// [`DETAILS`] in their order.
 pub fn error_in_space(mut scene: Description) -> f64 {
-    scene.move_to(Space { origin: FAR, scale: 1.0 }).unwrap();
+    scene.move_to(Rebase { origin: FAR, scale: 1.0 }).unwrap();
     let instance = &scene.instances[0];
     let positions = &scene.meshes[instance.mesh].positions;
     assert_eq!(positions.len(), DETAILS.len());

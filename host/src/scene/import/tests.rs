@@ -5,7 +5,7 @@ use super::{Parse, is_model, load, texture};
 use super::{gltf, obj, ply};
 use crate::scene::description::{Description, Texels};
 use crate::scene::error::SceneError;
-use crate::scene::{Described, Includes};
+use crate::scene::{Includes, SceneDocument};
 use glam::DVec3;
 use std::path::Path;
 
@@ -153,11 +153,11 @@ fn far_models_of_a_scene_keep_their_shape() {
         );
         let path = root.join("a.ron");
         std::fs::write(&path, text).unwrap();
-        Described::load_including(&path, Includes::Below).unwrap().description
+        SceneDocument::load_including(&path, Includes::Below).unwrap().description
     };
     let error = error_in_space(scene(""));
     assert!(error <= ROUNDED, "{error:e}");
-    let error = error_in_space(Described::load(&root.join("a.obj")).unwrap().description);
+    let error = error_in_space(SceneDocument::load(&root.join("a.obj")).unwrap().description);
     assert!(error <= ROUNDED, "{error:e}");
     let moved = &scene(", transform: [Scale(2), Translate((-2e5, 4e5, -6))]").instances[0];
     assert!(moved.transform.translation.abs_diff_eq(DVec3::splat(1e-3), 1e-3), "{}", moved.transform);

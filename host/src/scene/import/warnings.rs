@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 /// More different warnings than this are not kept.
-const MOST: usize = 200;
+const MAX_WARNINGS: usize = 200;
 
 /// Collects warnings: each feature once, each kind of drop with its count.
 #[derive(Debug, Default)]
@@ -24,10 +24,10 @@ impl Warnings {
     /// Adds a warning, unless it has been there before.
     pub fn once(&mut self, text: impl AsRef<str>) {
         let text = text.as_ref();
-        if self.texts.len() > MOST || self.seen.contains(text) {
+        if self.texts.len() > MAX_WARNINGS || self.seen.contains(text) {
             return;
         }
-        if self.texts.len() == MOST {
+        if self.texts.len() == MAX_WARNINGS {
             self.texts.push("there are more warnings, which are not shown".to_owned());
             return;
         }

@@ -61,7 +61,7 @@ pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environm
     let texels =
         radiance.iter().zip(&weights).enumerate().map(|(i, (&radiance, &weight))| EnvironmentTexel {
             radiance,
-            density: if rows.is_some() { (weight / sum * weights.len() as f64) as f32 } else { 0.0 },
+            pdf: if rows.is_some() { (weight / sum * weights.len() as f64) as f32 } else { 0.0 },
             threshold: rows.as_ref().map_or(u32::MAX, |rows| rows[i].threshold),
             alias: rows.as_ref().map_or(0, |rows| rows[i].alias),
             pad: [0; 2],
@@ -72,6 +72,6 @@ pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environm
 impl Environment {
     /// Whether nothing comes from it.
     pub fn is_black(&self) -> bool {
-        self.texels.iter().all(|texel| texel.density == 0.0)
+        self.texels.iter().all(|texel| texel.pdf == 0.0)
     }
 }

@@ -3,21 +3,21 @@
 //! Instances are baked: 112 bytes and a BVH node of 64 for each triangle of each instance, for a traversal without transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
-use super::super::room::Room;
-use super::super::values::GREATEST;
+use super::super::memory_budget::MemoryBudget;
+use super::super::values::MAX_MAGNITUDE;
 use super::unit;
 use glam::{DMat3, DVec3, Vec3};
-use trisect_shared::flat::{DISC, Flat, QUAD};
+use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// A vertex may be so far from 0: products of three coordinates, which the triangle's test makes, stay finite in f32.
-const GREATEST_VERTEX: f64 = 1e12;
+const MAX_VERTEX: f64 = 1e12;
 
 #[derive(Default)]
 pub(super) struct Geometry {
     pub spheres: Vec<Sphere>,
-    pub flats: Vec<Flat>,
+    pub flats: Vec<Planar>,
     pub triangles: Vec<Triangle>,
     pub shading: Vec<TriangleShading>,
     pub warnings: Vec<String>,
@@ -28,7 +28,7 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
     for shape in &description.shapes {
         geometry.shape(shape);
     }
-    check_room(description)?;
+    check_memory(description)?;
     for (number, instance) in (0..).zip(&description.instances) {
         geometry.mesh(mesh(description, instance)?, instance, number)?;
     }
@@ -41,8 +41,8 @@ fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mes
 }
 
 /// Whether there is memory for all triangles. Looking at each of them may take long: this comes first.
-pub(in crate::scene) fn check_room(description: &Description) -> Result<(), String> {
-    let mut room = Room::default();
+pub(in crate::scene) fn check_memory(description: &Description) -> Result<(), String> {
+    let mut room = MemoryBudget::default();
     description.instances.iter().try_for_each(|instance| room.place(mesh(description, instance)?))
 }
 
@@ -73,9 +73,9 @@ impl Geometry {
         let mut positions = Vec::with_capacity(mesh.positions.len());
         for (i, p) in mesh.positions.iter().enumerate() {
             let world = instance.transform.transform_point3(Vec3::from(*p).as_dvec3());
-            if !world.is_finite() || world.abs().max_element() > GREATEST_VERTEX {
+            if !world.is_finite() || world.abs().max_element() > MAX_VERTEX {
                 return Err(format!(
-                    "mesh \"{}\": vertex {i} is at {world} in the world; coordinates must be at most {GREATEST_VERTEX:e}",
+                    "mesh \"{}\": vertex {i} is at {world} in the world; coordinates must be at most {MAX_VERTEX:e}",
                     mesh.name
                 ));
             }
@@ -104,7 +104,7 @@ impl Geometry {
             let triangle = Triangle { a: pa, material, b: pb, instance: number, c: pc, pad1: 0 };
             // By the very arithmetic of the kernels: they divide by its length. It does not depend on the triangle's size.
             let square = triangle.normal().length_squared();
-            if !(square > Triangle::LEAST_SQUARE && square.is_finite()) {
+            if !(square > Triangle::MIN_SQUARE && square.is_finite()) {
                 flat += 1;
                 continue;
             }
@@ -144,11 +144,11 @@ fn normal_matrix(matrix: DMat3) -> DMat3 {
 }
 
 /// `corner` (a disc's centre), and the edges in f64, so that only the record is rounded.
-fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Flat {
+fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Planar {
     let normal = u.cross(v);
     let square = normal.length_squared();
     let area = square.sqrt() * if kind == DISC { std::f64::consts::PI } else { 1.0 };
-    Flat {
+    Planar {
         origin: corner.as_vec3(),
         material,
         normal: unit(normal),
@@ -158,7 +158,7 @@ fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Flat {
         dual_v: (normal.cross(u) / square).as_vec3(),
         pad1: 0,
         edge_u: u.as_vec3(),
-        area: area.min(GREATEST * GREATEST) as f32,
+        area: area.min(MAX_MAGNITUDE * MAX_MAGNITUDE) as f32,
         edge_v: v.as_vec3(),
         pad2: 0,
     }
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn a_plane_is_a_disc_without_end() {
         let mut g = Geometry::default();
-        let kind = ShapeKind::Disc { center: DVec3::ZERO, normal: DVec3::Y, radius: GREATEST };
+        let kind = ShapeKind::Disc { center: DVec3::ZERO, normal: DVec3::Y, radius: MAX_MAGNITUDE };
         g.shape(&Shape { kind, material: 0 });
         let f = g.flats[0];
         assert!(f.dual_u.is_finite() && f.dual_v.is_finite() && f.edge_u.is_finite() && f.area.is_finite());

@@ -10,10 +10,10 @@ use trisect_shared::material::{
     METALLIC_ROUGHNESS, Material, ROUGH_DIELECTRIC,
 };
 use trisect_shared::math::luminance;
-use trisect_shared::microfacet::SMOOTH;
+use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 use trisect_shared::texture::NO_TEXTURE;
 
-/// The record; its `light_density` holds, until the light table is made, the luminance that the mean texel emits.
+/// The record; its `light_pdf` holds, until the light table is made, the luminance that the mean texel emits.
 pub(super) fn lower(
     m: &Described,
     images: &[TextureImage],
@@ -38,7 +38,7 @@ pub(super) fn lower(
         }
         Surface::RoughDielectric { ior, roughness } => {
             // Below the least alpha its boundary is smooth.
-            let rough = (*roughness * *roughness) as f32 >= SMOOTH;
+            let rough = (*roughness * *roughness) as f32 >= MIN_ROUGH_ALPHA;
             record.kind = if rough { ROUGH_DIELECTRIC } else { DIELECTRIC };
             record.ior = *ior as f32;
             record.roughness = *roughness as f32;
@@ -84,7 +84,7 @@ pub(super) fn lower(
         Alpha::Blend if m.opacity == 1.0 && m.base_color_texture.is_none() => {}
         Alpha::Mask { cutoff } => {
             record.flags |= MASKED;
-            record.cutoff = cutoff as f32;
+            record.alpha_cutoff = cutoff as f32;
         }
         Alpha::Blend => record.flags |= BLENDED,
     }
@@ -93,6 +93,6 @@ pub(super) fn lower(
         index => textures.mean(index),
     };
     let sides = if m.emits_both_sides { 2.0 } else { 1.0 };
-    record.light_density = sides * luminance(record.emission * Vec3::new(r as f32, g as f32, b as f32));
+    record.light_pdf = sides * luminance(record.emission * Vec3::new(r as f32, g as f32, b as f32));
     Ok(record)
 }

@@ -6,11 +6,11 @@ mod light;
 mod material;
 mod texture;
 
-pub(super) use geometry::check_room;
+pub(super) use geometry::check_memory;
 
-use super::described::ImageSettings;
 use super::description::{self, Description};
 use super::error::SceneError;
+use super::scene_document::ImageSettings;
 use super::{CameraPose, Scene};
 use glam::{DVec3, Vec3};
 use trisect_shared::sky::Sky;
@@ -59,7 +59,7 @@ pub(super) fn lower(
         warnings,
         settings: image.settings(),
     };
-    scene.prove()?;
+    scene.validate()?;
     Ok(scene)
 }
 

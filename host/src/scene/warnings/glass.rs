@@ -4,12 +4,12 @@
 //! glass that no light reaches. The search is rough: meshes are their boxes, and what is between
 //! light and glass is not looked at.
 
-use crate::limits::names;
+use crate::precision::names;
 use crate::scene::description::{
     Alpha, Description, Instance, Material, Mesh, PunctualLight, ShapeKind, Surface,
 };
 use glam::{DMat3, DVec3, Vec3};
-use trisect_shared::microfacet::SMOOTH;
+use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 
 /// Maximum numbers of lights, of pieces of glass and of other things that are looked at.
 const MAX_LIGHTS: usize = 16;
@@ -175,7 +175,7 @@ fn block_is_hit(corner: DVec3, edges: [DVec3; 3], origin: DVec3, direction: DVec
 
 /// Returns whether a material lets light through that no path can be connected to.
 fn is_smooth_glass(material: &Material) -> bool {
-    let smooth = |roughness: f64| roughness * roughness < f64::from(SMOOTH);
+    let smooth = |roughness: f64| roughness * roughness < f64::from(MIN_ROUGH_ALPHA);
     let clear = match material.surface {
         Surface::Dielectric { .. } => true,
         Surface::RoughDielectric { roughness, .. } => smooth(roughness),
@@ -241,7 +241,7 @@ fn keeps_from(light: &PunctualLight, glass: &Form, things: &[Form]) -> bool {
         PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => Some(*position),
     };
     if let Form::Disc { center, normal, radius } = *glass
-        && radius >= crate::scene::values::GREATEST
+        && radius >= crate::scene::values::MAX_MAGNITUDE
     {
         // A plane without end, such as water: what lies on its other side.
         let side = position.map_or_else(

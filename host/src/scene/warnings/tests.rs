@@ -1,4 +1,4 @@
-use crate::scene::Described;
+use crate::scene::SceneDocument;
 
 /// A scene of a floor 10 x 10 with more.
 fn scene(sky: &str, lights: &str, objects: &str) -> Vec<String> {
@@ -11,7 +11,7 @@ fn scene(sky: &str, lights: &str, objects: &str) -> Vec<String> {
          objects: [Quad(corner: (-5, 0, 5), u: (10, 0, 0), v: (0, 0, -10), material: \"grey\"), {objects}],
          lights: [{lights}])"
     );
-    let described = Described::parse(&text, "a.ron").unwrap_or_else(|error| panic!("{error}"));
+    let described = SceneDocument::parse(&text, "a.ron").unwrap_or_else(|error| panic!("{error}"));
     super::warnings(&described.description)
 }
 
@@ -101,7 +101,7 @@ fn a_texture_on_a_plane() {
         let path = folder.join("a.ron");
         let written = image::RgbImage::new(1, 1).save(folder.join("t.png"));
         assert!(written.is_ok() && std::fs::write(&path, text).is_ok());
-        let described = Described::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let described = SceneDocument::load(&path).unwrap_or_else(|error| panic!("{error}"));
         super::warnings(&described.description)
     };
     let plane = "Plane(point: (0, 0, 0), normal: (0, 1, 0), material: \"t\")";

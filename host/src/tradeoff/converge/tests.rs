@@ -3,10 +3,10 @@
 
 use super::super::supervisor::tests::Scripted;
 use super::*;
+use crate::adaptive::Goal;
 use crate::backend::cpu::Cpu;
-use crate::sampling::Goal;
 use crate::scene::Scene;
-use crate::tradeoff::modes;
+use crate::tradeoff::configurations;
 
 /// Counts of samples that are asked for.
 const COUNTS: [u32; 5] = [1, 2, 4, 8, 16];
@@ -15,14 +15,14 @@ fn followed(supervisor: &mut Scripted) -> Convergence {
     let scene = Scene::hello_world().unwrap();
     let settings = Settings { width: 16, height: 9, depth: 3, ..scene.settings() };
     let knobs = ["sampler", "scale", "depth"].map(str::to_owned);
-    let modes = modes(&scene, &Mode::base(&settings, None), &knobs, false).unwrap();
+    let modes = configurations(&scene, &Configuration::base(&settings, None), &knobs, false).unwrap();
     let mut lab = Lab::new(&scene, Box::new(Cpu::open(Some(1)).unwrap()));
     let renderer = lab.renderer(&modes[0]).unwrap();
     // A render is one submission, however fast the machine is.
     renderer.limit_submissions(Some(u64::MAX));
-    let goal = Goal::Error { target: 1e-9, most: 32 };
+    let goal = Goal::Error { target: 1e-9, max_samples: 32 };
     let reference = Reference::render(renderer, &scene, &settings, None, goal, &mut ()).unwrap();
-    let courses = Courses { modes: &modes, first: 1, last: 16, seeds: 4 };
+    let courses = ConvergencePlan { configurations: &modes, first: 1, last: 16, seeds: 4 };
     lab.converge(&courses, Some(&reference), supervisor).unwrap()
 }
 

@@ -31,7 +31,7 @@ fn image(seed: u32, noise: f64, factor: f64) -> Image {
 fn reference(seed: u32, noise: f64) -> Reference {
     let halves = [image(seed, noise, 1.0), image(seed + 1, noise, 1.0)];
     let variance = |pixel: u32| truth(pixel).map(|value| ((value * noise).powi(2) / 2.0) as f32);
-    let facts = super::super::Facts {
+    let facts = super::super::ReferenceInfo {
         hash: String::new(),
         version: String::new(),
         width: SIZE,

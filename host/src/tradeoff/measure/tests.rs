@@ -3,28 +3,28 @@
 
 use super::super::supervisor::tests::Scripted;
 use super::*;
+use crate::adaptive::Goal;
 use crate::backend::cpu::Cpu;
 use crate::render::Settings;
-use crate::sampling::Goal;
 use crate::scene::Scene;
-use crate::tradeoff::modes;
+use crate::tradeoff::configurations;
 use std::fs;
 
 const LEVELS: [u32; 2] = [1, 4];
 
-const GOAL: Goal = Goal::Error { target: 1e-9, most: 32 };
+const GOAL: Goal = Goal::Error { target: 1e-9, max_samples: 32 };
 
 /// A scene with its base and all modes of a few knobs.
-fn ready() -> (Scene, Vec<Mode>) {
+fn ready() -> (Scene, Vec<Configuration>) {
     let scene = Scene::hello_world().unwrap();
     let settings = Settings { width: 16, height: 9, depth: 3, ..scene.settings() };
     let knobs = ["sampler", "adaptive", "denoiser", "depth"].map(str::to_owned);
-    let modes = modes(&scene, &Mode::base(&settings, None), &knobs, false).unwrap();
+    let modes = configurations(&scene, &Configuration::base(&settings, None), &knobs, false).unwrap();
     (scene, modes)
 }
 
 /// A lab whose renders take one submission each, however fast the machine is.
-fn lab<'a>(scene: &'a Scene, base: &Mode) -> Lab<'a> {
+fn lab<'a>(scene: &'a Scene, base: &Configuration) -> Lab<'a> {
     let mut lab = Lab::new(scene, Box::new(Cpu::open(Some(1)).unwrap()));
     lab.renderer(base).unwrap().limit_submissions(Some(u64::MAX));
     lab
@@ -36,7 +36,7 @@ fn measured(supervisor: &mut Scripted) -> (Tradeoff, Pictures) {
     let settings = &modes[0].settings;
     let reference =
         Reference::render(lab.renderer(&modes[0]).unwrap(), &scene, settings, None, GOAL, &mut ()).unwrap();
-    let sweep = Sweep { modes: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
+    let sweep = Sweep { configurations: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
     lab.measure(&sweep, Some(&reference), supervisor).unwrap()
 }
 
@@ -87,7 +87,7 @@ fn a_report_of_nothing_names_everything() {
     assert_eq!(lab.pace(&modes[0], &mut supervisor).unwrap(), (f64::INFINITY, 0.0));
     let reference = lab.reference(&modes[0], (GOAL, 0.5), &folder, &mut supervisor).unwrap();
     assert!(reference.is_none());
-    let sweep = Sweep { modes: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
+    let sweep = Sweep { configurations: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
     let (found, pictures) = lab.measure(&sweep, None, &mut supervisor).unwrap();
     assert_eq!((found.points.len(), found.ended), (0, Some(Stop::OutOfTime)));
     assert_eq!(supervisor.done, 0, "something was rendered");
@@ -111,7 +111,7 @@ fn references_share_the_time() {
     let folder = std::env::temp_dir().join(format!("trisect-lab-{}-shares", std::process::id()));
     let mut lab = lab(&scene, &modes[0]);
     let most = 2048;
-    let goal = Goal::Error { target: 1e-9, most };
+    let goal = Goal::Error { target: 1e-9, max_samples: most };
     let mut samples = |goal, share, seconds| {
         let mut supervisor = Scripted::within(seconds);
         let reference = lab.reference(&modes[0], (goal, share), &folder, &mut supervisor).unwrap();

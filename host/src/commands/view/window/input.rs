@@ -1,7 +1,7 @@
 //! Mouse and keyboard, as the camera takes them.
 
 use egui::{InputState, Key, PointerButton, Response};
-use trisect::view::{Mode, Navigator};
+use trisect::view::{NavigationMode, Navigator};
 
 /// Radians for a drag across the image's height.
 const TURN: f64 = std::f64::consts::PI;
@@ -33,15 +33,15 @@ pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navi
         match (pans, navigator.mode) {
             (true, _) => navigator.pan(-right, down),
             // What is held turns with the hand.
-            (false, Mode::Orbit) => navigator.turn(-right * TURN, down * TURN),
-            (false, Mode::Fly) => navigator.turn(right * TURN / 2.0, -down * TURN / 2.0),
+            (false, NavigationMode::Orbit) => navigator.turn(-right * TURN, down * TURN),
+            (false, NavigationMode::Fly) => navigator.turn(right * TURN / 2.0, -down * TURN / 2.0),
         }
     }
     if response.hovered() && scroll != 0.0 {
         let scroll = f64::from(scroll);
         match navigator.mode {
-            Mode::Orbit => navigator.dolly(scroll / WHEEL),
-            Mode::Fly => navigator.fly(scroll / WHEEL, 0.0, 0.0),
+            NavigationMode::Orbit => navigator.dolly(scroll / WHEEL),
+            NavigationMode::Fly => navigator.fly(scroll / WHEEL, 0.0, 0.0),
         }
     }
 }
@@ -56,11 +56,11 @@ pub fn held(input: &InputState, seconds: f64, navigator: &mut Navigator) -> bool
     let turns = turn != (0.0, 0.0);
     if moves {
         match navigator.mode {
-            Mode::Orbit => {
+            NavigationMode::Orbit => {
                 navigator.dolly(ahead * step);
                 navigator.pan(right * step, up * step);
             }
-            Mode::Fly => navigator.fly(ahead * step, right * step, up * step),
+            NavigationMode::Fly => navigator.fly(ahead * step, right * step, up * step),
         }
     }
     if turns {
@@ -73,7 +73,8 @@ pub fn held(input: &InputState, seconds: f64, navigator: &mut Navigator) -> bool
 pub fn pressed(input: &InputState, navigator: &mut Navigator) -> Keys {
     let key = |key| input.key_pressed(key) && !input.modifiers.command;
     if key(Key::M) {
-        navigator.mode = if navigator.mode == Mode::Orbit { Mode::Fly } else { Mode::Orbit };
+        navigator.mode =
+            if navigator.mode == NavigationMode::Orbit { NavigationMode::Fly } else { NavigationMode::Orbit };
     }
     if key(Key::R) {
         navigator.reset();

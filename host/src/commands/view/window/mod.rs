@@ -20,20 +20,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trisect::Error;
 use trisect::backend::{self, BackendError};
-use trisect::scene::Space;
-use trisect::view::{Look, Navigator, Shot};
+use trisect::scene::Rebase;
+use trisect::view::{FrameTiming, Navigator, ViewOptions};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
-use worker::{Frame, Wish, Worker};
+use worker::{Frame, ViewRequest, Worker};
 
 /// There is a frame, or an error.
-struct Woken;
+struct UpdateReady;
 
 /// Opens a window and shows the scene until it is closed.
-pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCode, Error> {
+pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<ExitCode, Error> {
     // winit says first where in its own source it is.
     let said = |text: String| match text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")) {
         Some((_, said)) => said.to_owned(),
@@ -44,16 +44,16 @@ pub fn run(arguments: &ViewArgs, session: Session, look: Look) -> Result<ExitCod
         reason: said(error.to_string()),
         remedy: "start from a desktop (X11 or Wayland), or use trisect view --headless".to_owned(),
     };
-    let event_loop = EventLoop::<Woken>::with_user_event().build().map_err(|error| refused(&error))?;
+    let event_loop = EventLoop::<UpdateReady>::with_user_event().build().map_err(|error| refused(&error))?;
     let proxy = event_loop.create_proxy();
     let navigator = Navigator::new(*session.renderer.pose());
     let (job, space, scene) = (arguments.job.clone(), session.space, session.name.clone());
     let is_fixed = job.resolution.is_some() || job.width.is_some() || job.height.is_some();
     let resolution = is_fixed.then_some((look.settings.width, look.settings.height));
     let backend = (job.backend, job.device, 0);
-    let wish = Wish { look: look.clone(), pose: navigator.pose(), backend, stop: false };
+    let wish = ViewRequest { look: look.clone(), pose: navigator.pose(), backend, stop: false };
     let worker = Worker::start(session, job, wish, move || {
-        let _ = proxy.send_event(Woken);
+        let _ = proxy.send_event(UpdateReady);
     })?;
     let mut app = App {
         arguments,
@@ -109,9 +109,9 @@ struct Open {
 
 struct App<'a> {
     arguments: &'a ViewArgs,
-    space: Space,
+    space: Rebase,
     scene: String,
-    look: Look,
+    look: ViewOptions,
     /// Of the image, if the command line names it; else it follows the window.
     resolution: Option<(u32, u32)>,
     navigator: Navigator,
@@ -130,7 +130,7 @@ struct App<'a> {
     failed: Option<String>,
 }
 
-impl ApplicationHandler<Woken> for App<'_> {
+impl ApplicationHandler<UpdateReady> for App<'_> {
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
         if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) {
             open.window.request_redraw();
@@ -154,11 +154,11 @@ impl ApplicationHandler<Woken> for App<'_> {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, _: Woken) {
-        let news = self.worker.news();
+    fn user_event(&mut self, _: &ActiveEventLoop, _: UpdateReady) {
+        let news = self.worker.take_update();
         if let Some(frame) = news.frame {
             let milliseconds = |seconds: f64| (seconds * 1e3) as f32;
-            let shot = &frame.shot;
+            let shot = &frame.timing;
             let present = milliseconds(shot.present.as_secs_f64());
             self.graph.push([milliseconds(shot.trace()), milliseconds(shot.denoise()), present]);
             self.frame = Some(frame);
@@ -169,7 +169,7 @@ impl ApplicationHandler<Woken> for App<'_> {
             self.device = device;
         }
         if let Some(error) = news.error {
-            crate::terminal::say(&format!("error: {error}"));
+            crate::terminal::eprint(&format!("error: {error}"));
             self.error = error;
         }
         if let Some(open) = &self.window {
@@ -230,9 +230,13 @@ impl App<'_> {
         let context = open.context.clone();
         let mut quit = false;
         let output = context.run_ui(input, |ui| quit |= self.lay_out(ui));
-        let wish =
-            Wish { look: self.look.clone(), pose: self.navigator.pose(), backend: self.backend, stop: false };
-        self.worker.wish(&wish);
+        let wish = ViewRequest {
+            look: self.look.clone(),
+            pose: self.navigator.pose(),
+            backend: self.backend,
+            stop: false,
+        };
+        self.worker.request(&wish);
         open.input.handle_platform_output(&open.window, output.platform_output.clone());
         let delay =
             output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
@@ -275,7 +279,7 @@ impl App<'_> {
         }
         let layout = Layout::new(ui.max_rect(), ui.ctx().pixels_per_point(), self.resolution, self.panel);
         if let Some(place) = layout.panel {
-            let shot: Option<&Shot> = self.frame.as_ref().map(|frame| &frame.shot);
+            let shot: Option<&FrameTiming> = self.frame.as_ref().map(|frame| &frame.timing);
             let mut state = State {
                 look: &mut self.look,
                 navigator: &mut self.navigator,
@@ -283,7 +287,7 @@ impl App<'_> {
                 choices: &self.choices,
                 scene: &self.scene,
                 device: &self.device,
-                shot,
+                timing: shot,
                 graph: &self.graph,
                 message: &self.message,
                 error: &self.error,
@@ -295,7 +299,7 @@ impl App<'_> {
         self.image(ui, &layout);
         let path = self.arguments.job.scene.as_deref();
         if let (true, Some(frame)) = (pressed.save_image, &self.frame) {
-            self.message = save::image(path, frame.shot.size, &frame.pixels);
+            self.message = save::image(path, frame.timing.size, &frame.pixels);
         }
         if pressed.save_camera {
             let includes = self.arguments.job.includes.includes();
@@ -311,7 +315,7 @@ impl App<'_> {
         (self.look.settings.width, self.look.settings.height) = size;
         ui.painter().rect_filled(area, 0.0, Color32::BLACK);
         if let (None, Some(frame)) = (&self.texture, &self.frame) {
-            let size = [frame.shot.size.0 as usize, frame.shot.size.1 as usize];
+            let size = [frame.timing.size.0 as usize, frame.timing.size.1 as usize];
             let image = ColorImage::from_rgba_premultiplied(size, bytemuck::cast_slice(&frame.pixels));
             self.texture = Some(ui.ctx().load_texture("frame", image, TextureOptions::LINEAR));
         }

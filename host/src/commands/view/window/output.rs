@@ -46,7 +46,7 @@ impl Output {
         let (of_device, of_error) = (lost.clone(), lost.clone());
         device.set_device_lost_callback(move |_, _| of_device.store(true, Ordering::Relaxed));
         device.on_uncaptured_error(Arc::new(move |error| {
-            crate::terminal::say(&format!("warning: the window: {error}"));
+            crate::terminal::eprint(&format!("warning: the window: {error}"));
             of_error.store(true, Ordering::Relaxed);
         }));
         let size = window.inner_size();

@@ -3,12 +3,12 @@
 use super::graph::Graph;
 use crate::cli::BackendArg;
 use egui::{ComboBox, Label, RichText, Slider, SliderClamping, Ui};
-use trisect::denoise::{Denoise, Filter, History, LEVELS};
-use trisect::render::Screen;
-use trisect::view::{LEAST_SCALE, Look, Mode, Navigator, Shot};
+use trisect::denoise::{DenoiseSettings, Filter, LEVELS, TemporalSettings};
+use trisect::render::DisplayOptions;
+use trisect::view::{FrameTiming, MIN_SCALE, NavigationMode, Navigator, ViewOptions};
 
 /// Most samples of a frame; a chunk has 256.
-const MOST_SAMPLES: u32 = 64;
+const MAX_SAMPLES: u32 = 64;
 
 /// A device to choose: its label, and its backend and index.
 pub type Choice = (String, BackendArg, Option<usize>);
@@ -24,14 +24,14 @@ pub struct Pressed {
 
 /// What the panel shows and changes.
 pub struct State<'a> {
-    pub look: &'a mut Look,
+    pub look: &'a mut ViewOptions,
     pub navigator: &'a mut Navigator,
     /// And how often it was asked for.
     pub backend: &'a mut (BackendArg, Option<usize>, u32),
     pub choices: &'a [Choice],
     pub scene: &'a str,
     pub device: &'a str,
-    pub shot: Option<&'a Shot>,
+    pub timing: Option<&'a FrameTiming>,
     pub graph: &'a Graph,
     pub message: &'a str,
     pub error: &'a str,
@@ -46,10 +46,10 @@ pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
     ui.separator();
     frames(ui, state);
     ui.separator();
-    let Look { settings, scale, denoise, history, enough, screen } = &mut *state.look;
-    ui.add(Slider::new(&mut settings.samples, 1..=MOST_SAMPLES).logarithmic(true).text("samples a frame"));
+    let ViewOptions { settings, scale, denoise, history, max_samples: enough, screen } = &mut *state.look;
+    ui.add(Slider::new(&mut settings.samples, 1..=MAX_SAMPLES).logarithmic(true).text("samples a frame"));
     ui.add(Slider::new(&mut settings.depth, 1..=50).text("depth"));
-    ui.add(Slider::new(scale, LEAST_SCALE..=1.0).text("resolution"));
+    ui.add(Slider::new(scale, MIN_SCALE..=1.0).text("resolution"));
     ui.add(Slider::new(enough, 1..=65_536).logarithmic(true).text("samples at rest"));
     ui.separator();
     filter(ui, denoise);
@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
             .smallest_positive(1.0)
             .text("history, frames"),
     );
-    unbounded(ui, &mut history.clamp, 0.1..=10.0, History::DEFAULT.clamp, "history, clamp");
+    unbounded(ui, &mut history.clamp, 0.1..=10.0, TemporalSettings::DEFAULT.clamp, "history, clamp");
     ui.separator();
     shown(ui, screen);
     camera(ui, state.navigator);
@@ -96,7 +96,7 @@ fn device(ui: &mut Ui, state: &mut State) {
 }
 
 fn frames(ui: &mut Ui, state: &State) {
-    if let Some(shot) = state.shot {
+    if let Some(shot) = state.timing {
         let rate = 1.0 / shot.whole.as_secs_f64().max(1e-9);
         let text = format!("{}x{}, {} spp, {rate:.1} frames/s", shot.size.0, shot.size.1, shot.live.samples);
         ui.add(Label::new(text).truncate());
@@ -105,19 +105,19 @@ fn frames(ui: &mut Ui, state: &State) {
     state.graph.show(ui);
 }
 
-fn filter(ui: &mut Ui, denoise: &mut Option<Denoise>) {
+fn filter(ui: &mut Ui, denoise: &mut Option<DenoiseSettings>) {
     let choices = [("off", None), ("atrous", Some(Filter::Atrous)), ("svgf", Some(Filter::Svgf))];
     ui.horizontal(|ui| {
         ui.label("denoise");
         for (name, filter) in choices {
             let is = denoise.map(|denoise| denoise.filter) == filter;
             if ui.selectable_label(is, name).clicked() && !is {
-                *denoise = filter.map(Denoise::new);
+                *denoise = filter.map(DenoiseSettings::new);
             }
         }
     });
     let Some(denoise) = denoise else { return };
-    let default = Denoise::new(denoise.filter);
+    let default = DenoiseSettings::new(denoise.filter);
     ui.add(Slider::new(&mut denoise.levels, LEVELS).text("levels"));
     unbounded(ui, &mut denoise.color, 0.05..=50.0, default.color, "colour");
     unbounded(ui, &mut denoise.normal, 1.0..=90.0, default.normal, "normal, degrees");
@@ -139,7 +139,7 @@ fn unbounded(ui: &mut Ui, value: &mut f32, range: std::ops::RangeInclusive<f32>,
     });
 }
 
-fn shown(ui: &mut Ui, screen: &mut Screen) {
+fn shown(ui: &mut Ui, screen: &mut DisplayOptions) {
     ui.add(Slider::new(&mut screen.split, 0.0..=1.0).text("raw | denoised"));
     // A model in lux may need more than the slider has: what it is stays until it is moved.
     let stops = Slider::new(&mut screen.stops, -20.0..=20.0).clamping(SliderClamping::Edits);
@@ -148,8 +148,8 @@ fn shown(ui: &mut Ui, screen: &mut Screen) {
 
 fn camera(ui: &mut Ui, navigator: &mut Navigator) {
     ui.horizontal(|ui| {
-        ui.selectable_value(&mut navigator.mode, Mode::Orbit, "orbit");
-        ui.selectable_value(&mut navigator.mode, Mode::Fly, "fly");
+        ui.selectable_value(&mut navigator.mode, NavigationMode::Orbit, "orbit");
+        ui.selectable_value(&mut navigator.mode, NavigationMode::Fly, "fly");
         if ui.button("reset").clicked() {
             navigator.reset();
         }

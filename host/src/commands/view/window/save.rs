@@ -1,8 +1,8 @@
 //! What the window writes to files.
 
 use std::path::{Path, PathBuf};
-use trisect::limits::{self, Change};
-use trisect::scene::{CameraPose, Described, Includes};
+use trisect::precision::{self, Change};
+use trisect::scene::{CameraPose, Includes, SceneDocument};
 
 /// The first name of this kind that is free: `STEM-view-1.EXTENSION`, and so on.
 fn free(folder: &Path, stem: &str, extension: &str) -> Option<PathBuf> {
@@ -34,9 +34,9 @@ pub fn camera(scene: Option<&Path>, includes: Includes, pose: &CameraPose) -> St
     let Some(to) = free(folder, &stem(scene), "ron") else {
         return "there are 9,999 copies of this scene; move them".to_owned();
     };
-    let written = Described::load_including(from, includes).map_err(|error| error.to_string());
+    let written = SceneDocument::load_including(from, includes).map_err(|error| error.to_string());
     let written = written.and_then(|described| {
-        limits::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
+        precision::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
     });
     match written {
         Ok(()) => format!("wrote {}", to.display()),

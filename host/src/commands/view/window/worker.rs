@@ -5,15 +5,15 @@ use crate::cli::{BackendArg, JobArgs};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use trisect::output::Outputs;
-use trisect::scene::{CameraPose, Space};
+use trisect::scene::{CameraPose, Rebase};
 use trisect::threads::{self, ThreadError};
-use trisect::view::{Look, Shot, Viewer};
+use trisect::view::{FrameTiming, ViewOptions, Viewer};
 
 /// What the window wants to see.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wish {
+pub struct ViewRequest {
     /// How.
-    pub look: Look,
+    pub look: ViewOptions,
     /// From where.
     pub pose: CameraPose,
     /// On what; another number asks for it again.
@@ -27,12 +27,12 @@ pub struct Frame {
     /// Red, green, blue and opacity from the lowest byte on.
     pub pixels: Vec<u32>,
     /// What it took.
-    pub shot: Shot,
+    pub timing: FrameTiming,
 }
 
 /// What the worker tells.
 #[derive(Default)]
-pub struct News {
+pub struct WorkerUpdate {
     /// A frame that the window has not seen.
     pub frame: Option<Frame>,
     /// The device in use.
@@ -42,9 +42,9 @@ pub struct News {
 }
 
 struct Shared {
-    wish: Mutex<Wish>,
+    request: Mutex<ViewRequest>,
     changed: Condvar,
-    news: Mutex<News>,
+    update: Mutex<WorkerUpdate>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -62,25 +62,25 @@ impl Worker {
     pub fn start(
         session: Session,
         job: JobArgs,
-        wish: Wish,
+        wish: ViewRequest,
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, ThreadError> {
         let shared = Arc::new(Shared {
-            wish: Mutex::new(wish.clone()),
+            request: Mutex::new(wish.clone()),
             changed: Condvar::new(),
-            news: Mutex::new(News { device: Some(device(&session)), ..News::default() }),
+            update: Mutex::new(WorkerUpdate { device: Some(device(&session)), ..WorkerUpdate::default() }),
         });
         let its = shared.clone();
         let thread = threads::spawn("thread that renders", move || {
             let backend = wish.backend;
-            Rendering { shared: its, job, wake, backend, space: session.space }.run(Some(viewer(session)));
+            RenderLoop { shared: its, job, wake, backend, space: session.space }.run(Some(viewer(session)));
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Says what to see.
-    pub fn wish(&self, wish: &Wish) {
-        let mut is = lock(&self.shared.wish);
+    pub fn request(&self, wish: &ViewRequest) {
+        let mut is = lock(&self.shared.request);
         if *is != *wish {
             is.clone_from(wish);
             self.shared.changed.notify_one();
@@ -88,14 +88,14 @@ impl Worker {
     }
 
     /// What is new.
-    pub fn news(&self) -> News {
-        std::mem::take(&mut *lock(&self.shared.news))
+    pub fn take_update(&self) -> WorkerUpdate {
+        std::mem::take(&mut *lock(&self.shared.update))
     }
 }
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        lock(&self.shared.wish).stop = true;
+        lock(&self.shared.request).stop = true;
         self.shared.changed.notify_one();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -112,24 +112,25 @@ fn viewer(session: Session) -> Viewer {
     Viewer::new(session.renderer)
 }
 
-struct Rendering<W> {
+struct RenderLoop<W> {
     shared: Arc<Shared>,
     job: JobArgs,
     wake: W,
     /// That the viewer has.
     backend: (BackendArg, Option<usize>, u32),
-    space: Space,
+    space: Rebase,
 }
 
-impl<W: Fn()> Rendering<W> {
+impl<W: Fn()> RenderLoop<W> {
     fn run(mut self, mut viewer: Option<Viewer>) {
         // What failed: it is not tried again.
-        let mut failed: Option<Wish> = None;
+        let mut failed: Option<ViewRequest> = None;
         loop {
             let wish = {
-                let mut wish = lock(&self.shared.wish);
+                let mut wish = lock(&self.shared.request);
                 loop {
-                    let rests = viewer.as_ref().is_some_and(|viewer| viewer.rests(&wish.look, &wish.pose));
+                    let rests =
+                        viewer.as_ref().is_some_and(|viewer| viewer.is_converged(&wish.look, &wish.pose));
                     let idle = rests && wish.backend == self.backend || failed.as_ref() == Some(&*wish);
                     if wish.stop || !idle {
                         break;
@@ -146,7 +147,7 @@ impl<W: Fn()> Rendering<W> {
                 viewer = None; // its memory is free before other is asked for
             }
             let outcome = self.frame(&mut viewer, &wish);
-            let mut news = lock(&self.shared.news);
+            let mut news = lock(&self.shared.update);
             match outcome {
                 Ok(frame) => {
                     failed = None;
@@ -164,7 +165,7 @@ impl<W: Fn()> Rendering<W> {
         }
     }
 
-    fn frame(&self, viewer: &mut Option<Viewer>, wish: &Wish) -> Result<Frame, String> {
+    fn frame(&self, viewer: &mut Option<Viewer>, wish: &ViewRequest) -> Result<Frame, String> {
         let open = match viewer {
             Some(viewer) => viewer,
             None => {
@@ -174,12 +175,12 @@ impl<W: Fn()> Rendering<W> {
                 if session.space != self.space {
                     return Err("the scene's file has another space now; start the viewer again".to_owned());
                 }
-                lock(&self.shared.news).device = Some(device(&session));
+                lock(&self.shared.update).device = Some(device(&session));
                 viewer.insert(self::viewer(session))
             }
         };
         let mut pixels = Vec::new();
         let shot = open.frame(&wish.look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
-        Ok(Frame { pixels, shot })
+        Ok(Frame { pixels, timing: shot })
     }
 }

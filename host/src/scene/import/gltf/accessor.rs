@@ -1,7 +1,7 @@
 //! Accessors: typed elements in buffer views. All bounds are checked when one is opened.
 
 use super::super::budget::Budget;
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::Document;
 use super::buffers::get;
 use super::json::Accessor;
@@ -75,7 +75,7 @@ impl<'a> Elements<'a> {
         budget: &mut Budget,
         index: u32,
         expected: Expected,
-        user: &Site,
+        user: &SourceLocation,
     ) -> Result<Self, SceneError> {
         let accessor = get(&document.root.accessors, index, "accessors", user)?;
         let site = document.site(format!("accessors[{index}]"));
@@ -119,7 +119,7 @@ impl<'a> Elements<'a> {
         budget: &mut Budget,
         accessor: &Accessor,
         size: usize,
-        site: &Site,
+        site: &SourceLocation,
     ) -> Result<(), SceneError> {
         let Some(sparse) = accessor.sparse.as_deref() else { return Ok(()) };
         let site = site.member("sparse");
@@ -194,7 +194,7 @@ impl<'a> Strided<'a> {
         offset: u64,
         count: u32,
         size: usize,
-        site: &Site,
+        site: &SourceLocation,
     ) -> Result<Self, SceneError> {
         let (bytes, stride) = document.buffers.view(&document.root, view, site)?;
         let stride = stride.unwrap_or(size as u64);

@@ -2,7 +2,7 @@
 
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::features::DECOMPRESS;
 use super::json::Root;
 use crate::scene::error::SceneError;
@@ -38,7 +38,7 @@ impl<'a> Buffers<'a> {
         let mut known: HashMap<&str, Rc<Vec<u8>>> = HashMap::new(); // one file may be many buffers
         let mut contents = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
-            let site = Site::new(name, format!("buffers[{index}]"));
+            let site = SourceLocation::new(name, format!("buffers[{index}]"));
             let short = |length: usize| {
                 let problem = format!("byteLength is {}, there are {length} bytes", buffer.byte_length);
                 site.malformed(problem, "the buffer is incomplete: copy or export it again")
@@ -80,9 +80,14 @@ impl<'a> Buffers<'a> {
     }
 
     /// The bytes of a buffer view, and its stride if it has one.
-    pub fn view(&self, root: &Root, index: u32, user: &Site) -> Result<(&[u8], Option<u64>), SceneError> {
+    pub fn view(
+        &self,
+        root: &Root,
+        index: u32,
+        user: &SourceLocation,
+    ) -> Result<(&[u8], Option<u64>), SceneError> {
         let view = get(&root.buffer_views, index, "bufferViews", user)?;
-        let site = Site::new(user.file, format!("bufferViews[{index}]"));
+        let site = SourceLocation::new(user.file, format!("bufferViews[{index}]"));
         let content = match get(&self.0, view.buffer, "buffers", &site)? {
             Content::Chunk(bytes) => bytes,
             Content::File { bytes, length } => bytes.get(..*length).unwrap_or_default(),
@@ -104,7 +109,7 @@ impl<'a> Buffers<'a> {
 }
 
 /// A member of a list of the document, which `user` names by index.
-pub fn get<'l, T>(list: &'l [T], index: u32, name: &str, user: &Site) -> Result<&'l T, SceneError> {
+pub fn get<'l, T>(list: &'l [T], index: u32, name: &str, user: &SourceLocation) -> Result<&'l T, SceneError> {
     list.get(index as usize).ok_or_else(|| {
         user.malformed(
             format!("it names {name}[{index}], and there are {}", list.len()),
@@ -116,7 +121,7 @@ pub fn get<'l, T>(list: &'l [T], index: u32, name: &str, user: &Site) -> Result<
 /// The content of a data URI or of a file.
 pub fn read_uri(
     uri: &str,
-    site: &Site,
+    site: &SourceLocation,
     files: &mut dyn Files,
     budget: &mut Budget,
 ) -> Result<Vec<u8>, SceneError> {

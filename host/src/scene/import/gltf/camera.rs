@@ -1,11 +1,11 @@
 //! Cameras.
 
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::buffers::get;
 use super::{Document, Output};
 use crate::scene::CameraPose;
 use crate::scene::error::SceneError;
-use crate::scene::values::GREATEST;
+use crate::scene::values::MAX_MAGNITUDE;
 use glam::DAffine3;
 
 /// Adds the camera of a node.
@@ -15,7 +15,7 @@ pub fn read(
     index: u32,
     node_name: Option<&str>,
     world: DAffine3,
-    user: &Site,
+    user: &SourceLocation,
 ) -> Result<(), SceneError> {
     let camera = get(&document.root.cameras, index, "cameras", user)?;
     let site = document.site(format!("cameras[{index}]"));
@@ -41,7 +41,7 @@ pub fn read(
     let look_from = world.translation;
     let axes = world.y_axis.try_normalize().zip((-world.z_axis).try_normalize());
     let axes = axes.filter(|(up, forward)| up.cross(*forward).length() > 1e-6);
-    let Some((up, forward)) = axes.filter(|_| look_from.abs().max_element() <= GREATEST / 4.0) else {
+    let Some((up, forward)) = axes.filter(|_| look_from.abs().max_element() <= MAX_MAGNITUDE / 4.0) else {
         output.warnings.tally("cameras that are flattened or too far away, left out", 1, &user.place);
         return Ok(());
     };

@@ -1,6 +1,6 @@
 //! GLB: a header, the JSON, the first buffer.
 
-use super::super::site::Site;
+use super::super::source_location::SourceLocation;
 use super::version;
 use crate::scene::error::SceneError;
 
@@ -23,7 +23,7 @@ pub struct Container<'a> {
 
 /// Splits a GLB file into its JSON and its first buffer.
 pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<Container<'a>, SceneError> {
-    let header = Site::new(name, "GLB header");
+    let header = SourceLocation::new(name, "GLB header");
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         return Err(header.malformed("the file ends within it", "export the file again"));
     };
@@ -36,11 +36,10 @@ pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<Container<'a>, SceneErro
     let Some(bytes) = bytes.get(..length as usize) else {
         return Err(truncated(&header, u64::from(length), bytes.len()));
     };
-    let (kind, json, end) = chunk(bytes, 12, &Site::new(name, "GLB chunk 0"))?;
+    let (kind, json, end) = chunk(bytes, 12, &SourceLocation::new(name, "GLB chunk 0"))?;
     if kind != JSON {
-        return Err(
-            Site::new(name, "GLB chunk 0").malformed("it is not JSON", "JSON must be the first chunk")
-        );
+        return Err(SourceLocation::new(name, "GLB chunk 0")
+            .malformed("it is not JSON", "JSON must be the first chunk"));
     }
     let padded = end.next_multiple_of(4);
     // Some writers do not pad the JSON: then the next chunk follows at once.
@@ -51,12 +50,16 @@ pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<Container<'a>, SceneErro
         return Ok(Container { json, chunk: None, aligned });
     }
     // Other kinds of chunks are for extensions, and to be skipped.
-    let (kind, binary, _) = chunk(bytes, rest, &Site::new(name, "GLB chunk 1"))?;
+    let (kind, binary, _) = chunk(bytes, rest, &SourceLocation::new(name, "GLB chunk 1"))?;
     Ok(Container { json, chunk: (kind == BINARY).then_some(binary), aligned })
 }
 
 /// A chunk's kind and content, and where it ends.
-fn chunk<'a>(bytes: &'a [u8], at: usize, site: &Site) -> Result<(u32, &'a [u8], usize), SceneError> {
+fn chunk<'a>(
+    bytes: &'a [u8],
+    at: usize,
+    site: &SourceLocation,
+) -> Result<(u32, &'a [u8], usize), SceneError> {
     let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at.saturating_add(4))) else {
         return Err(truncated(site, at as u64 + 8, bytes.len()));
     };
@@ -68,7 +71,7 @@ fn chunk<'a>(bytes: &'a [u8], at: usize, site: &Site) -> Result<(u32, &'a [u8], 
     }
 }
 
-fn truncated(site: &Site, end: u64, length: usize) -> SceneError {
+fn truncated(site: &SourceLocation, end: u64, length: usize) -> SceneError {
     site.malformed(
         format!("it ends at byte {end}, the file at byte {length}"),
         "the file is incomplete: copy or export it again",

@@ -1,6 +1,6 @@
 //! What a file uses, and this program does not have.
 
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::json::Root;
 use crate::scene::error::SceneError;
@@ -37,7 +37,7 @@ fn remedy(extension: &str) -> &'static str {
 pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), SceneError> {
     let supported = |extension: &str| SUPPORTED.contains(&extension);
     if let Some(extension) = root.extensions_required.iter().find(|extension| !supported(extension)) {
-        return Err(Site::new(name, "extensionsRequired")
+        return Err(SourceLocation::new(name, "extensionsRequired")
             .unsupported(format!("the extension {}", shown(extension)), remedy(extension)));
     }
     for extension in root.extensions_used.iter().filter(|extension| !supported(extension)) {

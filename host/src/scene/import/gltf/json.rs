@@ -3,7 +3,7 @@
 //! Numbers are f64, as JSON has them. Indices and ranges are checked where they are used. Lists whose members may be `{}` are
 //! bounded, and what is seldom there is boxed: so a document takes little more memory than its text.
 
-use super::super::site::Site;
+use super::super::source_location::SourceLocation;
 use super::version;
 use crate::scene::error::SceneError;
 use serde::Deserialize;
@@ -19,7 +19,7 @@ const MANY: usize = 1 << 22;
 
 /// Reads a document from text.
 pub fn parse(text: &str, name: &str) -> Result<Root, SceneError> {
-    let site = Site::new(name, "asset.version");
+    let site = SourceLocation::new(name, "asset.version");
     let root: Root = match serde_json::from_str(text) {
         Ok(root) => root,
         Err(_) if version::is_first(text) => return Err(version::convert(&site)),
@@ -34,30 +34,30 @@ pub fn parse(text: &str, name: &str) -> Result<Root, SceneError> {
         return Err(version::convert(&site));
     }
     if root.asset.version.split('.').next() != Some("2") || version.split('.').next() != Some("2") {
-        let version = super::super::site::shown(version);
+        let version = super::super::source_location::shown(version);
         return Err(site.unsupported(format!("glTF version \"{version}\""), "export glTF 2.0"));
     }
     Ok(root)
 }
 
 /// A list of at most `MOST` members.
-fn at_most<'de, const MOST: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
+fn at_most<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
     source: D,
 ) -> Result<Vec<T>, D::Error> {
-    struct List<T, const MOST: usize>(PhantomData<T>);
+    struct List<T, const MAX: usize>(PhantomData<T>);
 
-    impl<'de, T: Deserialize<'de>, const MOST: usize> Visitor<'de> for List<T, MOST> {
+    impl<'de, T: Deserialize<'de>, const MAX: usize> Visitor<'de> for List<T, MAX> {
         type Value = Vec<T>;
 
         fn expecting(&self, formatter: &mut Formatter) -> FmtResult {
-            write!(formatter, "a list of at most {MOST}")
+            write!(formatter, "a list of at most {MAX}")
         }
 
         fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
             let mut members = Vec::new();
             while let Some(member) = list.next_element()? {
-                if members.len() == MOST {
-                    return Err(A::Error::custom(format!("more than {MOST} of them")));
+                if members.len() == MAX {
+                    return Err(A::Error::custom(format!("more than {MAX} of them")));
                 }
                 members.push(member);
             }
@@ -65,7 +65,7 @@ fn at_most<'de, const MOST: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
         }
     }
 
-    source.deserialize_seq(List::<T, MOST>(PhantomData))
+    source.deserialize_seq(List::<T, MAX>(PhantomData))
 }
 
 /// Structs that have what JSON has under the same names, in its spelling.

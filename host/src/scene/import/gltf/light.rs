@@ -1,12 +1,12 @@
 //! KHR_lights_punctual.
 
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::buffers::get;
 use super::json::Spot;
 use super::{Document, Output};
 use crate::scene::description::PunctualLight;
 use crate::scene::error::SceneError;
-use crate::scene::values::GREATEST;
+use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -16,13 +16,13 @@ pub fn read(
     output: &mut Output,
     index: u32,
     world: DAffine3,
-    user: &Site,
+    user: &SourceLocation,
 ) -> Result<(), SceneError> {
     let lights = document.root.extensions.lights.as_ref().map_or(&[][..], |list| &list.lights);
     let light = get(lights, index, "extensions.KHR_lights_punctual.lights", user)?;
     let site = document.site(format!("extensions.KHR_lights_punctual.lights[{index}]"));
     let power = DVec3::from(light.color) * light.intensity;
-    if !(power.cmpge(DVec3::ZERO).all() && power.cmple(DVec3::splat(GREATEST)).all()) {
+    if !(power.cmpge(DVec3::ZERO).all() && power.cmple(DVec3::splat(MAX_MAGNITUDE)).all()) {
         let problem = format!("color times intensity is {power}");
         return Err(site.malformed(problem, "it must be 0 or more and at most 1e18"));
     }
@@ -32,7 +32,7 @@ pub fn read(
             .once("the range of lights (KHR_lights_punctual) is not supported: they reach everywhere");
     }
     let position = world.translation;
-    if position.abs().max_element() > GREATEST {
+    if position.abs().max_element() > MAX_MAGNITUDE {
         return Err(user.too_large("the light lies far away", "1e18 from 0"));
     }
     let direction = (-world.z_axis).try_normalize();
@@ -58,7 +58,7 @@ pub fn read(
 }
 
 /// A spot light's half angles.
-fn cone(spot: Option<&Spot>, site: &Site) -> Result<(f64, f64), SceneError> {
+fn cone(spot: Option<&Spot>, site: &SourceLocation) -> Result<(f64, f64), SceneError> {
     let Some(spot) = spot else {
         return Err(site.malformed("it has no spot", "a light of type spot must have one, which may be {}"));
     };

@@ -1,14 +1,14 @@
 //! Materials.
 
 use super::super::images::Curve;
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::json::{self, MetallicRoughness, TextureInfo};
 use super::texture;
 use super::{Document, Output};
 use crate::scene::description::{Alpha, Material, Surface, TextureUse};
 use crate::scene::error::SceneError;
-use crate::scene::values::GREATEST;
+use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
 
@@ -37,7 +37,7 @@ impl Materials {
         document: &Document,
         output: &mut Output,
         index: Option<u32>,
-        user: &Site,
+        user: &SourceLocation,
     ) -> Result<Known, SceneError> {
         if let Some(known) = self.0.get(&index) {
             return Ok(*known);
@@ -87,7 +87,7 @@ fn read(
     document: &Document,
     output: &mut Output,
     index: u32,
-    user: &Site,
+    user: &SourceLocation,
 ) -> Result<(Material, Option<u32>), SceneError> {
     let source = super::buffers::get(&document.root.materials, index, "materials", user)?;
     let site = document.site(format!("materials[{index}]"));
@@ -124,7 +124,7 @@ fn read(
     let strength = extensions.and_then(|extensions| extensions.emissive_strength.as_ref());
     let strength = strength.map_or(1.0, |extension| extension.emissive_strength);
     let emission = DVec3::from(source.emissive_factor) * strength;
-    if !emission.cmple(DVec3::splat(GREATEST)).all() || !emission.cmpge(DVec3::ZERO).all() {
+    if !emission.cmple(DVec3::splat(MAX_MAGNITUDE)).all() || !emission.cmpge(DVec3::ZERO).all() {
         return Err(
             site.malformed(format!("it emits {emission}"), "emission must be 0 or more and at most 1e18")
         );
@@ -205,7 +205,7 @@ fn read(
 }
 
 /// Factors, which must be between 0 and 1.
-fn share(factors: DVec4, site: &Site, warnings: &mut Warnings) -> DVec4 {
+fn share(factors: DVec4, site: &SourceLocation, warnings: &mut Warnings) -> DVec4 {
     let clamped = factors.clamp(DVec4::ZERO, DVec4::ONE);
     let changed = u64::from(clamped != factors);
     warnings.tally("material factors outside 0 to 1, clamped", changed, &site.place);

@@ -28,7 +28,7 @@ mod version;
 use super::budget::Budget;
 use super::files::Files;
 use super::images::Images;
-use super::site::Site;
+use super::source_location::SourceLocation;
 use super::warnings::Warnings;
 use crate::scene::description::Description;
 use crate::scene::error::SceneError;
@@ -49,7 +49,7 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     };
     let text = str::from_utf8(json).map_err(|error| {
         let place = format!("byte {} of the JSON", error.valid_up_to());
-        Site::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
+        SourceLocation::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
     })?;
     let root = json::parse(text, name)?;
     let mut warnings = Warnings::default();
@@ -77,8 +77,8 @@ struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    fn site(&self, place: impl Into<String>) -> Site<'a> {
-        Site::new(self.name, place)
+    fn site(&self, place: impl Into<String>) -> SourceLocation<'a> {
+        SourceLocation::new(self.name, place)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Primitives of meshes.
 
 use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finish};
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::accessor::{Component, Elements, Expected};
 use super::features::DECOMPRESS;
 use super::json::Primitive;
@@ -29,7 +29,7 @@ pub fn read(
     primitive: &Primitive,
     name: String,
     material: Known,
-    site: &Site,
+    site: &SourceLocation,
 ) -> Result<Option<Mesh>, SceneError> {
     if !(TRIANGLES..=TRIANGLE_FAN).contains(&primitive.mode) {
         output.warnings.once(match primitive.mode {
@@ -121,7 +121,7 @@ fn corners(
     output: &mut Output,
     primitive: &Primitive,
     count: u32,
-    site: &Site,
+    site: &SourceLocation,
 ) -> Result<Vec<u32>, SceneError> {
     let Some(index) = primitive.indices else {
         output.budget.take(4 * u64::from(count), site)?;
@@ -146,7 +146,7 @@ fn corners(
 }
 
 /// Triangles as the mode makes them, all with the same side to the front.
-fn triangles(corners: &[u32], mode: u32, output: &mut Output, site: &Site) -> Vec<[u32; 3]> {
+fn triangles(corners: &[u32], mode: u32, output: &mut Output, site: &SourceLocation) -> Vec<[u32; 3]> {
     match mode {
         TRIANGLE_STRIP => {
             let odd = |place: usize| place % 2 == 1;

@@ -1,7 +1,7 @@
 //! What the nodes of the scene show.
 
 use super::super::mesh::{check_instance, extent};
-use super::super::site::Site;
+use super::super::source_location::SourceLocation;
 use super::super::warnings::Warnings;
 use super::buffers::get;
 use super::material::Materials;
@@ -56,7 +56,7 @@ fn starts(
     document: &Document,
     nodes: &[u32],
     forest: &Forest,
-    site: &Site,
+    site: &SourceLocation,
     warnings: &mut Warnings,
 ) -> Result<Vec<(u32, DAffine3)>, SceneError> {
     let root = &document.root;
@@ -107,7 +107,7 @@ impl Meshes {
         output: &mut Output,
         index: u32,
         world: DAffine3,
-        user: &Site,
+        user: &SourceLocation,
     ) -> Result<(), SceneError> {
         if !self.parts.contains_key(&index) {
             let parts = self.read(document, output, index, user)?;
@@ -128,7 +128,7 @@ impl Meshes {
         document: &Document,
         output: &mut Output,
         index: u32,
-        user: &Site,
+        user: &SourceLocation,
     ) -> Result<Vec<Part>, SceneError> {
         let mesh = get(&document.root.meshes, index, "meshes", user)?;
         let mut parts = Vec::new();

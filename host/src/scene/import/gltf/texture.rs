@@ -1,7 +1,7 @@
 //! Textures, their images and samplers.
 
 use super::super::images::Curve;
-use super::super::site::Site;
+use super::super::source_location::SourceLocation;
 use super::buffers::{get, read_uri};
 use super::json::{TextureInfo, TextureTransform};
 use super::{Document, Output};
@@ -23,7 +23,7 @@ pub fn read(
     output: &mut Output,
     info: &TextureInfo,
     curve: Curve,
-    user: &Site,
+    user: &SourceLocation,
 ) -> Result<Option<(TextureUse, u32)>, SceneError> {
     let root = &document.root;
     let texture = get(&root.textures, info.index, "textures", user)?;
@@ -85,7 +85,7 @@ fn image(
     output: &mut Output,
     index: u32,
     curve: Curve,
-    user: &Site,
+    user: &SourceLocation,
 ) -> Result<usize, SceneError> {
     let image = get(&document.root.images, index, "images", user)?;
     let site = document.site(format!("images[{index}]"));

@@ -1,15 +1,15 @@
 //! Where nodes are.
 
-use super::super::site::Site;
+use super::super::source_location::SourceLocation;
 use super::json::{Node, Root};
 use crate::scene::error::SceneError;
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
 /// Nodes may have this many generations of children.
-const DEEPEST: usize = 256;
+const MAX_DEPTH: usize = 256;
 
 /// A node's place in that of its parent.
-pub fn local(node: &Node, site: &Site) -> Result<DAffine3, SceneError> {
+pub fn local(node: &Node, site: &SourceLocation) -> Result<DAffine3, SceneError> {
     if let Some(matrix) = node.matrix.as_deref() {
         let matrix = DMat4::from_cols_array(matrix);
         let last = matrix.row(3);
@@ -59,7 +59,7 @@ impl Forest {
         let mut world = DAffine3::IDENTITY;
         for ancestor in self.ancestors(node) {
             if let Some(node) = root.nodes.get(ancestor as usize) {
-                world = local(node, &Site::new(name, format!("nodes[{ancestor}]")))? * world;
+                world = local(node, &SourceLocation::new(name, format!("nodes[{ancestor}]")))? * world;
             }
         }
         Ok(world)
@@ -70,7 +70,7 @@ impl Forest {
 pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     let mut parents = vec![NONE; root.nodes.len()];
     for (index, node) in root.nodes.iter().enumerate() {
-        let site = Site::new(name, format!("nodes[{index}].children"));
+        let site = SourceLocation::new(name, format!("nodes[{index}].children"));
         for &child in &node.children {
             super::buffers::get(&root.nodes, child, "nodes", &site)?;
             let parent = &mut parents[child as usize];
@@ -93,7 +93,7 @@ pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     }
     match met.iter().position(|met| !met) {
         None => Ok(Forest { roots, parents }),
-        Some(index) => Err(Site::new(name, format!("nodes[{index}]"))
+        Some(index) => Err(SourceLocation::new(name, format!("nodes[{index}]"))
             .malformed("it is below itself, or below a node that is", "nodes must form trees")),
     }
 }
@@ -114,15 +114,15 @@ pub fn walk(
             continue;
         };
         let Some(node) = root.nodes.get(index as usize) else { continue };
-        let site = Site::new(name, format!("nodes[{index}]"));
+        let site = SourceLocation::new(name, format!("nodes[{index}]"));
         let world = *parent * local(node, &site)?;
         if !world.is_finite() {
             return Err(site.malformed("its place in the world is not finite", "use smaller numbers"));
         }
         visit(index, world)?;
         if !node.children.is_empty() {
-            if path.len() >= DEEPEST {
-                return Err(site.too_large("nodes are nested too deep", format!("{DEEPEST} levels")));
+            if path.len() >= MAX_DEPTH {
+                return Err(site.too_large("nodes are nested too deep", format!("{MAX_DEPTH} levels")));
             }
             path.push((node.children.iter(), world));
         }

@@ -1,13 +1,13 @@
 //! glTF 1.0, which is another format: most of its lists are objects.
 
-use super::super::site::Site;
+use super::super::source_location::SourceLocation;
 use crate::scene::error::SceneError;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt::{Formatter, Result as FmtResult};
 
 /// Returns the error for a file of glTF 1.0.
-pub fn convert(site: &Site) -> SceneError {
+pub fn convert(site: &SourceLocation) -> SceneError {
     site.malformed("this is glTF 1.0", "convert it with `gltf-pipeline -i old.gltf -o new.glb`")
 }
 

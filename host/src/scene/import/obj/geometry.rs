@@ -1,7 +1,7 @@
 //! The statements of OBJ.
 
 use super::super::mesh::{POSITION_REMEDY, check_position};
-use super::super::site::shown;
+use super::super::source_location::shown;
 use super::super::warnings::Warnings;
 use super::lines::{Source, Statement};
 use crate::scene::error::SceneError;

@@ -2,7 +2,7 @@
 
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::lines::{Source, Statement};
 use crate::scene::error::SceneError;
@@ -54,7 +54,7 @@ impl Libraries {
     pub fn read(
         &mut self,
         names: &str,
-        site: &Site,
+        site: &SourceLocation,
         files: &mut dyn Files,
         budget: &mut Budget,
         warnings: &mut Warnings,
@@ -95,7 +95,7 @@ impl Libraries {
         for statement in source.statements() {
             if statement.keyword() == "newmtl" {
                 self.entries.extend(current.take());
-                let site = Site::new(path, format!("line {}", statement.line));
+                let site = SourceLocation::new(path, format!("line {}", statement.line));
                 budget.take(2 * size_of::<(String, Entry)>() as u64, &site)?; // a map may be half empty
                 let entry = Entry { file: shown(path), line: statement.line, ..Entry::default() };
                 current = Some((statement.rest().to_owned(), entry));
@@ -103,7 +103,7 @@ impl Libraries {
             }
             let Some((_, entry)) = &mut current else {
                 // Whatever file this is, its text is not for a terminal.
-                let site = Site::new(path, format!("line {}", statement.line));
+                let site = SourceLocation::new(path, format!("line {}", statement.line));
                 let problem = "no newmtl comes before this statement";
                 return Err(site.malformed(problem, "mtllib must name a material library (MTL)"));
             };

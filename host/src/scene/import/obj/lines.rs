@@ -80,7 +80,10 @@ impl Statement<'_> {
     /// A word as a number.
     pub fn number(&self, word: &str) -> Result<f64, SceneError> {
         word.parse().map_err(|_| {
-            self.error(word, format!("\"{}\" is not a number", crate::scene::import::site::shown(word)))
+            self.error(
+                word,
+                format!("\"{}\" is not a number", crate::scene::import::source_location::shown(word)),
+            )
         })
     }
 

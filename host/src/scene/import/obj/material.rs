@@ -3,14 +3,14 @@
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
 use super::super::images::{Curve, Images};
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::library::{Entry, Libraries, Map};
 use crate::scene::description::{
     Alpha, ConductorFresnel, Description, Filter, Material, Surface, TextureUse, Wrap,
 };
 use crate::scene::error::SceneError;
-use crate::scene::values::GREATEST;
+use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DAffine2, DVec2, DVec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -90,7 +90,7 @@ fn material(
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) -> Result<Material, SceneError> {
-    let site = Site::new(&entry.file, format!("line {}, newmtl {}", entry.line, shown(name)));
+    let site = SourceLocation::new(&entry.file, format!("line {}, newmtl {}", entry.line, shown(name)));
     let mut share = |value: DVec3| {
         let clamped = value.clamp(DVec3::ZERO, DVec3::ONE);
         warnings.tally("material factors outside 0 to 1, clamped", u64::from(clamped != value), &site.place);
@@ -149,7 +149,8 @@ fn material(
 
     let emitted = if entry.emission_map.is_some() { DVec3::ONE } else { DVec3::ZERO };
     material.emission = entry.emission.unwrap_or(emitted);
-    if !(material.emission.cmpge(DVec3::ZERO).all() && material.emission.cmple(DVec3::splat(GREATEST)).all())
+    if !(material.emission.cmpge(DVec3::ZERO).all()
+        && material.emission.cmple(DVec3::splat(MAX_MAGNITUDE)).all())
     {
         let problem = format!("Ke is {}", material.emission);
         return Err(site.malformed(problem, "emission must be 0 or more and at most 1e18"));
@@ -161,7 +162,7 @@ fn material(
 }
 
 /// An index of refraction that is at least `least`.
-fn ior(ior: Option<f64>, least: f64, site: &Site, warnings: &mut Warnings) -> f64 {
+fn ior(ior: Option<f64>, least: f64, site: &SourceLocation, warnings: &mut Warnings) -> f64 {
     let ior = ior.unwrap_or(GLASS);
     if (least..=1000.0).contains(&ior) {
         return ior;
@@ -170,7 +171,12 @@ fn ior(ior: Option<f64>, least: f64, site: &Site, warnings: &mut Warnings) -> f6
     GLASS
 }
 
-fn texture(map: &Map, used: &mut Used, budget: &mut Budget, site: &Site) -> Result<TextureUse, SceneError> {
+fn texture(
+    map: &Map,
+    used: &mut Used,
+    budget: &mut Budget,
+    site: &SourceLocation,
+) -> Result<TextureUse, SceneError> {
     let image = used.images.get(&map.path, Curve::Srgb, site, || {
         let bytes =
             used.files.read(&map.path, readable()).map_err(|source| site.resource(&map.path, source))?;

@@ -29,7 +29,7 @@ use super::files::Files;
 use super::images::Images;
 use super::mesh::{check_instance, check_uvs, extent, finish};
 use super::origin;
-use super::site::Site;
+use super::source_location::SourceLocation;
 use super::warnings::Warnings;
 use crate::scene::description::{Description, Instance, Mesh};
 use crate::scene::error::SceneError;
@@ -51,7 +51,7 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     let geometry = geometry::read(&source, &mut warnings)?;
     let mut libraries = library::Libraries::default();
     for (library, line) in &geometry.libraries {
-        let site = Site::new(name, format!("line {line}, mtllib"));
+        let site = SourceLocation::new(name, format!("line {line}, mtllib"));
         libraries.read(library, &site, files, &mut budget, &mut warnings)?;
     }
     let mut description = Description::default();
@@ -60,8 +60,10 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     let origin = origin::choose(geometry.corners());
     let transform = DAffine3::from_translation(origin);
     for group in &geometry.groups {
-        let site =
-            Site::new(name, format!("the object or group \"{}\"", super::site::shown(geometry.name(group))));
+        let site = SourceLocation::new(
+            name,
+            format!("the object or group \"{}\"", super::source_location::shown(geometry.name(group))),
+        );
         budget.place(group.triangles.len() as u64, &site)?;
         let mut mesh = mesh(&geometry, group, origin);
         check_uvs(&mut mesh.uvs, &site, &mut warnings);
@@ -85,7 +87,7 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
 /// A group's mesh about `origin`: a vertex for each combination of position, texture coordinates
 /// and normal.
 fn mesh(geometry: &Geometry, group: &Group, origin: DVec3) -> Mesh {
-    let mut mesh = Mesh { name: super::site::shown(geometry.name(group)), ..Mesh::default() };
+    let mut mesh = Mesh { name: super::source_location::shown(geometry.name(group)), ..Mesh::default() };
     let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();
     mesh.triangles.reserve_exact(group.triangles.len());
     for corners in &group.triangles {

@@ -1,6 +1,6 @@
 //! PLY's body: numbers one after another.
 
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use super::header::{Element, Encoding, Header, Kind, Number};
 use crate::scene::error::SceneError;
 
@@ -20,8 +20,8 @@ impl<'a> Body<'a> {
     }
 
     /// A place, for errors.
-    pub fn site(&self, place: &str) -> Site<'a> {
-        Site::new(self.name, place)
+    pub fn site(&self, place: &str) -> SourceLocation<'a> {
+        SourceLocation::new(self.name, place)
     }
 
     /// Checks that an element's members are not more than the rest of the file has room for.
@@ -138,7 +138,7 @@ impl<'a> Body<'a> {
         Ok(number)
     }
 
-    fn here(&self) -> Site<'a> {
+    fn here(&self) -> SourceLocation<'a> {
         self.site(&format!("byte {}", self.length - self.left.len()))
     }
 

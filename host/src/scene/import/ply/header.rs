@@ -1,10 +1,10 @@
 //! PLY's header: what the body holds.
 
-use super::super::site::{Site, shown};
+use super::super::source_location::{SourceLocation, shown};
 use crate::scene::error::SceneError;
 
 /// A header may take this many bytes.
-const LONGEST: usize = 1 << 20;
+const MAX_HEADER: usize = 1 << 20;
 
 /// How the body is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,8 +94,8 @@ pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
     let mut elements: Vec<Element> = Vec::new();
     let mut at = 0;
     for number in 1.. {
-        let site = Site::new(name, format!("line {number}"));
-        let rest = bytes.get(at..LONGEST.min(bytes.len())).unwrap_or_default();
+        let site = SourceLocation::new(name, format!("line {number}"));
+        let rest = bytes.get(at..MAX_HEADER.min(bytes.len())).unwrap_or_default();
         let Some(length) = rest.iter().position(|byte| *byte == b'\n') else {
             return Err(site.malformed("the header has no end", "it must end with the line end_header"));
         };
@@ -153,7 +153,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
         }
     }
     let encoding = encoding.ok_or_else(|| {
-        Site::new(name, "header")
+        SourceLocation::new(name, "header")
             .malformed("it has no line \"format\"", "it must name format and version 1.0")
     })?;
     Ok(Header { encoding, elements, end: at })

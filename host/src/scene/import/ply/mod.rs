@@ -12,7 +12,7 @@ mod header;
 use super::budget::Budget;
 use super::mesh::{POSITION_REMEDY, check_instance, check_position, check_uvs, extent, finish};
 use super::origin;
-use super::site::{Site, shown};
+use super::source_location::{SourceLocation, shown};
 use super::warnings::Warnings;
 use crate::scene::description::{Alpha, Description, Instance, Material, Mesh, Surface};
 use crate::scene::error::SceneError;
@@ -52,8 +52,8 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Description, SceneError> {
         }
     }
 
-    let site = Site::new(name, "face");
-    let vertex = Site::new(name, "vertex");
+    let site = SourceLocation::new(name, "face");
+    let vertex = SourceLocation::new(name, "vertex");
     check_uvs(&mut mesh.uvs, &vertex, &mut warnings);
     let corners = mesh.triangles.as_flattened().iter();
     let origin = origin::choose(corners.filter_map(|&corner| exact.get(corner as usize).copied()));

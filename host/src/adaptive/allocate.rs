@@ -1,0 +1,252 @@
+//! Where samples bring most.
+
+use super::Tiles;
+use super::noise_map::{NoiseMap, TileNoise};
+use rayon::prelude::*;
+use trisect_shared::rng::PathKey;
+
+/// Samples of a tile over the mean, at least: what a survey found quiet may have hidden something.
+const MIN_SHARE: f64 = 0.125;
+
+/// Samples of a tile over the mean, at most: one pass's worth of surprise.
+const MAX_SHARE: f64 = 32.0;
+
+/// Samples of each tile's pixels over the mean of all, for a half: by what the other half found. The error of so much work is least where they are as
+/// the root of the variance over the work (Neyman's allocation).
+pub(super) fn relative_samples(survey: &NoiseMap, half: usize, tiles: &Tiles) -> Vec<f64> {
+    let other = 1 - half;
+    let own: Vec<f64> = survey.tiles.iter().map(|tile| tile.variance[other]).collect();
+    let around = tiles.around(&own);
+    // A quiet tile beside a loud one saw less than there is.
+    let variance = own.iter().zip(&around).map(|(own, around)| own.max(*around));
+    let work = survey.tiles.iter().map(|tile| tile.work[other].max(1.0));
+    let mut wanted: Vec<f64> = variance.zip(work).map(|(v, w)| (v / w).sqrt()).collect();
+    // What the bounds take or give, the others share: a few rounds settle it.
+    for _ in 0..8 {
+        let mean = mean(&wanted, tiles);
+        if mean <= 0.0 {
+            return vec![1.0; tiles.len()];
+        }
+        wanted.iter_mut().for_each(|wanted| *wanted = (*wanted / mean).clamp(MIN_SHARE, MAX_SHARE));
+    }
+    wanted
+}
+
+/// By pixels.
+fn mean(values: &[f64], tiles: &Tiles) -> f64 {
+    let (mut sum, mut pixels) = (0.0, 0.0);
+    for (tile, value) in values.iter().enumerate() {
+        let size = f64::from(tiles.size(tile));
+        sum += value * size;
+        pixels += size;
+    }
+    sum / pixels.max(1.0)
+}
+
+/// The squared error of an image whose halves' tiles have these numbers of samples.
+pub(super) fn error(survey: &NoiseMap, tiles: &Tiles, counts: [&dyn Fn(usize) -> f64; 2]) -> f64 {
+    let of = |tile: usize| {
+        let variance = survey.tiles[tile].variance;
+        (0..2).map(|half| 0.25 * variance[half] / counts[half](tile).max(1e-9)).sum::<f64>()
+    };
+    mean(&(0..tiles.len()).map(of).collect::<Vec<_>>(), tiles)
+}
+
+/// Work of so many samples of each tile's pixels, for a half.
+pub(super) fn work(survey: &NoiseMap, tiles: &Tiles, half: usize, counts: &dyn Fn(usize) -> f64) -> f64 {
+    let of = |tile: usize, found: &TileNoise| {
+        found.work[half].max(1.0) * counts(tile) * f64::from(tiles.size(tile))
+    };
+    survey.tiles.iter().enumerate().map(|(tile, found)| of(tile, found)).sum()
+}
+
+/// How many times the work uniform samples take for the error that adaptive ones have. Each half's allocation comes from the other's noise, so
+/// that what is noise in it does not flatter it.
+pub(super) fn gain(survey: &NoiseMap, tiles: &Tiles) -> f64 {
+    let shapes = [0, 1].map(|half| relative_samples(survey, half, tiles));
+    let one: &dyn Fn(usize) -> f64 = &|_| 1.0;
+    let by = |half: usize| {
+        let shape = &shapes[half];
+        move |tile: usize| shape[tile]
+    };
+    let all = |counts: [&dyn Fn(usize) -> f64; 2]| {
+        error(survey, tiles, counts) * (0..2).map(|half| work(survey, tiles, half, counts[half])).sum::<f64>()
+    };
+    let adaptive = all([&by(0), &by(1)]);
+    if adaptive > 0.0 { all([one, one]) / adaptive } else { 1.0 }
+}
+
+/// Samples that each tile takes next, by the work that there is for them: those that bring all of them nearest to their shares, as water fills a vessel.
+pub(super) struct Allocation<'a> {
+    shape: &'a [f64],
+    taken: &'a [u32],
+    max_samples: f64,
+    /// Work by level, which is linear between these: one where a tile begins to take, and one where it has as many as it may.
+    steps: Vec<Step>,
+}
+
+/// From a level on.
+struct Step {
+    level: f64,
+    /// Below it.
+    work: f64,
+    /// Of one more.
+    slope: f64,
+}
+
+impl<'a> Allocation<'a> {
+    /// Of a half's tiles, of which each has `taken` and takes `most` more, at most.
+    pub fn new(
+        (survey, tiles): (&NoiseMap, &Tiles),
+        half: usize,
+        shape: &'a [f64],
+        taken: &'a [u32],
+        most: f64,
+    ) -> Self {
+        // The other half's path lengths, too: a half's own samples decide nothing about it.
+        let each = |tile: usize| survey.tiles[tile].work[1 - half].max(1.0) * f64::from(tiles.size(tile));
+        let begin = |tile: usize| {
+            let slope = each(tile) * shape[tile];
+            Step { level: f64::from(taken[tile]) / shape[tile], work: 0.0, slope }
+        };
+        let end = |tile: usize| {
+            let slope = -each(tile) * shape[tile];
+            Step { level: (f64::from(taken[tile]) + most) / shape[tile], work: 0.0, slope }
+        };
+        let all = 0..tiles.len();
+        let mut steps: Vec<Step> = match most < f64::MAX {
+            true => all.flat_map(|tile| [begin(tile), end(tile)]).collect(),
+            false => all.map(begin).collect(),
+        };
+        steps.par_sort_unstable_by(|a, b| a.level.total_cmp(&b.level));
+        let (mut level, mut work, mut slope) = (0.0, 0.0, 0.0);
+        for step in &mut steps {
+            work += slope * (step.level - level);
+            slope = f64::max(slope + step.slope, 0.0);
+            (step.work, step.slope, level) = (work, slope, step.level);
+        }
+        Self { shape, taken, max_samples: most, steps }
+    }
+
+    /// How high so much work fills.
+    fn level(&self, available: f64) -> f64 {
+        let after = self.steps.partition_point(|step| step.work <= available);
+        let Some(step) = after.checked_sub(1).and_then(|before| self.steps.get(before)) else { return 0.0 };
+        let end = self.steps.get(after).map_or(f64::MAX, |next| next.level);
+        // Where no tile takes more, a level above says the same.
+        if step.slope > 0.0 {
+            (step.level + (available - step.work) / step.slope).min(end)
+        } else {
+            step.level
+        }
+    }
+
+    /// What each tile takes for so much work.
+    pub fn next(&self, available: f64) -> impl Fn(usize) -> f64 + use<'_, 'a> {
+        let level = self.level(available);
+        move |tile| (level * self.shape[tile] - f64::from(self.taken[tile])).clamp(0.0, self.max_samples)
+    }
+
+    /// The same of all.
+    pub fn counts(&self, available: f64) -> Vec<f64> {
+        (0..self.shape.len()).map(self.next(available)).collect()
+    }
+}
+
+/// Whole numbers of the same mean: the rest of each decides by chance whether it is rounded up.
+pub(super) fn round_stochastically(counts: &[f64], seed: u32, pass: u32) -> Vec<u32> {
+    let word = |tile: usize| PathKey { seed, pixel: tile as u32, sample: pass }.words(0x5a).x;
+    let round = |(tile, count): (usize, &f64)| {
+        let chance = f64::from(word(tile)) / (f64::from(u32::MAX) + 1.0);
+        (count + chance).floor().clamp(0.0, f64::from(u32::MAX)) as u32
+    };
+    counts.iter().enumerate().map(round).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn survey(variances: &[f64]) -> NoiseMap {
+        let tiles =
+            variances.iter().map(|&v| TileNoise { variance: [v; 2], work: [2.0; 2], error: 0.0 }).collect();
+        NoiseMap { error: 0.0, tiles }
+    }
+
+    /// Two far-apart regions of variance 1 and 16: counts as 1 to 4, and 25 / 34 of the work for the same error.
+    #[test]
+    fn samples_go_where_the_noise_is() {
+        let tiles = Tiles::new(8 * 200, 8);
+        let variances: Vec<f64> = (0..200).map(|tile| if tile < 100 { 1.0 } else { 16.0 }).collect();
+        let survey = survey(&variances);
+        let shape = relative_samples(&survey, 0, &tiles);
+        assert!((shape[150] / shape[50] - 4.0).abs() < 1e-9, "{} {}", shape[150], shape[50]);
+        assert!((mean(&shape, &tiles) - 1.0).abs() < 1e-9);
+        let gain = gain(&survey, &tiles);
+        assert!((gain - 8.5 / 6.25).abs() < 0.02, "{gain}");
+        let even = super::gain(&self::survey(&[3.0; 200]), &tiles);
+        assert!((even - 1.0).abs() < 1e-9);
+    }
+
+    /// What one half found noisy is where the other takes its samples, never itself: there it knows that it was bright by chance.
+    #[test]
+    fn halves_steer_each_other() {
+        let tiles = Tiles::new(8 * 200, 8);
+        let mut found = survey(&[1.0; 200]);
+        found.tiles[150].variance[0] = 100.0;
+        let [first, second] = [0, 1].map(|half| relative_samples(&found, half, &tiles));
+        assert!(first.iter().all(|&share| (share - 1.0).abs() < 1e-9), "{}", first[150]);
+        assert!(second[150] > 5.0 && second[50] < 1.0, "{} {}", second[150], second[50]);
+    }
+
+    #[test]
+    fn what_was_taken_counts() {
+        let tiles = Tiles::new(16, 8);
+        let survey = survey(&[1.0, 1.0]);
+        let next = |most, samples: f64| {
+            Allocation::new((&survey, &tiles), 0, &[0.5, 1.5], &[10, 10], most).counts(64.0 * 2.0 * samples)
+        };
+        // 10 and 30 would be 40 in all; 20 are there, of which none too many.
+        assert_eq!(next(f64::MAX, 20.0), [0.0, 20.0]);
+        assert_eq!(next(f64::MAX, 40.0), [5.0, 35.0]);
+        assert_eq!(next(15.0, 10.0), [0.0, 10.0]);
+        assert_eq!(next(15.0, 20.0), [5.0, 15.0]);
+        assert_eq!(next(15.0, 1e9), [15.0, 15.0]);
+        assert_eq!(next(15.0, 0.0), [0.0, 0.0]);
+    }
+
+    /// What is taken costs what there is, whatever tiles have.
+    #[test]
+    fn work_is_what_there_is() {
+        let tiles = Tiles::new(8 * 300, 8);
+        let word = |tile: u32, which: u32| PathKey { seed: 3, pixel: tile, sample: which }.words(0).x;
+        let tile = |tile: u32| {
+            let work = 1.0 + f64::from(word(tile, 0) % 100) / 10.0;
+            TileNoise { variance: [1.0; 2], work: [work; 2], error: 0.0 }
+        };
+        let survey = NoiseMap { error: 0.0, tiles: (0..300).map(tile).collect() };
+        let shape: Vec<f64> = (0..300).map(|tile| f64::from(1 + word(tile, 1) % 32) / 8.0).collect();
+        let taken: Vec<u32> = (0..300).map(|tile| word(tile, 2) % 64).collect();
+        for (most, samples) in [(f64::MAX, 1e3), (f64::MAX, 1e6), (256.0, 1e3), (256.0, 1e5), (256.0, 1e9)] {
+            let filling = Allocation::new((&survey, &tiles), 1, &shape, &taken, most);
+            let counts = filling.counts(samples);
+            let spent = work(&survey, &tiles, 0, &|tile| counts[tile]);
+            let all = work(&survey, &tiles, 0, &|_| most);
+            assert!((spent / samples.min(all) - 1.0).abs() < 1e-9, "{most} {samples}: {spent}");
+            assert!(counts.iter().all(|&count| (0.0..=most).contains(&count)));
+        }
+        // The twin: some tiles have more than their share, and give nothing back.
+        let filling = Allocation::new((&survey, &tiles), 1, &shape, &taken, f64::MAX);
+        let counts = filling.counts(1e5);
+        assert!(counts.contains(&0.0) && counts.iter().any(|&count| count > 1.0), "{counts:?}");
+    }
+
+    #[test]
+    fn rounding_keeps_the_mean() {
+        let counts = vec![0.3; 10_000];
+        let sum: u32 = round_stochastically(&counts, 1, 2).iter().sum();
+        // 4 sigma: 183.
+        assert!((2817..3183).contains(&sum), "{sum}");
+        assert_eq!(round_stochastically(&[4.0, 0.0], 1, 2), [4, 0]);
+    }
+}

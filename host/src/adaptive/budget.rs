@@ -1,0 +1,275 @@
+//! The best image within a time.
+
+use super::filter::{Choice, Filter, Filtered};
+use super::goal::decide;
+use super::noise_map::NoiseMap;
+use super::pass_cost::{PassCostModel, PassTime, calibrate};
+use super::renderer::{AdaptiveRenderer, Launches, PassBudget};
+use super::strategy::{candidates, choose_strategy, warm_up};
+use super::{Adaptive, DualBuffers, FilterTrial, Free, Noise, Trial, allocate};
+use crate::Error;
+use crate::backend::BackendError;
+use crate::denoise::DenoiseSettings;
+use crate::image::Image;
+use crate::render::{RenderObserver, Renderer, Settings, SettingsError};
+use std::time::{Duration, Instant};
+
+/// What of the time each way of sampling is tried for, once for each half.
+const TRIAL_SHARE: f64 = 0.004;
+
+/// The error above which a filter may help: below, its own is greater (docs/tradeoff.md).
+const FILTER_FROM: f64 = 0.01;
+
+/// What of the time goes by before where samples go is decided.
+const FIRST: f64 = 0.08;
+
+/// Samples of each half before that, at most.
+const MAX_FIRST_SAMPLES: u32 = 64;
+
+/// Parts of the time after which the speed is measured anew: the last is short, so that it ends when it should.
+const PARTS: &[f64] = &[0.5, 0.85, 0.96, 1.0];
+
+/// What of the time a pass costs the host, at least, where there are two passes only.
+const COSTLY: f64 = 0.01;
+
+/// What of the time the second of two is: so many times what a pass costs, within bounds.
+const LAST: (f64, [f64; 2]) = (3.0, [0.12, 0.4]);
+
+/// What of the time passes between these may cost, where tiles take their own numbers of samples: how fast that is, the first tells.
+const MIDDLE: (f64, f64) = (0.1, 0.55);
+
+/// What launches in which tiles take their own numbers of samples cost the host, in passes for all pixels: where samples begin is written to the device, and no
+/// half is summed while the other is rendered.
+const TILE_LAUNCH_COST: f64 = 3.0;
+
+/// What of a pass several launches for the tiles that take most may cost.
+const LAUNCHES: f64 = 0.06;
+
+/// What of the time may be left at the end.
+const MAX_UNUSED_SHARE: f64 = 0.015;
+
+/// Passes of one sample that a time must have room for, for the noise to be looked at.
+const MIN_PASSES_FOR_NOISE_MAP: f64 = 12.0;
+
+/// Passes, at most: each is closer to the end than the one before.
+const MAX_PASSES: usize = 32;
+
+/// What was made in the time.
+pub(super) struct BudgetResult<'a> {
+    pub taker: AdaptiveRenderer<'a>,
+    pub noise: Noise,
+    pub adaptive: bool,
+    pub gain: f64,
+    pub trials: Vec<Trial>,
+    /// Filtered, if that was chosen.
+    pub image: Image,
+    /// By what, if it was.
+    pub filtered: Option<Filtered>,
+    pub filter: Option<FilterTrial>,
+    /// What the budget is of.
+    pub time: Duration,
+    /// Compiling kernels, before it.
+    pub preparing: Duration,
+}
+
+/// What to do with the time.
+#[derive(Clone, Copy)]
+pub(super) struct BudgetPlan<'a> {
+    pub time: Duration,
+    pub adaptive: Adaptive,
+    pub free: Free,
+    /// The filter, or what might be one.
+    pub denoise: Option<&'a DenoiseSettings>,
+}
+
+/// Samples for so long, and then the filter if it helps. The clock starts when the kernels are compiled.
+///
+/// # Errors
+///
+/// As rendering.
+pub(super) fn render_within<'a>(
+    renderer: &'a mut Renderer,
+    settings: &Settings,
+    plan: BudgetPlan,
+    observer: &'a mut dyn RenderObserver,
+) -> Result<BudgetResult<'a>, Error> {
+    let preparing = Instant::now();
+    let plain = Settings { guides: false, ..settings.clone() };
+    let mut known = Vec::new();
+    warm_up(renderer, &plain, observer)?;
+    for way in candidates(&plain, plan.free) {
+        // Nobody waits longer for a choice than for the image, or a second.
+        if preparing.elapsed() > plan.time.max(Duration::from_secs(1)) {
+            break;
+        }
+        warm_up(renderer, &way, observer)?;
+        known.push(way);
+    }
+    let whole = plan.time.as_secs_f64();
+    let mut halves = DualBuffers::new(settings.width, settings.height);
+    let mut filter = None;
+    if let Some(denoise) = plan.denoise {
+        let ways = std::iter::once(&plain).chain(&known);
+        let guided = ways.map(|way| Settings { guides: true, ..way.clone() }).collect::<Vec<_>>();
+        filter = match prepare_filter(renderer, (settings, &guided), denoise, &mut halves, observer) {
+            // An image that only might have been filtered goes without.
+            Err(error) if plan.free.denoise && is_too_large(&error) => None,
+            ready => Some(ready?),
+        };
+    }
+    let filter = filter.filter(|filter| filter.may_fit(whole, plan.free.denoise));
+    let with_guides = Settings { guides: settings.guides || filter.is_some(), ..plain.clone() };
+    if !with_guides.guides {
+        halves.drop_aovs();
+    }
+    let rehearsal;
+    (halves, rehearsal) = calibrate(renderer, &plain, &with_guides, halves, observer)?;
+    let preparing = preparing.elapsed();
+
+    let start = Instant::now();
+    let (best, trials, expected) =
+        choose_strategy(renderer, (&plain, &known), (plan.time.mul_f64(TRIAL_SHARE), plan.time), observer)?;
+    let wanted = !plan.free.denoise || expected > FILTER_FROM;
+    let slower = rehearsal.map_or(0.0, |rehearsal| rehearsal.aov_share());
+    let filter = filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected, slower));
+    let filter = filter.map(|filter| filter.with_trials(whole));
+    let asked = settings.guides || filter.is_some();
+    if !asked {
+        halves.drop_aovs();
+    }
+    let mut taker = AdaptiveRenderer::with(renderer, &Settings { guides: asked, ..best }, halves, observer);
+    let (pass, taken) = match rehearsal.and_then(|rehearsal| rehearsal.pass(asked)) {
+        Some(pass) => (pass, 0),
+        None => (PassTime::of_one(&mut taker)?, 1),
+    };
+    let mut clock =
+        PassCostModel { chunk: pass.beside, tile_launch: TILE_LAUNCH_COST * pass.beside, rate: 0.0 };
+    // Where the host takes long for each pass, there is time for a few only, and none for looking at them.
+    let looks = plan.adaptive == Adaptive::On
+        || pass.beside < pass.each
+        || (pass.beside + pass.each) * MIN_PASSES_FOR_NOISE_MAP < whole;
+    let more =
+        ((FIRST * whole - pass.beside) / pass.each).clamp(2.0, f64::from(MAX_FIRST_SAMPLES)) as u32 - taken;
+    let fits = looks && start.elapsed().as_secs_f64() + f64::from(more) * pass.each + pass.beside < whole;
+    let more = if fits { more } else { 0 };
+    if more > 0 {
+        taker.render_uniform(more)?;
+    }
+    let looking = Instant::now();
+    let mut survey = if looks { taker.noise_map() } else { NoiseMap::uniform(taker.halves.tiles()) };
+    let look = looking.elapsed().as_secs_f64();
+    let left = 1.0 - (PARTS.len() as f64 * (look + clock.tile_launch) / whole).min(1.0);
+    let (adaptive, gain) = if looks { decide(plan.adaptive, &survey, &taker, left) } else { (false, 1.0) };
+    let beside = if adaptive { look + clock.tile_launch } else { clock.chunk };
+    let before_last = 1.0 - (LAST.0 * beside / whole).clamp(LAST.1[0], LAST.1[1]);
+    let few = [MIDDLE.1, before_last, 1.0];
+    let parts = match () {
+        () if beside <= COSTLY * whole => PARTS,
+        () if adaptive && beside <= MIDDLE.0 * whole => &few[..],
+        () => &few[1..],
+    };
+    let of_one: f64 = {
+        let tiles = taker.halves.tiles();
+        (0..2).map(|half| allocate::work(&survey, tiles, half, &|_| 1.0)).sum()
+    };
+    clock.rate = of_one / pass.each;
+    let first = parts.first().copied().unwrap_or(1.0) * whole - start.elapsed().as_secs_f64();
+    // One at least: else there is no image.
+    if taker.halves.samples() == 0 && clock.fits(first, Launches { chunks: 1, tile_launches: 0 }) < of_one {
+        taker.render_uniform(1)?;
+    }
+    let mut work = 0.5 * taker.mean_samples() * of_one;
+    if work > 0.0 {
+        clock.rate = work / taker.totals.device.as_secs_f64().max(1e-9);
+    }
+    let mut choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
+    for index in 0..MAX_PASSES {
+        if !taker.should_continue() {
+            break;
+        }
+        let part = parts.get(index).copied().unwrap_or(1.0);
+        let reserve = match (&filter, &choice) {
+            (Some(filter), Some(taken)) => filter.reserve(taken),
+            _ => 0.0,
+        };
+        let end = part * (whole - reserve - image_seconds(&taker));
+        let left = end - start.elapsed().as_secs_f64();
+        let least = match adaptive {
+            true => Launches { tile_launches: 1, chunks: 0 },
+            false => Launches { tile_launches: 0, chunks: 1 },
+        };
+        // Less than one sample of one pixel in a hundred.
+        if left <= MAX_UNUSED_SHARE * whole || clock.fits(left, least) < 0.005 * of_one {
+            if index + 1 < parts.len() {
+                continue;
+            }
+            break;
+        }
+        // Not where looking takes as long as it may bring.
+        if index > 0 && adaptive && look < COSTLY * whole {
+            survey = taker.noise_map();
+        }
+        let left = end - start.elapsed().as_secs_f64();
+        taker.progress = start.elapsed().as_secs_f64() / whole;
+        let room = |launches| clock.fits(left, launches);
+        let own = (LAUNCHES * left / clock.tile_launch.max(1e-9)).clamp(1.0, f64::from(u32::MAX)) as u32;
+        let spent = taker.run_pass(&survey, adaptive, &PassBudget { work: &room, max_tile_launches: own })?;
+        if spent.work <= 0.0 && index + 1 >= parts.len() {
+            break;
+        }
+        clock.learn(&spent);
+        work += spent.work;
+        if let (Some(filter), Some(taken)) = (&filter, &mut choice)
+            && taken.is_open()
+        {
+            let left = clock.fits(whole - start.elapsed().as_secs_f64(), Launches::default());
+            let more = if taker.should_continue() { (work + left) / work } else { 1.0 };
+            taken.decide(filter, &mut taker, more)?;
+            if !taken.may_be() && !settings.guides {
+                taker.drop_aovs();
+                if let Some(PassTime { each, beside }) = rehearsal.and_then(|rehearsal| rehearsal.pass(false))
+                {
+                    (clock.chunk, clock.rate) = (beside, of_one / each);
+                }
+            }
+        }
+    }
+    let trial = choice.as_ref().and_then(Choice::trial);
+    let filtered = match (filter, choice) {
+        (Some(filter), Some(taken)) => filter.finish(&mut taker, &taken)?,
+        _ => None,
+    };
+    let (image, filtered) = match filtered {
+        Some((image, filtered)) => (image, Some(filtered)),
+        None => (taker.halves.image(), None),
+    };
+    let time = start.elapsed();
+    taker.finish();
+    let noise = taker.noise();
+    Ok(BudgetResult { noise, taker, adaptive, gain, trials, image, filtered, filter: trial, time, preparing })
+}
+
+/// Compiles and measures what a filter needs, with each way of sampling.
+fn prepare_filter<'a>(
+    renderer: &mut Renderer,
+    (settings, ways): (&Settings, &[Settings]),
+    denoise: &'a DenoiseSettings,
+    halves: &mut DualBuffers,
+    observer: &mut dyn RenderObserver,
+) -> Result<Filter<'a>, Error> {
+    ways.iter().try_for_each(|way| warm_up(renderer, way, observer))?;
+    halves.allocate_aovs();
+    Filter::try_out(renderer, settings, denoise, halves)
+}
+
+fn is_too_large(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Settings(SettingsError::TooLarge { .. }) | Error::Backend(BackendError::TooLarge { .. })
+    )
+}
+
+/// Making the image of the sums: a few nanoseconds a pixel.
+fn image_seconds(taker: &AdaptiveRenderer) -> f64 {
+    5e-9 * taker.settings.pixels() as f64
+}

@@ -1,0 +1,71 @@
+//! How those who watch a render see it, and how long it goes on for them.
+
+use crate::Error;
+use crate::render::RenderObserver;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// Steps that an observer sees.
+pub(super) const STEPS: u64 = 1000;
+
+/// An observer that is asked only whether to stop.
+pub(super) struct StopPoll<'a>(pub &'a mut dyn RenderObserver, pub u64);
+
+impl RenderObserver for StopPoll<'_> {
+    fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+        self.0.progress(self.1, STEPS)
+    }
+
+    fn should_continue(&self) -> bool {
+        self.0.should_continue()
+    }
+}
+
+/// How long what is being taken is waited for when the image should get no more.
+const GRACE_PERIOD: Duration = Duration::from_secs(5);
+
+/// An observer that ends what is being taken where that takes too long, and there is an image without it.
+pub(super) struct GracePeriodObserver<'a, F> {
+    observer: &'a mut dyn RenderObserver,
+    at: u64,
+    /// When it was first asked to end.
+    asked: &'a mut Option<Instant>,
+    has_any: F,
+    abandoned: bool,
+}
+
+impl<'a, F: Fn() -> bool> GracePeriodObserver<'a, F> {
+    pub fn new(
+        observer: &'a mut dyn RenderObserver,
+        at: u64,
+        asked: &'a mut Option<Instant>,
+        has_any: F,
+    ) -> Self {
+        Self { observer, at, asked, has_any, abandoned: false }
+    }
+
+    /// What was taken, or nothing if it was this that ended it.
+    pub fn unless_abandoned<T>(&self, taken: Result<T, Error>) -> Result<Option<T>, Error> {
+        match taken {
+            Err(Error::Cancelled) if self.abandoned => Ok(None),
+            taken => taken.map(Some),
+        }
+    }
+}
+
+impl<F: Fn() -> bool> RenderObserver for GracePeriodObserver<'_, F> {
+    fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+        if !self.observer.should_continue() {
+            let asked = *self.asked.get_or_insert_with(Instant::now);
+            if asked.elapsed() > GRACE_PERIOD && (self.has_any)() {
+                self.abandoned = true;
+                return ControlFlow::Break(());
+            }
+        }
+        self.observer.progress(self.at, STEPS)
+    }
+
+    fn should_continue(&self) -> bool {
+        self.observer.should_continue()
+    }
+}

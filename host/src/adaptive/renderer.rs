@@ -1,0 +1,391 @@
+//! Takes samples for both halves of an image: for all pixels as many, or for each tile its own.
+
+use super::grace_period::{GracePeriodObserver, STEPS};
+use super::noise_map::NoiseMap;
+use super::{DualBuffers, Noise, SamplingError, allocate};
+use crate::Error;
+use crate::film::RowSet;
+use crate::render::{ChunkJob, ChunkResult, RenderObserver, Renderer, Sampler, Settings, TileSamples};
+use std::cell::Cell;
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use trisect_shared::film::CHUNK_SAMPLES;
+
+/// Of the second half's random numbers: the first's with these bits turned.
+const OTHER_SEED: u32 = 0x9e37_79b9;
+
+/// What samples took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RenderTotals {
+    pub device: Duration,
+    pub submissions: u64,
+    pub kernel: &'static str,
+}
+
+/// Launches for each half.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Launches {
+    /// Chunks of all pixels.
+    pub chunks: u32,
+    /// Those in which tiles take their own numbers of samples, at most a chunk each.
+    pub tile_launches: u32,
+}
+
+/// What a pass may take.
+pub(super) struct PassBudget<'a> {
+    /// Work that there is time for beside so many launches.
+    pub work: &'a dyn Fn(Launches) -> f64,
+    /// [`Launches::own`], at most.
+    pub max_tile_launches: u32,
+}
+
+/// What a pass took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PassCost {
+    pub launches: Launches,
+    /// By the survey.
+    pub work: f64,
+    pub seconds: f64,
+    /// By the device's timer.
+    pub device: f64,
+}
+
+/// An image in the making.
+pub(super) struct AdaptiveRenderer<'a> {
+    pub renderer: &'a mut Renderer,
+    pub settings: Settings,
+    pub halves: DualBuffers,
+    pub totals: RenderTotals,
+    /// Index of the next sample of either half.
+    next: u32,
+    /// Passes that tiles took by themselves.
+    tile_passes: u32,
+    observer: &'a mut dyn RenderObserver,
+    /// When it was first asked to end.
+    ending: Option<Instant>,
+    /// How far the image is, of 1.
+    pub progress: f64,
+}
+
+/// The most samples from `first` on, and in how many chunks, where `fit` tells how many there is time for beside so many chunks.
+fn max_samples_within(first: u32, fit: &dyn Fn(u32) -> u32) -> (u32, u32) {
+    let all = first..first.saturating_add(fit(0));
+    let mut most = (0, 0);
+    for (chunks, chunk) in (1..).zip(crate::render::chunks(all)) {
+        let fits = fit(chunks);
+        let samples = fits.min(chunk.end - first);
+        if samples > most.0 {
+            most = (samples, chunks);
+        }
+        if fits <= chunk.end - first {
+            break;
+        }
+    }
+    most
+}
+
+/// Settings of a half. The number of samples is only known at the end.
+pub(super) fn of_half(settings: &Settings, half: usize) -> Settings {
+    let seed = settings.seed ^ if half == 0 { 0 } else { OTHER_SEED };
+    Settings { seed, samples: u32::MAX, ..settings.clone() }
+}
+
+impl<'a> AdaptiveRenderer<'a> {
+    pub fn new(
+        renderer: &'a mut Renderer,
+        settings: &Settings,
+        observer: &'a mut dyn RenderObserver,
+    ) -> Self {
+        let mut halves = DualBuffers::new(settings.width, settings.height);
+        if settings.guides {
+            halves.allocate_aovs();
+        }
+        Self::with(renderer, settings, halves, observer)
+    }
+
+    /// With memory that was made before.
+    pub fn with(
+        renderer: &'a mut Renderer,
+        settings: &Settings,
+        halves: DualBuffers,
+        observer: &'a mut dyn RenderObserver,
+    ) -> Self {
+        let settings = settings.clone();
+        let took = RenderTotals { kernel: "", ..RenderTotals::default() };
+        Self {
+            renderer,
+            settings,
+            halves,
+            totals: took,
+            next: 0,
+            tile_passes: 0,
+            observer,
+            ending: None,
+            progress: 0.0,
+        }
+    }
+
+    /// Whether only the difference of the halves tells the noise.
+    pub fn apart(&self) -> bool {
+        self.settings.sampler == Sampler::Sobol
+    }
+
+    pub fn noise_map(&self) -> NoiseMap {
+        NoiseMap::new(&self.halves, self.apart())
+    }
+
+    pub fn noise(&self) -> Noise {
+        Noise::of(&self.halves, self.apart())
+    }
+
+    /// Samples of a pixel in both halves, if all had the same.
+    pub fn mean_samples(&self) -> f64 {
+        self.halves.samples() as f64 / self.settings.pixels() as f64
+    }
+
+    fn asked(&self) -> u64 {
+        (self.progress.clamp(0.0, 0.999) * STEPS as f64) as u64
+    }
+
+    fn check(&mut self) -> Result<(), Error> {
+        let at = self.asked();
+        match self.observer.progress(at, STEPS).is_break() {
+            true => Err(Error::Cancelled),
+            false => Ok(()),
+        }
+    }
+
+    /// Whether the image should get more samples.
+    pub fn should_continue(&self) -> bool {
+        self.observer.should_continue()
+    }
+
+    pub fn finish(&mut self) {
+        let _ = self.observer.progress(STEPS, STEPS);
+    }
+
+    /// Goes on without guides.
+    pub fn drop_aovs(&mut self) {
+        self.settings.guides = false;
+        self.halves.drop_aovs();
+    }
+
+    /// The index of the sample after so many more.
+    fn after(&self, samples: u32) -> Result<u32, SamplingError> {
+        self.next.checked_add(samples).ok_or(SamplingError::TooMany)
+    }
+
+    /// Takes `samples` more of each pixel, for each half, or whole chunks of them if it should not go on; returns how many chunks.
+    pub fn render_uniform(&mut self, samples: u32) -> Result<u32, Error> {
+        self.check()?;
+        let end = self.after(samples)?;
+        let chunks: Vec<Range<u32>> = crate::render::chunks(self.next..end).collect();
+        let rows = RowSet::from(0..self.settings.height);
+        let settings = of_half(&self.settings, 0);
+        let seeds = [settings.seed, of_half(&self.settings, 1).seed];
+        let taken = AtomicUsize::new(0);
+        let take = |(halves, took): &mut (&mut DualBuffers, &mut RenderTotals),
+                    range: &Range<u32>,
+                    sums: &ChunkResult<'_>| {
+            let (half, count) = (usize::from(sums.seed != seeds[0]), range.len() as u32);
+            halves.add(half, sums.pixels, count);
+            if settings.guides {
+                halves.add_aovs(half, sums.aovs, count);
+            }
+            took.device += sums.device;
+            took.submissions += sums.submissions;
+            took.kernel = sums.kernel;
+            taken.fetch_add(1, Ordering::Release);
+            Ok(())
+        };
+        // Both halves of a chunk, of one at least.
+        let has_any = self.halves.samples() > 0;
+        let at = self.asked();
+        let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || {
+            has_any || taken.load(Ordering::Acquire) >= seeds.len()
+        });
+        let (ends, begun) = (Cell::new(false), Cell::new(0));
+        let mut watch = |_| {
+            let flow = patient.progress(0, 0);
+            ends.set(!patient.should_continue());
+            flow
+        };
+        let goes_on = || {
+            let before: usize = begun.replace(begun.get() + 1);
+            before < 2 || before % 2 == 1 || !ends.get()
+        };
+        let parts = ChunkJob {
+            settings: &settings,
+            rows: &rows,
+            samples: &chunks,
+            seeds: &seeds,
+            should_continue: &goes_on,
+        };
+        let state = (&mut self.halves, &mut self.totals);
+        let done = self.renderer.for_each_chunk(&parts, &mut watch, state, &take).map(|_| ());
+        patient.unless_abandoned(done)?;
+        let taken = taken.into_inner();
+        // Of the last one there may be one half.
+        let chunks = &chunks[..taken.div_ceil(2).min(chunks.len())];
+        self.next = chunks.last().map_or(self.next, |last| last.end);
+        Ok(chunks.len() as u32)
+    }
+
+    /// Takes these numbers of samples of each tile's pixels, rounded by chance; returns in how many launches of each half.
+    pub fn render_per_tile(&mut self, counts: [&[f64]; 2]) -> Result<u32, Error> {
+        self.tile_passes += 1;
+        let seed = self.settings.seed;
+        let mut left = [0, 1].map(|half| {
+            allocate::round_stochastically(counts[half], seed, 2 * self.tile_passes + half as u32)
+        });
+        let tiles = self.halves.tiles().clone();
+        let mut launches = 0;
+        loop {
+            let most = left.iter().flatten().copied().max().unwrap_or(0).min(CHUNK_SAMPLES);
+            let has_any = launches > 0 || self.halves.samples() > 0;
+            if most == 0 || has_any && !self.should_continue() {
+                return Ok(launches);
+            }
+            launches += 1;
+            let end = self.after(most)?;
+            for (half, left) in left.iter_mut().enumerate() {
+                let now: Vec<u32> = left.iter().map(|&left| left.min(most)).collect();
+                if now.iter().all(|&count| count == 0) {
+                    continue;
+                }
+                self.check()?;
+                let at = self.asked();
+                let own = TileSamples { tiles: &tiles, counts: &now, end };
+                let settings = of_half(&self.settings, half);
+                let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || has_any);
+                let sums = self.renderer.render_tile_samples(&settings, &own, &mut patient);
+                let Some(sums) = patient.unless_abandoned(sums)? else {
+                    // The other half may have taken its.
+                    self.next = end;
+                    return Ok(launches);
+                };
+                self.totals.device += sums.device;
+                self.totals.submissions += sums.submissions;
+                self.halves.add_tile_samples(half, sums.pixels, &now);
+                if settings.guides {
+                    self.halves.add_tile_aovs(half, sums.aovs, &now);
+                }
+                left.iter_mut().zip(&now).for_each(|(left, now)| *left -= now);
+            }
+            self.next = end;
+        }
+    }
+
+    /// Takes as much as there is room for: where a survey found noise, or evenly.
+    pub fn run_pass(
+        &mut self,
+        survey: &NoiseMap,
+        adaptive: bool,
+        room: &PassBudget,
+    ) -> Result<PassCost, Error> {
+        let (start, before) = (Instant::now(), self.totals.device);
+        let tiles = self.halves.tiles().clone();
+        let mut launches = Launches::default();
+        let work;
+        if adaptive {
+            let shapes = [0, 1].map(|half| allocate::relative_samples(survey, half, &tiles));
+            let within = |launches, most: f64| {
+                let work = 0.5 * (room.work)(launches);
+                [0, 1].map(|half| {
+                    let taken = self.halves.taken(half);
+                    allocate::Allocation::new((survey, &tiles), half, &shapes[half], taken, most).counts(work)
+                })
+            };
+            launches.tile_launches = 1;
+            let counts = within(launches, f64::MAX);
+            let work_of = |half: usize, counts: &Vec<f64>, least: f64| {
+                allocate::work(survey, &tiles, half, &|tile| counts[tile].max(least))
+            };
+            let beside = |launches| (room.work)(Launches::default()) - (room.work)(launches);
+            let each;
+            (each, launches) = self.for_all(room.max_tile_launches, &counts, &|each, launches| {
+                work_of(0, &counts[0], each) + work_of(1, &counts[1], each) + beside(launches)
+            });
+            let most = f64::from(each) + f64::from(launches.tile_launches) * f64::from(CHUNK_SAMPLES);
+            let mut counts = within(launches, most);
+            // With less time, what all take is less, too.
+            let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
+            let each = each.min(greatest as u32);
+            work = work_of(0, &counts[0], f64::from(each)) + work_of(1, &counts[1], f64::from(each));
+            launches = Launches::default();
+            if each > 0 {
+                launches.chunks = self.render_uniform(each)?;
+                counts.iter_mut().flatten().for_each(|count| *count = (*count - f64::from(each)).max(0.0));
+            }
+            launches.tile_launches = self.render_per_tile([&counts[0], &counts[1]])?;
+        } else {
+            let one: f64 = (0..2).map(|half| allocate::work(survey, &tiles, half, &|_| 1.0)).sum();
+            let fit = |launches| ((room.work)(launches) / one.max(1.0)).min(f64::from(u32::MAX / 4));
+            let (samples, chunks) =
+                max_samples_within(self.next, &|chunks| fit(Launches { chunks, tile_launches: 0 }) as u32);
+            launches.chunks = chunks;
+            let whole = f64::from(samples);
+            if samples > 0 {
+                self.render_uniform(samples)?;
+            }
+            // A part of a sample is one for some tiles; beside many it is not worth a launch.
+            let rest = (fit(Launches { tile_launches: 1, ..launches }) - whole).min(f64::from(CHUNK_SAMPLES));
+            let is_worth = rest > 0.01 * whole;
+            work = one * if is_worth { whole + rest } else { whole };
+            if is_worth {
+                let rest = vec![rest; tiles.len()];
+                launches.tile_launches = self.render_per_tile([&rest, &rest])?;
+            }
+        }
+        let device = (self.totals.device - before).as_secs_f64();
+        Ok(PassCost { launches, work, seconds: start.elapsed().as_secs_f64(), device })
+    }
+
+    /// How many samples all tiles take before those with more take the rest by themselves: launches for all bring more than a chunk at once and are read
+    /// while the next is rendered, but some tiles get more than they should. `cost` is that of so many, with their launches.
+    fn for_all(
+        &self,
+        most: u32,
+        counts: &[Vec<f64>; 2],
+        cost: &dyn Fn(f64, Launches) -> f64,
+    ) -> (u32, Launches) {
+        let greatest = counts.iter().flatten().copied().fold(0.0, f64::max).min(f64::from(u32::MAX / 4));
+        let least = counts.iter().flatten().copied().fold(greatest, f64::min).floor();
+        let mut candidates = vec![least, 0.0];
+        let mut next = f64::from(CHUNK_SAMPLES);
+        while next < greatest {
+            candidates.push(next);
+            next = (1.5 * next / f64::from(CHUNK_SAMPLES)).ceil() * f64::from(CHUNK_SAMPLES);
+        }
+        let with_launches = |each: f64| {
+            let rest = ((greatest - each) / f64::from(CHUNK_SAMPLES)).ceil().max(1.0);
+            let chunks =
+                crate::render::chunks(self.next..self.next.saturating_add(each as u32)).count() as u32;
+            (each, Launches { chunks, tile_launches: rest.min(f64::from(u32::MAX)) as u32 })
+        };
+        let all = candidates.into_iter().map(with_launches);
+        let cheapest = all.min_by(|a, b| cost(a.0, a.1).total_cmp(&cost(b.0, b.1)));
+        let (each, launches) = cheapest.unwrap_or((0.0, Launches { chunks: 0, tile_launches: 1 }));
+        (each as u32, Launches { tile_launches: launches.tile_launches.min(most), ..launches })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where another chunk would cost more than it brings, the samples end with the chunk before.
+    #[test]
+    fn as_many_as_fit() {
+        let within = |first, room: u32, chunk: u32| {
+            max_samples_within(first, &|chunks| room.saturating_sub(chunks * chunk))
+        };
+        assert_eq!(within(0, 100, 10), (90, 1));
+        assert_eq!(within(0, CHUNK_SAMPLES + 15, 10), (CHUNK_SAMPLES, 1));
+        assert_eq!(within(0, CHUNK_SAMPLES + 50, 10), (CHUNK_SAMPLES + 30, 2));
+        assert_eq!(within(CHUNK_SAMPLES - 5, 100, 60), (5, 1));
+        assert_eq!(within(CHUNK_SAMPLES - 5, 30, 12), (6, 2));
+        assert_eq!(within(7, 10, 10), (0, 0));
+    }
+}

@@ -1,0 +1,235 @@
+//! Which way of sampling is best in this scene: each is tried on some rows.
+
+use super::dual_buffers::DualBuffers;
+use super::grace_period::StopPoll;
+use super::noise_map::NoiseMap;
+use super::renderer::of_half;
+use super::{Free, Trial};
+use crate::Error;
+use crate::backend::DeviceKind;
+use crate::film::RowSet;
+use crate::render::{RenderObserver, Renderer, Sampler, Settings};
+use crate::statistics::mean_and_error;
+use std::time::{Duration, Instant};
+use trisect_shared::film::CHUNK_SAMPLES;
+
+/// Rows whose kernels are compiled: those of a tile.
+const WARM_UP_ROWS: u32 = 8;
+
+/// Rows that are tried, at least.
+const MIN_TRIAL_ROWS: u32 = 4;
+
+/// The segment from which on roulette is tried: from the first one it makes more noise than it saves (docs/tradeoff.md).
+const ROULETTE_FROM: u32 = 4;
+
+/// Of a trial's random numbers: the image's with these bits turned.
+const TRIAL_SEED: u32 = 0x85eb_ca6b;
+
+/// Pixels that keep a GPU busy.
+const BUSY_PIXELS: u64 = 150_000;
+
+/// What another way must cost at most, of what the first does: less is not worth its doubts.
+const BETTER: f64 = 0.95;
+
+/// What is known of a way before it is tried: the logarithm of its noise over the first way's at as many samples (relMSE), and how far scenes spread around that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Prior {
+    mean: f64,
+    spread: f64,
+}
+
+/// Of Sobol's points: 1.0 to 5 times less noise on the scenes of docs/tradeoff.md, 2.2 in the (geometric) mean.
+const SOBOL: Prior = Prior { mean: -0.8, spread: 0.5 };
+
+/// How far the logarithm of a trial of one sample is off for other points than the first way's.
+const EARLY: f64 = 1.5;
+
+/// Of roulette from the fourth segment on: a little more, for fewer segments.
+const ROULETTE: Prior = Prior { mean: 0.1, spread: 0.2 };
+
+impl Prior {
+    /// Of a way beside the first.
+    fn of(first: &Settings, way: &Settings) -> Self {
+        let mut known = Self { mean: 0.0, spread: 0.0 };
+        for (differs, on, what) in [
+            (first.sampler != way.sampler, way.sampler == Sampler::Sobol, SOBOL),
+            (first.roulette != way.roulette, way.roulette, ROULETTE),
+        ] {
+            if differs {
+                known.mean += if on { what.mean } else { -what.mean };
+                known.spread = known.spread.hypot(what.spread);
+            }
+        }
+        known
+    }
+
+    /// The mean when a trial has shown a logarithm with a standard error. Where a few bright pixels make all the noise, a trial says nothing.
+    fn after(self, shown: f64, error: f64) -> f64 {
+        let (before, now) = (self.spread.powi(-2), error.powi(-2));
+        match (now.is_finite() && shown.is_finite(), before.is_finite()) {
+            (true, true) => (self.mean * before + shown * now) / (before + now),
+            (true, false) | (false, _) => self.mean,
+        }
+    }
+}
+
+/// The ways that are free to choose, beside that of the settings.
+pub(super) fn candidates(settings: &Settings, free: Free) -> Vec<Settings> {
+    let mut ways = Vec::new();
+    for turn in 1..4u8 {
+        let (roulette, sampler) = (turn & 1 != 0, turn & 2 != 0);
+        if roulette && !free.roulette || sampler && !free.sampler {
+            continue;
+        }
+        let mut way = settings.clone();
+        if roulette {
+            way.roulette = !settings.roulette;
+            if free.roulette_depth {
+                way.roulette_depth = ROULETTE_FROM.min(settings.depth);
+            }
+        }
+        if sampler {
+            way.sampler = match settings.sampler {
+                Sampler::Independent => Sampler::Sobol,
+                Sampler::Sobol => Sampler::Independent,
+            };
+        }
+        ways.push(way);
+    }
+    ways
+}
+
+fn name(way: &Settings) -> String {
+    let sampler = match way.sampler {
+        Sampler::Independent => "independent samples",
+        Sampler::Sobol => "Sobol's samples",
+    };
+    let roulette = match way.roulette {
+        true => format!("roulette from segment {}", way.roulette_depth),
+        false => "no roulette".to_owned(),
+    };
+    format!("{sampler}, {roulette}")
+}
+
+/// Settings of a trial's half: by random numbers that the image has none of, or the way whose noise they flatter would be taken with that noise.
+fn of_trial(way: &Settings, half: usize) -> Settings {
+    of_half(&Settings { seed: way.seed ^ TRIAL_SEED, ..way.clone() }, half)
+}
+
+/// Compiles what a way needs. The image's size is that of the render, so that its memory is there, too.
+pub(super) fn warm_up(
+    renderer: &mut Renderer,
+    way: &Settings,
+    observer: &mut dyn RenderObserver,
+) -> Result<(), Error> {
+    let rows = RowSet::from(0..way.height.min(WARM_UP_ROWS));
+    renderer.render_chunk(&of_half(way, 0), &rows, 0..1, &mut StopPoll(observer, 0)).map(|_| ())
+}
+
+/// Some rows of the image, evenly spread.
+fn trial_rows(renderer: &Renderer, settings: &Settings) -> RowSet {
+    let least = match renderer.backend().device().kind {
+        DeviceKind::Gpu => BUSY_PIXELS.div_ceil(u64::from(settings.width)) as u32,
+        _ => MIN_TRIAL_ROWS,
+    };
+    let of = (settings.height / least.max(MIN_TRIAL_ROWS)).max(1);
+    RowSet::interleaved(settings.height, 0, of / 2, of)
+}
+
+/// The logarithm of the ratio of two means over tiles, and its standard error (first order in what tiles are off).
+fn log_ratio(of: &[f64], to: &[f64]) -> (f64, f64) {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let (of_mean, to_mean) = (mean(of), mean(to));
+    let off: Vec<f64> = of.iter().zip(to).map(|(a, b)| a / of_mean - b / to_mean).collect();
+    ((of_mean / to_mean).ln(), mean_and_error(&off).1)
+}
+
+/// Tries the first way and the others for about `slice` each. Returns the best, what each showed, and the error that the best should have
+/// after `time`.
+pub(super) fn choose_strategy(
+    renderer: &mut Renderer,
+    (first, others): (&Settings, &[Settings]),
+    (slice, time): (Duration, Duration),
+    observer: &mut dyn RenderObserver,
+) -> Result<(Settings, Vec<Trial>, f64), Error> {
+    let rows = trial_rows(renderer, first);
+    // As many samples for each: what Sobol's points gain depends on it. By the device's time: a launch has its own, which more samples do not take again.
+    let mut samples = 1;
+    let mut beside;
+    loop {
+        let start = Instant::now();
+        let sums =
+            renderer.render_chunk(&of_trial(first, 0), &rows, 0..samples, &mut StopPoll(observer, 0))?;
+        let took = sums.device;
+        beside = start.elapsed().saturating_sub(took);
+        if took * 3 > slice || samples == CHUNK_SAMPLES {
+            break;
+        }
+        let fits = slice.as_secs_f64() / 2.0 / took.as_secs_f64().max(1e-6);
+        let grown = f64::from(samples) * fits.clamp(1.0, 16.0);
+        // A power of two, for Sobol's points.
+        let grown = 1 << (grown.max(1.0).log2() as u32).min(CHUNK_SAMPLES.ilog2());
+        if grown <= samples {
+            break;
+        }
+        samples = grown;
+    }
+    // Where launches take longer than what they render, one way alone shows how noisy the image is.
+    let others = if beside > 4 * slice { &[] } else { others };
+    let ways: Vec<&Settings> = std::iter::once(first).chain(others).collect();
+    let mut trials = Vec::new();
+    let mut noises: Vec<Vec<f64>> = Vec::new();
+    let mut halves = DualBuffers::new(first.width, rows.len());
+    for &way in &ways {
+        halves.clear();
+        let mut device = [Duration::ZERO; 2];
+        for (half, device) in device.iter_mut().enumerate() {
+            let sums =
+                renderer.render_chunk(&of_trial(way, half), &rows, 0..samples, &mut StopPoll(observer, 0))?;
+            *device = sums.device;
+            halves.add(half, sums.pixels, samples);
+        }
+        // As much work: what took longer was disturbed.
+        let seconds = 2.0 * device[0].min(device[1]).as_secs_f64();
+        let survey = NoiseMap::new(&halves, way.sampler == Sampler::Sobol);
+        let error = survey.error;
+        noises.push(survey.tiles.iter().map(|tile| tile.error).collect());
+        trials.push(Trial { way: name(way), samples: 2 * samples, seconds, error, cost: 0.0 });
+    }
+    let base = (trials[0].seconds.max(1e-9), trials[0].error * trials[0].error);
+    for ((trial, noise), way) in trials.iter_mut().zip(&noises).zip(&ways) {
+        let (shown, error) = log_ratio(noise, &noises[0]);
+        // What Sobol's points gain grows with samples: few say little of many.
+        let early = if way.sampler == first.sampler { 0.0 } else { EARLY / f64::from(samples).sqrt() };
+        let ratio = Prior::of(first, way).after(shown, error.hypot(early)).exp();
+        trial.cost = ratio * trial.seconds / base.0;
+    }
+    let best = (0..ways.len()).min_by(|&a, &b| trials[a].cost.total_cmp(&trials[b].cost)).unwrap_or(0);
+    let taken = if trials[best].cost < BETTER { best } else { 0 };
+    // Of the whole image after `time`, if noise falls as noise does.
+    let of_image = f64::from(first.height) / f64::from(rows.len().max(1));
+    let passes = time.as_secs_f64() / (base.0 * of_image);
+    let expected = (base.1 * trials[taken].cost / passes.max(1e-9)).sqrt();
+    Ok((ways[taken].clone(), trials, expected))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clear trial counts, one of chance does not.
+    #[test]
+    fn what_is_known_and_what_is_shown() {
+        assert!((SOBOL.after(0.3, 0.01) - 0.3).abs() < 0.01);
+        assert!((SOBOL.after(0.3, 10.0) - SOBOL.mean).abs() < 0.01);
+        assert_eq!(SOBOL.after(f64::NAN, 0.1), SOBOL.mean);
+        let same = Prior { mean: 0.0, spread: 0.0 };
+        assert_eq!(same.after(0.0, 0.0), 0.0);
+        let (ratio, error) = log_ratio(&[2.0, 4.0, 6.0], &[1.0, 2.0, 3.0]);
+        assert!((ratio - 2.0f64.ln()).abs() < 1e-12 && error < 1e-12);
+        // One tile makes all of it: off by as much as it is.
+        let mut lamp = vec![0.0; 99];
+        lamp.push(100.0);
+        assert!(log_ratio(&lamp, &[1.0; 100]).1 > 0.9);
+    }
+}

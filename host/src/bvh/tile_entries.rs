@@ -1,0 +1,257 @@
+//! The tree as each tile of the image sees it: without what none of its camera rays can meet.
+
+use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+use trisect_shared::bvh::{BvhNode, Child};
+use trisect_shared::camera::Camera;
+
+/// Levels of branching nodes that a tile has of its own; below, it shares the scene's.
+const LEVELS: u32 = 8;
+
+/// Tiles along the edge of a block, as a power of two: blocks are pruned first, then their quarters, down to tiles.
+const BLOCK_SHIFT: u32 = 3;
+
+/// For each tile of the image, where its camera rays begin in the tree: at a node of the scene, or at one made for the tile. (Reshetov, Soupikov
+/// and Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, find the deepest common node; nodes of a tile's own also drop what is
+/// beside the tile's rays further down.)
+///
+/// The nodes to add to those of `tree`, for an image of `width` times `height` pixels in tiles of 2^`shift`: the one with a tile's
+/// number (row by row) holds the tile's entry, too. `None` if there are more than can be named.
+pub fn build_tile_entries(
+    tree: &[BvhNode],
+    root: Child,
+    camera: &Camera,
+    width: u32,
+    height: u32,
+    shift: u32,
+) -> Option<Vec<BvhNode>> {
+    let (across, down) = (width.div_ceil(1 << shift), height.div_ceil(1 << shift));
+    let first = u32::try_from(tree.len()).ok()?;
+    let (blocks_x, blocks_y) = (across.div_ceil(1 << BLOCK_SHIFT), down.div_ceil(1 << BLOCK_SHIFT));
+    let lens = Lens::new(camera, width, height);
+    let blocks: Vec<TileBlock> = (0..blocks_x * blocks_y)
+        .into_par_iter()
+        .map(|index| {
+            let (nodes, entries) = (Vec::new(), Vec::new());
+            let mut block = TileBlock { tree, lens: &lens, shift, size: (width, height), nodes, entries };
+            block.descend((root, ChildBox::ALL), (index % blocks_x, index / blocks_x), BLOCK_SHIFT);
+            block
+        })
+        .collect();
+    let tiles = across as usize * down as usize;
+    let count = blocks.iter().map(|block| block.nodes.len()).sum::<usize>().max(tiles);
+    if tree.len() + count > Child::MAX_INDEX as usize {
+        return None;
+    }
+    let mut nodes = Vec::with_capacity(count);
+    let mut entries = vec![Child::EMPTY; tiles];
+    for block in &blocks {
+        let offset = nodes.len() as u32;
+        // A block numbers its own nodes as if there were no other block.
+        let moved = |child: u32| if Child(child).is_leaf() || child < first { child } else { child + offset };
+        nodes.extend(block.nodes.iter().map(|node| BvhNode {
+            first: moved(node.first),
+            second: moved(node.second),
+            ..*node
+        }));
+        for &((x, y), entry) in &block.entries {
+            entries[y as usize * across as usize + x as usize] = Child(moved(entry.0));
+        }
+    }
+    nodes.resize(count, bytemuck::Zeroable::zeroed());
+    for (node, entry) in nodes.iter_mut().zip(entries) {
+        node.tile_entry = entry.0;
+    }
+    Some(nodes)
+}
+
+/// Tiles that one task prunes for.
+struct TileBlock<'a> {
+    tree: &'a [BvhNode],
+    lens: &'a Lens,
+    shift: u32,
+    size: (u32, u32),
+    /// Numbered after the scene's.
+    nodes: Vec<BvhNode>,
+    entries: Vec<((u32, u32), Child)>,
+}
+
+impl TileBlock<'_> {
+    /// Prunes for the block of 2^`level` tiles a side with this number, and for what is in it.
+    fn descend(&mut self, root: (Child, ChildBox), (x, y): (u32, u32), level: u32) {
+        let edge = self.shift + level;
+        let (x0, y0) = (x << edge, y << edge);
+        if x0 >= self.size.0 || y0 >= self.size.1 {
+            return;
+        }
+        let frustum = self.lens.frustum((x0, y0), 1 << edge);
+        let root = match root {
+            (child, place) if child == Child::EMPTY || !frustum.intersects(&place) => (Child::EMPTY, place),
+            (child, place) => self.prune(child, place, &frustum, LEVELS),
+        };
+        if level == 0 {
+            self.entries.push(((x, y), root.0));
+            return;
+        }
+        for quarter in 0..4 {
+            self.descend(root, (2 * x + quarter % 2, 2 * y + quarter / 2), level - 1);
+        }
+    }
+
+    fn node(&self, child: Child) -> BvhNode {
+        let index = child.index() as usize;
+        if index < self.tree.len() { self.tree[index] } else { self.nodes[index - self.tree.len()] }
+    }
+
+    /// What is left of the subtree, and its box: smaller than the one of `place` where only a part of it is left.
+    fn prune(&mut self, child: Child, place: ChildBox, frustum: &Frustum, levels: u32) -> (Child, ChildBox) {
+        if child.is_leaf() || levels == 0 {
+            return (child, place);
+        }
+        let node = self.node(child);
+        let places = [0, 1].map(|which| ChildBox::of(&node, which));
+        let [a, b] = [node.first, node.second].map(Child);
+        match places.each_ref().map(|place| frustum.intersects(place)) {
+            [false, false] => (Child::EMPTY, place),
+            [true, false] => self.prune(a, places[0], frustum, levels),
+            [false, true] => self.prune(b, places[1], frustum, levels),
+            [true, true] => {
+                let left = self.prune(a, places[0], frustum, levels - 1);
+                let right = self.prune(b, places[1], frustum, levels - 1);
+                if left.0 == Child::EMPTY {
+                    return right;
+                }
+                if right.0 == Child::EMPTY {
+                    return left;
+                }
+                if left.0 == a && right.0 == b {
+                    return (child, place);
+                }
+                self.nodes.push(ChildBox::join(left, right));
+                (Child::inner((self.tree.len() + self.nodes.len() - 1) as u32), place)
+            }
+        }
+    }
+}
+
+/// A child's box in a node: for each axis its centre and half its extent.
+#[derive(Clone, Copy)]
+struct ChildBox([(f32, f32); 3]);
+
+impl ChildBox {
+    /// Of a root: each frustum meets it.
+    const ALL: Self = Self([(0.0, f32::INFINITY); 3]);
+
+    fn of(node: &BvhNode, which: usize) -> Self {
+        Self([node.x, node.y, node.z].map(|row| (row[which], row[which + 2])))
+    }
+
+    fn join(first: (Child, Self), second: (Child, Self)) -> BvhNode {
+        let row = |axis: usize| {
+            let (a, b) = (first.1.0[axis], second.1.0[axis]);
+            Vec4::new(a.0, b.0, a.1, b.1)
+        };
+        BvhNode {
+            x: row(0),
+            y: row(1),
+            z: row(2),
+            first: first.0.0,
+            second: second.0.0,
+            tile_entry: 0,
+            pad: 0,
+        }
+    }
+}
+
+/// A camera's image plane in its own axes: right, down and forward, from the lens's centre.
+struct Lens {
+    origin: DVec3,
+    axes: [DVec3; 3],
+    /// Distance of the image plane.
+    focus: f64,
+    /// Its top left corner.
+    corner: (f64, f64),
+    pixel: (f64, f64),
+    radius: f64,
+    /// A length to which rounding on a device is proportional.
+    scale: f64,
+}
+
+impl Lens {
+    fn new(camera: &Camera, width: u32, height: u32) -> Self {
+        let [corner, step_x, step_y] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
+        let (x, y) = (step_x.normalize(), step_y.normalize());
+        let z = x.cross(y);
+        let z = if z.dot(corner) < 0.0 { -z } else { z };
+        let radius = camera.lens_x.as_dvec3().length().max(camera.lens_y.as_dvec3().length());
+        let across = f64::from(width) * step_x.length() + f64::from(height) * step_y.length();
+        Self {
+            origin: camera.origin.as_dvec3(),
+            axes: [x, y, z],
+            focus: z.dot(corner),
+            corner: (x.dot(corner), y.dot(corner)),
+            pixel: (step_x.length(), step_y.length()),
+            radius,
+            scale: corner.abs().element_sum() + across + radius,
+        }
+    }
+
+    /// The rays through `size` pixels a side from this one on.
+    fn frustum(&self, (x, y): (u32, u32), size: u32) -> Frustum<'_> {
+        let [right, down, forward] = self.axes;
+        let mut planes = Vec::with_capacity(8);
+        let sides = [
+            (right, self.corner.0 + self.pixel.0 * f64::from(x), 1.0),
+            (right, self.corner.0 + self.pixel.0 * (f64::from(x) + f64::from(size)), -1.0),
+            (down, self.corner.1 + self.pixel.1 * f64::from(y), 1.0),
+            (down, self.corner.1 + self.pixel.1 * (f64::from(y) + f64::from(size)), -1.0),
+        ];
+        // A ray from l on the lens through p in the image plane is at (1 - s) l + s p at depth s · focus. So all rays are beyond
+        // s p0 - |1 - s| r along an axis, if p is beyond p0: a box is on the other side if it is of both of these planes.
+        for (axis, border, sign) in sides {
+            for radius in [self.radius, -self.radius] {
+                let normal = (axis - forward * ((border * sign + radius) * sign / self.focus)) * sign;
+                planes.push((normal, normal.abs(), radius));
+            }
+            if self.radius == 0.0 {
+                planes.pop();
+            }
+        }
+        Frustum { lens: self, planes }
+    }
+}
+
+/// The rays of some pixels.
+struct Frustum<'a> {
+    lens: &'a Lens,
+    /// Normal, its size, and offset: rays are where normal · p + offset is at least 0 for one of each two.
+    planes: Vec<(DVec3, DVec3, f64)>,
+}
+
+impl Frustum<'_> {
+    fn intersects(&self, ChildBox(axes): &ChildBox) -> bool {
+        let center = DVec3::from(axes.map(|axis| f64::from(axis.0))) - self.lens.origin;
+        let half = DVec3::from(axes.map(|axis| f64::from(axis.1)));
+        let reach = center.abs().element_sum() + half.element_sum();
+        let room = TOLERANCE
+            * (self.lens.origin.abs().element_sum()
+                + 2.0 * reach
+                + self.lens.scale * (1.0 + reach / self.lens.focus));
+        let beyond = |(normal, size, offset): &(DVec3, DVec3, f64)| {
+            normal.dot(center) + size.dot(half) + offset < -room * size.element_sum()
+        };
+        let forward = self.lens.axes[2];
+        if forward.dot(center) + forward.abs().dot(half) < -room {
+            return false;
+        }
+        let pairs = if self.lens.radius == 0.0 { 1 } else { 2 };
+        !self.planes.chunks(pairs).any(|pair| pair.iter().all(beyond))
+    }
+}
+
+/// What rays on a device differ by from those of real numbers, and boxes from what a traversal enters, in units of the lengths that take part: 80 times
+/// the rounding of one operation.
+const TOLERANCE: f64 = 1e-5;
+
+#[cfg(test)]
+mod tests;

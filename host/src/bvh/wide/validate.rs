@@ -1,0 +1,109 @@
+//! The proof that a traversal may trust a wide tree.
+
+use super::Wide;
+use trisect_shared::bvh::STACK_SIZE;
+use trisect_shared::simd::LANES;
+use trisect_shared::wide::{LeafKind, WideChild};
+
+impl Wide {
+    /// Checks what [`trisect_shared::buffer`] promises: indices in range, each node, packet and primitive reached once, primitives of
+    /// their kind, depth within the traversal stack. `counts`: of spheres, flats and triangles.
+    pub(super) fn validate(&self, counts: [usize; 3]) -> Result<(), String> {
+        let mut seen = Visited {
+            primitives: vec![false; counts.iter().sum()],
+            nodes: vec![false; self.nodes.len()],
+            spheres: vec![false; self.spheres.len()],
+            triangles: vec![false; self.triangles.len()],
+        };
+        let broken =
+            |child: WideChild| format!("the wide BVH is broken at {child:?}; please report this scene");
+        let mut levels = vec![0u8; self.nodes.len()];
+        if self.root != WideChild::EMPTY {
+            self.visit(self.root, None, counts, &mut seen).ok_or_else(|| broken(self.root))?;
+        }
+        for (index, node) in self.nodes.iter().enumerate() {
+            let level = levels[index] + 1;
+            if usize::from(level) > STACK_SIZE {
+                return Err(format!(
+                    "the wide BVH has more than {STACK_SIZE} levels; please report this scene"
+                ));
+            }
+            for (lane, child) in node.children.0.into_iter().map(WideChild).enumerate() {
+                if child == WideChild::EMPTY {
+                    // No ray may enter it.
+                    if (0..3).any(|axis| node.planes[axis].0[lane] <= node.planes[axis + 3].0[lane]) {
+                        return Err(broken(child));
+                    }
+                    continue;
+                }
+                self.visit(child, Some(index), counts, &mut seen).ok_or_else(|| broken(child))?;
+                if !child.is_leaf() {
+                    levels[child.index() as usize] = level;
+                }
+            }
+            if node
+                .order
+                .0
+                .iter()
+                .any(|&order| (0..LANES).fold(0, |all, i| all | 1 << (order >> (3 * i) & 7)) != 255)
+            {
+                return Err(format!("the wide BVH's node {index} forgets a child; please report this scene"));
+            }
+        }
+        let Visited { primitives, nodes, spheres, triangles } = seen;
+        if primitives.into_iter().chain(nodes).chain(spheres).chain(triangles).all(|seen| seen) {
+            Ok(())
+        } else {
+            Err("the wide BVH lost a primitive; please report this scene".to_owned())
+        }
+    }
+
+    /// Marks what a child names; `None` if it may not.
+    fn visit(
+        &self,
+        child: WideChild,
+        parent: Option<usize>,
+        counts: [usize; 3],
+        seen: &mut Visited,
+    ) -> Option<()> {
+        let mark = |seen: &mut [bool], index: usize| {
+            let slot = seen.get_mut(index)?;
+            (!std::mem::replace(slot, true)).then_some(())
+        };
+        let index = child.index() as usize;
+        if !child.is_leaf() {
+            return (parent.is_none_or(|parent| index > parent) && child.0 == child.index())
+                .then(|| mark(&mut seen.nodes, index))?;
+        }
+        let (first_flat, first_triangle) = (counts[0], counts[0] + counts[1]);
+        let (range, primitives) = if child.holds(LeafKind::Planar) {
+            if child.count() != 1 || !(first_flat..first_triangle).contains(&index) {
+                return None;
+            }
+            return mark(&mut seen.primitives, index);
+        } else if child.holds(LeafKind::Triangles) {
+            mark(&mut seen.triangles, index)?;
+            (first_triangle..first_triangle + counts[2], &self.triangles.get(index)?.primitives)
+        } else if child.holds(LeafKind::Spheres) {
+            mark(&mut seen.spheres, index)?;
+            (0..first_flat, &self.spheres.get(index)?.primitives)
+        } else {
+            return None;
+        };
+        for &primitive in &primitives.0[..child.count() as usize] {
+            if !range.contains(&(primitive as usize)) {
+                return None;
+            }
+            mark(&mut seen.primitives, primitive as usize)?;
+        }
+        Some(())
+    }
+}
+
+/// What [`Wide::validate`] has met.
+struct Visited {
+    primitives: Vec<bool>,
+    nodes: Vec<bool>,
+    spheres: Vec<bool>,
+    triangles: Vec<bool>,
+}

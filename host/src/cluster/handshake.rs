@@ -1,0 +1,192 @@
+//! The start: ranks find out whether they would render the same image.
+
+use super::ClusterError;
+use super::heartbeat::Heartbeat;
+use super::network::{Network, Tag};
+use crate::bvh::BvhQuality;
+use crate::render::{Fingerprint, Settings};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// What all ranks must have the same of, by name.
+pub type FingerprintFields = Vec<(String, String)>;
+
+/// What a rank says of itself.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Handshake {
+    host: String,
+    device: String,
+    /// Or why it cannot render: exit code and message.
+    facts: Result<FingerprintFields, (u8, String)>,
+}
+
+/// Returns the [fingerprint](Fingerprint) of the image, of a scene with this
+/// [digest](crate::scene::Scene::digest), by words for people.
+pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>) -> FingerprintFields {
+    let Fingerprint { version, kernels, scene, settings } = Fingerprint::new(scene, settings, quality);
+    let text = |value: Value| match value {
+        Value::Null => "not given".to_owned(),
+        Value::String(text) => text,
+        other => other.to_string(),
+    };
+    let settings = settings.into_iter();
+    let settings = settings.map(|(name, value)| (format!("the {}", name.replace('_', " ")), text(value)));
+    let programs =
+        [("the program's version", version), ("the kernels' hash", kernels), ("the scene's hash", scene)];
+    programs.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(settings).collect()
+}
+
+/// Tells the root what this rank is; the root compares all with itself. Returns what devices the ranks have, on the root.
+///
+/// # Errors
+///
+/// On all ranks the same: [`ClusterError::Rank`] where one cannot render, [`ClusterError::Mismatch`], and as [`Heartbeat::receive`].
+pub fn handshake<N: Network>(
+    link: &mut Heartbeat<N>,
+    device: &str,
+    facts: Result<FingerprintFields, (u8, String)>,
+) -> Result<Vec<String>, ClusterError> {
+    let hello = Handshake { host: link.host_of(link.rank()), device: device.to_owned(), facts };
+    let encode = |hello: &Handshake| serde_json::to_vec(hello).unwrap_or_default();
+    if !link.is_root() {
+        link.send(0, Tag::Handshake, encode(&hello))?;
+        let answer = link.expect(Tag::Start)?;
+        return match serde_json::from_slice(&answer.bytes) {
+            Ok(Answer { host, refusal: None }) => {
+                link.hosts[0] = host;
+                Ok(Vec::new())
+            }
+            Ok(Answer { refusal: Some(Refusal { rank, host, code, message }), .. }) => {
+                Err(ClusterError::Rank { rank, host, message, code })
+            }
+            Err(error) => Err(ClusterError::Protocol { rank: 0, message: error.to_string() }),
+        };
+    }
+    let ranks = link.ranks() as usize;
+    let mut hellos: Vec<Option<Handshake>> = vec![None; ranks];
+    if let Some(own) = hellos.first_mut() {
+        *own = Some(hello.clone());
+    }
+    while hellos.iter().any(Option::is_none) {
+        let message = link.expect(Tag::Handshake)?;
+        let theirs: Handshake = serde_json::from_slice(&message.bytes).map_err(|error| {
+            ClusterError::Protocol { rank: message.from, message: format!("no greeting: {error}") }
+        })?;
+        if let Some(host) = link.hosts.get_mut(message.from as usize) {
+            *host = theirs.host.clone();
+        }
+        if let Some(place) = hellos.get_mut(message.from as usize) {
+            *place = Some(theirs);
+        }
+    }
+    let hellos: Vec<Handshake> = hellos.into_iter().flatten().collect();
+    let wrong = (0..).zip(&hellos).find_map(|(rank, theirs)| differs(rank, &hello, theirs));
+    let answer = wrong.as_ref().map(|error| {
+        let (rank, host) = match error {
+            ClusterError::Rank { rank, host, .. } | ClusterError::Mismatch { rank, host, .. } => {
+                (*rank, host.clone())
+            }
+            _ => (0, String::new()),
+        };
+        let message = match error {
+            ClusterError::Rank { message, .. } => message.clone(),
+            other => other.to_string(),
+        };
+        Refusal { rank, host, code: error.exit_code(), message }
+    });
+    let answer = Answer { host: hello.host.clone(), refusal: answer };
+    link.send_all(Tag::Start, &serde_json::to_vec(&answer).unwrap_or_default())?;
+    link.flush()?;
+    wrong.map_or_else(|| Ok(hellos.into_iter().map(|hello| hello.device).collect()), Err)
+}
+
+/// What the root tells the others.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Answer {
+    host: String,
+    refusal: Option<Refusal>,
+}
+
+/// The same where they cannot begin.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Refusal {
+    rank: u32,
+    host: String,
+    code: u8,
+    message: String,
+}
+
+fn differs(rank: u32, root: &Handshake, theirs: &Handshake) -> Option<ClusterError> {
+    let host = theirs.host.clone();
+    let (ours, facts) = match (&root.facts, &theirs.facts) {
+        (_, Err((code, message))) => {
+            return Some(ClusterError::Rank { rank, host, message: message.clone(), code: *code });
+        }
+        (Err(_), Ok(_)) => return None, // the root itself is the one to name
+        (Ok(ours), Ok(facts)) => (ours, facts),
+    };
+    let other = |(name, ours): &(String, String)| {
+        let theirs = facts.iter().find(|fact| fact.0 == *name).map_or("missing", |fact| fact.1.as_str());
+        (theirs != ours).then(|| (name.clone(), theirs.to_owned(), ours.clone()))
+    };
+    let (what, theirs, ours) = ours.iter().find_map(other)?;
+    Some(ClusterError::Mismatch { rank, host, what, theirs, ours })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::super::heartbeat::DEFAULT_PATIENCE;
+    use super::super::local::Local;
+    use super::*;
+    use crate::scene::Scene;
+
+    fn meet(of: Vec<Result<FingerprintFields, (u8, String)>>) -> Vec<Result<Vec<String>, ClusterError>> {
+        let ranks = Local::ranks(of.len() as u32).into_iter().zip(of).map(|(local, facts)| {
+            std::thread::spawn(move || {
+                handshake(&mut Heartbeat::new(local, DEFAULT_PATIENCE), "a device", facts)
+            })
+        });
+        let ranks: Vec<_> = ranks.collect();
+        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    }
+
+    #[test]
+    fn who_differs_is_named() {
+        let scene = Scene::hello_world().unwrap();
+        let same = fingerprint(&scene.digest(), &scene.settings(), None);
+        let all = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(same.clone())]);
+        assert_eq!(all[0], Ok(vec!["a device".to_owned(); 3]));
+        assert!(all[1..].iter().all(|rank| *rank == Ok(Vec::new())));
+
+        let other = fingerprint(&scene.digest(), &Settings { seed: 7, ..scene.settings() }, None);
+        let mixed = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(other)]);
+        let text = mixed[0].as_ref().unwrap_err().to_string();
+        assert!(text.contains("rank 2 on thread-2: the seed is 7, rank 0 has 0"), "{text}");
+        assert!(mixed.iter().all(|rank| rank.as_ref().unwrap_err().exit_code() == 2));
+
+        // Trees of another quality decide ties otherwise.
+        let tree = fingerprint(&scene.digest(), &scene.settings(), Some(BvhQuality::Fast));
+        let mixed = meet(vec![Ok(same.clone()), Ok(tree)]);
+        let text = mixed[0].as_ref().unwrap_err().to_string();
+        assert!(text.contains("the bvh quality is fast, rank 0 has not given"), "{text}");
+
+        let mut moved = scene.clone();
+        moved.spheres[0].center.x += 1e-3;
+        let mixed = meet(vec![Ok(same.clone()), Ok(fingerprint(&moved.digest(), &scene.settings(), None))]);
+        assert!(mixed[0].as_ref().unwrap_err().to_string().contains("the scene's hash"));
+
+        let missing = (4, "a.ron: no such file".to_owned());
+        for broken in [0, 1] {
+            let mut all = vec![Ok(same.clone()), Ok(same.clone())];
+            all[broken] = Err(missing.clone());
+            for rank in meet(all) {
+                let error = rank.unwrap_err();
+                assert_eq!(error.exit_code(), 4);
+                let text = error.to_string();
+                assert!(text.contains(&format!("rank {broken} on thread-{broken}: a.ron")), "{text}");
+            }
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! Signs of life, so that a rank that is lost does not keep the others waiting.
+
+use super::ClusterError;
+use super::network::{Message, Network, Tag};
+use crate::threads;
+use std::collections::VecDeque;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Between two signs of life.
+const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(500);
+
+/// How long a rank may be silent, unless told otherwise.
+pub const DEFAULT_PATIENCE: Duration = Duration::from_secs(6);
+
+/// How long a rank that waits for work or messages sleeps.
+pub(super) const POLL_INTERVAL: Duration = Duration::from_micros(100);
+
+/// A network whose ranks watch each other: the root all, all the root.
+pub struct Heartbeat<N> {
+    network: N,
+    patience: Duration,
+    /// Ranks that take part; others wait.
+    active: u32,
+    /// Of each rank, the last sign of life.
+    last_heard: Vec<Instant>,
+    last_sent: Instant,
+    /// Names of the hosts, as far as known.
+    pub(super) hosts: Vec<String>,
+    /// Messages that came before someone asked for them.
+    waiting: VecDeque<Message>,
+    /// Bytes that this rank sent, signs of life not among them.
+    pub(super) sent: u64,
+}
+
+impl<N: Network> Heartbeat<N> {
+    /// All ranks count as alive now.
+    pub fn new(network: N, patience: Duration) -> Self {
+        let now = Instant::now();
+        let ranks = network.ranks() as usize;
+        let mut hosts = vec!["an unknown host".to_owned(); ranks];
+        if let Some(own) = hosts.get_mut(network.rank() as usize) {
+            *own = network.host();
+        }
+        let heard = vec![now; ranks];
+        let active = network.ranks();
+        Self {
+            network,
+            patience,
+            active,
+            last_heard: heard,
+            last_sent: now,
+            hosts,
+            waiting: VecDeque::new(),
+            sent: 0,
+        }
+    }
+
+    /// This rank.
+    pub fn rank(&self) -> u32 {
+        self.network.rank()
+    }
+
+    /// How many take part.
+    pub fn ranks(&self) -> u32 {
+        self.active
+    }
+
+    /// From now on so many ranks take part, and the others wait for their turn.
+    ///
+    /// # Errors
+    ///
+    /// As [`Network::group`].
+    pub fn limit_ranks(&mut self, ranks: u32) -> Result<(), ClusterError> {
+        self.active = ranks.clamp(1, self.network.ranks());
+        self.network.group(self.active)
+    }
+
+    /// Whether this rank is the root.
+    pub fn is_root(&self) -> bool {
+        self.rank() == 0
+    }
+
+    /// From now on all take part.
+    pub fn use_all_ranks(&mut self) {
+        self.active = self.network.ranks();
+    }
+
+    /// What carries the messages.
+    pub fn network(&mut self) -> &mut N {
+        &mut self.network
+    }
+
+    /// Where a rank runs, as far as known.
+    pub fn host_of(&self, rank: u32) -> String {
+        self.hosts.get(rank as usize).cloned().unwrap_or_default()
+    }
+
+    /// Sends.
+    ///
+    /// # Errors
+    ///
+    /// As [`Network::send`].
+    pub fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), ClusterError> {
+        self.sent += bytes.len() as u64;
+        self.network.send(to, tag, bytes)
+    }
+
+    /// The same of words.
+    ///
+    /// # Errors
+    ///
+    /// As [`Network::send`].
+    pub fn send_words(&mut self, to: u32, tag: Tag, words: Vec<u32>) -> Result<(), ClusterError> {
+        self.sent += size_of_val(&words[..]) as u64;
+        self.network.send_words(to, tag, words)
+    }
+
+    /// Sends to all but this rank.
+    ///
+    /// # Errors
+    ///
+    /// As [`Network::send`].
+    pub fn send_all(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), ClusterError> {
+        let own = self.rank();
+        (0..self.ranks()).filter(|&rank| rank != own).try_for_each(|to| self.send(to, tag, bytes.to_vec()))
+    }
+
+    /// Gives and takes signs of life, and returns the next message if there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`ClusterError::Silent`], and as [`Network::receive`].
+    pub fn receive(&mut self) -> Result<Option<Message>, ClusterError> {
+        match self.waiting.pop_front() {
+            Some(message) => Ok(Some(message)),
+            None => self.poll(),
+        }
+    }
+
+    fn poll(&mut self) -> Result<Option<Message>, ClusterError> {
+        let now = Instant::now();
+        let own = self.rank();
+        // A rank that itself was stopped for a while has heard of no one: first it listens.
+        let slept = now.duration_since(self.last_sent) > 2 * HEARTBEAT_INTERVAL;
+        if now.duration_since(self.last_sent) >= HEARTBEAT_INTERVAL {
+            self.last_sent = now;
+            let to = if own == 0 { 1..self.network.ranks() } else { 0..1 };
+            // One that does not go out would pile up: who does not take them is silent anyway.
+            if self.network.unsent() < 4 * self.ranks() as usize + 64 {
+                to.clone().try_for_each(|to| self.network.send(to, Tag::Heartbeat, Vec::new()))?;
+            }
+            if slept {
+                to.for_each(|rank| self.hear(rank, now));
+            }
+        }
+        while let Some(message) = self.network.receive()? {
+            self.hear(message.from, now);
+            if message.tag != Tag::Heartbeat {
+                return Ok(Some(message));
+            }
+        }
+        let watched = if own == 0 { 1..self.network.ranks() } else { 0..1 };
+        for rank in watched.filter(|&rank| rank != own) {
+            let heard = self.last_heard.get(rank as usize).copied().unwrap_or(now);
+            let silent = now.saturating_duration_since(heard);
+            if silent > self.patience {
+                let host = self.host_of(rank);
+                return Err(ClusterError::Silent { rank, host, seconds: silent.as_secs() });
+            }
+        }
+        Ok(None)
+    }
+
+    fn hear(&mut self, rank: u32, now: Instant) {
+        if let Some(heard) = self.last_heard.get_mut(rank as usize) {
+            *heard = now;
+        }
+    }
+
+    /// How long to wait for something else before the next turn.
+    pub(super) fn nap(&mut self) -> Duration {
+        if self.network.is_busy() { Duration::ZERO } else { POLL_INTERVAL }
+    }
+
+    /// Does `work` on a thread of its own, so that the others hear of this rank meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// As [`turn`](Self::receive); the work is left to itself then.
+    pub fn run_while_polling<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, ClusterError> {
+        self.poll_until_done(work, |link| {
+            let message = link.poll()?;
+            link.waiting.extend(message);
+            Ok(())
+        })
+    }
+
+    /// The same of what is left to do after an error: to its end, whoever is silent by now and whatever becomes of the network.
+    ///
+    /// # Errors
+    ///
+    /// [`ClusterError::Protocol`] if the work ends with nothing.
+    pub fn run_to_completion<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, ClusterError> {
+        self.poll_until_done(work, |link| {
+            let _ = link.poll();
+            Ok(())
+        })
+    }
+
+    fn poll_until_done<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce() -> T + Send + 'static,
+        meanwhile: impl Fn(&mut Self) -> Result<(), ClusterError>,
+    ) -> Result<T, ClusterError> {
+        let (sender, receiver) = channel();
+        let thread = threads::spawn("thread that works", move || {
+            let _ = sender.send(work());
+        })?;
+        loop {
+            match receiver.recv_timeout(self.nap()) {
+                Ok(done) => return Ok(done),
+                Err(RecvTimeoutError::Timeout) => meanwhile(self)?,
+                Err(RecvTimeoutError::Disconnected) => match thread.join() {
+                    Err(panic) => std::panic::resume_unwind(panic),
+                    Ok(()) => {
+                        return Err(ClusterError::Protocol {
+                            rank: self.rank(),
+                            message: "nothing".to_owned(),
+                        });
+                    }
+                },
+            }
+        }
+    }
+
+    /// The next message of this kind; others wait. While none is there, the thread naps.
+    ///
+    /// # Errors
+    ///
+    /// As [`turn`](Self::receive).
+    pub fn expect(&mut self, tag: Tag) -> Result<Message, ClusterError> {
+        loop {
+            if let Some(at) = self.waiting.iter().position(|message| message.tag == tag)
+                && let Some(message) = self.waiting.remove(at)
+            {
+                return Ok(message);
+            }
+            match self.poll()? {
+                Some(message) => self.waiting.push_back(message),
+                None => std::thread::sleep(self.nap()),
+            }
+        }
+    }
+
+    /// Waits until all that was sent was taken.
+    ///
+    /// # Errors
+    ///
+    /// As [`turn`](Self::receive).
+    pub fn flush(&mut self) -> Result<(), ClusterError> {
+        while self.network.unsent() > 0 {
+            if let Some(message) = self.poll()? {
+                self.waiting.push_back(message);
+            }
+            std::thread::yield_now();
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::super::local::Local;
+    use super::*;
+
+    fn pair(patience: Duration) -> [Heartbeat<Local>; 2] {
+        let mut links = Local::ranks(2).into_iter().map(|local| Heartbeat::new(local, patience));
+        [links.next().unwrap(), links.next().unwrap()]
+    }
+
+    #[test]
+    fn silence_is_noticed_on_both_sides() {
+        let [mut root, mut other] = pair(Duration::from_millis(1200));
+        root.hosts[1] = "there".to_owned();
+        // Both alive: no one complains, though a message is never sent.
+        let watch = std::thread::spawn(move || {
+            let start = Instant::now();
+            while start.elapsed() < Duration::from_millis(2000) {
+                assert_eq!(other.receive(), Ok(None));
+                std::thread::sleep(POLL_INTERVAL);
+            }
+        });
+        while !watch.is_finished() {
+            assert_eq!(root.receive(), Ok(None));
+            std::thread::sleep(POLL_INTERVAL);
+        }
+        watch.join().unwrap();
+        // The other one is gone.
+        let start = Instant::now();
+        let error = loop {
+            if let Err(error) = root.receive() {
+                break error;
+            }
+            std::thread::sleep(POLL_INTERVAL);
+        };
+        assert_eq!(error, ClusterError::Silent { rank: 1, host: "there".to_owned(), seconds: 1 });
+        assert!(start.elapsed() < Duration::from_secs(3));
+    }
+
+    #[test]
+    fn work_does_not_silence_a_rank() {
+        let [mut root, mut other] = pair(Duration::from_millis(1200));
+        let worker = std::thread::spawn(move || {
+            let sum = other.run_while_polling(|| {
+                std::thread::sleep(Duration::from_millis(1800));
+                6 * 7
+            });
+            other.send(0, Tag::Report, vec![sum.unwrap()]).unwrap();
+            other
+        });
+        assert_eq!(root.expect(Tag::Report).unwrap().bytes, [42]);
+        worker.join().unwrap();
+    }
+
+    /// Who is lost does not keep what there is from being written.
+    #[test]
+    fn what_is_left_is_done() {
+        let [mut root, other] = pair(Duration::from_millis(100));
+        std::thread::sleep(Duration::from_millis(50));
+        let write = || std::thread::sleep(Duration::from_millis(1500));
+        assert_eq!(root.run_to_completion(write), Ok(()));
+        // The twin.
+        let stopped = root.run_while_polling(write);
+        assert!(matches!(stopped, Err(ClusterError::Silent { rank: 1, .. })), "{stopped:?}");
+        drop(other);
+    }
+
+    #[test]
+    fn messages_wait_for_whom_they_are() {
+        let [mut root, mut other] = pair(DEFAULT_PATIENCE);
+        other.send(0, Tag::WorkRequest, vec![1]).unwrap();
+        other.send(0, Tag::Handshake, vec![2]).unwrap();
+        assert_eq!(root.expect(Tag::Handshake).unwrap().bytes, [2]);
+        assert_eq!(root.receive().unwrap().unwrap().bytes, [1]);
+        assert_eq!(other.sent, 2);
+    }
+}

@@ -1,0 +1,49 @@
+//! One image over several processes: MPI's ranks, each with a backend of its own.
+//!
+//! `plan` says which rank renders what; each renders on one thread while another sends the pieces that are ready, each in the smallest type
+//! that the output needs (`image_part`), to the root alone (by rows) or up a tree of ranks (averages); the root puts them together (`assembler`).
+//! The report "Parallelizing Ray Tracing" merged whole images by an all-reduce, whose time grew with each rank.
+//!
+//! Randomness is a function of seed, pixel, sample and dimension, and sums over chunks are exact: so it does not matter who renders what.
+
+mod assembler;
+pub mod cost;
+pub mod devices;
+mod error;
+pub mod handshake;
+mod heartbeat;
+mod image_part;
+pub mod local;
+mod means;
+#[cfg(feature = "mpi")]
+pub mod mpi;
+mod network;
+pub mod plan;
+mod reduce;
+mod render_image;
+mod render_thread;
+mod report;
+mod root;
+mod series;
+#[cfg(feature = "mpi")]
+mod shared_memory;
+#[cfg(feature = "mpi")]
+mod transfer;
+#[cfg(feature = "mpi")]
+mod window;
+mod work;
+mod work_item;
+
+pub use assembler::AssembledImage;
+pub use cost::choose;
+pub use error::ClusterError;
+pub use heartbeat::{DEFAULT_PATIENCE, Heartbeat};
+pub use image_part::{ImagePart, WireFormat};
+pub use means::MeanSum;
+pub use network::{Message, Network, Tag};
+pub use plan::{Balance, ClusterPlan, DistributionMode};
+pub use render_image::{render_image, render_into_film};
+pub use report::{ClusterReport, RankReport};
+pub use root::ResumableFilm;
+pub use series::{FrameCost, FrameSeries, Render, SeriesReport, Show, series};
+pub use work::{Failure, Finished, Work};

@@ -1,0 +1,283 @@
+//! Which rank renders what.
+
+use crate::film::{RowSet, SampleBlock};
+use std::collections::VecDeque;
+use std::ops::Range;
+use trisect_shared::film::CHUNK_SAMPLES;
+
+/// How an image is shared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DistributionMode {
+    /// Each rank renders all samples of some rows.
+    Rows,
+    /// Each rank renders some samples of all rows.
+    Average,
+}
+
+/// Which rows a rank gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Balance {
+    /// Interleaved blocks, known from the start.
+    Static,
+    /// The root hands out rows, fewer and fewer, to whoever has none left.
+    Dynamic,
+}
+
+/// Who renders what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct ClusterPlan {
+    /// How.
+    pub mode: DistributionMode,
+    /// Of rows.
+    pub balance: Balance,
+    /// Rows of a block, as a power of two.
+    pub block_shift: u32,
+}
+
+/// Rows of a block, as a power of two, unless told otherwise: a multiple of the tiles that devices work on, small enough to spread what takes long.
+pub const BLOCK_SHIFT: u32 = 3;
+
+impl Default for ClusterPlan {
+    fn default() -> Self {
+        Self { mode: DistributionMode::Rows, balance: Balance::Static, block_shift: BLOCK_SHIFT }
+    }
+}
+
+/// Strips that an average travels in, so that one is on its way while the next is rendered.
+pub const STRIPS: u32 = 8;
+
+/// How much more than its share a rank may get, so that chunks stay whole.
+const SHARE_TOLERANCE: f64 = 1.03;
+
+impl ClusterPlan {
+    /// The rows of one of so many ranks.
+    pub fn rows(&self, height: u32, rank: u32, ranks: u32) -> RowSet {
+        match self.mode {
+            DistributionMode::Rows => RowSet::interleaved(height, self.block_shift, rank, ranks),
+            DistributionMode::Average => RowSet::from(0..height),
+        }
+    }
+}
+
+/// The band of one of so many ranks: rows that are neighbours, for what reaches beyond a row.
+pub fn band(height: u32, rank: u32, ranks: u32) -> Range<u32> {
+    let at = |rank: u32| (u64::from(height) * u64::from(rank) / u64::from(ranks.max(1))) as u32;
+    at(rank)..at(rank + 1)
+}
+
+/// Rows of one strip of an average.
+pub fn strip_rows(height: u32) -> u32 {
+    height.div_ceil(STRIPS).max(1)
+}
+
+/// The samples of one of so many ranks, when they average. Whole chunks, where that leaves no rank with much more than its share: the film is
+/// then that of one process, bit for bit. Else chunks are split, and each f32 sum rounds by itself (at most 2^-24 of it).
+pub fn samples_of(samples: u32, rank: u32, ranks: u32) -> Range<u32> {
+    let ranks = ranks.max(1);
+    let cut = |of: u32, rank: u32| (u64::from(of) * u64::from(rank) / u64::from(ranks)) as u32;
+    let chunks = samples.div_ceil(CHUNK_SAMPLES);
+    let most = (u64::from(chunks.div_ceil(ranks)) * u64::from(CHUNK_SAMPLES)).min(u64::from(samples));
+    if most as f64 <= SHARE_TOLERANCE * f64::from(samples) / f64::from(ranks) {
+        let at = |rank| cut(chunks, rank).saturating_mul(CHUNK_SAMPLES).min(samples);
+        return at(rank)..at(rank + 1);
+    }
+    cut(samples, rank)..cut(samples, rank + 1)
+}
+
+/// Ranks that have samples to average: no more than there are samples.
+pub fn averaging(samples: u32, ranks: u32) -> u32 {
+    ranks.min(samples).max(1)
+}
+
+/// In how many phases an average travels: where each of so many ranks has several chunks, first what all but the last hold, while that is rendered.
+pub fn phases(samples: u32, ranks: u32) -> u32 {
+    let several = |rank| {
+        let own = samples_of(samples, rank, ranks);
+        own.start < own.end && own.start / CHUNK_SAMPLES != (own.end - 1) / CHUNK_SAMPLES
+    };
+    if (0..ranks).all(several) { 2 } else { 1 }
+}
+
+/// To whom a rank sends what it and those below it averaged; none for the root. The tree is the binomial one of MPI's reductions.
+pub fn parent(rank: u32) -> Option<u32> {
+    (rank > 0).then(|| rank & (rank - 1))
+}
+
+/// From how many ranks a rank gets sums to add to its own.
+pub fn children(rank: u32, ranks: u32) -> u32 {
+    let below = if rank == 0 { 32 } else { rank.trailing_zeros() };
+    (0..below).filter(|&bit| u64::from(rank) + (1u64 << bit) < u64::from(ranks)).count() as u32
+}
+
+/// Hands out what is missing of an image: half of an even share of what is left at a time, so that ranks that are fast get more and all end together
+/// (guided self-scheduling: Polychronopoulos and Kuck, IEEE Transactions on Computers C-36(12), 1987).
+#[derive(Clone, Debug)]
+pub struct WorkQueue {
+    /// Not handed out, the next first.
+    parts: VecDeque<SampleBlock>,
+    /// Samples that are handed out together; none: all of a row.
+    together: Option<u32>,
+    min_rows: u32,
+    ranks: u32,
+    left: u64,
+    assigned: u64,
+}
+
+impl WorkQueue {
+    /// Of an image of so many rows, all samples of a row at once.
+    pub fn rows(height: u32, samples: u32, least: u32, ranks: u32) -> Self {
+        Self::new(vec![SampleBlock { rows: 0..height, samples: 0..samples }], None, least, ranks)
+    }
+
+    /// Of parts that begin with a chunk: some chunks of some rows at once.
+    pub fn chunks(parts: Vec<SampleBlock>, least: u32, ranks: u32) -> Self {
+        Self::new(parts, Some(CHUNK_SAMPLES), least, ranks)
+    }
+
+    fn new(parts: Vec<SampleBlock>, together: Option<u32>, least: u32, ranks: u32) -> Self {
+        let left = parts.iter().map(SampleBlock::size).sum();
+        Self { parts: parts.into(), together, min_rows: least.max(1), ranks: ranks.max(1), left, assigned: 0 }
+    }
+
+    /// Something for the next who asks, who would have no more than `most` samples of a row's pixels; none when all is handed out. All samples of
+    /// a row, where they stay together, are as many as they are.
+    pub fn take(&mut self, most: u64) -> Option<SampleBlock> {
+        let all = self.parts.pop_front()?;
+        let (step, most) = match self.together {
+            Some(step) => (step.min(all.samples.len() as u32), most),
+            None => (all.samples.len() as u32, u64::MAX),
+        };
+        let share = (self.left / (2 * u64::from(self.ranks))).min(most) / u64::from(step.max(1));
+        let height = all.rows.len() as u64;
+        let rows = (share.max(u64::from(self.min_rows)) / u64::from(self.min_rows)
+            * u64::from(self.min_rows))
+        .min(height);
+        let steps = if rows < height { 1 } else { (share / height.max(1)).max(1) };
+        let end = steps.saturating_mul(u64::from(step)).saturating_add(u64::from(all.samples.start));
+        let end = end.min(u64::from(all.samples.end)) as u32;
+        let part = SampleBlock {
+            rows: all.rows.start..all.rows.start + rows as u32,
+            samples: all.samples.start..end,
+        };
+        // First the same samples of the rows below, then what comes after them.
+        let later = SampleBlock { rows: all.rows.clone(), samples: end..all.samples.end };
+        let below = SampleBlock { rows: part.rows.end..all.rows.end, samples: part.samples.clone() };
+        [later, below]
+            .into_iter()
+            .filter(|part| part.size() > 0)
+            .for_each(|part| self.parts.push_front(part));
+        self.left -= part.size();
+        self.assigned += part.size();
+        Some(part)
+    }
+
+    /// Hands out no more.
+    pub fn stop(&mut self) {
+        self.parts.clear();
+        self.left = 0;
+    }
+
+    /// Samples of a row's pixels that were handed out, once no more are.
+    pub fn total_assigned(&self) -> Option<u64> {
+        self.parts.is_empty().then_some(self.assigned)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+    use crate::film::SampleCoverage;
+
+    #[test]
+    fn all_samples_once() {
+        for samples in [1, 2, 7, 100, 255, 256, 257, 1000, 1024, 100_000, u32::MAX] {
+            for ranks in [1, 2, 3, 4, 7, 16, 1000] {
+                let mut next = 0;
+                let mut most = 0;
+                for rank in 0..ranks {
+                    let own = samples_of(samples, rank, ranks);
+                    assert_eq!(own.start, next);
+                    next = own.end;
+                    most = most.max(own.len());
+                }
+                assert_eq!(next, samples);
+                assert!(most as f64 <= (1.03 * f64::from(samples) / f64::from(ranks)).max(1.0).ceil());
+            }
+        }
+        // Whole chunks where they share well.
+        assert_eq!(samples_of(1024, 1, 4), 256..512);
+        assert_eq!(samples_of(100_000, 1, 2), 49920..100_000);
+        assert_eq!(samples_of(100, 1, 4), 25..50);
+    }
+
+    #[test]
+    fn each_rank_has_one_parent() {
+        for ranks in 1..70 {
+            let mut counted = vec![0; ranks as usize];
+            for rank in 1..ranks {
+                let above = parent(rank).unwrap_or(u32::MAX);
+                assert!(above < rank);
+                counted[above as usize] += 1;
+            }
+            for rank in 0..ranks {
+                assert_eq!(children(rank, ranks), counted[rank as usize], "{rank} of {ranks}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_are_handed_out_once() {
+        for (height, least, ranks) in [(1, 8, 3), (225, 8, 2), (1080, 16, 7), (5, 1, 100)] {
+            let mut all = WorkQueue::rows(height, 1000, least, ranks);
+            let mut next = 0;
+            let mut last = u32::MAX;
+            while let Some(SampleBlock { rows, samples }) = all.take(1) {
+                assert_eq!((rows.start, samples), (next, 0..1000));
+                assert!(rows.len() as u32 <= last);
+                last = rows.len() as u32;
+                next = rows.end;
+            }
+            assert_eq!(next, height);
+            assert_eq!(all.total_assigned(), Some(1000 * u64::from(height)));
+        }
+    }
+
+    #[test]
+    fn chunks_are_handed_out_once_and_in_bounds() {
+        let parts = [
+            SampleBlock { rows: 3..40, samples: 0..1000 },
+            SampleBlock { rows: 0..3, samples: 256..512 },
+            SampleBlock { rows: 0..40, samples: 1024..3000 },
+        ];
+        for (least, ranks, most) in [(8, 3, 5000), (1, 1, u64::MAX), (16, 100, 0), (8, 2, 40 * 512)] {
+            let mut all = WorkQueue::chunks(parts.to_vec(), least, ranks);
+            let mut held = SampleCoverage::new(40);
+            let mut handed = 0;
+            while let Some(part) = all.take(most) {
+                assert!(part.samples.start % CHUNK_SAMPLES == 0, "{part:?}");
+                assert!(part.samples.end % CHUNK_SAMPLES == 0 || [1000, 3000].contains(&part.samples.end));
+                assert!(part.size() <= most.max(u64::from(least) * u64::from(CHUNK_SAMPLES)), "{part:?}");
+                held.insert(&part).unwrap();
+                handed += part.size();
+            }
+            assert!(parts.iter().all(|part| {
+                part.rows.clone().all(|row| {
+                    held.samples(row)
+                        .iter()
+                        .any(|held| held.start <= part.samples.start && held.end >= part.samples.end)
+                })
+            }));
+            assert_eq!(handed, parts.iter().map(SampleBlock::size).sum::<u64>());
+            assert_eq!(all.total_assigned(), Some(handed));
+        }
+        let mut stopped = WorkQueue::chunks(parts.to_vec(), 8, 2);
+        let first = stopped.take(5000).map(|part| part.size());
+        assert_eq!(stopped.total_assigned(), None);
+        stopped.stop();
+        assert_eq!((stopped.take(5000), stopped.total_assigned()), (None, first));
+    }
+}

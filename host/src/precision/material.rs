@@ -1,0 +1,54 @@
+//! Indices of refraction that f32 does not hold.
+//!
+//! Near 1, what counts is the difference x = n - 1, which rounding of n and 1 / n moves by about u: Fresnel's reflectance, about
+//! x² / 4 ahead, is off by 1.5 u / x of itself (measured: root mean square 1.4 to 2.1 u / x, at most 9). Far from 1, on the side of the
+//! greater index n, light passes within a cone of sin² = 1 / n² only, where the cosine lies within 1 / (2 n²) of 1; its rounding moves
+//! the squared cosine of refraction, 1 - n² sin², by 3 n² u (measured: root mean square 2.4 to 2.9 n² u, at most 13).
+
+use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
+use super::{RELATIVE, ROUNDING, names};
+use crate::scene::SceneDocument;
+use crate::scene::description::Surface;
+
+const NEAR_ONE: &str =
+    "leave the object out, or give it an ior of exactly 1: at normal incidence it reflects less than 2e-9";
+const EXTREME: &str = "use an ior between 1/74 and 74; for a mirror, a Metal or a Conductor";
+
+pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
+    for material in &scene.description.materials {
+        let (Surface::Dielectric { ior } | Surface::RoughDielectric { ior, .. }) = material.surface else {
+            continue;
+        };
+        let what = || names::material(&material.name);
+        let difference = (ior - 1.0).abs();
+        let near = 1.5 * ROUNDING / difference;
+        if difference > 0.0 && near > RELATIVE {
+            found.push(Finding {
+                limit: Limit::IorNearOne,
+                severity: Severity::Warning,
+                triangles: None,
+                what: what(),
+                quantity: "difference of ior and 1",
+                measured: difference,
+                supported: Supported::AtLeast(1.5 * ROUNDING / RELATIVE),
+                predicted: Predicted::share(near, Unit::Reflectance),
+                remedy: NEAR_ONE,
+            });
+        }
+        let contrast = ior.max(1.0 / ior);
+        let extreme = 3.0 * contrast * contrast * ROUNDING;
+        if extreme > RELATIVE {
+            found.push(Finding {
+                limit: Limit::IorExtreme,
+                severity: Severity::Warning,
+                triangles: None,
+                what: what(),
+                quantity: "ior or its inverse",
+                measured: contrast,
+                supported: Supported::AtMost((RELATIVE / (3.0 * ROUNDING)).sqrt()),
+                predicted: Predicted::share(extreme, Unit::SquaredCosine),
+                remedy: EXTREME,
+            });
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Chunks of samples of some rows, as the device sums them.
+
+use super::chunk_pipeline::resize_records;
+use super::submissions::{Submission, Submissions};
+use super::{RenderObserver, Renderer, Settings};
+use crate::Error;
+use crate::backend::Launch;
+use crate::film::RowSet;
+use std::ops::{ControlFlow, Range};
+use std::time::{Duration, Instant};
+use trisect_kernels::Variant;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::params::FLAG_END_OF_CHUNK;
+
+/// Sums over samples of some rows, one below the other, as the device gave them; [`Film::merge`](crate::film::Film::merge) takes them.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkResult<'a> {
+    /// A record a pixel.
+    pub pixels: &'a [PixelSums],
+    /// The same, for settings with guides; else none.
+    pub aovs: &'a [AovSums],
+    /// That rendered them.
+    pub kernel: &'static str,
+    /// Of their random numbers.
+    pub seed: u32,
+    /// By the device's timer.
+    pub device: Duration,
+    /// Launches.
+    pub submissions: u64,
+}
+
+/// What a chunk took.
+#[derive(Default)]
+pub(super) struct ChunkTiming {
+    pub device: Duration,
+    /// Copying it from the device.
+    pub read: Duration,
+    pub submissions: u64,
+}
+
+/// Samples as a render sums them: from multiples of [`CHUNK_SAMPLES`] on, so many at most.
+pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let mut first = samples.start;
+    std::iter::from_fn(move || {
+        let next = (first / CHUNK_SAMPLES + 1).saturating_mul(CHUNK_SAMPLES).min(samples.end);
+        (first < samples.end).then(|| std::mem::replace(&mut first, next)..next)
+    })
+}
+
+impl Renderer {
+    /// Renders samples of some rows, at most a chunk, for a film that someone else merges: rows of a share, and samples from any one on.
+    /// Sums over other samples than those of [`chunks`] round otherwise than a render's.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_part`](Self::render_part), but for samples that split a chunk; [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for more samples than one has.
+    pub fn render_chunk(
+        &mut self,
+        settings: &Settings,
+        rows: &RowSet,
+        samples: Range<u32>,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<ChunkResult<'_>, Error> {
+        let variant = self.ready_for(settings, rows, std::slice::from_ref(&samples))?;
+        let total = u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
+        let mut watch = |done: u64| observer.progress(done, total);
+        let took = self.run_chunk(settings, variant, rows, samples, &mut watch)?;
+        let ChunkTiming { device, submissions, .. } = took;
+        let (pixels, guides) = (&self.chunk, &self.aovs);
+        Ok(ChunkResult {
+            pixels,
+            aovs: guides,
+            kernel: variant.name,
+            seed: settings.seed,
+            device,
+            submissions,
+        })
+    }
+
+    /// Makes all ready for chunks of some rows, which it checks.
+    pub(super) fn ready_for(
+        &mut self,
+        settings: &Settings,
+        rows: &RowSet,
+        samples: &[Range<u32>],
+    ) -> Result<Variant, Error> {
+        let variant = self.prepare(settings)?;
+        samples.iter().try_for_each(|samples| settings.check_rows(rows, samples))?;
+        let camera = self.camera(settings);
+        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
+        Ok(variant)
+    }
+
+    /// Renders a chunk and reads it: what it holds is in `self.chunk` and `self.guides`.
+    pub(super) fn run_chunk(
+        &mut self,
+        settings: &Settings,
+        variant: Variant,
+        rows: &RowSet,
+        samples: Range<u32>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<ChunkTiming, Error> {
+        (self.ready, self.previous_frame) = (None, None);
+        let pixels = settings.width as usize * rows.len() as usize;
+        resize_records(self.backend.as_mut(), &mut self.chunk, pixels);
+        resize_records(self.backend.as_mut(), &mut self.aovs, if settings.guides { pixels } else { 0 });
+        let mut took = ChunkTiming::default();
+        let (mut done, count) = (0, samples.len() as u32);
+        let mut submissions = Submissions::new(settings.width, rows.clone(), count);
+        while let Some(submission) = submissions.next(&self.submission_sizer) {
+            done += submission.samples(settings.width);
+            took.device += self.submit(settings, submission, samples.start, count)?;
+            took.submissions += 1;
+            if watch(done).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        let read = Instant::now();
+        self.backend.read_film(rows, &mut self.chunk)?;
+        if settings.guides {
+            self.backend.read_aovs(rows, &mut self.aovs)?;
+        }
+        took.read = read.elapsed();
+        self.ready = Some((settings.clone(), variant));
+        Ok(took)
+    }
+
+    /// Renders a submission of the chunk of `samples` samples that begins at `first_sample`.
+    pub(super) fn submit(
+        &mut self,
+        settings: &Settings,
+        submission: Submission,
+        first_sample: u32,
+        samples: u32,
+    ) -> Result<Duration, Error> {
+        let mut params = self.launch(settings);
+        self.tile_entries.fill_params(&mut params);
+        (params.share_first_row, params.block_shift, params.block_gap) = submission.share;
+        params.first_row = submission.first_row;
+        params.rows = submission.rows;
+        params.first_sample = first_sample + submission.first_sample;
+        params.end_sample = params.first_sample + submission.samples;
+        params.resume = u32::from(submission.first_sample > 0);
+        if submission.first_sample + submission.samples == samples {
+            params.flags |= FLAG_END_OF_CHUNK;
+        }
+        let wall = Instant::now();
+        let time = self.backend.render(&Launch::new(params))?;
+        let taken = submission.samples(settings.width);
+        self.submission_sizer.learn(taken, wall.elapsed().max(time));
+        Ok(time)
+    }
+}

@@ -1,0 +1,196 @@
+//! Chunks one after the other: what one holds is summed on the host while the device renders the next.
+
+use super::chunk::{ChunkResult, ChunkTiming};
+use super::{Renderer, Settings};
+use crate::Error;
+use crate::backend::{Backend, DeviceKind};
+use crate::film::{HostRecords, RowSet};
+use crate::threads::refused;
+use bytemuck::{Pod, Zeroable};
+use std::ops::{ControlFlow, Range};
+use std::thread::ScopedJoinHandle;
+use std::time::{Duration, Instant};
+use trisect_kernels::Variant;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::film::PixelSums;
+
+/// What chunks took in all.
+#[derive(Default)]
+pub(crate) struct PipelineTiming {
+    pub device: Duration,
+    /// Copying from the device.
+    pub read: Duration,
+    /// That, and what else the device waited for.
+    pub waited: Duration,
+    pub submissions: u64,
+}
+
+impl PipelineTiming {
+    /// Those of others, too.
+    pub fn add(&mut self, other: &Self) {
+        self.device += other.device;
+        self.read += other.read;
+        self.waited += other.waited;
+        self.submissions += other.submissions;
+    }
+}
+
+/// Samples of some rows, cut into chunks.
+pub(crate) struct ChunkJob<'a> {
+    pub settings: &'a Settings,
+    pub rows: &'a RowSet,
+    pub samples: &'a [Range<u32>],
+    /// Each chunk is taken by each of these seeds in turn, whatever the settings' own.
+    pub seeds: &'a [u32],
+    /// Asked before each chunk: with no, those that are left are not taken.
+    pub should_continue: &'a dyn Fn() -> bool,
+}
+
+/// What takes chunks, and memory for one.
+type Consumer<T> = (T, HostRecords<PixelSums>, HostRecords<AovSums>);
+
+/// Chunks from which on memory that the device copies to without a detour is worth what making it such takes: at 1920x1080 some 15 ms, for 6 ms a chunk.
+const MIN_PINNED_CHUNKS: usize = 4;
+
+/// The same, or the thread that has it.
+enum ConsumerState<'scope, T> {
+    Idle(Consumer<T>),
+    Running(ScopedJoinHandle<'scope, Result<Consumer<T>, Error>>),
+}
+
+impl<T> ConsumerState<'_, T> {
+    fn wait(self) -> Result<Consumer<T>, Error> {
+        match self {
+            Self::Idle(taker) => Ok(taker),
+            Self::Running(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+        }
+    }
+}
+
+/// Gives memory room for records of so many pixels; the device lets go of what is too small.
+pub(super) fn resize_records<T: Pod + Zeroable>(
+    backend: &mut dyn Backend,
+    records: &mut HostRecords<T>,
+    pixels: usize,
+) {
+    if records.memory().bytes() < pixels * size_of::<T>() {
+        backend.unpin(records.memory());
+    }
+    records.resize(pixels);
+}
+
+impl Renderer {
+    /// Renders chunks for a film that someone else merges. `take` gets each, in order, with `state`; where the device is no processor of the host, on another
+    /// thread while the next chunk is rendered. `watch` is told how many samples were taken so far, and may end it.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_chunk`](Self::render_chunk), and what `take` says.
+    pub(crate) fn for_each_chunk<T: Send>(
+        &mut self,
+        parts: &ChunkJob<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        state: T,
+        take: &(impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error> + Sync),
+    ) -> Result<T, Error> {
+        let variant = self.ready_for(parts.settings, parts.rows, parts.samples)?;
+        Ok(self.for_each_prepared_chunk(parts, variant, watch, state, take)?.0)
+    }
+
+    /// The same with what was made ready for it.
+    ///
+    /// # Errors
+    ///
+    /// As [`chunk`](Self::chunk), and what `take` says.
+    pub(super) fn for_each_prepared_chunk<T: Send>(
+        &mut self,
+        parts: &ChunkJob<'_>,
+        variant: Variant,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        state: T,
+        take: &(impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error> + Sync),
+    ) -> Result<(T, PipelineTiming), Error> {
+        let ChunkJob { settings, rows, samples, seeds, should_continue: goes_on } = *parts;
+        let per_sample = u64::from(settings.width) * u64::from(rows.len());
+        let kernel = variant.name;
+        let mut before = 0;
+        let mut render = |renderer: &mut Self, all: &mut PipelineTiming, seed: u32, samples: &Range<u32>| {
+            let mut watch = |done| watch(before + done);
+            let settings = Settings { seed, ..settings.clone() };
+            let took = renderer.run_chunk(&settings, variant, rows, samples.clone(), &mut watch)?;
+            before += per_sample * samples.len() as u64;
+            all.device += took.device;
+            all.read += took.read;
+            all.waited += took.read;
+            all.submissions += took.submissions;
+            Ok::<ChunkTiming, Error>(took)
+        };
+        let mut all = PipelineTiming::default();
+        let count = samples.len() * seeds.len();
+        let samples = samples.iter().flat_map(|samples| seeds.iter().map(move |&seed| (seed, samples)));
+        if count < 2 || self.backend.device().kind != DeviceKind::Gpu {
+            let mut state = state;
+            for (seed, samples) in samples.take_while(|_| goes_on()) {
+                let ChunkTiming { device, submissions, .. } = render(self, &mut all, seed, samples)?;
+                let start = Instant::now();
+                let (pixels, guides) = (&self.chunk[..], &self.aovs[..]);
+                take(
+                    &mut state,
+                    samples,
+                    &ChunkResult { pixels, aovs: guides, kernel, seed, device, submissions },
+                )?;
+                all.waited += start.elapsed();
+            }
+            return Ok((state, all));
+        }
+        let state = std::thread::scope(|scope| {
+            if count >= MIN_PINNED_CHUNKS {
+                self.pin_chunks(settings.width as usize * rows.len() as usize, settings.guides);
+            }
+            let spare = (std::mem::take(&mut self.spare), std::mem::take(&mut self.spare_aovs));
+            let mut held = ConsumerState::Idle((state, spare.0, spare.1));
+            for (seed, samples) in samples.take_while(|_| goes_on()) {
+                let ChunkTiming { device, submissions, .. } = render(self, &mut all, seed, samples)?;
+                let start = Instant::now();
+                let (mut state, pixels, guides) = held.wait()?;
+                let pixels = std::mem::replace(&mut self.chunk, pixels);
+                let guides = std::mem::replace(&mut self.aovs, guides);
+                let work = move || {
+                    let sums =
+                        ChunkResult { pixels: &pixels, aovs: &guides, kernel, seed, device, submissions };
+                    take(&mut state, samples, &sums)?;
+                    Ok((state, pixels, guides))
+                };
+                let thread = std::thread::Builder::new().spawn_scoped(scope, work);
+                held = ConsumerState::Running(
+                    thread.map_err(|error| refused(1, "thread that adds samples", &error))?,
+                );
+                all.waited += start.elapsed();
+            }
+            let start = Instant::now();
+            let (state, pixels, guides) = held.wait()?;
+            self.spare = std::mem::replace(&mut self.chunk, pixels);
+            self.spare_aovs = std::mem::replace(&mut self.aovs, guides);
+            all.waited += start.elapsed();
+            Ok::<T, Error>(state)
+        })?;
+        Ok((state, all))
+    }
+
+    /// Makes memory for two chunks of so many pixels to which a GPU copies without a detour.
+    pub(crate) fn pin_chunks(&mut self, pixels: usize, with_guides: bool) {
+        if self.backend.device().kind != DeviceKind::Gpu {
+            return;
+        }
+        for chunk in [&mut self.chunk, &mut self.spare] {
+            resize_records(self.backend.as_mut(), chunk, pixels);
+            self.backend.pin(chunk.memory());
+        }
+        for guides in [&mut self.aovs, &mut self.spare_aovs] {
+            if with_guides {
+                resize_records(self.backend.as_mut(), guides, pixels);
+                self.backend.pin(guides.memory());
+            }
+        }
+    }
+}

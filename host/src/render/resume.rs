@@ -1,0 +1,195 @@
+//! A film that grows part by part: what it lacks is rendered, and between parts someone may keep what there is, or end it.
+
+use super::chunk::{ChunkResult, chunks};
+use super::chunk_pipeline::{ChunkJob, PipelineTiming};
+use super::{RenderObserver, Renderer, Settings};
+use crate::Error;
+use crate::backend::DeviceKind;
+use crate::film::{Film, FilmError, RowSet, SampleBlock};
+use crate::stats::RenderStats;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+use trisect_kernels::Variant;
+use trisect_shared::film::CHUNK_SAMPLES;
+
+/// What goes on between the parts of a render.
+pub trait FilmObserver: Sync {
+    /// Asked before each part: with no, the render ends with what it has.
+    fn should_continue(&self) -> bool {
+        true
+    }
+
+    /// Told after each part that was added, on the thread that adds it; the next one may be rendered meanwhile.
+    fn part_added(&self, _film: &Film) {}
+}
+
+/// Keeps nothing, and never ends.
+impl FilmObserver for () {}
+
+/// What a part takes on a processor of the host, about: so long does a render go on that was told to end.
+const PART_SECONDS: f64 = 2.0;
+
+/// Samples of the first part, whose speed is not known.
+const FIRST_PART_SAMPLES: u64 = 1 << 21;
+
+/// Rows of a part are a multiple of this, as those of tiles for camera rays are, unless fewer take long enough.
+const ROW_MULTIPLE: u32 = 16;
+
+/// How fast parts are.
+#[derive(Clone, Debug)]
+pub(crate) struct PartSizer {
+    /// Samples of a part.
+    pub samples: u64,
+}
+
+impl PartSizer {
+    /// Before any part: a GPU is busy with whole frames only.
+    pub fn unknown(kind: DeviceKind, frame: u64) -> Self {
+        Self {
+            samples: if kind == DeviceKind::Gpu {
+                frame * u64::from(CHUNK_SAMPLES)
+            } else {
+                FIRST_PART_SAMPLES
+            },
+        }
+    }
+
+    /// Rows of a part, of so many that are left.
+    fn rows(&self, left: u32, samples_of_row: u64) -> u32 {
+        let rows = u32::try_from(self.samples / samples_of_row.max(1)).unwrap_or(u32::MAX).max(1);
+        let rows = if rows < ROW_MULTIPLE { rows } else { rows / ROW_MULTIPLE * ROW_MULTIPLE };
+        // No crumbs at the end.
+        if rows.saturating_add(rows / 2) >= left { left } else { rows }
+    }
+
+    pub fn learn(&mut self, samples: u64, took: Duration) {
+        let fits = samples as f64 * PART_SECONDS / took.as_secs_f64().max(1e-6);
+        // What was much faster or slower was disturbed, or is another part of the image.
+        let (least, most) = (self.samples as f64 / 4.0, self.samples as f64 * 8.0);
+        self.samples = fits.clamp(least, most) as u64;
+    }
+}
+
+impl Renderer {
+    /// Renders what `film` lacks of these samples of the settings' frame, and adds it. However the film came to what it has, and wherever this ends, the
+    /// film that has them all is the same: a pixel's chunks are the same everywhere, and sums over them exact.
+    ///
+    /// A GPU takes chunks of the whole frame, a processor some rows of a chunk at a time. After an error the film has all parts before.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_part`](Self::render_part); [`FilmError`] for a film of another size, or without guides where the settings ask for them.
+    pub fn render_missing(
+        &mut self,
+        film: &mut Film,
+        settings: &Settings,
+        samples: &Range<u32>,
+        keeper: &dyn FilmObserver,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<RenderStats, Error> {
+        let (variant, mut stats) = self.begin(settings, film.bytes())?;
+        settings.check_part(&SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
+        check_film(film, settings)?;
+        let start = Instant::now();
+        let before = film.counts();
+        let missing = film.coverage.missing(samples);
+        let total = missing.iter().map(SampleBlock::size).sum::<u64>() * u64::from(settings.width);
+        let whole_frames = self.backend.device().kind == DeviceKind::Gpu;
+        let mut speed = PartSizer::unknown(DeviceKind::Cpu, settings.pixels());
+        let (mut done, mut took) = (0, PipelineTiming::default());
+        for part in &missing {
+            let all: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
+            let at_once = if whole_frames { all.len() } else { 1 };
+            for chunks in all.chunks(at_once.max(1)) {
+                let mut rows = part.rows.start..part.rows.start;
+                while rows.end < part.rows.end && keeper.should_continue() {
+                    let per_row = u64::from(settings.width)
+                        * chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
+                    let left = part.rows.end - rows.end;
+                    let next = if whole_frames { left } else { speed.rows(left, per_row) };
+                    rows = rows.end..rows.end + next;
+                    let start = Instant::now();
+                    let mut watch = |here: u64| observer.progress(done + here, total);
+                    let added = self.render_block_into(
+                        film,
+                        (settings, variant),
+                        (&rows, chunks),
+                        keeper,
+                        &mut watch,
+                    )?;
+                    speed.learn(per_row * u64::from(next), start.elapsed());
+                    done += per_row * u64::from(next);
+                    took.add(&added);
+                }
+            }
+        }
+        stats.submissions = took.submissions;
+        stats.device_seconds = took.device.as_secs_f64();
+        stats.finish_from(before, film.counts(), start.elapsed(), (took.waited, took.read));
+        Ok(stats)
+    }
+
+    /// Renders chunks of some rows and adds them.
+    fn render_block_into(
+        &mut self,
+        film: &mut Film,
+        (settings, variant): (&Settings, Variant),
+        (rows, samples): (&Range<u32>, &[Range<u32>]),
+        keeper: &dyn FilmObserver,
+        watch: &mut dyn FnMut(u64) -> std::ops::ControlFlow<()>,
+    ) -> Result<PipelineTiming, Error> {
+        let share = RowSet::from(rows.clone());
+        let goes_on = || keeper.should_continue();
+        let parts =
+            ChunkJob { settings, rows: &share, samples, seeds: &[settings.seed], should_continue: &goes_on };
+        let take = |film: &mut &mut Film, samples: &Range<u32>, sums: &ChunkResult<'_>| {
+            let part = SampleBlock { rows: rows.clone(), samples: samples.clone() };
+            film.merge(&part, sums.pixels)?;
+            if settings.guides {
+                film.merge_aovs(&part, sums.aovs)?;
+            }
+            keeper.part_added(film);
+            Ok(())
+        };
+        Ok(self.for_each_prepared_chunk(&parts, variant, watch, film, &take)?.1)
+    }
+}
+
+/// Whether a film is one of the settings' frame.
+///
+/// # Errors
+///
+/// [`FilmError`] says in what it differs.
+pub(crate) fn check_film(film: &Film, settings: &Settings) -> Result<(), FilmError> {
+    let (has, of) = ((film.width, film.height), (settings.width, settings.height));
+    if has != of || film.pixels.len() as u64 != settings.pixels() {
+        return Err(FilmError::Size { film: has, other: of });
+    }
+    match film.aovs.len() as u64 == if settings.guides { settings.pixels() } else { 0 } {
+        true => Ok(()),
+        false => Err(FilmError::Aovs),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_take_as_long_as_they_should() {
+        let mut speed = PartSizer { samples: 1000 };
+        // A row of 10 samples.
+        assert_eq!(speed.rows(1000, 10), 96);
+        assert_eq!(speed.rows(1000, 100), 10);
+        assert_eq!(speed.rows(140, 10), 140);
+        assert_eq!(speed.rows(7, 10), 7);
+        assert_eq!(speed.rows(1000, u64::MAX), 1);
+        // In a second: twice as many fit.
+        speed.learn(1000, Duration::from_secs(1));
+        assert_eq!(speed.samples, 2000);
+        speed.learn(2000, Duration::ZERO);
+        assert_eq!(speed.samples, 16_000);
+        speed.learn(16_000, Duration::from_secs(3600));
+        assert_eq!(speed.samples, 4000);
+    }
+}

@@ -1,0 +1,108 @@
+//! Samples that tiles of an image take by themselves: a launch in which some take more than others, and some none.
+
+use super::chunk::ChunkResult;
+use super::chunk_pipeline::resize_records;
+use super::{RenderObserver, Renderer, Settings};
+use crate::Error;
+use crate::adaptive::Tiles;
+use crate::backend::Launch;
+use crate::film::{RowSet, TASK};
+use rayon::prelude::*;
+use std::time::Duration;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE};
+
+/// How many samples each tile takes. All end at the same index, so that what a tile takes next lies beyond what any took before.
+pub(crate) struct TileSamples<'a> {
+    pub tiles: &'a Tiles,
+    /// Samples of each tile, at most a chunk.
+    pub counts: &'a [u32],
+    /// One past the last sample's index.
+    pub end: u32,
+}
+
+/// Submissions of all pixels that take as long as one of tiles' own samples, at most: with fewer pixels the device would idle while those with most samples end.
+const MAX_SUBMISSION_RATIO: u64 = 8;
+
+impl Renderer {
+    /// Renders these samples. A pixel that takes none keeps no sums: what its records hold says nothing.
+    ///
+    /// # Errors
+    ///
+    /// As [`render_chunk`](Self::render_chunk), also where no tile takes any.
+    pub(crate) fn render_tile_samples(
+        &mut self,
+        settings: &Settings,
+        own: &TileSamples,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<ChunkResult<'_>, Error> {
+        let TileSamples { tiles, counts, end } = *own;
+        let most = counts.iter().copied().max().unwrap_or(0).min(CHUNK_SAMPLES).min(end);
+        let rows = RowSet::from(0..settings.height);
+        let window = end - most..end;
+        let variant = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
+        (self.ready, self.previous_frame) = (None, None);
+        resize_records(self.backend.as_mut(), &mut self.chunk, settings.pixels() as usize);
+        let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
+        let pixels = self.chunk.par_iter_mut().enumerate().with_min_len(TASK);
+        pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
+        let guides = if settings.guides { self.chunk.len() } else { 0 };
+        resize_records(self.backend.as_mut(), &mut self.aovs, guides);
+        self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
+        self.backend.write_film(&self.chunk, &self.aovs)?;
+        let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
+        // By row of tiles: samples, and pixels that take any.
+        let taking: Vec<u32> = counts.iter().map(|&count| count.min(1)).collect();
+        let of_row: Vec<(u64, u64)> = (0..tiles.down())
+            .map(|row| (tiles.samples_of_row(row, counts), tiles.samples_of_row(row, &taking)))
+            .collect();
+        let total = of_row.iter().map(|row| row.0).sum();
+        let mut left: u64 = of_row.iter().map(|row| row.1).sum();
+        let mut next = 0;
+        while next < of_row.len() {
+            // Rows of tiles until the device is busy, and for long enough; none are left that would not keep it busy.
+            let (from, mut samples, mut pixels) = (next, 0, 0);
+            while let Some(row) = of_row.get(next) {
+                let few = pixels.min(left) < self.submission_sizer.pixels();
+                let longest =
+                    self.submission_sizer.budget().saturating_mul(if few { MAX_SUBMISSION_RATIO } else { 1 });
+                if samples > 0 && samples + row.0 > longest {
+                    break;
+                }
+                (samples, pixels, left) = (samples + row.0, pixels + row.1, left - row.1);
+                next += 1;
+            }
+            if samples == 0 {
+                continue;
+            }
+            let mut params = self.launch(settings);
+            self.tile_entries.fill_params(&mut params);
+            (params.share_first_row, params.block_shift, params.block_gap) = rows.share();
+            let band = tiles.rows(from as u32..next as u32);
+            (params.first_row, params.rows) = (band.start, band.len() as u32);
+            (params.first_sample, params.end_sample) = (end, end);
+            params.flags |= FLAG_PER_PIXEL_RANGE | FLAG_END_OF_CHUNK;
+            // What that takes says little of the device's pace: the pixels with most samples decide.
+            let time = self.backend.render(&Launch::new(params))?;
+            (device, submissions, done) = (device + time, submissions + 1, done + samples);
+            if observer.progress(done, total).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        self.backend.read_film(&rows, &mut self.chunk)?;
+        if settings.guides {
+            self.backend.read_aovs(&rows, &mut self.aovs)?;
+        }
+        self.ready = Some((settings.clone(), variant));
+        let (pixels, guides) = (&self.chunk, &self.aovs);
+        Ok(ChunkResult {
+            pixels,
+            aovs: guides,
+            kernel: variant.name,
+            seed: settings.seed,
+            device,
+            submissions,
+        })
+    }
+}

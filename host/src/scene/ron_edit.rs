@@ -1,0 +1,209 @@
+//! Putting a field into a scene file's text.
+
+use super::error::SceneError;
+use super::{CameraPose, format};
+use glam::DVec3;
+use ron::value::RawValue;
+use serde::Deserialize;
+
+/// The text with `value` as its field `space`, in place of the one that it has or as its first field; and whether it names other files.
+///
+/// # Errors
+///
+/// Those of a text that is no scene.
+pub(crate) fn insert_space(text: &str, file: &str, value: &str) -> Result<(String, bool), SceneError> {
+    let scene = format::parse(text, file)?;
+    let written = insert_field(text, scene.space.place, "space", value);
+    // Whatever the text was: what is written reads as it should.
+    let parsed = written.as_deref().map(|written| format::parse(written, file));
+    match (&written, parsed) {
+        (Some(written), Some(Ok(parsed))) if parsed.space.place.map(str::trim) == Some(value) => {
+            Ok((written.clone(), scene.names_files()))
+        }
+        _ => Err(no_place(file, "space", value)),
+    }
+}
+
+/// The same of the field `camera`.
+///
+/// # Errors
+///
+/// As [`insert_space`].
+pub(crate) fn insert_camera(
+    text: &str,
+    file: &str,
+    camera: &CameraPose,
+) -> Result<(String, bool), SceneError> {
+    #[derive(Deserialize)]
+    #[serde(rename = "Scene")]
+    struct Places<'a> {
+        #[serde(borrow, default, deserialize_with = "format::some")]
+        camera: Option<&'a RawValue>,
+    }
+    let scene = format::parse(text, file)?;
+    let value = camera_value(camera);
+    let places: Places = ron::from_str(text).map_err(|_| no_place(file, "camera", &value))?;
+    let written = insert_field(text, places.camera.map(RawValue::get_ron), "camera", &value);
+    let parsed = written.as_deref().map(|written| format::parse(written, file));
+    match (&written, parsed) {
+        (Some(written), Some(Ok(parsed)))
+            if parsed.camera.as_ref().is_some_and(|is| same(&is.pose(), camera)) =>
+        {
+            Ok((written.clone(), scene.names_files()))
+        }
+        _ => Err(no_place(file, "camera", &value)),
+    }
+}
+
+/// Up to the rounding of degrees.
+fn same(a: &CameraPose, b: &CameraPose) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+    (a.look_from, a.look_at, a.up, a.focus_distance) == (b.look_from, b.look_at, b.up, b.focus_distance)
+        && near(a.vertical_fov, b.vertical_fov)
+        && near(a.defocus_angle, b.defocus_angle)
+}
+
+/// A point or a direction as a scene file has it. Rust's debug form of an f64 reads back to the same bits.
+pub(crate) fn point(v: DVec3) -> String {
+    format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
+}
+
+/// The field's value.
+pub(crate) fn camera_value(camera: &CameraPose) -> String {
+    format!(
+        "(\n        look_from: {}, look_at: {}, up: {},\n        vertical_fov: {:?}, defocus_angle: {:?}, focus_distance: {:?},\n    )",
+        point(camera.look_from),
+        point(camera.look_at),
+        point(camera.up),
+        camera.vertical_fov.to_degrees(),
+        camera.defocus_angle.to_degrees(),
+        camera.focus_distance
+    )
+}
+
+fn no_place(file: &str, name: &str, value: &str) -> SceneError {
+    SceneError::Inconsistent {
+        file: file.to_owned(),
+        message: format!("there is no place for a {name}; add the field by hand: {name}: {value},"),
+    }
+}
+
+/// The text with `value` in `place`, which is a part of it, or as its first field.
+fn insert_field(text: &str, place: Option<&str>, name: &str, value: &str) -> Option<String> {
+    let (start, end, inserted) = match place {
+        Some(place) => {
+            let start = place.as_ptr().addr().wrapping_sub(text.as_ptr().addr());
+            // The value's text may have blanks around it.
+            let (before, after) = (place.len() - place.trim_start().len(), place.trim().len());
+            (start + before, start + before + after, value.to_owned())
+        }
+        None => {
+            let start = first_field(text);
+            (start, start, format!("\n    {name}: {value},"))
+        }
+    };
+    Some(format!("{}{inserted}{}", text.get(..start)?, text.get(end..)?))
+}
+
+/// Behind the parenthesis that opens the scene: the first one outside comments and attributes.
+fn first_field(text: &str) -> usize {
+    let mut at = 0;
+    let mut depth = 0; // block comments nest
+    while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
+        let line = || rest.find('\n').map_or(rest.len(), |end| end + 1);
+        at += if rest.starts_with("/*") {
+            depth += 1;
+            2
+        } else if depth > 0 {
+            let ends = rest.starts_with("*/");
+            depth -= i32::from(ends);
+            if ends { 2 } else { rest.chars().next().map_or(1, char::len_utf8) }
+        } else if rest.starts_with("//") {
+            line()
+        } else if rest.starts_with("#!") {
+            rest.find(']').map_or(rest.len(), |end| end + 1)
+        } else if rest.starts_with('(') {
+            return at + 1;
+        } else {
+            rest.chars().next().map_or(1, char::len_utf8)
+        };
+    }
+    text.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REST: &str = "version: 1, image: (width: 8, height: 4), // (eight by four)\n\
+        camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 40), materials: {}, objects: [])";
+    const VALUE: &str = "(origin: (1.0, 2.0, 3.0), scale: 0.5)";
+
+    fn inserted(text: &str) -> String {
+        insert_space(text, "scene.ron", VALUE).unwrap().0
+    }
+
+    #[test]
+    fn all_but_the_space_stays() {
+        for head in [
+            "Scene(",
+            "(",
+            "// (a)\n/* ( /* ( */ */ Scene (",
+            "\u{feff}Scene(",
+            "#![enable(implicit_some)]\nScene(",
+        ] {
+            let text = format!("{head}{REST}");
+            if format::parse(&text, "scene.ron").is_err() {
+                assert!(head.starts_with('\u{feff}'), "{head}");
+                continue;
+            }
+            assert_eq!(inserted(&text), format!("{head}\n    space: {VALUE},{REST}"));
+        }
+    }
+
+    #[test]
+    fn a_space_that_is_there_is_replaced() {
+        for old in ["(scale: 3)", "(origin: (1, 2, 3))", "()", "Space( scale : 2 , ) "] {
+            let text = format!("Scene(space: {old}, {REST}");
+            assert_eq!(
+                inserted(&text),
+                format!("Scene(space: {VALUE}{}, {REST}", &old[old.trim_end().len()..])
+            );
+        }
+    }
+
+    #[test]
+    fn files_are_noticed() {
+        let names = |objects: &str| {
+            let text = format!("Scene({REST}").replace("objects: []", objects);
+            insert_space(&text, "scene.ron", VALUE).unwrap().1
+        };
+        assert!(!names("objects: []") && names("objects: [Mesh(file: \"a.glb\")]"));
+        assert!(names("objects: [], sky: Image(file: \"a.hdr\")"));
+        assert!(insert_space("Scene(", "scene.ron", VALUE).is_err());
+    }
+
+    #[test]
+    fn a_camera_is_replaced_or_added() {
+        use glam::DVec3;
+        let camera = CameraPose {
+            look_from: DVec3::new(0.1, 2.0, -3.5),
+            look_at: DVec3::new(1.0, 1e-3, 7.0),
+            up: DVec3::Y,
+            vertical_fov: 33.3f64.to_radians(),
+            defocus_angle: 0.6f64.to_radians(),
+            focus_distance: 10.0,
+        };
+        let text = format!("Scene({REST}");
+        let (written, files) = insert_camera(&text, "scene.ron", &camera).unwrap();
+        let start = "// (eight by four)\ncamera: (\n        look_from: (0.1, 2.0, -3.5), look_at";
+        assert!(!files && written.contains(start), "{written}");
+        assert!(written.ends_with("), materials: {}, objects: [])"), "{written}");
+        let again = insert_camera(&written, "scene.ron", &camera).unwrap().0;
+        assert_eq!(again, written);
+        let none = "Scene(version: 1, image: (width: 8, height: 4), materials: {}, objects: [])";
+        let (written, _) = insert_camera(none, "scene.ron", &camera).unwrap();
+        assert!(written.starts_with("Scene(\n    camera: (") && written.ends_with("objects: [])"));
+        assert!(insert_camera("Scene(", "scene.ron", &camera).is_err());
+    }
+}

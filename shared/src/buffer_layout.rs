@@ -1,0 +1,296 @@
+//! Records as buffers hold them.
+//!
+//! A device reads 16 bytes at once. LLVM sees that of a record; Vulkan's compilers take SPIR-V at its word, and read three coordinates, a
+//! number beside them and a child each by itself, with a bounds check each. So in SPIR-V a buffer's records are rows of four words,
+//! which become a record once they are loaded. Words, so that no bit pattern is changed on the way.
+
+/// What a buffer of `T` holds.
+pub type Packed<T> = <T as Packable>::Rows;
+
+/// What a buffer can hold.
+pub trait Packable: Copy {
+    /// As this.
+    type Rows: Copy;
+    /// The record of its rows.
+    fn unpack(rows: Self::Rows) -> Self;
+}
+
+/// What kernels write, too.
+pub trait PackableMut: Packable {
+    /// Its rows.
+    fn pack(self) -> Self::Rows;
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<T: Copy> Packable for T {
+    type Rows = T;
+    #[inline(always)]
+    fn unpack(rows: T) -> T {
+        rows
+    }
+}
+
+#[cfg(not(target_arch = "spirv"))]
+impl<T: Copy> PackableMut for T {
+    #[inline(always)]
+    fn pack(self) -> T {
+        self
+    }
+}
+
+#[cfg(target_arch = "spirv")]
+mod spirv {
+    use super::{Packable, PackableMut};
+    use crate::aovs::AovSums;
+    use crate::bvh::BvhNode;
+    use crate::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
+    use crate::environment::EnvironmentTexel;
+    use crate::film::{Compensation, PixelSums};
+    use crate::light::Light;
+    use crate::material::Material;
+    use crate::path::FirstHit;
+    use crate::planar::Planar;
+    use crate::sphere::Sphere;
+    use crate::texture::{Texel, Texture};
+    use crate::triangle::{Triangle, TriangleShading};
+    use glam::{UVec2, UVec4, Vec3, Vec4};
+
+    macro_rules! rows {
+        ($($name:ident $bytes:literal: $($row:ident)*,)*) => {$(
+            #[doc = concat!("A record of ", $bytes, " bytes.")]
+            #[repr(C)]
+            #[derive(Clone, Copy)]
+            pub struct $name {
+                $(#[doc = "Its next row."] pub $row: UVec4,)*
+            }
+        )*};
+    }
+
+    rows! {
+        Rows1 "16": a,
+        Rows2 "32": a b,
+        Rows3 "48": a b c,
+        Rows4 "64": a b c d,
+        Rows6 "96": a b c d e f,
+        Rows7 "112": a b c d e f g,
+    }
+
+    #[inline(always)]
+    fn f(bits: u32) -> f32 {
+        f32::from_bits(bits)
+    }
+
+    #[inline(always)]
+    fn xyz(row: UVec4) -> Vec3 {
+        Vec3::new(f(row.x), f(row.y), f(row.z))
+    }
+
+    #[inline(always)]
+    fn xyzw(row: UVec4) -> Vec4 {
+        Vec4::new(f(row.x), f(row.y), f(row.z), f(row.w))
+    }
+
+    #[inline(always)]
+    fn row(v: Vec3, w: u32) -> UVec4 {
+        UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w)
+    }
+
+    impl Packable for u32 {
+        type Rows = u32;
+        #[inline(always)]
+        fn unpack(word: u32) -> u32 {
+            word
+        }
+    }
+
+    impl PackableMut for u32 {
+        #[inline(always)]
+        fn pack(self) -> u32 {
+            self
+        }
+    }
+
+    /// A record, its rows, and how to read and, where kernels do, to write it.
+    macro_rules! record {
+        ($record:ident, $rows:ident, |$from:ident| $read:expr) => {
+            impl Packable for $record {
+                type Rows = $rows;
+                #[inline(always)]
+                fn unpack($from: $rows) -> Self {
+                    $read
+                }
+            }
+            const _: () = assert!(size_of::<$record>() == size_of::<$rows>());
+        };
+        ($record:ident, $rows:ident, |$from:ident| $read:expr, |$value:ident| $write:expr) => {
+            record!($record, $rows, |$from| $read);
+            impl PackableMut for $record {
+                #[inline(always)]
+                fn pack(self) -> $rows {
+                    let $value = self;
+                    $write
+                }
+            }
+        };
+    }
+
+    record!(Sphere, Rows2, |r| Sphere { center: xyz(r.a), radius: f(r.a.w), material: r.b.x, pad: [0; 3] });
+    record!(BvhNode, Rows4, |r| BvhNode {
+        x: xyzw(r.a),
+        y: xyzw(r.b),
+        z: xyzw(r.c),
+        first: r.d.x,
+        second: r.d.y,
+        tile_entry: r.d.z,
+        pad: 0
+    });
+    record!(Planar, Rows6, |r| Planar {
+        origin: xyz(r.a),
+        material: r.a.w,
+        normal: xyz(r.b),
+        kind: r.b.w,
+        dual_u: xyz(r.c),
+        pad0: 0,
+        dual_v: xyz(r.d),
+        pad1: 0,
+        edge_u: xyz(r.e),
+        area: f(r.e.w),
+        edge_v: xyz(r.f),
+        pad2: 0
+    });
+    record!(Triangle, Rows3, |r| Triangle {
+        a: xyz(r.a),
+        material: r.a.w,
+        b: xyz(r.b),
+        instance: 0,
+        c: xyz(r.c),
+        pad1: 0
+    });
+    record!(TriangleShading, Rows4, |r| TriangleShading {
+        normal_a: xyz(r.a),
+        u_a: f(r.a.w),
+        normal_b: xyz(r.b),
+        u_b: f(r.b.w),
+        normal_c: xyz(r.c),
+        u_c: f(r.c.w),
+        v_a: f(r.d.x),
+        v_b: f(r.d.y),
+        v_c: f(r.d.z),
+        pad: 0
+    });
+    record!(Material, Rows7, |r| Material {
+        albedo: xyz(r.a),
+        kind: r.a.w,
+        fuzz: f(r.b.x),
+        ior: f(r.b.y),
+        roughness: f(r.b.z),
+        metallic: f(r.b.w),
+        emission: xyz(r.c),
+        light_pdf: f(r.c.w),
+        eta: xyz(r.d),
+        transmission: f(r.d.w),
+        k: xyz(r.e),
+        flags: r.e.w,
+        albedo_texture: r.f.x,
+        metallic_roughness_texture: r.f.y,
+        emission_texture: r.f.z,
+        transmission_texture: r.f.w,
+        opacity: f(r.g.x),
+        alpha_cutoff: f(r.g.y),
+        pad: [0; 2]
+    });
+    record!(Light, Rows4, |r| Light {
+        kind: r.a.x,
+        primitive: r.a.y,
+        threshold: r.a.z,
+        alias: r.a.w,
+        position: xyz(r.b),
+        probability: f(r.b.w),
+        intensity: xyz(r.c),
+        cone_scale: f(r.c.w),
+        axis: xyz(r.d),
+        cone_offset: f(r.d.w)
+    });
+    record!(Texture, Rows3, |r| Texture {
+        first: r.a.x,
+        width: r.a.y,
+        height: r.a.z,
+        flags: r.a.w,
+        uu: f(r.b.x),
+        uv: f(r.b.y),
+        vu: f(r.b.z),
+        vv: f(r.b.w),
+        u0: f(r.c.x),
+        v0: f(r.c.y),
+        pad: [0; 2]
+    });
+    record!(EnvironmentTexel, Rows2, |r| EnvironmentTexel {
+        radiance: xyz(r.a),
+        pdf: f(r.a.w),
+        threshold: r.b.x,
+        alias: r.b.y,
+        pad: [0; 2]
+    });
+    record!(Texel, UVec2, |r| Texel { red_green: r.x, blue_alpha: r.y }, |texel| UVec2::new(
+        texel.red_green,
+        texel.blue_alpha
+    ));
+    record!(
+        PixelSums,
+        Rows2,
+        |r| PixelSums { radiance: xyz(r.a), samples: r.a.w, squares: xyz(r.b), segments: r.b.w },
+        |s| Rows2 { a: row(s.radiance, s.samples), b: row(s.squares, s.segments) }
+    );
+    record!(
+        AovSums,
+        Rows4,
+        |r| AovSums {
+            normal: xyz(r.a),
+            hits: r.a.w,
+            albedo: xyz(r.b),
+            primitive: r.b.w,
+            position: xyz(r.c),
+            misses: r.c.w,
+            emission: xyz(r.d),
+            diffuse: f(r.d.w)
+        },
+        |g| Rows4 {
+            a: row(g.normal, g.hits),
+            b: row(g.albedo, g.primitive),
+            c: row(g.position, g.misses),
+            d: row(g.emission, g.diffuse.to_bits())
+        }
+    );
+    record!(FilteredPixel, Rows1, |r| FilteredPixel { color: xyz(r.a), variance: f(r.a.w) }, |l| Rows1 {
+        a: row(l.color, l.variance.to_bits())
+    });
+    record!(GBufferTexel, Rows1, |r| GBufferTexel { normal: xyz(r.a), inverse_depth: f(r.a.w) }, |e| Rows1 {
+        a: row(e.normal, e.inverse_depth.to_bits())
+    });
+    record!(
+        HistoryPixel,
+        Rows3,
+        |r| HistoryPixel {
+            filtered: FilteredPixel { color: xyz(r.a), variance: f(r.a.w) },
+            gbuffer: GBufferTexel { normal: xyz(r.b), inverse_depth: f(r.b.w) },
+            samples: f(r.c.x),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0
+        },
+        |p| Rows3 {
+            a: row(p.filtered.color, p.filtered.variance.to_bits()),
+            b: row(p.gbuffer.normal, p.gbuffer.inverse_depth.to_bits()),
+            c: UVec4::new(p.samples.to_bits(), 0, 0, 0)
+        }
+    );
+    record!(Compensation, Rows1, |r| Compensation { radiance: xyz(r.a), pad: 0 }, |c| Rows1 {
+        a: row(c.radiance, 0)
+    });
+    record!(
+        FirstHit,
+        Rows2,
+        |r| FirstHit { normal: xyz(r.a), primitive: r.a.w, distance: f(r.b.x), pad: [0; 3] },
+        |h| Rows2 { a: row(h.normal, h.primitive), b: UVec4::new(h.distance.to_bits(), 0, 0, 0) }
+    );
+}

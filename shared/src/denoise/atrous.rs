@@ -1,0 +1,272 @@
+//! One level of the wavelet transform.
+
+use super::edge_stopping::{EdgeStopping, OPEN, SHUT, biweight, bounded_factor};
+use super::variance::smoothed_variance;
+use super::{DenoiseParams, FilteredPixel, GBufferTexel, STOP_FACTORS};
+use crate::buffer::{load, store};
+use crate::buffer_layout::Packed;
+use glam::Vec3;
+
+/// Less than any variance of a picture: no division by 0 (what SVGF adds to the deviation, squared).
+const MIN_VARIANCE: f32 = 1e-10;
+
+/// The B3 spline's coefficients at 0, 1 and 2.
+const B3: [f32; 3] = [0.375, 0.25, 0.0625];
+
+/// Pixels that a thread of a device serves, below each other on the level's lattice: they share most of their taps. Four share more, and take
+/// more registers than pay (docs/performance.md).
+pub const PIXELS_PER_THREAD: u32 = 2;
+
+/// A pixel and the sums over its taps.
+struct TapSums {
+    middle: FilteredPixel,
+    stops: EdgeStopping,
+    /// Stop of the colour.
+    color_factor: f32,
+    /// Of weights times differences from the middle: a constant image comes out as it was.
+    difference: Vec3,
+    /// Of squared weights times variances.
+    variance: f32,
+    /// Of the weights.
+    weight: f32,
+}
+
+impl TapSums {
+    /// Of pixel (`x`, `y`), with its own weight alone.
+    ///
+    /// # Safety
+    ///
+    /// As [`level`].
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    unsafe fn new<const BY_VARIANCE: bool>(
+        params: &DenoiseParams,
+        from: &[Packed<FilteredPixel>],
+        edges: &[Packed<GBufferTexel>],
+        x: u32,
+        y: u32,
+    ) -> Self {
+        let pixel = y * params.width + x;
+        // SAFETY: the caller's promise.
+        let (middle, edge) =
+            unsafe { (load::<FilteredPixel>(from, pixel), load::<GBufferTexel>(edges, pixel)) };
+        let mut color = params.color_factor;
+        if const { BY_VARIANCE } {
+            // SAFETY: the caller's promise.
+            let variance = unsafe { smoothed_variance(params, from, x, y) };
+            color = bounded_factor(color / (variance + MIN_VARIANCE));
+        }
+        let known = middle.is_known();
+        if !known {
+            color = STOP_FACTORS.0;
+        }
+        let own = if known { B3[0] * B3[0] } else { 0.0 };
+        Self {
+            middle,
+            stops: EdgeStopping::new(params, edge, x, y, params.step as f32),
+            color_factor: color,
+            difference: Vec3::ZERO,
+            variance: own * own * middle.variance,
+            weight: own,
+        }
+    }
+
+    /// Adds the tap `J` down in a column of taps; the middle is there already.
+    #[inline(always)]
+    fn add<const BY_VARIANCE: bool, const J: i32>(&mut self, column: &Column, tap: Tap) {
+        let difference = tap.lit.color - self.middle.color;
+        let open = if const { J == 0 } && column.is_middle { SHUT } else { tap.open };
+        let left = self.stops.remaining(open, tap.edge, column.offset, J as f32);
+        let kernel = column.kernel[const { J.unsigned_abs() as usize }];
+        let weight = kernel * biweight(left - difference.dot(difference) * self.color_factor);
+        self.difference += difference * weight;
+        self.weight += weight;
+        if const { BY_VARIANCE } {
+            self.variance += weight * weight * tap.lit.variance;
+        }
+    }
+
+    /// The pixel of the next level.
+    #[inline(always)]
+    fn mean<const BY_VARIANCE: bool>(&self) -> FilteredPixel {
+        if self.weight <= 0.0 {
+            return FilteredPixel::UNKNOWN;
+        }
+        let by = 1.0 / self.weight;
+        let variance = if const { BY_VARIANCE } { self.variance * (by * by) } else { 0.0 };
+        FilteredPixel { color: self.middle.color + self.difference * by, variance }
+    }
+}
+
+/// Taps below each other.
+struct Column {
+    /// Taps to the right of the middle.
+    offset: f32,
+    is_middle: bool,
+    /// The spline at 0, 1 and 2 taps down.
+    kernel: [f32; 3],
+    /// The pixels' x, and whether the image has it.
+    x: (u32, bool),
+}
+
+impl Column {
+    /// The one `i` taps to the right of `x`.
+    #[inline(always)]
+    fn new(params: &DenoiseParams, x: u32, i: i32) -> Self {
+        let of_middle = i == 0;
+        let b3 = if of_middle {
+            B3[0]
+        } else if i * i == 1 {
+            B3[1]
+        } else {
+            B3[2]
+        };
+        Self {
+            offset: i as f32,
+            is_middle: of_middle,
+            kernel: [b3 * B3[0], b3 * B3[1], b3 * B3[2]],
+            x: clamp_to_image(tap_coordinate(x, i, params.step), params.width, x),
+        }
+    }
+}
+
+/// A neighbour.
+#[derive(Clone, Copy)]
+struct Tap {
+    lit: FilteredPixel,
+    edge: GBufferTexel,
+    /// What its stops begin with.
+    open: f32,
+}
+
+/// The coordinate so many taps away; below 0 as large as none that an image has.
+#[inline(always)]
+fn tap_coordinate(coordinate: u32, taps: i32, step: u32) -> u32 {
+    coordinate.wrapping_add((taps * step as i32) as u32)
+}
+
+/// A coordinate of a tap, and whether the image has it; if not, `light_pdf`, which it has.
+#[inline(always)]
+fn clamp_to_image(coordinate: u32, end: u32, other: u32) -> (u32, bool) {
+    let inside = coordinate < end;
+    (if inside { coordinate } else { other }, inside)
+}
+
+/// The tap at pixel `x` of `y`, both with whether the image has it. Without branches: they would keep lanes apart, and values from
+/// being added up at once.
+///
+/// # Safety
+///
+/// The pixel is of the image, and there is a record for each of it.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn tap(
+    width: u32,
+    from: &[Packed<FilteredPixel>],
+    edges: &[Packed<GBufferTexel>],
+    (x, inside): (u32, bool),
+    (y, below): (u32, bool),
+) -> Tap {
+    let pixel = y * width + x;
+    // SAFETY: the caller's promise.
+    let (lit, edge) = unsafe { (load::<FilteredPixel>(from, pixel), load::<GBufferTexel>(edges, pixel)) };
+    Tap { lit, edge, open: if inside & below & lit.is_known() { OPEN } else { SHUT } }
+}
+
+/// Pixel (`x`, `y`) of the next level. With `BY_VARIANCE` the stop of the colour is relative to the variance around the pixel.
+///
+/// A pixel without a colour gets that of its neighbours, and none gets anything of it.
+///
+/// # Safety
+///
+/// The pixel is of the image, and there is a record for each of it.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn atrous_level<const BY_VARIANCE: bool>(
+    params: &DenoiseParams,
+    from: &[Packed<FilteredPixel>],
+    edges: &[Packed<GBufferTexel>],
+    x: u32,
+    y: u32,
+) -> FilteredPixel {
+    // SAFETY: the caller's promise.
+    let mut sums = unsafe { TapSums::new::<BY_VARIANCE>(params, from, edges, x, y) };
+    // One column after the other: all taps at once would take more registers than there are.
+    let mut i = -2;
+    while i <= 2 {
+        let column = Column::new(params, x, i);
+        macro_rules! rows {
+            ($($j:literal)*) => {$(
+                let down = clamp_to_image(tap_coordinate(y, $j, params.step), params.height, y);
+                // SAFETY: the caller's promise, and `within`.
+                let one = unsafe { tap(params.width, from, edges, column.x, down) };
+                sums.add::<BY_VARIANCE, $j>(&column, one);
+            )*};
+        }
+        rows!(-2 -1 0 1 2);
+        i += 1;
+    }
+    sums.mean::<BY_VARIANCE>()
+}
+
+/// What [`atrous_level`] does, with the same bits, for [`PIXELS_PER_THREAD`] pixels in column `x`, `params.step` apart: the `row`-th such set of the image.
+///
+/// # Safety
+///
+/// The column is of the image, and there is a record for each of its pixels.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
+    params: &DenoiseParams,
+    from: &[Packed<FilteredPixel>],
+    edges: &[Packed<GBufferTexel>],
+    to: &mut [Packed<FilteredPixel>],
+    x: u32,
+    row: u32,
+) {
+    let step = params.step.max(1); // no division by 0, which would be a panic
+    let y = row / step * (PIXELS_PER_THREAD * step) + row % step;
+    if y >= params.height {
+        return;
+    }
+    // Those beyond the image are computed as its last row and not written.
+    let last = params.height - 1;
+    macro_rules! of {
+        ($k:literal) => {{
+            let y = y + $k * step;
+            // SAFETY: the row is of the image.
+            unsafe { TapSums::new::<BY_VARIANCE>(params, from, edges, x, if y < last { y } else { last }) }
+        }};
+    }
+    let (mut a, mut b) = (of!(0), of!(1));
+    let mut i = -2;
+    while i <= 2 {
+        let column = Column::new(params, x, i);
+        macro_rules! rows {
+            ($($r:literal: $($sums:ident $j:literal),*;)*) => {$(
+                let down = clamp_to_image(tap_coordinate(y, $r, step), params.height, y);
+                // SAFETY: the caller's promise, and `within`.
+                let one = unsafe { tap(params.width, from, edges, column.x, down) };
+                $($sums.add::<BY_VARIANCE, $j>(&column, one);)*
+            )*};
+        }
+        rows! {
+            -2: a -2;
+            -1: a -1, b -2;
+            0: a 0, b -1;
+            1: a 1, b 0;
+            2: a 2, b 1;
+            3: b 2;
+        }
+        i += 1;
+    }
+    macro_rules! write {
+        ($($k:literal $sums:ident),*) => {$(
+            if y + $k * step < params.height {
+                // SAFETY: the pixel is of the image.
+                unsafe { store(to, (y + $k * step) * params.width + x, $sums.mean::<BY_VARIANCE>()) };
+            }
+        )*};
+    }
+    write!(0 a, 1 b);
+}

@@ -1,0 +1,27 @@
+//! Where the camera rays of a tile of the image enter the tree.
+
+use crate::buffer::load;
+use crate::bvh::{BvhNode, Child};
+use crate::params::RenderParams;
+use crate::scene::Scene;
+
+/// [`RenderParams::first_tile_entry`] where camera rays begin at the root.
+pub const NO_TILE_ENTRIES: u32 = u32::MAX;
+
+/// The subtree below which is all that the camera rays of pixel (`x`, `y`) can meet.
+///
+/// # Safety
+///
+/// The pixel is of the image, and the scene's nodes from `first_tile_entry` on have an entry for each of its tiles.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn tile_entry(params: &RenderParams, scene: Scene, x: u32, y: u32) -> Child {
+    if params.first_tile_entry == NO_TILE_ENTRIES {
+        return Child(params.root);
+    }
+    let shift = params.tile_shift & 31;
+    let across = ((params.width - 1) >> shift) + 1;
+    let tile = (y >> shift) * across + (x >> shift);
+    // SAFETY: the caller's promise.
+    Child(unsafe { load::<BvhNode>(scene.nodes, params.first_tile_entry + tile) }.tile_entry)
+}

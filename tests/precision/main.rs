@@ -1,0 +1,103 @@
+//! What a scene may be: other spaces show the same image; each limit that `trisect check` knows is where the error begins.
+//!
+//! A rule is tested on both sides: beyond the limit the predicted error is measured, against f64 or in a render; a scene within it has
+//! no finding and no such error. The second is the twin of the first.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+
+mod camera;
+mod ends;
+mod geometry;
+mod light;
+mod notes;
+mod optics;
+mod program;
+mod scenes;
+mod spaces;
+
+use glam::DVec3;
+use trisect::precision::{Finding, Limit, RELATIVE, check};
+use trisect::scene::SceneDocument;
+use trisect_shared::math::unit_f32;
+use trisect_shared::rng::PathKey;
+
+/// A scene of these fields beside a camera.
+fn described(rest: &str) -> SceneDocument {
+    let camera = "camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 40)";
+    let camera = if rest.contains("camera:") { "" } else { camera };
+    let text = format!("Scene(version: 1, image: (width: 8, height: 8, samples: 4), {camera}, {rest})");
+    SceneDocument::parse(&text.replace(", ,", ","), "test.ron").unwrap()
+}
+
+/// Objects of one grey material.
+fn grey(objects: &str) -> SceneDocument {
+    described(&format!(
+        "materials: {{ \"grey\": Lambertian(albedo: (0.5, 0.5, 0.5)) }}, objects: [{objects}]"
+    ))
+}
+
+/// What is found of one kind.
+fn found(scene: &SceneDocument, limit: Limit) -> Vec<Finding> {
+    let report = check(scene, &scene.settings());
+    report.findings.into_iter().filter(|finding| finding.limit == limit).collect()
+}
+
+/// Whether the one finding of a kind predicts the error, within the factor of 4 that [`trisect::limits::Predicted`] promises; without
+/// a finding the error must be within the tolerance.
+fn agrees(scene: &SceneDocument, limit: Limit, measured: f64) -> Result<(), String> {
+    match &found(scene, limit)[..] {
+        [] if measured < RELATIVE => Ok(()),
+        [one] => {
+            let ratio = measured / one.predicted.value;
+            if (0.25..=4.0).contains(&ratio) { Ok(()) } else { Err(format!("{measured:e} for {one}")) }
+        }
+        other => Err(format!("{measured:e}: {other:?}")),
+    }
+}
+
+/// Random numbers in f64: 48 bits.
+struct Random(u32);
+
+impl Random {
+    fn number(&mut self) -> f64 {
+        self.0 += 1;
+        let words = PathKey { seed: 11, pixel: self.0, sample: 0 }.words(0);
+        f64::from(unit_f32(words.x)) + f64::from(unit_f32(words.y)) / f64::from(1 << 24)
+    }
+
+    /// In the unit cube.
+    fn point(&mut self) -> DVec3 {
+        DVec3::new(self.number(), self.number(), self.number())
+    }
+
+    fn direction(&mut self) -> DVec3 {
+        loop {
+            let v = self.point() * 2.0 - 1.0;
+            if (0.01..=1.0).contains(&v.length_squared()) {
+                return v.normalize();
+            }
+        }
+    }
+}
+
+/// The root of the mean square, and the greatest.
+fn spread(errors: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let (mut squares, mut greatest, mut count) = (0.0, 0.0f64, 0);
+    for error in errors {
+        squares += error * error;
+        greatest = greatest.max(error.abs());
+        count += 1;
+    }
+    assert!(count > 100, "{count} measurements");
+    ((squares / f64::from(count)).sqrt(), greatest)
+}
+
+/// The twin of all that compare a prediction: sixteen times the error, an error without a finding, a finding without an error.
+#[test]
+fn predictions_can_be_wrong() {
+    let far = grey("Sphere(center: (1e6, 1e6, 1e6), radius: 1, material: \"grey\")");
+    let predicted = found(&far, Limit::FarFromOrigin)[0].predicted.value;
+    let agrees = |scene: &SceneDocument, measured| agrees(scene, Limit::FarFromOrigin, measured);
+    assert!(agrees(&far, predicted).is_ok() && agrees(&grey(""), 0.5 * RELATIVE).is_ok());
+    assert!(agrees(&far, 16.0 * predicted).is_err() && agrees(&far, predicted / 16.0).is_err());
+    assert!(agrees(&grey(""), 2.0 * RELATIVE).is_err());
+}

@@ -1,0 +1,91 @@
+//! A processor whose launches can be made to fail, or to take long.
+#![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+use std::time::Duration;
+use trisect::backend::cpu::Cpu;
+use trisect::backend::{Backend, BackendError, Device, DeviceKind, FilmDesc, Launch, SceneRecords};
+use trisect::denoise::{DisplayLaunch, Pass};
+use trisect::film::{RowSet, RowTarget};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::FilteredPixel;
+use trisect_shared::film::PixelSums;
+use trisect_shared::path::FirstHit;
+
+/// All threads of this machine, and something after each launch.
+pub struct FaultInjectingBackend {
+    inner: Cpu,
+    device: Device,
+    after: Box<dyn FnMut() -> Result<(), BackendError> + Send>,
+}
+
+impl FaultInjectingBackend {
+    /// What `after` says is what the launch says.
+    ///
+    /// # Panics
+    ///
+    /// If there are no threads.
+    pub fn new(after: impl FnMut() -> Result<(), BackendError> + Send + 'static) -> Self {
+        let inner = Cpu::open(None).unwrap();
+        Self { device: inner.device().clone(), inner, after: Box::new(after) }
+    }
+
+    /// Says that it is a GPU: the host sums what it rendered while it renders more.
+    #[must_use]
+    pub fn as_gpu(mut self) -> Self {
+        self.device.kind = DeviceKind::Gpu;
+        self
+    }
+}
+
+impl Backend for FaultInjectingBackend {
+    fn device(&self) -> &Device {
+        &self.device
+    }
+
+    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
+        self.inner.upload(scene)
+    }
+
+    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.inner.upload_tile_entries(nodes)
+    }
+
+    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
+        self.inner.begin_film(job)
+    }
+
+    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
+        let took = self.inner.render(launch)?;
+        (self.after)()?;
+        Ok(took)
+    }
+
+    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError> {
+        self.inner.read_film(rows, film)
+    }
+
+    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
+        self.inner.read_aovs(rows, guides)
+    }
+
+    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
+        self.inner.write_film(film, guides)
+    }
+
+    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        self.inner.denoise(passes)
+    }
+
+    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
+        self.inner.read_denoised(image, pixels)
+    }
+
+    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
+        self.inner.display(frame, to)
+    }
+
+    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        self.inner.first_hits(launch, hits)
+    }
+}
