@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The tables of docs/accuracy.md from what the torture tests print.
+"""Makes the tables of docs/notebook/torture-tests.md from what the torture tests print.
 
     cargo test --release -p trisect-tests --test torture -- --nocapture --test-threads=1 > HERE.log 2>&1
     tests/accuracy.py HERE.log GPU.log
 
-The first log is of a machine without a GPU (its wgpu is lavapipe), the second of one with NVIDIA's.
+The first log is from a machine without a GPU (its wgpu is lavapipe), the second from one with an NVIDIA GPU.
 """
 import re
 import sys
@@ -24,7 +24,7 @@ TESTS = {
     44: "visits at the extremes", 45: "coarse mirrors",
 }
 FIXED = {
-    (1, "*"): ("passed", "`cargo mutation-gate`: each planted fault is caught"),
+    (1, "*"): ("passed", "`cargo mutation-gate`: each mutant is caught"),
     (17, "cpu"): ("not applicable: rustc contracts nothing", ""),
     (19, "cpu"): ("is the reference", ""),
     (20, "cpu"): ("is the reference", ""),
@@ -32,7 +32,7 @@ FIXED = {
 
 
 def read(path):
-    """Outcomes and figures by number and label, and the census."""
+    """Returns outcomes and figures by number and label, and the census by operation and label."""
     found, census = {}, {}
     for line in open(path, encoding="utf-8", errors="replace"):
         if match := re.search(r"TORTURE (\d+) \| (\S+) \| (.*?) \| (passed|bounded|not applicable) \| (.*)", line):
@@ -88,7 +88,7 @@ def main():
 
 
 def costs(path):
-    """The table of visits: for each scene and kind of rays, mean and maximum of exact rays and of the same rays tilted."""
+    """Prints the table of visits: for each scene and kind of rays, mean and maximum of exact rays and of the same rays tilted."""
     rows = {}
     for line in open(path, encoding="utf-8", errors="replace"):
         match = re.search(r"COST (\S+ \S+) \| (.*?) \| (.*?) \| nodes (.*?) tilted (.*?) \| leaves (.*?) tilted ([^|]*)(?:\| obvhs tests (.*))?", line)

@@ -5,7 +5,7 @@ use trisect::backend::{Choice, open};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn the_named_backend_is_opened(subject: BackendUnderTest) {
-    // Skips aloud, or fails, where it is missing.
+    // Skips the test with a message, or fails, where the backend is missing.
     if subject.renderer(&scene("three_spheres.ron")).is_none() {
         return;
     }

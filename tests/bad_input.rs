@@ -1,4 +1,5 @@
-//! Bad input gets an error that names the file, the place and the remedy, and an exit code; nothing is written, nothing panics.
+//! Bad input gets an error that names the file, the place and the remedy, and an exit code. Nothing
+//! is written, and nothing panics.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::{Path, PathBuf};
@@ -43,9 +44,9 @@ fn the_scene_that_the_faults_are_planted_in_is_good() {
 
 #[test]
 fn faults_in_a_scene_are_placed() {
-    // What is replaced by what, and what the message must say: the line and column, then the reason.
+    // A text, its replacement, and what the message must contain: line and column, then the reason.
     let cases: &[(&str, &str, &[&str])] = &[
-        ("Scene(", "%", &["scene.ron:1:", "docs/scenes.md"]),
+        ("Scene(", "%", &["scene.ron:1:", "docs/reference/scene-format/README.md"]),
         ("version: 1", "version: 2", &["scene.ron:2:", "version 2", "reads 1"]),
         ("samples: 1", "sample: 1", &["scene.ron:3:", "sample", "samples"]),
         ("height: 4,", "height: 0,", &["scene.ron:3:", "0 is not a count"]),
@@ -65,7 +66,7 @@ fn faults_in_a_scene_are_placed() {
         ),
         ("Lambertian(", "Velvet(", &["scene.ron:6:", "Velvet"]),
         ("material: \"g\"", "material: \"glass\"", &["scene.ron:9:", "unknown material \"glass\"", "a, g"]),
-        ("\"g\": Dielectric", "\"a\": Dielectric", &["scene.ron:6:", "stands twice"]),
+        ("\"g\": Dielectric", "\"a\": Dielectric", &["scene.ron:6:", "is defined twice"]),
         ("radius: 1, material: \"a\"", "radius: 1, materal: \"a\"", &["scene.ron:8:", "materal"]),
         ("look_from: (0, 0, 3)", "look_from: (0, 0, 0)", &["look_from and look_at"]),
         ("look_from: (0, 0, 3)", "look_from: (0, 3, 0)", &["up points along the view"]),
@@ -129,7 +130,7 @@ fn settings_out_of_range() {
 #[test]
 fn outputs_are_checked_before_rendering() {
     let folder = folder("output");
-    // So many samples that the test would not end if the render began.
+    // With so many samples the test would not end if the render started.
     let render = ["render", "--backend", "cpu", "--spp", "4000000000", "-o"];
     let at = |path: &str, code, words: &[&str]| fails(&[&render[..], &[path]].concat(), code, words);
     at("picture.jpg", 2, &["picture.jpg", ".png, .exr, .hdr or .pfm"]);
@@ -153,7 +154,7 @@ fn outputs_are_checked_before_rendering() {
     assert!(!image.exists() && !layers.exists());
 }
 
-/// What a command reads it does not write over.
+/// No command overwrites a file that it reads.
 #[test]
 fn inputs_are_kept() {
     let folder = folder("inputs");
@@ -183,8 +184,8 @@ fn inputs_are_kept() {
     assert!(!Path::new(&image).exists());
 }
 
-/// A pipe by its name, whose reader may never come, is refused before anything is rendered, and what
-/// is open already is written to.
+/// A named pipe, whose reader may never come, is refused before rendering. Devices and open files
+/// are written to.
 #[cfg(unix)]
 #[test]
 fn outputs_are_files_or_devices() {
@@ -192,7 +193,7 @@ fn outputs_are_files_or_devices() {
     let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let (pipe, image) = (path("pipe.png"), path("a.png"));
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    // More samples than anyone waits for.
+    // More samples than anyone would wait for.
     let long = ["render", "--backend", "cpu", "--resolution", "16x9", "--spp", "100000000"];
     let words = ["pipe.png", "this is a pipe", "regular files", "/dev/null", "/dev/stdout"];
     fails(&[&long[..], &["-o", &pipe]].concat(), 1, &words);
@@ -207,7 +208,8 @@ fn outputs_are_files_or_devices() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Devices have no end and pipes may have no writer: neither is opened, wherever a file is read.
+/// Devices, which have no end, and pipes, which may have no writer, are refused wherever a file is
+/// read.
 #[cfg(unix)]
 #[test]
 fn only_regular_files_are_read() {
@@ -263,7 +265,7 @@ fn devices_out_of_range() {
     fails(&["render", "--backend", "cuda", "--device", "99", "-o", out], 3, &["cuda"]);
 }
 
-/// A machine without NVIDIA's driver. (With one the test has nothing to say; says so.)
+/// The message for a machine without NVIDIA's driver. With the driver the test is skipped.
 #[test]
 fn a_missing_driver_is_explained() {
     if trisect::backend::cuda::devices().is_ok() {
@@ -301,7 +303,8 @@ fn comparisons_of_what_cannot_be_compared() {
     fails(&["compare", "a.gif", &path("one.pfm")], 2, &["a.gif", ".png"]);
 }
 
-/// Returns whether a terminal would act on it, or a line is longer than people read.
+/// Returns whether no control character could act on a terminal and no line is longer than people
+/// read.
 fn is_safe(text: &str) -> bool {
     text.lines().all(|line| line.chars().count() <= 300 && !line.chars().any(char::is_control))
 }
@@ -319,7 +322,7 @@ fn messages_cannot_act_on_a_terminal() {
         let text = String::from_utf8_lossy(&output.stderr);
         assert!(is_safe(&text), "{text:?}");
     }
-    // The control: what was said.
+    // Negative control: what the names contained.
     assert!(!is_safe("\u{1b}[31m") && !is_safe(&long));
 }
 
@@ -338,7 +341,7 @@ fn a_scene_names_files_of_its_own_folder() {
     let absolute = write("scene/in.obj", triangle);
     write("scene/kd.mtl", "newmtl a\nKd 1 0 0\n");
     write("passwd", "root:x:0:0:secret\n");
-    // A model in a folder of its own may name what lies in the scene's.
+    // A model in a folder below the scene's may name files of the scene's folder.
     write("scene/models/up.obj", &format!("mtllib ../kd.mtl\n{triangle}"));
     write("scene/models/out.obj", &format!("mtllib ../../passwd\n{triangle}"));
     let image = folder.join("a.png");
@@ -396,7 +399,7 @@ fn formats_and_numbers_that_are_none() {
     assert!(trisect(&["compare", &file("one.pfm"), &file("one.pfm"), "--max-rel-mse=0"]).status.success());
 }
 
-/// What a render refuses, a check does, too.
+/// A sky with a negative, infinite or NaN texel is refused by `render` and by `check`.
 #[test]
 fn a_sky_that_is_no_number() {
     let folder = folder("sky");
@@ -415,8 +418,8 @@ fn a_sky_that_is_no_number() {
     assert_eq!(trisect(&["check", &file("a.ron")]).status.code(), Some(0));
 }
 
-/// A cache that takes no files is found before the reference is rendered, here of more samples than
-/// a test has time for.
+/// A cache folder that cannot be written is reported before the reference is rendered, which here
+/// has more samples than a test has time for.
 #[test]
 fn a_cache_that_cannot_be_written() {
     let folder = folder("cache");
@@ -448,6 +451,6 @@ fn options_without_effect_are_warned_of_once() {
     let found = warnings("good.ron", &["--roulette-depth=3"]);
     assert!(found.len() == 1 && found[0].contains("--roulette on"), "{found:?}");
     assert!(warnings("good.ron", &["--roulette-depth=3", "--roulette=on"]).is_empty());
-    // A goal may turn roulette on.
+    // A goal may enable roulette.
     assert!(warnings("good.ron", &["--roulette-depth=3", "--target-error=50%", "--max-spp=16"]).is_empty());
 }

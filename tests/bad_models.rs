@@ -1,5 +1,5 @@
-//! Bad models, and scenes with bad files: the error names the file, the place and the remedy; nothing is written, nothing panics, and
-//! little time and memory are taken.
+//! Bad models, and scenes with bad files: the error names the file, the place and the remedy.
+//! Nothing is written, nothing panics, and little time and memory are used.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use base64::Engine;
@@ -10,18 +10,19 @@ use std::time::{Duration, Instant};
 use trisect::memory;
 use trisect_tests::program::{self, check_failure, trisect, within};
 
-/// For each run: files of 50 MB are read within it.
+/// Limit of address space for each run; files of 50 MB are read within it.
 const MEMORY: u64 = 2 << 30;
-/// A run takes milliseconds, but for files that are large.
+/// Limit of time for each run, which takes milliseconds unless files are large.
 const TIME: Duration = Duration::from_secs(60);
 
-/// The command's arguments for a file.
+/// Returns the command's arguments for a file.
 fn arguments<'a>(path: &'a Path, image: &'a Path) -> [&'a str; 11] {
     let (path, image) = (path.to_str().unwrap(), image.to_str().unwrap());
     ["render", path, "--backend", "cpu", "--resolution", "8x4", "--spp", "1", "--quiet", "-o", image]
 }
 
-/// Rendering must be refused as a bad scene, in words that say each of `words`.
+/// Rendering must be refused as a bad scene, with a message that has each of `words`. Returns the
+/// message.
 fn refused(path: &Path, words: &[&str]) -> String {
     let image = path.with_extension("out.png");
     let arguments = arguments(path, &image);
@@ -33,7 +34,7 @@ fn refused(path: &Path, words: &[&str]) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Rendering must succeed, with warnings that say each of `words`. Returns what it printed.
+/// Rendering must succeed, with warnings that have each of `words`. Returns what it printed.
 fn renders(path: &Path, words: &[&str]) -> String {
     let image = path.with_extension("out.png");
     let arguments = arguments(path, &image);
@@ -43,7 +44,7 @@ fn renders(path: &Path, words: &[&str]) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The files of one test.
+/// Temporary folder of a test, which is removed on drop.
 struct Files(PathBuf);
 
 impl Files {
@@ -57,7 +58,7 @@ impl Files {
         path
     }
 
-    /// A file that must be refused; the message must name it, too.
+    /// Writes a file that must be refused with a message that also names it.
     fn refused(&self, name: &str, bytes: impl AsRef<[u8]>, words: &[&str]) -> String {
         refused(&self.write(name, bytes), &[&[name], words].concat())
     }
@@ -79,7 +80,8 @@ fn floats(values: &[f32]) -> Vec<u8> {
 
 const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
-/// glTF of a mesh of three positions, drawn by `indices` of one byte if there are any; without `uri` a GLB's.
+/// Returns a glTF document and its binary data: a mesh of three positions, with `indices` of one
+/// byte if there are any. With `uri` the data is in the document, without it is a GLB's.
 fn document(positions: &[f32], indices: &[u8], uri: bool) -> (Value, Vec<u8>) {
     let vertices = floats(positions);
     let data = [&vertices[..], indices].concat();
@@ -106,7 +108,7 @@ fn document(positions: &[f32], indices: &[u8], uri: bool) -> (Value, Vec<u8>) {
     (document, data)
 }
 
-/// A good one, with some of its members replaced.
+/// Returns a valid glTF file with some members replaced.
 fn gltf(changes: Value) -> String {
     let (mut document, _) = document(&TRIANGLE, &[0, 1, 2], true);
     for (key, value) in changes.as_object().unwrap() {
@@ -125,7 +127,8 @@ fn glb(document: &Value, data: &[u8]) -> Vec<u8> {
     [b"glTF", &2u32.to_le_bytes()[..], &(chunks.len() as u32 + 12).to_le_bytes(), &chunks].concat()
 }
 
-/// `triangles` triangles in one mesh, which `nodes` nodes share: 3 bytes each in the file.
+/// Returns a GLB file with a mesh of `triangles` triangles, of 3 bytes each, that `nodes` nodes
+/// share.
 fn bomb(triangles: usize, nodes: usize) -> Vec<u8> {
     let (mut document, data) = document(&TRIANGLE, &[0, 1, 2].repeat(triangles), false);
     document["nodes"] =
@@ -133,7 +136,7 @@ fn bomb(triangles: usize, nodes: usize) -> Vec<u8> {
     glb(&document, &data)
 }
 
-/// The first chunks of a PNG that says how large it is, and has not much more.
+/// Returns the first chunks of a PNG file that states its size and has almost no data.
 fn png(width: u32, height: u32) -> Vec<u8> {
     let chunk = |kind: &[u8; 4], content: &[u8]| {
         let checked = [kind, content].concat();
@@ -149,7 +152,7 @@ fn png(width: u32, height: u32) -> Vec<u8> {
     [&b"\x89PNG\r\n\x1a\n"[..], &chunk(b"IHDR", &size), &chunk(b"IDAT", &[0x78, 0x9c, 1])].concat()
 }
 
-/// What makes the material of the triangle use `image`.
+/// Returns changes for [`gltf`] that texture the triangle with `image`.
 fn textured(image: &str) -> Value {
     json!({
         "images": [{ "uri": image }],
@@ -166,7 +169,7 @@ fn the_models_that_the_faults_are_planted_in_are_good() {
     let (document, data) = document(&TRIANGLE, &[], false);
     files.renders("a.glb", glb(&document, &data), &[]);
     files.renders("few.glb", bomb(10, 10), &[]);
-    // Without normals, flat; with impossible ones, too, and with a warning.
+    // Without normals the model is shaded flat; with impossible ones, too, with a warning.
     files.renders("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &[]);
     files.renders("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nf 1//1 2//1 3//1\n", &["shaded flat"]);
 }
@@ -174,7 +177,7 @@ fn the_models_that_the_faults_are_planted_in_are_good() {
 #[test]
 fn other_files_of_a_model_are_missing_or_none() {
     let files = Files::new("missing");
-    let remedy = "must lie where";
+    let remedy = "it must be at this path";
     let buffers = json!({ "buffers": [{ "byteLength": 39, "uri": "none%20such.bin" }] });
     files.refused("buffer.gltf", gltf(buffers), &["buffers[0]", "none%20such.bin", "No such file", remedy]);
     files.refused("texture.gltf", gltf(textured("none.png")), &["images[0]", "none.png", remedy]);
@@ -185,7 +188,7 @@ fn other_files_of_a_model_are_missing_or_none() {
     );
     files.refused("web.gltf", gltf(textured("https://a.b/c.png")), &["images[0]", "scheme \"https\""]);
     files.write("text.png", "not a picture");
-    files.refused("text.gltf", gltf(textured("text.png")), &["images[0]", "no image", "PNG or JPEG"]);
+    files.refused("text.gltf", gltf(textured("text.png")), &["images[0]", "not an image", "PNG or JPEG"]);
     files.write("short.bin", "short");
     let buffers = json!({ "buffers": [{ "byteLength": 39, "uri": "short.bin" }] });
     files.refused("short.gltf", gltf(buffers), &["buffers[0]", "byteLength is 39", "5 bytes", "incomplete"]);
@@ -210,7 +213,7 @@ fn a_truncated_glb() {
     files.refused("empty.glb", "", &["1:"]);
     files.refused("head.glb", &file[..10], &["GLB header", "export the file again"]);
     files.refused("cut.glb", &file[..file.len() - 8], &["GLB header", remedy]);
-    // The header says what is there, a chunk more than that.
+    // The header's length is right, but the last chunk is longer than the file.
     let mut chunk = file[..file.len() - 8].to_vec();
     let length = (chunk.len() as u32).to_le_bytes();
     chunk[8..12].copy_from_slice(&length);
@@ -259,7 +262,7 @@ fn indices_and_numbers_out_of_range() {
     files.refused("index.ply", ply("0").replace("3 0 1 2", "3 0 1 -1"), &["face 0", "-1", "below"]);
     files.refused("word.ply", ply("zero"), &["\"zero\" is not a number", "numbers only"]);
     for index in ["4", "0", "-4", "4294967297", "9223372036854775807", "-9223372036854775808"] {
-        let words = [&format!(".obj:4:7: v {index} is none of the 3")[..], "the first is 1"];
+        let words = [&format!(".obj:4:7: v {index} does not exist, there are 3")[..], "the first is 1"];
         files.refused("index.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {index}\n"), &words);
     }
     for index in ["99999999999999999999", "1.5", "NaN", "1/2/3/"] {
@@ -276,10 +279,10 @@ fn triangles_without_area_are_dropped_and_counted() {
     files.renders("a.gltf", document.to_string(), &["without area", "dropped: 2", "meshes[0].primitives[0]"]);
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 2\n";
     files.renders("a.obj", obj, &["without area", "dropped: 1", "fewer than three vertices, dropped: 1"]);
-    // In f64 it has some, in f32 none.
+    // The triangle has an area in f64, but none in f32.
     let sliver = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1e-30 0\nf 1 2 3\nf 1 2 4\n";
     files.renders("sliver.obj", sliver, &["1 triangles", "single precision", "dropped"]);
-    // Small, but with a shape.
+    // Small triangles that are not thin are kept.
     let tiny = "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\nf 1 2 3\n";
     let printed = files.renders("tiny.obj", tiny, &[]);
     assert!(!printed.contains("dropped"), "{printed}");
@@ -290,14 +293,14 @@ fn nodes_that_are_no_trees() {
     let files = Files::new("nodes");
     let nodes = |nodes: Value| gltf(json!({ "nodes": nodes }));
     let cycle = nodes(json!([{ "mesh": 0 }, { "children": [2] }, { "children": [1] }]));
-    files.refused("cycle.gltf", cycle, &["nodes[1]", "below itself", "must form trees"]);
+    files.refused("cycle.gltf", cycle, &["nodes[1]", "its own descendant", "must form trees"]);
     files.refused("self.gltf", nodes(json!([{ "children": [0] }])), &["nodes[0]", "must form trees"]);
     let twice = nodes(json!([{ "children": [1, 1] }, { "mesh": 0 }]));
     files.refused("twice.gltf", twice, &["nodes[1]", "must have one parent"]);
     let mut deep: Vec<Value> = (1..=100_000).map(|child| json!({ "children": [child] })).collect();
     deep.push(json!({ "mesh": 0 }));
     files.refused("deep.gltf", nodes(deep.into()), &["nodes[255]", "too deep", "256 levels"]);
-    // The JSON itself.
+    // The JSON itself is nested too deeply.
     let nested = "[".repeat(1_000_000);
     files.refused("json.gltf", &nested, &[".gltf:1:"]);
     files.refused(
@@ -318,7 +321,7 @@ fn images_of_absurd_size() {
         refused(&files.write(&format!("{name}.ron"), scene), &[&format!("{name}.png")]);
     }
     refused(&files.0.join("wide.ron"), &["65535 x 65535", "16384 x 16384 texels"]);
-    // As large as may be, and not there.
+    // The largest permitted size, without its data.
     files.write("legal.png", png(16384, 16384));
     files.refused("legal.gltf", gltf(textured("legal.png")), &["images[0]"]);
     for (name, bytes) in [
@@ -340,12 +343,12 @@ fn more_than_fits() {
     let files = Files::new("bomb");
     // 2^20 triangles, a little more than 2^10 times.
     files.refused("many.glb", bomb(1 << 20, 1100), &["nodes[1024]", "too many triangles", "1073741824"]);
-    // As many as a reader takes, but few machines.
+    // As many triangles as the reader accepts, but more than most machines have memory for.
     if memory::available() < 400 << 30 {
         let remedy = "place fewer copies";
         let path = files.write("fit.glb", bomb(1 << 20, 1000));
         refused(&path, &["fit.glb", "memory", remedy]);
-        // Many of it, or one of each of many materials.
+        // Many objects of one model.
         std::fs::write(&path, bomb(1 << 20, 1)).unwrap();
         let objects = "Mesh(file: \"fit.glb\"),\n".repeat(1000);
         files.refused(
@@ -354,7 +357,7 @@ fn more_than_fits() {
             &["copies.ron:", ": the scene's triangles", "fit.glb", "memory", remedy],
         );
     }
-    // base64 that is none at its end, and that is none of what is asked for.
+    // base64 data with a wrong last character, and data URIs without a comma or with a huge image.
     let mut buffers = "A".repeat(50_000_000);
     let bomb = |content: &str| {
         gltf(json!({ "buffers": [{ "byteLength": 39, "uri": format!("data:;base64,{content}") }] }))
@@ -389,12 +392,12 @@ fn a_ply_file_with_less_than_it_says() {
     files.refused("list.ply", text, &["4000000000 members", "must follow"]);
     files.refused("count.ply", file("ascii", "-1", "1", "uchar", body), &["line 3", "has no count"]);
     let text = file("ascii", "3", "1", "uchar", "0 0 0\n1 0 0\n0 1 0\n3 0 1\n");
-    files.refused("end.ply", text, &["less than the header says", remedy]);
+    files.refused("end.ply", text, &["less data than the header says", remedy]);
     files.refused("head.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", &["line 4", "end_header"]);
-    files.refused("none.ply", "pyl\n", &["line 1", "no PLY file"]);
+    files.refused("none.ply", "pyl\n", &["line 1", "not a PLY file"]);
 }
 
-/// A scene of these objects.
+/// Returns a scene file with these fields and objects.
 fn scene(fields: &str, objects: &str) -> String {
     format!(
         "Scene(\nversion: 1, image: (width: 8, height: 4, samples: 1),\n\
@@ -405,7 +408,7 @@ fn scene(fields: &str, objects: &str) -> String {
 #[test]
 fn a_scene_names_files_that_are_missing_or_none() {
     let files = Files::new("scene");
-    let remedy = "docs/scenes.md";
+    let remedy = "docs/reference/scene-format/README.md";
     files.write("good.gltf", gltf(json!({})));
     files.renders("good.ron", scene("", "Mesh(file: \"good.gltf\"),\n"), &[]);
     let mesh = scene("", "Mesh(file: \"none.glb\")");
@@ -421,9 +424,9 @@ fn a_scene_names_files_that_are_missing_or_none() {
     files.refused("model.ron", mesh, &["model.ron:7:12: ", "not a model", ".gltf, .glb, .obj, .ply"]);
     files.refused("extension.fbx", "", &["extension.fbx"]);
     let texture = scene("textures: { \"a\": (file: \"good.gltf\") },", "");
-    refused(&files.write("image.ron", texture), &["good.gltf", "no image", "PNG or JPEG"]);
-    // What is wrong within a model is placed there.
+    refused(&files.write("image.ron", texture), &["good.gltf", "not an image", "PNG or JPEG"]);
+    // An error within a model is placed there.
     files.write("bad.obj", "v 0 0 0\nf 1 2 3\n");
     let mesh = scene("", "Mesh(file: \"bad.obj\")");
-    refused(&files.write("within.ron", mesh), &["bad.obj:2:5: ", "v 2 is none of the 1"]);
+    refused(&files.write("within.ron", mesh), &["bad.obj:2:5: ", "v 2 does not exist, there are 1"]);
 }

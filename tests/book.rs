@@ -1,4 +1,5 @@
-//! The image is the book's: against an independent program in double precision (`tests/reference`), on each backend.
+//! On each backend, the image of the book's scene is that of an independent program in double
+//! precision (`tests/reference`).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::film::{Film, PixelTotals};
@@ -7,10 +8,11 @@ use trisect::scene::Scene;
 use trisect_tests::statistics::ZTest;
 use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
 
-/// Samples a pixel of the reference.
+/// Samples per pixel of the reference.
 const SAMPLES: f64 = 30_000.0;
 
-/// The reference as a film: sums and squares that give its mean and its variance of the mean.
+/// Returns the reference as a film, with sums and squares that give its mean and the variance of
+/// the mean.
 fn reference() -> Film {
     let read = |name: &str| -> Vec<f64> {
         let folder = [root().join("tests/reference"), root().join("reference")]; // the second in a bundle
@@ -43,20 +45,20 @@ fn the_image_is_the_books(subject: BackendUnderTest) {
         let settings = Settings { width: 80, height: 45, samples: 1024, seed: 41, ..scene.settings() };
         Some(ZTest::new(&renderer.render(&settings, &mut ()).unwrap().film, &reference))
     };
-    // The global mean within 0.1 %: its noise is 0.015 % at these samples.
+    // The global mean must agree within 0.1 %, several times its noise at these samples.
     let agrees = |test: &ZTest| test.passes() && test.relative.iter().all(|r| r.abs() < 1e-3);
     let Some(result) = test(&good) else { return };
     eprintln!("{subject:?}: {result:?}");
     assert!(agrees(&result), "{result:?}");
 
-    // The twins: albedo + 1 %, a lens half as wide, glass of another index, no fuzz.
+    // Negative controls: 1 % more albedo, half the lens, another index of refraction, no fuzz.
     let faults: [fn(&mut Scene); 4] = [
         |scene| scene.materials.iter_mut().for_each(|material| material.albedo *= 1.01),
         |scene| scene.camera.defocus_angle *= 0.5,
         |scene| scene.materials.iter_mut().for_each(|material| material.ior *= 0.97),
         |scene| scene.materials.iter_mut().for_each(|material| material.fuzz = 0.0),
     ];
-    // On the CPU only: what the comparison can find does not depend on the backend.
+    // Only on the CPU: what the comparison detects does not depend on the backend.
     for (i, plant) in faults.into_iter().enumerate().filter(|_| subject == BackendUnderTest::Cpu) {
         let mut scene = good.clone();
         plant(&mut scene);

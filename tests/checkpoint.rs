@@ -1,4 +1,4 @@
-//! Renders that survive: what was interrupted, killed or rendered apart has the bits of what was not.
+//! Renders that were interrupted, killed or split have the bits of one that was not.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
@@ -17,7 +17,7 @@ const IMAGE: &[&str] = &["--backend", "cpu", "--resolution", "96x54", "--spp", "
 static BOOK: LazyLock<String> =
     LazyLock::new(|| root().join("scenes/rtiow_final.ron").to_str().unwrap().to_owned());
 
-/// More samples than anyone waits for.
+/// Arguments for more samples than anyone would wait for.
 const LONG: &[&str] =
     &["--backend", "cpu", "--resolution", "96x54", "--spp", "10000000", "--depth", "8", "--every", "1ms"];
 
@@ -25,7 +25,7 @@ fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The film of one piece.
+/// Returns the film of an uninterrupted render.
 fn uninterrupted(folder: &Temporary) -> Film {
     let file = folder.file("whole.ckpt");
     let image = folder.file("whole.pfm");
@@ -34,7 +34,8 @@ fn uninterrupted(folder: &Temporary) -> Film {
     Checkpoint::read(file.as_ref()).unwrap().film
 }
 
-/// The first interrupt, or what a queue sends when time is over: exit code 130, image and checkpoint are there.
+/// After the first interrupt, or the signal of a queue whose time is over, the exit code is 130 and
+/// image and checkpoint are written.
 #[test]
 fn interrupts() {
     let folder = Temporary::new("checkpoint", "interrupts");
@@ -51,10 +52,11 @@ fn interrupts() {
         assert!(text(&output).contains("interrupted"), "{}", text(&output));
         let found = Checkpoint::read(file.as_ref()).unwrap();
         assert!(!found.film.coverage.parts().is_empty() && fs::exists(&out).unwrap());
-        // Twice: at once, and the last checkpoint is as it was. A part takes two seconds.
+        // A second interrupt ends the program at once, and the last checkpoint stays as it was. A
+        // part takes two seconds.
         let start = SystemTime::now();
         let mut running = Running::start(&mut program(&["resume", &file, "--every", "1h"]));
-        running.until("are there");
+        running.until("are in the checkpoint");
         std::thread::sleep(Duration::from_millis(3000));
         let before = fs::read(&file).unwrap();
         running.signal(name);
@@ -64,14 +66,14 @@ fn interrupts() {
         let output = running.end();
         assert_eq!(output.status.code(), Some(130), "{}", text(&output));
         let wrote = text(&output).contains("wrote");
-        // Or the part had just ended.
+        // The part may just have ended: then the checkpoint is new.
         assert!(
             !wrote && clock.elapsed() < Duration::from_secs(1)
                 || fs::metadata(&file).unwrap().modified().unwrap() > start
         );
         assert!(wrote || fs::read(&file).unwrap() == before, "{}", text(&output));
     }
-    // Before anything was rendered: an image that is there stays.
+    // If nothing was rendered, an existing image stays.
     let (none, earlier) = (folder.file("none.ckpt"), folder.file("INT.pfm"));
     let before = fs::read(&earlier).unwrap();
     let begin = ["render", &BOOK, "-o", &earlier, "--checkpoint", &none, "--time-limit", "0.001ms"];
@@ -82,7 +84,7 @@ fn interrupts() {
         text(&output)
     );
     assert!(fs::read(&earlier).unwrap() == before);
-    // By --time-limit: exit code 7, and resumed, limited again, at last complete.
+    // --time-limit gives exit code 7; the checkpoint is resumed until the image is complete.
     let (file, out) = (folder.file("late.ckpt"), folder.file("late.pfm"));
     let begin = ["render", &BOOK, "-o", &out, "--checkpoint", &file, "--time-limit", "1ms"];
     let output = trisect(&[&begin[..], IMAGE].concat());
@@ -92,7 +94,7 @@ fn interrupts() {
     assert_eq!(Checkpoint::read(file.as_ref()).unwrap().film, whole);
 }
 
-/// A goal that is far away ends with the image that there is, too.
+/// An interrupt or time limit before a goal is reached leaves the image so far.
 #[test]
 fn goals_end() {
     let folder = Temporary::new("checkpoint", "goals");
@@ -117,12 +119,13 @@ fn goals_end() {
             check(&running.end(), 130);
         }
     }
-    // What is reached before is as it was.
+    // A goal that is reached in time gives exit code 0.
     let near = [&place[..], &["--target-error", "20%", "--time-limit", "1h"]].concat();
     assert_eq!(trisect(&near).status.code(), Some(0));
 }
 
-/// Four ranges of samples rendered apart are one render; what overlaps or is of another image is refused.
+/// Four ranges of samples that are rendered separately merge to one render. Overlapping films and
+/// films of another image are refused.
 #[test]
 fn rendered_apart() {
     let folder = Temporary::new("checkpoint", "apart");
@@ -142,7 +145,7 @@ fn rendered_apart() {
     let image = folder.file("sum.pfm");
     assert!(trisect(&[&["merge"], &of[..], &["-o", &image]].concat()).status.success());
     assert_eq!(fs::read(&image).unwrap(), fs::read(folder.file("whole.pfm")).unwrap());
-    // Of two, the rest is rendered.
+    // After merging two, `resume` renders the rest.
     let part = folder.file("two.ckpt");
     let two = trisect(&["merge", of[0], of[1], "-o", &part]);
     assert!(two.status.success() && text(&two).contains("samples 256 to 768"), "{}", text(&two));
@@ -158,11 +161,12 @@ fn rendered_apart() {
     refused([of[3], &double], &["samples 512 to 768"]);
     let other = render("other", "256..512", &["--seed", "6"]);
     refused([of[0], &other], &["seed is 6 there"]);
-    // The refusals left the sum as it was.
+    // The refusals did not change the sum.
     assert_eq!(Checkpoint::read(sum.as_ref()).unwrap().film, whole);
 }
 
-/// What a resumed render is not: of another scene; written over; a goal whose samples depend on each other.
+/// Mistakes with checkpoints are refused: another scene, an existing file, and a goal whose samples
+/// depend on each other.
 #[test]
 fn mistakes_are_named() {
     let folder = Temporary::new("checkpoint", "mistakes");
@@ -171,7 +175,7 @@ fn mistakes_are_named() {
     let small = ["--backend", "cpu", "--resolution", "16x9", "--spp", "256"];
     let begin = [&["render", &copy, "-o", &out, "--checkpoint", &file], &small[..]].concat();
     assert!(trisect(&begin).status.success());
-    check_failure(&trisect(&begin), &begin, 2, &["a.ckpt", "is there already", "trisect resume"]);
+    check_failure(&trisect(&begin), &begin, 2, &["a.ckpt", "already exists", "trisect resume"]);
     let fails = |arguments: &[&str], code: i32, words: &[&str]| {
         check_failure(&trisect(arguments), arguments, code, words);
     };
@@ -196,8 +200,8 @@ fn mistakes_are_named() {
     fails(&["merge", &file, "-o", &file], 2, &["a.ckpt", "-o would overwrite"]);
 }
 
-/// A checkpoint that was begun elsewhere replaces no file unasked: neither the image that it names
-/// nor the statistics.
+/// A checkpoint from another folder does not overwrite files unless asked: neither the image that
+/// it names nor the statistics.
 #[test]
 fn nothing_is_written_on_a_checkpoints_word() {
     let folder = Temporary::new("checkpoint", "word");
@@ -214,18 +218,19 @@ fn nothing_is_written_on_a_checkpoints_word() {
     assert!(trisect(&["resume", &file, "-o", &asked]).status.success());
     let mine = |path: &str| fs::read(path).unwrap() == b"mine";
     assert!(mine(&out) && mine(&stats));
-    // Beside its image it goes on as before, and says where the image goes.
+    // Beside its image, the checkpoint is resumed as before, with a message that names the image.
     fs::copy(&file, &copy).unwrap();
     let output = trisect(&["resume", &copy]);
     assert!(output.status.success() && text(&output).contains("the image goes to"), "{}", text(&output));
     assert!(fs::read(&out).unwrap() == fs::read(&asked).unwrap() && mine(&stats));
-    // Its own file is no image file, and none of the scene's is written over.
+    // The checkpoint itself cannot be a file to write.
     let over = ["resume", &copy, "-o", &out, "--stats", &copy];
     check_failure(&trisect(&over), &over, 2, &["--checkpoint", "--stats", "name two"]);
 }
 
-/// Returns the file whose name ends so in the new folder in `safe` that the program says it wrote
-/// it to. The line keeps its start and its end: names as long as these are cut in between.
+/// Returns the file, in a new folder of `safe`, that the program reports to have written, and whose
+/// name ends with `end`. The reported line keeps its start and its end; names as long as these are
+/// cut in between.
 fn elsewhere(said: &str, safe: &Path, end: &str) -> PathBuf {
     let mut lines = said.lines().filter(|line| line.starts_with("wrote ") && line.contains(end));
     let line = lines.next().unwrap_or_else(|| panic!("no {end}: {said}"));
@@ -235,13 +240,14 @@ fn elsewhere(said: &str, safe: &Path, end: &str) -> PathBuf {
     files.find(|file| file.to_str().unwrap().ends_with(end)).unwrap_or_else(|| panic!("no {end} in {line}"))
 }
 
-/// A folder that goes while the render runs: image and checkpoint are where the program says, and the render goes on from there.
+/// If the target folder disappears during a render, image and checkpoint are where the program
+/// reports, and contain the rendered samples.
 #[test]
 fn a_target_that_goes() {
     let folder = Temporary::new("checkpoint", "goes");
     let (there, safe) = (folder.path("there"), folder.path("safe"));
     [&there, &safe].into_iter().for_each(|path| fs::create_dir_all(path).unwrap());
-    // Names as long as they may be.
+    // Names of the maximum length.
     let (file, out) = (there.join("b".repeat(249) + "a.ckpt"), there.join("b".repeat(250) + "a.pfm"));
     let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
     let begin = [&["render", &BOOK, "-o", out, "--checkpoint", file], LONG].concat();
@@ -249,7 +255,7 @@ fn a_target_that_goes() {
     let running = Running::start(program(&begin).env("TMPDIR", &safe));
     wait_for(file, start);
     fs::rename(&there, folder.path("gone")).unwrap();
-    // Long enough for another part, whose checkpoint fails: a part takes some two seconds.
+    // Long enough for another part, whose checkpoint fails. A part takes about two seconds.
     std::thread::sleep(Duration::from_secs(8));
     running.signal("INT");
     let output = running.end();
@@ -259,7 +265,8 @@ fn a_target_that_goes() {
     let found = Checkpoint::read(&elsewhere(&said, &safe, "a.ckpt")).unwrap();
     assert!(found.film.coverage.parts()[0].samples.len() >= 256);
     assert_eq!(trisect::image::Image::read(&elsewhere(&said, &safe, "a.pfm")).unwrap().width, 96);
-    // Who would queue the rest is told that it is not where it should be: 1, and not 7.
+    // The exit code is 1, not 7, so that a script that would queue the rest learns that the
+    // checkpoint is elsewhere.
     fs::create_dir_all(&there).unwrap();
     let limited = [&begin[..], &["--time-limit", "6s"]].concat();
     let start = SystemTime::now();
@@ -271,8 +278,8 @@ fn a_target_that_goes() {
     assert!(Checkpoint::read(&elsewhere(&text(&output), &safe, "a.ckpt")).is_ok());
 }
 
-/// Two renders with one checkpoint, and two that resume one: the first that writes has the file, and
-/// the film of the other is where it says, with exit code 1.
+/// Two renders with one checkpoint, or two that resume one: the first to write has the file. The
+/// other writes its film elsewhere and has exit code 1.
 #[test]
 fn two_at_once() {
     let folder = Temporary::new("checkpoint", "two");
@@ -297,23 +304,23 @@ fn two_at_once() {
     let images = ["one.pfm", "other.pfm"].map(|name| folder.file(name));
     let render = |image| [&["render", &BOOK, "-o", image, "--checkpoint", &file], IMAGE].concat();
     first_loses(&render(&images[0]), &render(&images[1]), "96x54");
-    // What is left to resume.
+    // A checkpoint that can be resumed.
     fs::remove_file(&file).unwrap();
     let output = trisect(&[&render(&images[0])[..], &["--time-limit", "1ms"]].concat());
     assert_eq!(output.status.code(), Some(7), "{}", text(&output));
     fs::remove_dir_all(&safe).unwrap();
     fs::create_dir_all(&safe).unwrap();
     let resume = |image| ["resume", &file, "-o", image];
-    first_loses(&resume(&images[0]), &resume(&images[1]), "are there");
+    first_loses(&resume(&images[0]), &resume(&images[1]), "are in the checkpoint");
 }
 
-/// A disk that is full: the checkpoint that does not fit is written elsewhere, and the exit code is not 0.
+/// On a full disk, the checkpoint is written elsewhere, and the exit code is not 0.
 #[test]
 fn a_full_disk() {
     let folder = Temporary::new("checkpoint", "full");
     let (small, safe) = (folder.file("small"), folder.path("safe"));
     [small.as_ref(), safe.as_path()].into_iter().for_each(|path| fs::create_dir_all(path).unwrap());
-    // 663 kB of checkpoint, 62 of image.
+    // The checkpoint has 663 kB, the image 62 kB.
     let script = format!(
         "mount -t tmpfs -o size=200k none {small} && exec {} render {} -o {small}/a.pfm --checkpoint {small}/a.ckpt \
          --every 1ms {}",

@@ -1,4 +1,5 @@
-//! The program over real ranks: mpirun's processes on this machine, and on hosts of its own in network namespaces.
+//! The program over MPI ranks: processes of mpirun on this machine, and on simulated hosts in
+//! network namespaces.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
@@ -8,7 +9,7 @@ use trisect_tests::hosts::Hosts;
 use trisect_tests::mpi::{self, Job};
 use trisect_tests::program::{self, Temporary};
 
-/// A scene of the project.
+/// Returns the path of a scene of the project.
 fn scene(name: &str) -> String {
     trisect_tests::root().join("scenes").join(name).to_str().unwrap().to_owned()
 }
@@ -21,7 +22,7 @@ fn check(output: &Output) {
     assert!(output.status.success(), "{}", text(output));
 }
 
-/// Arguments of a small render.
+/// Returns the arguments of a small render.
 fn small<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut all = vec!["render", scene, "--backend", "cpu", "--threads", "1", "-q", "-o", output];
     if !more.contains(&"--resolution") {
@@ -31,7 +32,8 @@ fn small<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> 
     all
 }
 
-/// Renders by one process, then over ranks with more arguments, and compares the files' bytes.
+/// Renders by one process, then over ranks with the arguments `distribute`, and compares the files'
+/// bytes.
 fn same(folder: &Temporary, scene: &str, name: &str, common: &[&str], ranks: &[u32], distribute: &[&str]) {
     let (one, many) = (folder.file(&format!("one-{name}")), folder.file(&format!("many-{name}")));
     check(&program::trisect(&small(scene, &one, common)));
@@ -63,14 +65,14 @@ fn rows_are_the_image_of_one_process() {
         &[4],
         &["--distribute", "rows", "--block", "1"],
     );
-    // All that a film holds, and a filter over it.
+    // All layers of a film, and a filter over it.
     let layers = ["--spp", "3", "--aov", "normal,position,albedo,depth,id,variance,samples"];
     same(&folder, &scene, "a.exr", &layers, &[3], &rows);
     same(&folder, &scene, "d.png", &["--spp", "2", "--denoise", "svgf"], &[2], &rows);
-    // The twin: another seed is another image.
+    // Negative control: another seed gives another image.
     let (one, other) = (folder.file("one-a.png"), folder.file("other.png"));
     check(&mpi::run(2, &small(&scene, &other, &["--spp", "5", "--seed", "1", "--distribute", "rows"])));
-    assert!(fs::read(one).unwrap() != fs::read(other).unwrap(), "a comparison that cannot fail");
+    assert!(fs::read(one).unwrap() != fs::read(other).unwrap(), "negative control not detected");
 }
 
 #[test]
@@ -79,10 +81,11 @@ fn averages_are_the_image_of_one_process() {
         return;
     }
     let (folder, scene) = (Temporary::new("cluster", "average"), scene("three_spheres.ron"));
-    // Whole chunks for each.
+    // Each rank has whole chunks.
     let average = ["--distribute", "average"];
     same(&folder, &scene, "a.pfm", &["--spp", "3072", "--resolution", "16x9"], &[1, 2, 3, 4], &average);
-    // Fewer samples than ranks, and what does not divide: half a unit in the last place of a rank's sum.
+    // Fewer samples than ranks, or a number that the ranks do not divide: each rank's sum may be
+    // off by half a unit in the last place.
     let (one, many) = (folder.file("one.pfm"), folder.file("many.pfm"));
     for (samples, ranks) in [("2", 3), ("7", 3)] {
         check(&program::trisect(&small(&scene, &one, &["--spp", samples])));
@@ -95,7 +98,8 @@ fn averages_are_the_image_of_one_process() {
     check(&program::trisect(&["compare", &many, &one, "--max-rel-mse", "1e-13"]));
 }
 
-/// Ranks of other backends and threads render the same: here lavapipe, whose bits are the CPU's.
+/// Ranks with other backends and numbers of threads render the same image; lavapipe has the CPU's
+/// bits.
 #[test]
 fn ranks_may_differ_in_their_devices() {
     if !mpi::available() {
@@ -136,7 +140,7 @@ fn ranks_may_differ_in_their_devices() {
     assert!(fs::read(&one).unwrap() == fs::read(&many).unwrap());
 }
 
-/// Ends with `code` and says each of `words`, once.
+/// The program must end with `code`, with each of `words` and one error message.
 fn refused(output: &Output, code: i32, words: &[&str]) {
     let text = text(output);
     assert_eq!(output.status.code(), Some(code), "{text}");
@@ -177,12 +181,12 @@ fn what_does_not_belong_together_is_refused() {
     refused(&mpi::run(2, &missing), 4, &["rank 0 on ", "/nowhere/a.ron"]);
     let unwritable = small(&own, "/nowhere/a.png", &rows);
     refused(&mpi::run(2, &unwritable), 1, &["rank 0 on ", "/nowhere/a.png"]);
-    // Each rank would write the same file.
+    // Without --distribute each rank would write the same file.
     let forgotten = mpi::run(2, &small(&own, &image, &["--spp", "2"]));
     assert_eq!(forgotten.status.code(), Some(2));
     assert!(text(&forgotten).contains("add --distribute"), "{}", text(&forgotten));
     assert!(!folder.path("a.png").exists());
-    // The scene that the root sends needs no file elsewhere.
+    // With --broadcast-scene only the root needs the file.
     let mut sent: [Vec<String>; 2] = [usual.clone(), scene_of("/nowhere/a.ron")];
     sent.iter_mut().for_each(|all| all.push("--broadcast-scene".to_owned()));
     let [first, second] = [&sent[0], &sent[1]].map(|all| all.iter().map(String::as_str).collect::<Vec<_>>());
@@ -190,13 +194,15 @@ fn what_does_not_belong_together_is_refused() {
     assert!(folder.path("a.png").exists());
 }
 
-/// A render that takes a minute here, of pieces that take a fraction of a second each.
+/// Returns the arguments of a render that takes about a minute, in pieces of a fraction of a
+/// second.
 fn long<'a>(scene: &'a str, image: &'a str) -> Vec<&'a str> {
     let of = ["--spp", "256", "--distribute", "rows", "--write-partial", "--resolution", "200x6000"];
     small(scene, image, &of)
 }
 
-/// Kill -9 of a rank at three moments: while it loads, while it renders, and later.
+/// A rank is killed with SIGKILL while it loads, while it renders, and later; the job ends each
+/// time.
 #[test]
 fn a_rank_that_dies_ends_the_job() {
     if !mpi::available() {
@@ -212,7 +218,7 @@ fn a_rank_that_dies_ends_the_job() {
         let text = text(&output);
         assert!(!output.status.success(), "{name}: {text}");
         assert!(took < Duration::from_secs(10), "{name}: {took:?}");
-        // mpirun names the rank and its host.
+        // mpirun names the rank and its signal.
         assert!(text.contains("rank 1") && text.contains("exited on signal 9"), "{name}: {text}");
         if name == "later" {
             let image = trisect::image::Image::read(folder.path("later.png").as_path()).unwrap();
@@ -237,11 +243,12 @@ fn a_rank_that_hangs_ends_the_job() {
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(took < Duration::from_secs(10), "{took:?}");
     assert!(text.contains("error: rank 1 on ") && text.contains("was silent for 6 s"), "{text}");
-    assert!(text.contains("wrote what there is to"), "{text}");
+    assert!(text.contains("wrote the partial image to"), "{text}");
     assert!(folder.path("a.png").exists());
 }
 
-/// Bands of rows with as many rows around them as filters reach: the same frames.
+/// Live frames are those of one process: each rank renders a band of rows, and the rows around it
+/// that the filters read.
 #[test]
 fn frames_are_those_of_one_process() {
     if !mpi::available() {
@@ -282,7 +289,8 @@ fn frames_are_those_of_one_process() {
     }
 }
 
-/// Messages of megabytes, which ranks of one host copy through shared memory: more than it has room for at once.
+/// Messages of megabytes, which ranks of one host copy through shared memory, arrive complete, even
+/// those larger than that memory.
 #[test]
 fn long_messages_come_whole() {
     if !mpi::available() {
@@ -366,7 +374,7 @@ fn hosts_apart_render_the_same() {
             check(&program::trisect(&["compare", &many, &one, "--max-rel-mse", "1e-6"]));
         }
     }
-    // Frames: two ranks share memory with the root, the third sends its rows.
+    // Live frames: two ranks share memory with the root, the third sends its rows.
     let (one, many) = (folder.file("frames"), folder.file("frames-apart"));
     let view = [
         "view",

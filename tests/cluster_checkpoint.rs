@@ -1,4 +1,5 @@
-//! Films that the root keeps while ranks render them: whoever ended or was lost, and however many go on, the film is that of one process.
+//! Films that the root keeps while ranks render them: whichever rank stops or is lost, and however
+//! many continue, the film is that of one process.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
@@ -23,7 +24,8 @@ fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
 }
 
-/// Goes on with a film over so many ranks, the last of which has a scene of its own.
+/// Continues a film over `ranks` ranks until `pieces` pieces were added. The last rank has the
+/// second scene.
 fn grown(ranks: u32, scenes: [&Scene; 2], settings: &Settings, film: Film, pieces: u32) -> Film {
     let keeper = StopAfterParts::new(pieces);
     let work = Work::for_film(settings.clone(), 3);
@@ -66,15 +68,15 @@ fn any_number_of_ranks_goes_on() {
         }
         assert!(runs >= 2, "{runs}");
         assert_eq!(film, want);
-        // Nothing is left: nothing is rendered.
+        // A complete film is returned without rendering.
         assert_eq!(grown(3, [&scene; 2], &settings, film, 1), want);
-        // The twin: one rank has another scene.
+        // Negative control: one rank has another scene.
         let mut other = scene.clone();
         other.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
         assert_ne!(
             grown(3, [&scene, &other], &settings, empty(), u32::MAX),
             want,
-            "a comparison that cannot fail"
+            "negative control not detected"
         );
     }
 }
@@ -100,14 +102,15 @@ fn what_is_not_kept_so_is_refused() {
     let work = Work::for_film(settings, 3);
     refuse(work.clone(), Film::new(8, 9), "8x9");
     refuse(work.clone(), Film::with_aovs(8, 8), "the same --aov and --denoise");
-    refuse(Work { plan: ClusterPlan::default(), ..work }, Film::new(8, 8), "Work::kept");
+    refuse(Work { plan: ClusterPlan::default(), ..work }, Film::new(8, 8), "Work::for_film");
 }
 
 fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A job that loses a rank, that is told to end, or whose time is over leaves a checkpoint, from which other numbers of ranks go on, or one process.
+/// A job that loses a rank, is told to stop, or runs out of time leaves a checkpoint that another
+/// number of ranks, or one process, continues.
 #[test]
 fn a_job_survives_its_ranks() {
     if !mpi::available() {
@@ -141,19 +144,19 @@ fn a_job_survives_its_ranks() {
     let mut left = missing();
     assert!((1..36 * 16384).contains(&left), "{left}");
 
-    // Begun again: refused.
+    // Starting the render again is refused.
     let output = mpi::run(2, &[&begin[..], &image, &rows].concat());
     assert_eq!(output.status.code(), Some(2), "{}", text(&output));
-    assert!(text(&output).contains("is there already"), "{}", text(&output));
+    assert!(text(&output).contains("already exists"), "{}", text(&output));
 
     let resume = ["resume", &file, "--every", "1ms"];
     let output = mpi::run(3, &[&resume[..], &rows, &["--time-limit", "1ms"]].concat());
     assert_eq!(output.status.code(), Some(7), "{}", text(&output));
-    assert!(text(&output).contains("% of samples 0 to 16384 are there"), "{}", text(&output));
+    assert!(text(&output).contains("% of samples 0 to 16384 are in the checkpoint"), "{}", text(&output));
     assert!((1..=left).contains(&missing()), "{}", missing());
     left = missing();
 
-    // What a queue sends, to all ranks by mpirun.
+    // A queue's signal, which mpirun sends to all ranks.
     let start = SystemTime::now();
     let job = Job::start(&folder, &[&resume[..], &rows].concat());
     wait_for(&file, start);
@@ -162,7 +165,7 @@ fn a_job_survives_its_ranks() {
     assert!(!output.status.success(), "{}", text(&output));
     assert!((1..=left).contains(&missing()), "{}", missing());
 
-    // Ranks go on, and one process with the same.
+    // Ranks continue, and so does one process with a copy.
     let (copy, alone) = (folder.file("copy.ckpt"), folder.file("alone.pfm"));
     fs::copy(&file, &copy).unwrap();
     let by_ranks = mpi::run(2, &[&resume[..], &rows].concat());

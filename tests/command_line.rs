@@ -1,4 +1,4 @@
-//! The program as a user runs it.
+//! The program as users run it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::PathBuf;
@@ -40,7 +40,8 @@ fn render_every_format_and_compare() {
         let limit = if name.ends_with("pfm") || name.ends_with("EXR") { 0.0 } else { 1e-4 };
         assert!(json["rel_mse"].as_f64().unwrap() <= limit, "{name}: {json}");
     }
-    // Another seed is another image: compare finds it, and --max-rel-mse turns it into exit code 5.
+    // Another seed gives another image: `compare` finds it, and --max-rel-mse turns that into exit
+    // code 5.
     let other = render("c.exr", &["--seed", "9"]);
     let compare = |limit: &str| {
         let arguments = ["compare", &other, &reference, "--max-rel-mse", limit];
@@ -76,7 +77,7 @@ fn stats_say_what_was_done() {
     assert_eq!(json["device"]["backend"], "cpu");
     assert!(json["device"]["details"].as_str().is_some_and(|details| details.starts_with("2 threads, ")));
     assert_eq!(json["kernel"], "render_roulette");
-    // The width alone: the height follows the scene's aspect.
+    // Only the width is given: the height follows from the scene's aspect ratio.
     assert_eq!((&json["settings"]["width"], &json["settings"]["height"]), (&32.into(), &18.into()));
     assert_eq!(json["samples"], 32 * 18 * 3);
     assert_eq!((&json["rejected_samples"], &json["unwritten_pixels"]), (&0.into(), &0.into()));
@@ -92,12 +93,13 @@ fn without_a_scene_the_hello_world_is_drawn() {
     let output = trisect(&[&arguments[..], &[image.to_str().unwrap()]].concat());
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(text.contains("three_spheres.ron (built in)") && text.contains("Msamples/s"), "{text}");
-    // No terminal: no progress bar, no escape sequences.
+    // Without a terminal there is no progress bar and no escape sequence.
     assert!(!text.contains('\u{1b}') && !text.contains('\r'), "{text:?}");
     assert!(Image::read(&image).unwrap().pixels.iter().flatten().any(|&value| value > 0.5));
 }
 
-/// The package has a copy of what it builds in, as its folder ends where others' begin.
+/// The package has its own copy of the built-in scene, because a package contains only files of its
+/// own folder.
 #[test]
 fn the_hello_world_is_that_of_the_scenes() {
     let of = |path: &str| std::fs::read(root().join(path)).unwrap();
@@ -125,7 +127,7 @@ fn auto_says_what_it_took() {
     let output = trisect(&[&arguments[..], &[image.to_str().unwrap()]].concat());
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(text.contains("auto: "), "{text}");
-    // Never a software adapter without being asked.
+    // A software adapter is never chosen automatically.
     assert!(!text.contains("\nwgpu: llvmpipe"), "{text}");
 }
 
@@ -140,7 +142,8 @@ fn bench_prints_rates() {
     }
 }
 
-/// The filter changes the image, the statistics name it, and a frame that stays on the device has a row for each pass.
+/// The filter changes the image, the statistics name it, and the benchmark has a row for each of
+/// its passes.
 #[test]
 fn denoise_and_its_times() {
     let folder = folder("denoise");
@@ -169,7 +172,8 @@ fn denoise_and_its_times() {
     }
 }
 
-/// What a benchmark's JSON says, and that the table has a row for each phase; nothing about how long they take.
+/// The benchmark's JSON has its values, and its table has a row for each phase; times are not
+/// checked.
 #[test]
 fn bench_writes_json() {
     let file = folder("bench").join("bench.json");
@@ -189,7 +193,7 @@ fn bench_writes_json() {
     );
     let rows = json["rows"].as_array().unwrap();
     assert!(rows.len() == 6 && rows.iter().all(|row| row["summary"]["count"] == 3), "{json}");
-    // The first submission is over before the first frame is, and comes after everything that happens once.
+    // The first submission ends after everything that happens once, before the first frame ends.
     let once = json["once"].as_object().unwrap();
     let seconds = |name: &str| once[name].as_f64().unwrap();
     let parts =
@@ -223,7 +227,7 @@ fn bench_report_draws_charts() {
         let csv = std::fs::read_to_string(out.join(format!("{stem}.csv"))).unwrap();
         assert_eq!(csv.lines().count(), 1 + json["points"].as_array().unwrap().len(), "{csv}");
     }
-    // Nothing to measure is wrong usage, and so is no time at all.
+    // An empty measurement is a usage error, and so is a time limit of zero.
     for wrong in [["--spheres=9"], ["--time-limit=0"]] {
         let output =
             Command::new(binary()).args([&["bench", "report"], &arguments[..3], &wrong].concat()).output();
@@ -231,7 +235,7 @@ fn bench_report_draws_charts() {
     }
 }
 
-/// A pixel that is no number is left out of the measures, and lets no gate pass.
+/// A pixel with NaN or infinity is left out of the metrics, and no limit is met with it.
 #[test]
 fn images_with_nan_differ() {
     let folder = folder("nan");
@@ -254,7 +258,7 @@ fn images_with_nan_differ() {
     assert_eq!(code(&one, &one), Some(0));
 }
 
-/// By the name `-`, data goes to standard output, alone.
+/// The file name `-` writes data, and nothing else, to standard output.
 #[test]
 fn data_on_standard_output() {
     let folder = folder("stdout");
@@ -271,7 +275,7 @@ fn data_on_standard_output() {
     assert_eq!(json(&["bench", "--frames=2", "--json", "-"])["format"], 1);
     assert_eq!(json(&["view", "--headless", "--frames=2", "--json", "-"])["frames"], 1);
     assert!(!folder.join("-").exists());
-    // And in a render that is resumed, whose statistics are asked for again.
+    // This also holds for a resumed render, for which the statistics are asked for again.
     let checkpoint = folder.join("a.ckpt");
     let checkpoint = checkpoint.to_str().unwrap();
     json(&["render", "-o", image, "--stats", "-", "--checkpoint", checkpoint]);

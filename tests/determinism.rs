@@ -1,4 +1,5 @@
-//! The same film whatever cuts the work: threads, submissions, chunks; and another one for another seed.
+//! The film does not depend on how the work is divided: threads, submissions, chunks. Another seed
+//! gives another film.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::film::Film;
@@ -13,28 +14,30 @@ fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
     renderer.render(settings, &mut ()).unwrap().film
 }
 
-/// A frame depends on nothing that an earlier frame left: not on memory, not on the pace that it taught the scheduler.
+/// A frame does not depend on what an earlier frame left, neither in memory nor in the size of
+/// submissions.
 fn frames_repeat(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = settings(&scene);
     let first = film(&mut renderer, &settings);
-    // Another size between: buffers are made anew.
+    // A frame of another size in between reallocates the buffers.
     film(&mut renderer, &Settings { width: 40, height: 30, samples: 1, ..settings.clone() });
     let second = film(&mut renderer, &settings);
     assert_eq!(first, second);
-    // In the memory of another film, and of one that does not fit.
+    // The memory of another film is reused, whether it fits or not.
     for guides in [false, true] {
         renderer.recycle(second.clone());
         assert_eq!(film(&mut renderer, &Settings { guides, ..settings.clone() }).pixels, first.pixels);
     }
     assert_eq!(first.counts().unwritten + first.counts().rejected, 0);
-    // The twin: another seed must not give the same film.
+    // Negative control: another seed must give another film.
     let other = film(&mut renderer, &Settings { seed: settings.seed + 1, ..settings });
-    assert_ne!(first, other, "a comparison that cannot fail");
+    assert_ne!(first, other, "negative control not detected");
 }
 
-/// How a frame is cut into submissions does not touch its bits: a kernel resumes the sums that the last one left.
+/// The bits of a frame do not depend on its submissions: a kernel continues the sums of the one
+/// before.
 fn submissions_do_not_matter(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -45,7 +48,8 @@ fn submissions_do_not_matter(subject: BackendUnderTest) {
     };
     let whole = cut(u64::MAX / 2);
     assert_eq!(whole.stats.submissions, 1);
-    // Five samples of 5184 pixels: one sample of all rows, two and a rest, one of a band of rows.
+    // Five samples of 5184 pixels, as submissions of one sample of all rows, of two, and of one
+    // sample of a band of rows.
     for (samples, least) in [(5184, 5), (2 * 5184, 3), (7 * 96, 35)] {
         let parts = cut(samples);
         assert!(parts.stats.submissions >= least, "{}", parts.stats.submissions);
@@ -53,14 +57,15 @@ fn submissions_do_not_matter(subject: BackendUnderTest) {
     }
 }
 
-/// More samples than a chunk holds: the second chunk holds the samples that follow, and is added to the first.
+/// With more samples than a chunk holds, the second chunk has the samples that follow, and is added
+/// to the first.
 fn chunks_add_up(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings { width: 8, height: 6, samples: 300, depth: 8, ..scene.settings() };
     let whole = film(&mut renderer, &settings);
     assert_eq!(whole.counts().samples, 8 * 6 * 300);
-    // What the second chunk adds is 44 samples between black and white, and (the fault to find) not the first 44 once more.
+    // The second chunk must add 44 samples of at most 1 each, and not the first 44 again.
     let at = |renderer: &mut Renderer, samples| film(renderer, &Settings { samples, ..settings.clone() });
     let (chunk, first) = (at(&mut renderer, 256), at(&mut renderer, 44));
     let mut repeated = 0;
@@ -69,7 +74,7 @@ fn chunks_add_up(subject: BackendUnderTest) {
         assert!(added > 0.0 && added < 44.01, "{added}");
         repeated += usize::from((added - first.radiance[1].value()).abs() < 1e-4);
     }
-    // A pixel of bare sky may come close; the rest must not.
+    // A pixel of sky alone may come close; the others must not.
     assert!(repeated < whole.pixels.len() / 4, "{repeated} pixels repeat the first samples");
 }
 
@@ -89,5 +94,5 @@ fn threads_do_not_matter() {
     let backend = trisect::backend::cpu::Cpu::open(Some(2)).unwrap();
     let other = Settings { seed: 1, ..settings };
     let other = film(&mut Renderer::new(Box::new(backend), &scene).unwrap(), &other);
-    assert_ne!(other, films[0], "a comparison that cannot fail");
+    assert_ne!(other, films[0], "negative control not detected");
 }

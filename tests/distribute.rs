@@ -1,4 +1,5 @@
-//! One image over several ranks, here threads of one process: the image of a single process. Torture tests 6 and 7.
+//! One image over several ranks, here threads of one process, is the image of a single process.
+//! Covers torture tests 6 and 7 over ranks.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::sync::Arc;
@@ -21,7 +22,7 @@ fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
 }
 
-/// The image by so many ranks; each has the scene that `scene_of` says.
+/// Renders the image over `ranks` ranks, each with the scene that `scene_of` returns for it.
 fn by_ranks(ranks: u32, scene_of: &(dyn Fn(u32) -> Scene + Sync), work: &Work) -> Finished {
     let work = Arc::new(work.clone());
     let mut threads = Vec::new();
@@ -56,12 +57,12 @@ fn bits(image: &Image) -> Vec<u32> {
     image.pixels.iter().flatten().map(|value| value.to_bits()).collect()
 }
 
-/// Pixels that differ, over those that there are.
+/// Returns the number of pixels that differ, among those that both images have.
 fn differing(a: &Image, b: &Image) -> usize {
     a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count()
 }
 
-/// Torture test 6: rows over 1, 2, 3, 7 and rows + 1 ranks.
+/// Torture test 6 over ranks: rows over 1, 2, 3, 7 and rows + 1 ranks give the same film.
 #[test]
 fn rows_give_the_same_film() {
     let scene = scene("rtiow_final.ron");
@@ -78,7 +79,7 @@ fn rows_give_the_same_film() {
             assert_eq!(bits(&color(finished)), bits(&image), "{ranks} {balance:?}");
         }
     }
-    // The twin: one rank has another scene.
+    // Negative control: one rank has another scene.
     let mut other = scene.clone();
     other.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
     let mixed = |rank: u32| if rank == 1 { other.clone() } else { scene.clone() };
@@ -87,11 +88,11 @@ fn rows_give_the_same_film() {
     assert!((0.1..0.5).contains(&share), "a third of the rows should differ, not {share}");
 }
 
-/// What travels is what the output needs, and the output is the same.
+/// Each wire format gives the same output as one process.
 #[test]
 fn all_that_travels_gives_the_same() {
     let scene = scene("three_spheres.ron");
-    // More than a chunk.
+    // More samples than a chunk holds.
     let settings = Settings { width: 16, height: 9, samples: 300, ..scene.settings() };
     let want = whole(&scene, &settings);
     let plan = ClusterPlan { block_shift: 0, ..ClusterPlan::default() };
@@ -121,7 +122,8 @@ fn all_that_travels_gives_the_same() {
     }
 }
 
-/// Torture test 7, and averages over 1 to 4 and more ranks: the same bits where chunks stay whole.
+/// Torture test 7 over ranks: averages over any number of ranks have the same bits where chunks
+/// stay whole.
 #[test]
 fn averages_give_the_same_film() {
     let scene = scene("rtiow_final.ron");
@@ -145,13 +147,14 @@ fn averages_give_the_same_film() {
         if whole_chunks {
             assert_eq!(bits(&image), bits(&want), "{samples} {ranks}");
         } else {
-            // Each rank's f32 sum rounds by itself: half a unit in the last place of what is at most the whole sum, so 2^-24 of it at most.
+            // Each rank's f32 sum rounds by half a unit in the last place of at most the whole sum:
+            // 2^-24 of it.
             for (a, b) in image.pixels.iter().flatten().zip(want.pixels.iter().flatten()) {
                 assert!((a - b).abs() <= 1.3e-7 * b.abs(), "{samples} {ranks}: {a} {b}");
             }
         }
         if ranks == 2 {
-            // The twin: one rank with another seed of the noise, which a comparison of images by eye would not show.
+            // Negative control: one rank has 0.01 % more albedo, which is invisible to the eye.
             let mut other = scene.clone();
             other.materials.iter_mut().for_each(|material| material.albedo *= 1.0001);
             let mixed = |rank: u32| if rank == 1 { other.clone() } else { scene.clone() };
@@ -161,13 +164,14 @@ fn averages_give_the_same_film() {
     }
 }
 
-/// Noise falls with the root of the ranks, when each adds as many samples.
+/// Noise falls with the root of the number of ranks, if each adds the same number of samples.
 #[test]
 fn noise_falls_with_the_root_of_the_ranks() {
     let scene = scene("rtiow_final.ron");
     let same = |_: u32| scene.clone();
     let plan = ClusterPlan { mode: DistributionMode::Average, ..ClusterPlan::default() };
-    // Of two images of other seeds, over the root of 2; of what a screen shows, since a single bright path would decide over all others.
+    // Noise is the difference of two images with different seeds over the root of 2. Values are
+    // clamped to 1, because a single bright path would dominate otherwise.
     let noise = |ranks: u32, per_rank: u32| {
         let image = |seed: u32| {
             let settings =
@@ -184,19 +188,20 @@ fn noise_falls_with_the_root_of_the_ranks() {
         let ratio = noise(ranks, 4) * f64::from(ranks).sqrt() / one;
         assert!((ratio - 1.0).abs() <= 0.05, "{ranks} ranks: {ratio}");
     }
-    // The twin: ranks that share the samples of one leave the noise as it is.
+    // Negative control: ranks that share the samples of one do not reduce the noise.
     let ratio = noise(2, 2) * 2f64.sqrt() / one;
     assert!((ratio - 1.0).abs() > 0.05, "{ratio}");
 }
 
 for_each_backend!(shares_are_rows_of_the_film, bands_are_rows_of_the_frame, second_streams_render_the_same);
 
-/// A renderer and its twin, at the same time and from two places: each has what it has by itself. Where a backend has no twins, there is nothing to compare.
+/// A renderer and its second stream, which run at the same time with different cameras, each give
+/// the frames that they give alone. Backends without a second stream are skipped.
 fn second_streams_render_the_same(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let Some(mut twin) = renderer.second_stream().unwrap() else {
-        eprintln!("{subject:?} has no twins");
+        eprintln!("{subject:?} has no second stream");
         return;
     };
     let settings = Settings { width: 97, height: 61, samples: 4, ..scene.settings() };
@@ -217,15 +222,15 @@ fn second_streams_render_the_same(subject: BackendUnderTest) {
     thread::scope(|scope| {
         let other = scope.spawn(|| frames(&mut twin));
         assert!(frames(&mut renderer) == here, "{subject:?}");
-        assert!(other.join().unwrap() == there, "{subject:?}, the twin");
+        assert!(other.join().unwrap() == there, "{subject:?}, the second stream");
     });
     twin.set_camera(scene.camera).unwrap();
-    assert!(frames(&mut twin) == here, "{subject:?}, the twin from the first place");
-    // The sabotage twin: another place is another image.
+    assert!(frames(&mut twin) == here, "{subject:?}, the second stream with the first camera");
+    // Negative control: another camera gives another image.
     assert_ne!(here[0], there[0]);
 }
 
-/// What a rank has of a device is what one process has of it.
+/// Chunks and frames of a rank's rows are those of the whole image.
 fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -259,13 +264,14 @@ fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
             }
         }
     }
-    // The twin: another rank's rows.
+    // Negative control: another rank's rows.
     let other = RowSet::interleaved(settings.height, 0, 1, 2);
     renderer.frame(&settings, &other, &DisplayOptions::default(), &mut pixels).unwrap();
     assert_ne!(pixels[..width], screen[..width]);
 }
 
-/// Bands of rows, each with what filters reach around it, are the rows of the whole frame: also of frames that follow each other at rest.
+/// Bands of rows, rendered with the rows around them that the filters read, are the rows of the
+/// whole frame. This also holds for consecutive frames with a resting camera.
 fn bands_are_rows_of_the_frame(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -296,6 +302,6 @@ fn bands_are_rows_of_the_frame(subject: BackendUnderTest) {
                 );
             }
         }
-        assert!(whole[0] != whole[2], "frames that do not differ show nothing");
+        assert!(whole[0] != whole[2], "the frames do not differ");
     }
 }

@@ -1,5 +1,6 @@
-//! One source, three targets, one image: CUDA gives the CPU's bits; wgpu the same hits but for counted edges, and the same
-//! radiance within noise. Every comparison has a twin with a planted fault that it must find.
+//! One source for three targets gives one image. CUDA has the CPU's bits. wgpu has the same hits,
+//! except at counted edges, and the same radiance within noise. Each comparison has a negative
+//! control.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::film::{Film, PixelTotals};
@@ -14,7 +15,7 @@ use trisect_tests::renders::{brighter, cpu, differing, film};
 use trisect_tests::statistics::{GLOBAL_LIMIT, ZTest};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Precise CUDA equals the CPU bit for bit: sums, squares, counts and segments of every pixel.
+/// Precise CUDA has the CPU's bits: sums, squares, counts and segments of each pixel.
 #[test]
 fn cuda_gives_the_cpus_bits() {
     let scene = scene("rtiow_final.ron");
@@ -29,17 +30,18 @@ fn cuda_gives_the_cpus_bits() {
             if seed == 1 && !roulette {
                 let hits = (cuda.first_hits(&settings, 3).unwrap(), cpu.first_hits(&settings, 3).unwrap());
                 assert!(hits.0 == hits.1, "first hits");
-                // The twin: the last bit of one sphere's radius.
+                // Negative control: the last bit of one sphere's radius.
                 let mut faulty = scene.clone();
                 faulty.spheres[0].radius = faulty.spheres[0].radius.next_up();
                 let faulty = film(&mut BackendUnderTest::Cuda.renderer(&faulty).unwrap(), &settings);
-                assert_ne!(differing(&faulty, &want), 0, "a comparison that cannot fail");
+                assert_ne!(differing(&faulty, &want), 0, "negative control not detected");
             }
         }
     }
 }
 
-/// Exact Fresnel, on the small scene, by each backend against the CPU: both kernels' variants are reached.
+/// With exact Fresnel equations, on a scene of three spheres, each backend agrees with the CPU. The
+/// book's scene has the other kernel variant, Schlick's.
 fn exact_fresnel_agrees(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -49,24 +51,27 @@ fn exact_fresnel_agrees(subject: BackendUnderTest) {
         if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
             return differing(got, &want) == 0;
         }
-        // Same random numbers, so almost the same paths: a few go another way at an edge, after an ulp of difference.
+        // Equal random numbers give almost the same paths; a few differ at an edge after an ULP of
+        // difference.
         let near =
             |(a, b): &(&PixelTotals, &PixelTotals)| (0..3).all(|c| (a.mean()[c] - b.mean()[c]).abs() < 1e-3);
         let close = got.pixels.iter().zip(&want.pixels).filter(near).count();
         close as f64 >= 0.98 * want.pixels.len() as f64
     };
     assert!(agrees(&film(&mut renderer, &settings)));
-    // The twin: Schlick's approximation.
+    // Negative control: Schlick's approximation.
     let schlick = Settings { fresnel: Fresnel::Schlick, ..settings };
-    assert!(!agrees(&film(&mut renderer, &schlick)), "a comparison that cannot fail");
+    assert!(!agrees(&film(&mut renderer, &schlick)), "negative control not detected");
 }
 
-/// How far beyond an edge of its own a ray that two backends judge differently may pass, relative to the coordinates' size. The
-/// camera ray's direction is wrong by a few units of 2^-24 per component on a backend with 2.5 ULP division (Vulkan's rule),
-/// and so is the point where it passes a sphere, times the distance over the radius, which the comparison below includes.
+/// Maximum distance from an edge, relative to the coordinates' size, of a ray whose hit two
+/// backends may judge differently. The direction of a camera ray is off by a few units of 2^-24 per
+/// component where division is off by 2.5 ULP (Vulkan's rule). So is the point where it passes a
+/// sphere, times the distance over the radius, which the comparison below includes.
 const EDGE: f64 = 64.0 * f32::EPSILON as f64;
 
-/// Whether pixel `index`'s ray passes so near the edge of one of the two primitives that rounding decides, by f64.
+/// Returns whether the ray passes so near the edge of one of the two primitives that rounding
+/// decides, by f64.
 fn is_edge(scene: &Scene, hits: [&FirstHit; 2], ray: &Ray) -> bool {
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
     hits.iter().any(|hit| {
@@ -76,14 +81,17 @@ fn is_edge(scene: &Scene, hits: [&FirstHit; 2], ray: &Ray) -> bool {
         let size = f.length() + o.length() + f64::from(sphere.radius);
         (from_line - f64::from(sphere.radius)).abs() < EDGE * size
     }) || {
-        // Or both are hit at almost the same distance: where two spheres cross.
+        // Rounding also decides where both are hit at almost the same distance: where two spheres
+        // cross.
         (hits[0].distance - hits[1].distance).abs() < EDGE as f32 * (1.0 + hits[0].distance)
     }
 }
 
-/// How much rounding may change the distance of a hit. The discriminant is a difference of numbers of the size of |f|² + r²; an
-/// error of a few of their roundings (four: Vulkan's division and square root are within 2.5 and 3 ULP) moves the root by that
-/// over twice the root, which is r times the cosine of incidence: much on the book's ground sphere near the horizon.
+/// Returns by how much rounding may change the distance of a hit. The discriminant is a difference
+/// of numbers as large as |f|² + r². An error of a few of their roundings (four: Vulkan's division
+/// and square root are within 2.5 and 3 ULP) moves the root by that error over twice the root,
+/// which is r times the cosine of incidence. That is much on the book's ground sphere near the
+/// horizon.
 fn distance_limit(scene: &Scene, hit: &FirstHit, settings: &Settings, camera: &Camera, pixel: usize) -> f64 {
     let sphere = &scene.spheres[hit.primitive as usize];
     let ray = camera_ray(camera, settings, pixel);
@@ -93,13 +101,13 @@ fn distance_limit(scene: &Scene, hit: &FirstHit, settings: &Settings, camera: &C
     4.0 * f64::from(f32::EPSILON) * (f.length_squared() + radius * radius) / (2.0 * radius * cosine)
 }
 
-/// The ray of sample 0 of a pixel.
+/// Returns the camera ray of sample 0 of a pixel.
 fn camera_ray(camera: &Camera, settings: &Settings, pixel: usize) -> Ray {
     let key = PathKey { seed: settings.seed, pixel: pixel as u32, sample: 0 };
     camera.ray(pixel as u32 % settings.width, pixel as u32 / settings.width, key.words(0))
 }
 
-/// First hits differ in a counted few pixels, each at an edge.
+/// First hits differ in few pixels, which are counted, and each is at an edge.
 fn first_hits_agree(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -122,23 +130,24 @@ fn first_hits_agree(subject: BackendUnderTest) {
         }
     }
     eprintln!("{subject:?}: {edges} of {} first hits differ, all at edges", want.len());
-    // 0.01 %, the bound of numerics' torture test 20.
+    // At most 0.01 %, the bound of torture test 20.
     assert!(edges * 10_000 <= want.len(), "{edges}");
     if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
         assert_eq!(got, want);
     }
 
-    // The twin: one sphere moved by its radius gives differences that are no edges.
+    // Negative control: a sphere that is moved by its radius gives differences that are not at
+    // edges.
     let mut faulty = scene.clone();
     faulty.spheres[486].center.x += faulty.spheres[486].radius;
     let Some(mut renderer) = subject.renderer(&faulty) else { return };
     let got = renderer.first_hits(&settings, 0).unwrap();
     let elsewhere = got.iter().zip(&want).filter(|(a, b)| a.primitive != b.primitive).count();
-    assert!(elsewhere * 10_000 > want.len(), "a comparison that cannot fail: {elsewhere}");
+    assert!(elsewhere * 10_000 > want.len(), "negative control not detected: {elsewhere}");
 }
 
-/// First hits by themselves, with no other backend to agree with: the nearest sphere by double precision, its distance, its outward
-/// normal.
+/// First hits are right by double precision, without another backend to compare with: the nearest
+/// sphere, its distance and its outward normal.
 fn first_hits_are_the_nearest(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -173,18 +182,18 @@ fn first_hits_are_the_nearest(subject: BackendUnderTest) {
     };
     let count = wrong(&hits);
     eprintln!("{subject:?}: {count} of {} first hits are wrong", hits.len());
-    // Rays that pass an edge within rounding: as many as first_hits_agree allows.
+    // Rays may pass an edge within rounding, as few as `first_hits_agree` allows.
     assert!(count * 10_000 <= hits.len(), "{count}");
-    // The twins: one sphere's normal, another sphere.
+    // Negative controls: flipped normals; other spheres.
     let mut flipped = hits.clone();
     flipped.iter_mut().for_each(|hit| hit.normal = -hit.normal);
-    assert!(wrong(&flipped) * 2 > hits.len(), "a comparison that cannot fail");
+    assert!(wrong(&flipped) * 2 > hits.len(), "negative control not detected");
     let mut others = hits;
     others.iter_mut().for_each(|hit| hit.primitive ^= 1);
-    assert!(wrong(&others) * 2 > others.len(), "a comparison that cannot fail");
+    assert!(wrong(&others) * 2 > others.len(), "negative control not detected");
 }
 
-/// Radiance from different seeds differs by noise only; 1 % of albedo is found.
+/// Radiance from different seeds differs by noise only; 1 % more albedo is detected.
 fn radiance_is_the_same_within_noise(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -197,7 +206,7 @@ fn radiance_is_the_same_within_noise(subject: BackendUnderTest) {
     let faulty = brighter(&scene);
     let Some(mut renderer) = subject.renderer(&faulty) else { return };
     let test = ZTest::new(&film(&mut renderer, &settings), &want);
-    assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
+    assert!(!test.passes(), "negative control not detected: {test:?}");
 }
 
 /// Russian roulette changes the noise, not the mean.
@@ -210,12 +219,12 @@ fn roulette_keeps_the_mean(subject: BackendUnderTest) {
     let with = film(&mut renderer, &roulette);
     let test = ZTest::new(&with, &without);
     assert!(test.global.iter().all(|z| z.abs() < GLOBAL_LIMIT), "{test:?}");
-    // The twin: a mean that is off by what 5 % of albedo change.
+    // Negative control: a mean that is off by as much as 5 % of albedo change it.
     let mut faulty = scene.clone();
     faulty.materials.iter_mut().for_each(|material| material.albedo *= 0.95);
     let Some(mut renderer) = subject.renderer(&faulty) else { return };
     let test = ZTest::new(&film(&mut renderer, &roulette), &without);
-    assert!(test.global.iter().any(|z| z.abs() > GLOBAL_LIMIT), "a comparison that cannot fail: {test:?}");
+    assert!(test.global.iter().any(|z| z.abs() > GLOBAL_LIMIT), "negative control not detected: {test:?}");
     let (with, without) = (with.counts().segments, without.counts().segments);
     assert!(with * 10 < without * 8, "roulette ends paths: {with} segments of {without}");
 }
@@ -228,7 +237,7 @@ for_each_backend!(
     roulette_keeps_the_mean,
 );
 
-/// The fast build is another image by rounding only: the same within noise, and not the same bits.
+/// The fast build gives another image, but only by rounding: the same within noise.
 #[test]
 fn fast_math_is_the_same_within_noise() {
     let scene = scene("rtiow_final.ron");
@@ -242,5 +251,5 @@ fn fast_math_is_the_same_within_noise() {
     assert!(test.passes(), "{test:?}");
     let Some(mut cuda) = BackendUnderTest::Cuda.renderer(&brighter(&scene)) else { return };
     let test = ZTest::new(&film(&mut cuda, &fast), &precise);
-    assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
+    assert!(!test.passes(), "negative control not detected: {test:?}");
 }

@@ -1,5 +1,5 @@
-//! The same mean by another way: with and without light sampling, from either sampler, with and without roulette, by any kernel
-//! variant.
+//! Different estimators give the same mean: with and without light sampling, with each sampler,
+//! with and without roulette, and with any kernel variant.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::render::{Sampler, Settings};
@@ -8,7 +8,7 @@ use trisect_tests::renders::{differing, film, lit};
 use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
 
-/// A scene and its settings, small; and samples a pixel with and without light sampling on the CPU.
+/// A scene with small settings, and the CPU's samples per pixel with and without light sampling.
 struct Case {
     name: &'static str,
     scene: Scene,
@@ -33,9 +33,9 @@ fn cases() -> Vec<Case> {
     ];
     // Without light sampling, paths never find lights without extent.
     cases[3].scene.lights.clear();
-    // The small lights of this scene: found by chance by one path in ten thousand.
+    // One path in ten thousand finds the small lights of this scene by chance.
     cases[5].scene.spheres.retain(|s| s.radius > 0.2);
-    // A panorama alone.
+    // An environment map as the only light.
     let mut panorama = case("materials.ron", (128, 256));
     panorama.name = "materials.ron without its area light";
     panorama.scene.flats.retain(|flat| panorama.scene.materials[flat.material as usize].emission.x == 0.0);
@@ -43,7 +43,8 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// What a software adapter has time for: fewer scenes, pixels and samples.
+/// Reduces pixels and samples to what a software adapter has time for. Returns whether it has time
+/// for this scene at all.
 fn smaller(subject: BackendUnderTest, case: &mut Case) -> bool {
     if subject != BackendUnderTest::Cpu {
         (case.settings.width, case.settings.height) = (16, 12);
@@ -53,7 +54,8 @@ fn smaller(subject: BackendUnderTest, case: &mut Case) -> bool {
         || ["cornell_box.ron", "materials.ron", "gltf/features.gltf"].contains(&case.name)
 }
 
-/// `with` against `without` light sampling: blocks' and the whole's sigmas.
+/// Compares blocks and the whole of `with`, rendered with light sampling, and of the case's scene,
+/// rendered without.
 fn compare(subject: BackendUnderTest, case: &Case, with: &Scene) -> Option<BlockTest> {
     let render = |scene: &Scene, light_sampling, samples, seed| {
         let settings = Settings { samples, light_sampling, seed, ..case.settings.clone() };
@@ -79,16 +81,17 @@ fn light_sampling_keeps_the_mean(subject: BackendUnderTest) {
     }
 }
 
-/// The twin: weights that are 2 % off, as lights brighter by that would show them.
+/// Negative control: weights that are 2 % off, represented by brighter lights.
 #[test]
 fn negative_control_wrong_weights_are_found() {
     let case = case("light_sphere.ron", (256, 4096));
     let test = compare(BackendUnderTest::Cpu, &case, &lit(&case.scene, 1.02)).unwrap();
-    assert!(test.whole > GLOBAL_LIMIT, "a comparison that cannot fail: {test:?}");
+    assert!(test.whole > GLOBAL_LIMIT, "negative control not detected: {test:?}");
 }
 
-/// Sobol's points and independent ones, roulette from the first and from a later segment: the same mean. (The variance that a film of
-/// Sobol points estimates is that of independent ones: above theirs, so that this test is too kind to them.)
+/// Sobol samples and independent samples, and roulette from the first or a later segment, give the
+/// same mean. (The variance that a film estimates from Sobol samples is that of independent
+/// samples, which is larger, so the test is less strict for them.)
 fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
     let names = ["cornell_box.ron", "materials.ron", "rtiow_final.ron"];
     for name in names.into_iter().take(if subject == BackendUnderTest::Cpu { 3 } else { 1 }) {
@@ -112,19 +115,19 @@ fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
             assert!(test.whole < GLOBAL_LIMIT, "{name}, {way}: {test:?}");
             assert!(subject != BackendUnderTest::Cpu || test.share > 0.99, "{name}, {way}: {test:?}");
         }
-        // The twin.
+        // Negative control: lights that are brighter by 5 %.
         if subject == BackendUnderTest::Cpu && name != "cornell_box.ron" {
             let got = film(&mut subject.renderer(&lit(&scene, 1.05)).unwrap(), &sobol);
             let test = Blocks::new(&got).compare(&want, 1e-5);
-            assert!(test.whole > GLOBAL_LIMIT, "{name}: a comparison that cannot fail: {test:?}");
+            assert!(test.whole > GLOBAL_LIMIT, "{name}: negative control not detected: {test:?}");
         }
     }
 }
 
 for_each_backend!(light_sampling_keeps_the_mean, samplers_and_roulette_keep_the_mean);
 
-/// The kernels of the book's scenes and the general ones share their arithmetic: a light that nothing wears changes the variant, not
-/// the film.
+/// The kernels of the book's scenes and the general kernels share their arithmetic: a light
+/// material that no object has changes the kernel variant, and not the film.
 #[test]
 fn variants_give_the_same_bits() {
     for name in ["three_spheres.ron", "rtiow_final.ron"] {
@@ -145,7 +148,7 @@ fn variants_give_the_same_bits() {
                 let count = differing(&film(&mut all, &settings), &want);
                 assert_eq!(count, 0, "{name} {sampler:?} {roulette}");
                 let other = Settings { seed: 1, ..settings };
-                assert_ne!(differing(&film(&mut all, &other), &want), 0, "a comparison that cannot fail");
+                assert_ne!(differing(&film(&mut all, &other), &want), 0, "negative control not detected");
             }
         }
     }

@@ -1,5 +1,5 @@
-//! Every scene of the project on every backend against the CPU: CUDA's bits, wgpu's first hits and, from the same random numbers,
-//! radiance.
+//! Every scene of the project on every backend, compared with the CPU: CUDA has the same bits; wgpu
+//! has the same first hits and, from the same random numbers, the same radiance.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::Path;
@@ -11,8 +11,9 @@ use trisect_tests::renders::{brighter, cpu, differing, film, scene_files};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Share of pixels whose radiance is the same but for rounding: the same random numbers take the same paths, but for a few that an ulp
-/// sends another way at an edge, a choice of a lobe, or a texel's border.
+/// Returns the share of pixels whose radiance is the same within rounding. The same random numbers
+/// give the same paths, except for a few that one ULP sends another way at an edge, at the choice
+/// of a lobe, or at a texel's border.
 fn close(a: &Film, b: &Film) -> f64 {
     let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-3 * a.abs().max(b.abs()) + 1e-6;
     let pixels = a.pixels.iter().zip(&b.pixels);
@@ -20,12 +21,12 @@ fn close(a: &Film, b: &Film) -> f64 {
     same as f64 / a.pixels.len() as f64
 }
 
-/// Whether a backend whose rounding is its own shows the CPU's image.
+/// Returns whether a backend that rounds differently shows the CPU's image.
 fn is_the_same(got: &Film, want: &Film) -> bool {
     close(got, want) >= 0.97 && Blocks::new(got).compare(&Blocks::new(want), 1e-5).whole < GLOBAL_LIMIT
 }
 
-/// First hits of another primitive.
+/// Returns the number of first hits of another primitive.
 fn elsewhere(a: &[FirstHit], b: &[FirstHit]) -> usize {
     a.iter().zip(b).filter(|(a, b)| a.primitive != b.primitive).count()
 }
@@ -39,7 +40,7 @@ fn one(subject: BackendUnderTest, path: &Path) -> Option<()> {
     let (got, want) = (film(&mut renderer, &settings), film(&mut cpu, &settings));
     let counts = got.counts();
     assert_eq!((counts.rejected, counts.unwritten), (0, 0), "{name}");
-    // More pixels: they cost one ray each.
+    // First hits are compared for more pixels, as each costs one ray.
     let many = Settings { width: 160, height: 120, ..settings.clone() };
     let (hits, wanted) = (renderer.first_hits(&many, 1).unwrap(), cpu.first_hits(&many, 1).unwrap());
     if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
@@ -66,17 +67,18 @@ fn every_scene_is_the_cpus(subject: BackendUnderTest) {
         }
     }
     if subject == BackendUnderTest::WgpuNaga {
-        return; // its twins are the other route's: NVIDIA's driver makes about 30 devices in a process
+        return; // the other route has the controls: NVIDIA's driver creates about 30 devices per process
     }
-    // The twins: albedo + 1 %, where there is light and scattering; another sample's rays.
+    // Negative controls: 1 % more albedo, where there is light and scattering; the rays of another
+    // sample.
     let path = files.iter().find(|path| path.ends_with("cornell_box.ron")).unwrap();
     let scene = Scene::load(path).unwrap();
     let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..scene.settings() };
     let want = film(&mut cpu(&scene), &settings);
     let Some(mut renderer) = subject.renderer(&brighter(&scene)) else { return };
-    assert!(!is_the_same(&film(&mut renderer, &settings), &want), "a comparison that cannot fail");
+    assert!(!is_the_same(&film(&mut renderer, &settings), &want), "negative control not detected");
     let hits = |sample| cpu(&scene).first_hits(&settings, sample).unwrap();
-    assert!(elsewhere(&hits(0), &hits(1)) * 1000 > hits(0).len(), "a comparison that cannot fail");
+    assert!(elsewhere(&hits(0), &hits(1)) * 1000 > hits(0).len(), "negative control not detected");
 }
 
 for_each_backend!(every_scene_is_the_cpus);

@@ -1,4 +1,4 @@
-//! Where a device fails or is not there, another goes on, and nothing that was rendered is lost.
+//! When a device fails or is missing, another one continues, and nothing that was rendered is lost.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::backend::cpu::Cpu;
@@ -15,7 +15,7 @@ fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(Box::new(Cpu::open(None).unwrap()), scene).unwrap()
 }
 
-/// On a processor that is lost after so many launches, in the middle of what it renders.
+/// Returns a renderer on a backend that is lost after `left` launches.
 fn failing(scene: &Scene, mut left: u32) -> Renderer {
     let lost = move || {
         left = left.checked_sub(1).ok_or_else(|| BackendError::Device {
@@ -50,11 +50,11 @@ fn a_device_that_is_lost() {
             };
             let mut elsewhere = |error: &BackendError, film: &Film, _: &mut Settings| {
                 asked.push((error.to_string(), film.coverage.parts().len()));
-                // The first that goes on fails, too.
+                // The first renderer that continues fails, too.
                 Some(Ok(if asked.len() < 2 { failing(&scene, 0) } else { renderer(&scene) }))
             };
             let stats = render(&mut elsewhere).unwrap();
-            // How many launches there are is the processor's affair.
+            // The number of launches depends on the processor.
             if left == 0 {
                 assert!(asked[0].0.contains("the device is lost") && asked[0].1 == 0, "{asked:?}");
                 assert_eq!(asked.len(), 2);
@@ -62,7 +62,7 @@ fn a_device_that_is_lost() {
             assert_eq!(film, whole, "{left}");
             assert_eq!(stats.samples, whole.counts().samples);
 
-            // Without another: an error, and all that was there.
+            // Without a fallback, there is an error, and the film keeps what was rendered.
             let mut film = empty();
             let mut given_up = |_: &BackendError, _: &Film, _: &mut Settings| None;
             let result = failing(&scene, left).render_missing_with_fallback(
@@ -77,7 +77,7 @@ fn a_device_that_is_lost() {
             renderer(&scene).render_missing(&mut film, &settings, &(0..700), &(), &mut ()).unwrap();
             assert_eq!(film, whole);
         }
-        // The twin: who goes on has other random numbers.
+        // Negative control: the fallback has another seed.
         let mut film = empty();
         let mut other = |_: &BackendError, _: &Film, settings: &mut Settings| {
             settings.seed += 1;
@@ -86,11 +86,11 @@ fn a_device_that_is_lost() {
         let settings = &mut settings.clone();
         let mut lost = failing(&scene, 1);
         lost.render_missing_with_fallback(&mut film, settings, &(0..700), &(), &mut (), &mut other).unwrap();
-        assert_ne!(film, whole, "a comparison that cannot fail");
+        assert_ne!(film, whole, "negative control not detected");
     }
 }
 
-/// What a film of two devices goes on with: either of both, and nothing else.
+/// A film of two devices may be continued by either of them, and by no other.
 #[test]
 fn roundings_of_several_devices() {
     let scene = scene("three_spheres.ron");
@@ -114,7 +114,7 @@ fn roundings_of_several_devices() {
     let refused = of(&other).check(&both).unwrap_err();
     assert_eq!(refused.field, "arithmetic");
     assert!(of(&one).check(&of(&cpu)).is_err());
-    // A device with the bits of the processor is no other one.
+    // A device with the CPU's bits is no second rounding.
     let mut same = of(&device("cuda", "any"));
     same.add_rounding(&arithmetic(&cpu, MathMode::Precise));
     assert_eq!(same, of(&cpu));
@@ -138,7 +138,7 @@ fn a_device_that_is_not_there() {
     assert!(output.status.success() && text.contains("the CPU renders instead"), "{text}");
     assert_eq!(std::fs::read(&one).unwrap(), std::fs::read(&other).unwrap());
     assert_eq!(Checkpoint::read(file.as_ref()).unwrap().header.identity.arithmetic, "precise");
-    // A place that names no device is a mistake, not a failure.
+    // A device number that does not exist is a mistake, and not a failed device.
     let none = [&["render", "--backend", "cpu", "--device", "7", "--fallback", "cpu"], &image[..], &[&other]]
         .concat();
     check_failure(&trisect(&none), &none, 3, &["--device 7"]);

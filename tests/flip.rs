@@ -8,15 +8,16 @@ use trisect::metrics::ImageView;
 use trisect::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipMap, flip_at};
 use trisect::metrics::srgb::decode;
 
-/// Both codes work in single precision and round in different places (weights,
-/// cube root, order of sums). The feature difference d enters as √d, so where
-/// it vanishes a rounding error of δ moves the exponent of the colour error c
-/// by √(δ/√2), and the result by up to |c ln c| ≤ 1/e of that. A response is a
-/// sum of 19 products of values up to 1, each rounded to 2⁻²⁴; with δ of 4 such
+/// Maximum deviation of a pixel.
+///
+/// Both codes work in single precision and round in different places (weights, cube root, order of
+/// sums). The feature difference d enters as √d, so where it vanishes, a rounding error of δ moves
+/// the exponent of the colour error c by √(δ/√2), and the result by up to |c ln c| ≤ 1/e of that. A
+/// response is a sum of 19 products of values up to 1, each rounded to 2⁻²⁴; with δ of 4 such
 /// roundings the result moves by 1.5e-4. Elsewhere errors are near 1e-6.
 const PIXEL_TOLERANCE: f32 = 1.5e-4;
-/// A third of that. Averaging gains nothing on a uniform pair, whose pixels all
-/// share one rounding error; 1.8e-5 was measured there and 3e-7 elsewhere.
+/// Maximum deviation of the mean: a third of a pixel's. Averaging gains nothing on a uniform pair
+/// of images, whose pixels all have the same rounding error.
 const MEAN_TOLERANCE: f64 = 5e-5;
 
 struct Pair {
@@ -57,7 +58,7 @@ impl Pair {
     }
 }
 
-/// Greatest deviation of a pixel, and that of the mean.
+/// Returns the maximum deviation of a pixel, and the deviation of the mean.
 fn deviations(ours: &FlipMap, theirs: &[f32]) -> (f32, f64) {
     assert_eq!(ours.errors.len(), theirs.len());
     let pixels = ours.errors.iter().zip(theirs).map(|(a, b)| (a - b).abs());
@@ -69,7 +70,7 @@ fn agrees((pixel, mean): (f32, f64)) -> bool {
     pixel <= PIXEL_TOLERANCE && mean <= MEAN_TOLERANCE
 }
 
-/// Uniform 8-bit noise (xorshift).
+/// Returns a generator of uniform 8-bit noise (xorshift).
 fn noise(seed: u32) -> impl FnMut() -> u8 {
     let mut state = seed;
     move || {
@@ -93,7 +94,7 @@ fn checker(x: usize, y: usize) -> [u8; 3] {
     if (x / 9 + y / 7).is_multiple_of(2) { [250, 240, 20] } else { [10, 30, 90] }
 }
 
-/// Noise on a coarse grid, interpolated bilinearly.
+/// Returns noise on a coarse grid, interpolated bilinearly.
 fn blurred_noise(seed: u32) -> impl FnMut(usize, usize) -> [u8; 3] {
     const CELL: usize = 6;
     const GRID: usize = 32;
@@ -174,8 +175,8 @@ fn identical_images_agree_exactly() {
     }
 }
 
-/// Sabotage twin: one px/deg off must be rejected wherever there is detail for
-/// the filters to act on.
+/// Negative control: a viewing distance that is off by one pixel per degree is rejected wherever
+/// the filters find detail.
 #[test]
 fn a_wrong_viewing_distance_is_rejected() {
     for pair in pairs().into_iter().filter(|p| !["black, white", "one pixel"].contains(&p.name)) {
@@ -188,7 +189,7 @@ fn a_wrong_viewing_distance_is_rejected() {
     }
 }
 
-/// Sabotage twin: the tolerance sees a single pixel of the map that is off.
+/// Negative control: one wrong pixel of the map exceeds the tolerance.
 #[test]
 fn one_wrong_pixel_is_rejected() {
     for pair in pairs() {
@@ -199,7 +200,8 @@ fn one_wrong_pixel_is_rejected() {
     }
 }
 
-/// Sabotage twin: the tolerance sees one channel of one pixel four codes off.
+/// Negative control: one channel of one input pixel that is off by four codes exceeds the
+/// tolerance.
 #[test]
 fn one_wrong_input_pixel_is_rejected() {
     for mut pair in pairs() {

@@ -1,4 +1,5 @@
-//! Films that grow part by part, on each backend: where a render ended, and what was there before, does not show.
+//! Films that are continued part by part, on each backend: neither stops nor existing parts change
+//! the result.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use trisect::film::{Film, SampleBlock};
@@ -6,7 +7,8 @@ use trisect::render::Settings;
 use trisect_tests::renders::StopAfterParts;
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// A film that was ended after each part, by a renderer of its own each time, is that of one piece.
+/// A film that was stopped after each part and continued by a new renderer is that of an
+/// uninterrupted render.
 fn ends_do_not_show(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     for guides in [false, true] {
@@ -24,19 +26,19 @@ fn ends_do_not_show(subject: BackendUnderTest) {
         }
         assert!(runs >= 2, "{runs}");
         assert_eq!(film, whole.film);
-        // Nothing is left: nothing is rendered.
+        // A complete film is returned without rendering.
         let stats = renderer.render_missing(&mut film, &settings, &(0..600), &(), &mut ()).unwrap();
         assert_eq!((stats.submissions, &film), (0, &whole.film));
-        // The twin: a chunk of another seed in the place of one.
+        // Negative control: one chunk has another seed.
         let mut other = if guides { Film::with_aovs(40, 24) } else { Film::new(40, 24) };
         let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
         renderer.render_missing(&mut other, &strange, &(0..256), &(), &mut ()).unwrap();
         renderer.render_missing(&mut other, &settings, &(0..600), &(), &mut ()).unwrap();
-        assert_ne!(other, whole.film, "a comparison that cannot fail");
+        assert_ne!(other, whole.film, "negative control not detected");
     }
 }
 
-/// Whatever parts are there, the rest is rendered.
+/// Whatever parts a film has, the missing ones are rendered.
 fn any_part_may_be_there(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..scene.settings() };

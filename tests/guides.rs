@@ -1,5 +1,5 @@
-//! Normals, albedos, positions and emission that render kernels write as their paths come by: the image does not change, and they are
-//! those of the first hits, the same on each backend.
+//! AOV sums that render kernels write: normals, albedos, positions and emission. They do not change
+//! the image, and they are those of the first hits, the same on each backend.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::denoise::{DenoiseSettings, Filter};
@@ -10,7 +10,7 @@ use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_tests::renders::{cpu, differing, film};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// One of each kernel with guides.
+/// A scene for each kernel with AOV sums.
 const SCENES: [(&str, Sampler); 4] = [
     ("rtiow_final.ron", Sampler::Independent),
     ("cornell_box.ron", Sampler::Independent),
@@ -22,7 +22,7 @@ fn settings(scene: &Scene, sampler: Sampler, samples: u32) -> Settings {
     Settings { width: 40, height: 30, samples, depth: 4, seed: 11, sampler, guides: true, ..scene.settings() }
 }
 
-/// The guides are written beside the film, not into it: its bits are those of a render without.
+/// AOV sums are stored beside the film's radiance, whose bits are those of a render without them.
 fn the_image_does_not_change(subject: BackendUnderTest) {
     for (name, sampler) in SCENES {
         let scene = scene(name);
@@ -31,15 +31,16 @@ fn the_image_does_not_change(subject: BackendUnderTest) {
         let without = Settings { guides: false, ..with.clone() };
         let (a, b) = (film(&mut renderer, &with), film(&mut renderer, &without));
         assert_eq!((a.aovs.len(), b.aovs.len()), (40 * 30, 0));
-        // Another kernel: a driver's compiler may round its divisions otherwise, where Vulkan lets it.
+        // With AOV sums it is another kernel, whose divisions a Vulkan driver may round
+        // differently.
         let same = differing(&a, &b) == 0;
         assert!(same || subject.name() == "wgpu", "{name}: {} pixels differ", differing(&a, &b));
         let other = Settings { seed: 12, ..with };
-        assert!(differing(&a, &film(&mut renderer, &other)) > 0, "{name}: the comparison sees nothing");
+        assert!(differing(&a, &film(&mut renderer, &other)) > 0, "{name}: negative control not detected");
     }
 }
 
-/// At one sample they are what [`Renderer::first_hits`] finds, which has a kernel of its own.
+/// At one sample the AOV sums are those of [`Renderer::first_hits`], which has its own kernel.
 fn they_are_of_the_first_hit(subject: BackendUnderTest) {
     for name in ["rtiow_final.ron", "cornell_box.ron"] {
         let scene = scene(name);
@@ -56,14 +57,15 @@ fn they_are_of_the_first_hit(subject: BackendUnderTest) {
             let want = if primitive.is_some() { 1.0 } else { 0.0 };
             assert!((along.abs() - want).abs() < 1e-5, "{name}: {along}");
         }
-        // The twin: another sample hits other things.
+        // Negative control: another sample hits other primitives.
         let other = renderer.first_hits(&settings, 1).unwrap();
         let differ = hits.iter().zip(&other).filter(|(a, b)| a.primitive != b.primitive).count();
         assert!(differ > 0 && missed < hits.len() as u32, "{name}");
     }
 }
 
-/// The same on each backend: bits on CUDA, and on Vulkan but for few pixels, whose ray meets something else there.
+/// AOV sums are the same on each backend: bit by bit on CUDA; on Vulkan except for a few pixels,
+/// whose ray hits another primitive there.
 fn they_are_the_cpus(subject: BackendUnderTest) {
     let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|c| (a[c] - b[c]).abs() <= 1e-4 * (1.0 + b[c].abs()));
     let same = |a: &AovTotals, b: &AovTotals| {
@@ -82,14 +84,14 @@ fn they_are_the_cpus(subject: BackendUnderTest) {
             assert_eq!(got.aovs, want.aovs, "{name}");
         }
         let count = |film: &Film| film.aovs.iter().zip(&want.aovs).filter(|(a, b)| !same(a, b)).count();
-        // Measured on an H100: 11 on the book's scene, none on lavapipe.
+        // `docs/notebook/torture-tests.md` has the counts of an H100 and of lavapipe.
         assert!(count(&got) <= 24, "{name}: {} of 1200 pixels differ", count(&got));
         let shifted = film(&mut renderer, &Settings { seed: 12, ..settings });
-        assert!(count(&shifted) > 240, "{name}: the comparison sees nothing");
+        assert!(count(&shifted) > 240, "{name}: negative control not detected");
     }
 }
 
-/// Rows, samples in parts and submissions of any size add up to the same.
+/// Parts of rows and samples, and submissions of any size, add up to the same AOV sums.
 fn parts_add_up(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -111,8 +113,8 @@ fn parts_add_up(subject: BackendUnderTest) {
     assert!(sum.add(&other).is_err(), "films with and without guides were added");
 }
 
-/// One film, denoised on each backend: the CPU's bits on CUDA and on software Vulkan. Hardware may divide less exactly there, by 2.5 ULP, which a
-/// weight passes on to a neighbour.
+/// A film that each backend denoises has the CPU's bits on CUDA and on software Vulkan. Hardware
+/// may be off by 2.5 ULP in divisions there, which a weight passes on to neighbours.
 fn the_denoised_image_is_the_cpus(subject: BackendUnderTest) {
     for (name, filter) in [("rtiow_final.ron", Filter::Svgf), ("cornell_box.ron", Filter::Atrous)] {
         let scene = scene(name);
@@ -130,13 +132,13 @@ fn the_denoised_image_is_the_cpus(subject: BackendUnderTest) {
         let differ =
             |a: &[f32]| a.iter().zip(&want).filter(|(a, b)| (*a - *b).abs() > bound * (1.0 + *b)).count();
         assert_eq!(differ(&got), 0, "{name}");
-        // The twin: a level less.
+        // Negative control: one level less.
         let less = DenoiseSettings { levels: denoise.levels - 1, ..denoise };
-        assert!(differ(&image(&mut renderer, &less)) > 100, "{name}: the comparison sees nothing");
+        assert!(differ(&image(&mut renderer, &less)) > 100, "{name}: negative control not detected");
     }
 }
 
-/// A frame that stays on the device is the one that goes to a file.
+/// A live frame, which stays on the device, is the frame that would be written to a file.
 fn a_live_frame_is_the_same(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -152,7 +154,7 @@ fn a_live_frame_is_the_same(subject: BackendUnderTest) {
         }
     }
     let other = renderer.live(&Settings { seed: 12, ..settings.clone() }, Some(&denoise), None).unwrap();
-    assert!(renderer.read_live(&other).unwrap() != want, "the comparison sees nothing");
+    assert!(renderer.read_live(&other).unwrap() != want, "negative control not detected");
     let small = renderer.live(&Settings { width: 8, height: 8, ..settings }, Some(&denoise), None).unwrap();
     assert_eq!(renderer.read_live(&small).unwrap().pixels.len(), 64);
 }

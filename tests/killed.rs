@@ -1,4 +1,5 @@
-//! `kill -9` at random moments: each time there is a checkpoint that loads or none, and from it the film comes out the same.
+//! `kill -9` at random moments: the checkpoint is complete or missing, and a render that continues
+//! from it gives the same film.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "this is how a test fails")]
 
 use std::fs;
@@ -10,7 +11,8 @@ use trisect_tests::program::{Temporary, trisect};
 use trisect_tests::running::{Running, program};
 use trisect_tests::{root, scene};
 
-/// Kills renders so often, while they begin, go on, write or end, and then while they are resumed.
+/// Kills at least `least` renders: while they start, render, write or end, and while they are
+/// resumed.
 fn killed_at_any_moment(subject: BackendUnderTest, resolution: &str, spp: u32, least: u32) {
     if subject.renderer(&scene("three_spheres.ron")).is_none() {
         return;
@@ -68,10 +70,10 @@ fn killed_at_any_moment(subject: BackendUnderTest, resolution: &str, spp: u32, l
             break;
         }
     }
-    // The twin: other random numbers.
+    // Negative control: another seed.
     let (file, out) = (folder.file("other.ckpt"), folder.file("other.pfm"));
     run(&[&image[..], &["-o", &out, "--checkpoint", &file, "--seed", "1"]].concat());
-    assert_ne!(Checkpoint::read(file.as_ref()).unwrap().film, whole, "a comparison that cannot fail");
+    assert_ne!(Checkpoint::read(file.as_ref()).unwrap().film, whole, "negative control not detected");
     assert_ne!(fs::read(&out).unwrap(), whole_image);
     eprintln!("{kills} kills, {parts} checkpoints of a part, a render takes {once:?}");
     assert!(kills >= least && parts > least / 5, "{kills}, {parts}");

@@ -1,7 +1,8 @@
-//! A CUDA device that is really lost or full, not one that says so: the error is typed, nothing that was rendered is lost, and the CPU goes on to
-//! the same bits. Needs a CUDA device; `tests/fallback.rs` plays the same with a processor that fails.
+//! A CUDA device that is really lost or full: the error is typed, nothing that was rendered is
+//! lost, and the CPU continues with the same bits. Needs a CUDA device; `tests/fallback.rs`
+//! simulates the same with a failing backend.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
-#![allow(unsafe_code, reason = "launches a kernel, one that must not be launched")]
+#![allow(unsafe_code, reason = "launches a kernel that crashes")]
 
 use cudarc::driver::{CudaContext, LaunchConfig, PushKernelArg, result};
 use cudarc::nvrtc::Ptx;
@@ -13,7 +14,8 @@ use trisect::film::Film;
 use trisect::render::{FilmObserver, Renderer, Settings};
 use trisect_tests::{BackendUnderTest, renders, scene};
 
-/// Writes to address 0: the driver gives up the context, with all that is in it.
+/// A kernel that writes to address 0, after which the driver gives up the context with everything
+/// in it.
 const CRASHING_PTX: &str = "
 .version 7.0
 .target sm_61
@@ -29,7 +31,7 @@ const CRASHING_PTX: &str = "
 }
 ";
 
-/// Loses the context, which is the process's, after some parts.
+/// Destroys the CUDA context of the process after some parts.
 struct ContextDestroyer {
     context: Arc<CudaContext>,
     left: AtomicU32,
@@ -47,7 +49,7 @@ impl FilmObserver for ContextDestroyer {
                 .unwrap();
             let stream = self.context.new_stream().unwrap();
             let shape = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
-            // SAFETY: of nothing but this test's process, whose context it ends.
+            // SAFETY: affects only this test's process, whose context it destroys.
             unsafe { stream.launch_builder(&fatal).arg(&0u64).launch(shape) }.unwrap();
             let _ = stream.synchronize();
         }
@@ -58,7 +60,7 @@ fn cuda(scene: &trisect::scene::Scene) -> Option<Renderer> {
     BackendUnderTest::Cuda.renderer(scene)
 }
 
-/// One test: a process has one context, and its end is the last.
+/// A single test, because a process has one context, which does not survive it.
 #[test]
 fn lost() {
     let scene = scene("three_spheres.ron");
@@ -75,7 +77,7 @@ fn lost() {
     let mut elsewhere = |error: &BackendError, film: &Film, _: &mut Settings| {
         assert!(matches!(error, BackendError::Device { backend: "cuda", .. }), "{error}");
         let missing = film.coverage.missing(&(0..2048));
-        assert!(missing[0].samples.start >= 512, "what was there is kept: {missing:?}");
+        assert!(missing[0].samples.start >= 512, "rendered samples must be kept: {missing:?}");
         said = Some((error.to_string(), missing));
         Some(Ok(renders::cpu(&scene)))
     };
@@ -86,25 +88,25 @@ fn lost() {
     eprintln!("{said:?}");
     assert!(said.is_some() && stats.samples == whole.counts().samples);
     assert_eq!(film, whole);
-    // A new renderer of the same process fails with the same kind of error.
+    // A new renderer in the same process works, or fails with the same kind of error.
     let again = trisect::backend::cuda::Cuda::open(None).map(|_| ());
     eprintln!("opened again: {again:?}");
     assert!(matches!(again, Ok(()) | Err(BackendError::Device { .. } | BackendError::Unavailable { .. })));
-    // The twin: other random numbers on the CPU.
+    // Negative control: another seed on the CPU.
     let mut film = Film::new(settings.width, settings.height);
     let strange = Settings { seed: settings.seed + 1, ..settings.clone() };
     renders::cpu(&scene).render_missing(&mut film, &strange, &(0..256), &(), &mut ()).unwrap();
     renders::cpu(&scene).render_missing(&mut film, &settings, &(0..2048), &(), &mut ()).unwrap();
-    assert_ne!(film, whole, "a comparison that cannot fail");
+    assert_ne!(film, whole, "negative control not detected");
 }
 
-/// All memory of the device is taken by someone else.
+/// A device whose memory is all allocated by someone else gives a typed error.
 fn a_full_device(scene: &trisect::scene::Scene) {
     let context = CudaContext::new(0).unwrap();
     let stream = context.new_stream().unwrap();
     let mut taken = Vec::new();
     let mut bytes = result::mem_get_info().unwrap().0;
-    // Down to pieces that the driver has no room for.
+    // Allocates ever smaller pieces until the driver has no room for one.
     while bytes >= 1 << 20 {
         match stream.alloc_zeros::<u8>(bytes) {
             Ok(memory) => taken.push(memory),
@@ -120,7 +122,7 @@ fn a_full_device(scene: &trisect::scene::Scene) {
     );
     drop(taken);
     stream.synchronize().unwrap();
-    // And then there is room again.
+    // With the memory released, rendering works again.
     assert!(cuda(scene).unwrap().render(&Settings { samples: 16, ..settings }, &mut ()).is_ok());
 }
 

@@ -1,4 +1,5 @@
-//! One image by each traversal, each schedule and each size of tiles of a backend: its own by the binary tree and lanes that go on at once, bit for bit.
+//! Each traversal, schedule and tile size of a backend gives the same image, bit by bit, as its
+//! binary BVH with the `regenerate` schedule.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 use std::path::Path;
@@ -17,7 +18,8 @@ use trisect_shared::path::FirstHit;
 use trisect_tests::renders::{brighter, differing, film};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Spheres by Schlick's and by Fresnel's reflectance; quads and a light; all kinds of shapes and textures.
+/// Scenes of each kernel: spheres with Schlick's and with Fresnel's reflectance; quads and a light;
+/// all kinds of shapes and textures.
 const SCENES: [&str; 4] = ["rtiow_final.ron", "three_spheres.ron", "cornell_box.ron", "next_week.ron"];
 
 fn one_image_by_each_method(subject: BackendUnderTest) {
@@ -57,14 +59,14 @@ fn one_image_by_each_method(subject: BackendUnderTest) {
                 "{name}, tiles of {tile} pixels, {schedule:?}"
             );
         }
-        // The twin: a hundredth more light.
+        // Negative control: 1 % more albedo.
         let mut other = subject.renderer(&brighter(&scene)).unwrap();
         let twin = Settings { schedule: Some(Schedule::Pixel), ..settings.clone() };
-        assert!(differing(&film(&mut other, &twin), &want) > 0, "{name}: the comparison sees nothing");
+        assert!(differing(&film(&mut other, &twin), &want) > 0, "{name}: negative control not detected");
     }
 }
 
-/// A device that has no memory for tiles.
+/// A backend without memory for tile entries.
 struct OutOfTileMemory(Box<dyn Backend>);
 
 impl Backend for OutOfTileMemory {
@@ -135,7 +137,8 @@ fn tiles_without_memory_are_named() {
     assert!(other.stats.warnings().is_empty() && other.stats.tiles_refused.is_none());
 }
 
-/// A launch of a part of the rows, and one that goes on where another ended: a queue of few pixels, and sums taken up again.
+/// Launches of part of the rows, and launches that continue earlier ones, work with a persistent
+/// queue of few pixels and continued sums.
 fn queues_of_parts(subject: BackendUnderTest) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
     let scene = Scene::load(&path).unwrap();

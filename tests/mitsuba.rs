@@ -1,4 +1,5 @@
-//! The images are those of an independent program (`tests/reference/mitsuba`), by blocks of pixels and as a whole.
+//! Images agree with those of an independent program, Mitsuba 3 (`tests/reference/mitsuba`), by
+//! blocks of pixels and as a whole.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::PathBuf;
@@ -15,7 +16,8 @@ fn folder() -> PathBuf {
     folders.into_iter().find(|folder| folder.exists()).expect("tests/reference/mitsuba")
 }
 
-/// The reference's blocks. The pixels share the variance of their block evenly, which gives the block's and the whole's as stored.
+/// Returns the reference's blocks. The pixels share the variance of their block evenly, which gives
+/// the stored variance of the block and of the whole.
 fn reference(name: &str) -> Blocks {
     let read = |name: String| Image::read(&folder().join(name)).unwrap();
     let (mean, error) = (read(format!("{name}.pfm")), read(format!("{name}.error.pfm")));
@@ -40,12 +42,13 @@ fn compare(scene: &Scene, reference: &Blocks, samples: u32) -> BlockTest {
     Blocks::new(&film).compare(reference, 1e-4)
 }
 
-/// Whether the difference is noise. Rounding, 1e-4: of f32 in the reference's sums, and of what its panorama's resampling changes.
+/// Returns whether the difference is noise. `compare` allows a rounding of 1e-4: of f32 in the
+/// reference's sums, and of the environment map's resampling.
 fn agrees(test: &BlockTest) -> bool {
     test.passes()
 }
 
-/// A planted fault and its name.
+/// A mutant of a scene, with its name.
 type Mutant = (&'static str, fn(&mut Scene));
 
 fn check(name: &str, samples: u32, faults: &[Mutant]) {
@@ -62,7 +65,7 @@ fn check(name: &str, samples: u32, faults: &[Mutant]) {
     }
 }
 
-/// What light there is, 1 % brighter.
+/// Makes all light 1 % brighter.
 fn brighter(scene: &mut Scene) {
     *scene = lit(scene, 1.01);
 }

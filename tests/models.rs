@@ -1,4 +1,4 @@
-//! Models by themselves: their light, and their exposure.
+//! Models without a scene file: their light, and their exposure.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use base64::Engine;
@@ -10,8 +10,8 @@ use trisect::output;
 use trisect_tests::mpi;
 use trisect_tests::program::{Temporary, trisect};
 
-/// A cube of half width 1 on a floor, as wide as `floor` says, seen from a corner; `changes` are
-/// members of the document.
+/// Returns a glTF file: a cube of half width 1 on a floor of half width `floor`, seen from a
+/// corner. `changes` replace members of the document.
 fn model(floor: f32, changes: Value) -> String {
     let cube = (0..8).flat_map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0f32 } else { -1.0 }));
     let ground = [[-floor, -1.0, -floor], [-floor, -1.0, floor], [floor, -1.0, floor], [floor, -1.0, -floor]];
@@ -45,7 +45,7 @@ fn model(floor: f32, changes: Value) -> String {
     document.to_string()
 }
 
-/// Sunlight of so many lux, from above and aside.
+/// Returns changes for [`model`] that add slanting sunlight of `lux`.
 fn sun(lux: f64) -> Value {
     let light = json!({ "KHR_lights_punctual": { "light": 0 } });
     json!({
@@ -68,13 +68,14 @@ fn render(scene: &str, image: &str, more: &[&str]) -> String {
     run(&[&["render", scene, "-o", image], SMALL, more].concat())
 }
 
-/// The share of an image's pixels for which something holds.
+/// Returns the share of an image's pixels for which `holds` is true.
 fn share(path: &str, holds: impl Fn(&[f32; 3]) -> bool) -> f64 {
     let image = Image::read(path.as_ref()).unwrap();
     image.pixels.iter().filter(|pixel| holds(pixel)).count() as f64 / image.pixels.len() as f64
 }
 
-/// The same of those that are not black: the background of a model with lights of its own is.
+/// Returns the share among the pixels that are not black. The background of a model with its own
+/// lights is black.
 fn share_of_seen(path: &str, holds: impl Fn(&[f32; 3]) -> bool) -> f64 {
     share(path, |pixel| !is_black(pixel) && holds(pixel)) / share(path, |pixel| !is_black(pixel))
 }
@@ -87,7 +88,8 @@ fn is_white(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|channel| *channel == 1.0)
 }
 
-/// A glowing lamp on a body is no light of a scene: without a sky, all but the lamp would be black.
+/// A glowing lamp on a body does not count as the light of a model: without a sky, everything but
+/// the lamp would be black.
 #[test]
 fn a_glowing_texel_leaves_the_sky() {
     let folder = Temporary::new("models", "sky");
@@ -105,8 +107,8 @@ fn a_glowing_texel_leaves_the_sky() {
     let said = render(&scene, &image, &["--spp", "4"]);
     assert!(said.contains("do not carry the image: a sky of radiance 1 is added"), "{said}");
     assert_eq!(share(&image, is_black), 0.0);
-    // The twin: a lamp that lights the rest is its light alone, and what it does not reach is
-    // black.
+    // Negative control: a model with a light that illuminates the rest gets no sky, and is black
+    // where the light does not reach.
     let lit = json!({ "materials": [{ "emissiveFactor": [0, 0, 0] }], "nodes": [{ "mesh": 0 }] });
     fs::write(&scene, model(1.5, lit)).unwrap();
     assert!(render(&scene, &image, &["--spp", "1"]).contains("no light: the sky has radiance 1"));
@@ -119,7 +121,7 @@ fn a_glowing_texel_leaves_the_sky() {
     assert!(share(&image, is_black) > 0.3);
 }
 
-/// The printed exposure, as an argument.
+/// Returns the printed exposure, as an argument.
 fn printed(said: &str) -> String {
     let line = said.lines().find(|line| line.starts_with("exposure ")).unwrap_or_else(|| panic!("{said}"));
     assert!(line.ends_with("EV (from the median luminance; --exposure 0 for none)"), "{line}");
@@ -134,28 +136,29 @@ fn a_model_in_lux_is_shown_with_an_exposure() {
     fs::write(&scene, model(3.0, sun(100_000.0))).unwrap();
     let stops = printed(&render(&scene, &auto, &["--spp", "16", "--stats", &stats]));
     let value: f32 = stops.parse().unwrap();
-    // White gets 100,000 / π times the cosine, grey a half of that: 0.18 of it is -16.3 stops.
+    // White reflects 100,000 / π times the cosine, and grey half of that: -16.3 stops give 0.18.
     assert!((-17.5..=-14.5).contains(&value), "{stops}");
     let stats: Value = serde_json::from_slice(&fs::read(&stats).unwrap()).unwrap();
     assert_eq!(stats["exposure"].as_f64().unwrap() as f32, value);
     assert!(share_of_seen(&auto, is_white) < 0.05);
     let middle = |pixel: &[f32; 3]| (0.1..0.4).contains(&pixel[1]);
     assert!(share_of_seen(&auto, middle) > 0.5);
-    // The twin: without it all that is lit is white. And a number is what is printed.
+    // Negative control: without exposure, all that is lit is white. And the printed number as an
+    // argument gives the same image.
     let other = file("other.png");
     let said = render(&scene, &other, &["--spp", "16", "--exposure", "0"]);
     assert!(!said.contains("exposure"), "{said}");
     assert!(share_of_seen(&other, is_white) > 0.5);
     render(&scene, &other, &["--spp", "16", "--exposure", &stops]);
     assert_eq!(fs::read(&auto).unwrap(), fs::read(&other).unwrap());
-    // Radiance stays radiance, unless a number is named.
+    // Linear formats keep radiance, unless a number is given.
     let (linear, darker) = (file("a.pfm"), file("b.pfm"));
     assert!(!render(&scene, &linear, &["--spp", "2"]).contains("exposure"));
     render(&scene, &darker, &["--spp", "2", "--exposure", "-2"]);
     let [linear, darker] = [linear, darker].map(|path| Image::read(path.as_ref()).unwrap().pixels);
     assert!(linear.iter().flatten().any(|channel| *channel > 1e3));
     assert!(linear.iter().flatten().zip(darker.iter().flatten()).all(|(a, b)| 0.25 * a == *b));
-    // A scene file has none of its own.
+    // A scene file has no automatic exposure.
     let around = file("around.ron");
     trisect(&["check", &scene, "--write", &around]);
     assert!(!render(&around, &other, &["--spp", "2"]).contains("exposure"));
@@ -165,7 +168,8 @@ fn a_model_in_lux_is_shown_with_an_exposure() {
     }
 }
 
-/// Exposure is a matter of writing: pieces and ranks write the file of one render.
+/// Exposure is applied when an image is written: merged parts and ranks write the same file as one
+/// render.
 #[test]
 fn pieces_and_ranks_have_the_exposure_of_the_whole() {
     let folder = Temporary::new("models", "pieces");
@@ -183,7 +187,7 @@ fn pieces_and_ranks_have_the_exposure_of_the_whole() {
     assert!(fs::read(&merged).unwrap() == bytes);
     run(&["merge", &first, &second, "-o", &merged, "--exposure", "0"]);
     assert!(fs::read(&merged).unwrap() != bytes);
-    // A checkpoint of all, resumed with nothing left to render.
+    // A complete checkpoint is resumed with nothing left to render.
     let all = file("all.ckpt");
     render(&scene, &image, &["--spp", "512", "--checkpoint", &all, "--exposure", "1"]);
     run(&["resume", &all, "-o", &image, "--exposure", &printed(&said)]);
@@ -207,7 +211,7 @@ fn the_viewer_shows_a_model_with_an_exposure() {
     let stops: f32 = printed(&said).parse().unwrap();
     let first = format!("{frames}/0001.png");
     assert!(share_of_seen(&first, is_white) < 0.1);
-    // As `render` has it, but for the noise of a small image.
+    // It is the exposure of `render`, within the noise of a small image.
     let rendered: f32 = printed(&render(&scene, &folder.file("a.png"), &["--spp", "16"])).parse().unwrap();
     assert!((stops - rendered).abs() <= 0.2, "{stops} and {rendered}");
     let bytes = fs::read(&first).unwrap();

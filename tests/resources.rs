@@ -1,5 +1,5 @@
-//! A system that refuses memory, threads, stack or long files, or has no `/proc`: an error that
-//! says so, never a panic (101) or a signal (134, 139, 153).
+//! A system that refuses memory, threads, stack or long files, or has no `/proc`, causes an error
+//! that names the cause, never a panic (101) or a signal (134, 139, 153).
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use trisect_tests::binary;
 use trisect_tests::program::{Temporary, check_failure, within};
 
-/// Runs the program as the last command of a line of bash, where it is `"$0" "$@"`.
+/// Runs the program by a line of bash, in which `"$0" "$@"` is the program with its arguments.
 fn in_bash(line: &str, arguments: &[&str]) -> Output {
     let mut command = Command::new("bash");
     command.args(["-c", line]).arg(binary()).args(arguments).env("NO_COLOR", "1");
@@ -36,12 +36,12 @@ fn a_count_of_threads_is_one() {
     }
 }
 
-/// No pool has threads for all cores where one was asked for.
+/// No thread pool has threads for all cores where one thread was asked for.
 #[test]
 fn one_thread_is_one_thread() {
     let folder = Temporary::new("resources", "one");
     let image = folder.file("a.png");
-    // The second has more, or the first would prove nothing.
+    // Three threads show that the count works; otherwise the first case would prove nothing.
     for threads in [1, 3] {
         let count = threads.to_string();
         let arguments =
@@ -62,7 +62,7 @@ fn one_thread_is_one_thread() {
         child.kill().unwrap();
         child.wait().unwrap();
         assert_eq!((found.0, found.1), (threads, threads), "{:?}", found.2);
-        // The main thread, and at most one that writes.
+        // Beside the pools there is the main thread, and at most one that writes.
         assert!(found.2.len() <= 2 * threads + 2, "{:?}", found.2);
     }
 }
@@ -71,7 +71,7 @@ fn one_thread_is_one_thread() {
 fn threads_that_are_refused() {
     let folder = Temporary::new("resources", "threads");
     let image = folder.file("a.png");
-    // Another user's, for whom the limit counts, and who may read the program.
+    // A copy that another user, to whom the limit applies, may read.
     let program = folder.file("trisect");
     fs::copy(binary(), &program).unwrap();
     fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o777)).unwrap();
@@ -103,7 +103,7 @@ fn a_stack_that_is_too_small_is_refused() {
     check_failure(&output, &render, 0, &[]);
 }
 
-/// The image that is there stays, and nothing of the new one.
+/// The existing image stays, and nothing of the new one is left.
 #[test]
 fn files_that_are_too_long_are_errors() {
     let folder = Temporary::new("resources", "length");
@@ -123,7 +123,7 @@ fn files_that_are_too_long_are_errors() {
     check_failure(&output, &render, 0, &[]);
 }
 
-/// Statistics that fit are written where they should be, though the image fits nowhere.
+/// Statistics are written to their path if they fit there, even if the image fits nowhere.
 #[test]
 fn statistics_outlive_the_image() {
     let folder = Temporary::new("resources", "statistics");
@@ -141,7 +141,7 @@ fn memory_that_is_not_there_is_an_error() {
     let image = folder.file("a.png");
     let large = render(&image, &["--resolution", "1920x1080"]);
     check_failure(&within(150 << 20, &large), &large, 2, &["1920x1080", "MiB"]);
-    // Whatever is refused first.
+    // Whichever allocation is refused first.
     for megabytes in (60..600).step_by(90) {
         for arguments in [&large[..], &["bench", "--backend", "cpu", "--spp", "1", "--frames", "1"]] {
             let output = within(megabytes << 20, arguments);
@@ -158,7 +158,7 @@ fn images_of_a_few_bytes_take_no_memory() {
     fs::write(&hdr, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 20000\n").unwrap();
     let header = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xff\xff\0\0\xff\xff\x08\x02\0\0\0\0\0\0\0";
     fs::write(&png, header).unwrap();
-    // Longer than the memory, of no bytes on the disk.
+    // Longer than the memory, without any bytes on the disk.
     fs::File::create(&pfm).unwrap().set_len(1 << 40).unwrap();
     for (file, words) in [
         (&hdr, ["a.hdr", "20000 x 16000", "cut off"]),

@@ -1,4 +1,5 @@
-//! Images until their noise is low enough: the same on all backends, as noisy as they say, and without bias.
+//! Adaptive sampling and goals: the same images on all backends, with the stated error, and without
+//! bias.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::ops::ControlFlow;
@@ -29,13 +30,14 @@ fn small(scene: &Scene) -> Settings {
     Settings { width: 40, height: 27, depth: 6, ..scene.settings() }
 }
 
-/// Tiles take samples of their own, decided by what was rendered before: the same everywhere.
+/// Tiles take different numbers of samples, decided from earlier passes, and the result is the same
+/// on each backend.
 fn own_samples_are_the_cpus(subject: BackendUnderTest) {
     for (name, adaptive) in [("cornell_box.ron", Adaptive::On), ("rtiow_final.ron", Adaptive::Off)] {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let settings = small(&scene);
-        // A mean that no number of samples for all pixels has.
+        // A maximum mean that gives no equal number of samples for all pixels.
         let goal = Goal::Error { target: 1e-6, max_samples: 53 };
         let mut own =
             |seed| sample(&mut renderer, &Settings { seed, ..settings.clone() }, goal, adaptive).film;
@@ -54,14 +56,15 @@ fn own_samples_are_the_cpus(subject: BackendUnderTest) {
             assert!(test.whole < GLOBAL_LIMIT, "{name}: {test:?}");
         }
     }
-    // The twin.
+    // Negative control: another seed.
     let scene = scene("cornell_box.ron");
     let goal = Goal::Error { target: 1e-6, max_samples: 24 };
     let of = |seed| sample(&mut cpu(&scene), &Settings { seed, ..small(&scene) }, goal, Adaptive::On).film;
-    assert_ne!(differing(&of(0), &of(1)), 0, "a comparison that cannot fail");
+    assert_ne!(differing(&of(0), &of(1)), 0, "negative control not detected");
 }
 
-/// Brighter samples are scaled down, by the same bits; a clamp above all of them changes nothing.
+/// A clamp scales brighter samples down with the same bits on each backend; a clamp above all
+/// samples changes nothing.
 fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -73,7 +76,7 @@ fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
         film(&mut renderer, &clamped(Some(1.0))),
     );
     assert_eq!(differing(&free, &high), 0);
-    assert_ne!(differing(&free, &low), 0, "a comparison that cannot fail");
+    assert_ne!(differing(&free, &low), 0, "negative control not detected");
     let most = |film: &Film| film.pixels.iter().flat_map(|pixel| pixel.mean()).fold(0.0, f64::max);
     assert!(most(&low) <= 1.0 + 1e-6 && most(&free) > 2.0, "{} {}", most(&low), most(&free));
     let kind = renderer.backend().device().kind;
@@ -89,7 +92,7 @@ fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
 
 for_each_backend!(own_samples_are_the_cpus, a_clamp_is_the_cpus);
 
-/// The root of the relMSE of a film against one of many samples.
+/// Returns the root of the relMSE of a film against one of many samples.
 fn error(film: &Film, reference: &Film) -> f64 {
     let (image, reference) = (film.image(), reference.image());
     let view = |image: &trisect::image::Image| -> Vec<[f32; 3]> { image.pixels.clone() };
@@ -99,7 +102,7 @@ fn error(film: &Film, reference: &Film) -> f64 {
     compare(&of(&a), &of(&b)).unwrap().rel_mse.sqrt()
 }
 
-/// What is said of the error is true within a fifth, by the mean over four seeds.
+/// The mean error of four seeds is within a fifth of the target.
 #[test]
 fn the_error_is_what_was_asked_for() {
     for (name, target, adaptive, sampler) in [
@@ -124,21 +127,22 @@ fn the_error_is_what_was_asked_for() {
         let mean = errors.iter().sum::<f64>() / 4.0;
         eprintln!("{name}: {errors:?} for {target}");
         assert!((mean / target - 1.0).abs() < 0.2, "{name}: {mean} for {target}");
-        // The twin: half the error is not within a fifth.
+        // Negative control: half the error is not within a fifth.
         let goal = Goal::Error { target: 0.5 * target, max_samples: 4096 };
         let off = error(&sample(&mut renderer, &settings, goal, adaptive).film, &reference) / target - 1.0;
-        assert!(off.abs() > 0.2, "{name}: a comparison that cannot fail: {off}");
+        assert!(off.abs() > 0.2, "{name}: negative control not detected: {off}");
     }
 }
 
-/// Images that stop by their own noise, with samples where it is: the mean of 128 of them is that of as many renders of all the same samples, within 4 sigma of
-/// 0.2 to 0.3 %: so a bias from stopping is below 1.2 %, where the images have 15 % of noise.
+/// Stopping at an estimated error, with samples where the noise is, adds no bias. The mean of 128
+/// such images equals that of 128 renders with equal samples for all pixels within 4 sigma, each
+/// 0.2 to 0.3 %. So a bias is below 1.2 %, where the images have 15 % of noise.
 #[test]
 fn stopping_adds_no_bias() {
     for name in ["cornell_box.ron", "rtiow_final.ron"] {
         let scene = scene(name);
         let mut renderer = cpu(&scene);
-        // Clamped, or the few samples that see the lamp would hide all else.
+        // With a clamp, because the few samples that see the lamp would hide everything else.
         let settings = Settings { width: 24, height: 16, depth: 5, clamp: Some(2.0), ..scene.settings() };
         let mut means = [Vec::new(), Vec::new()];
         for seed in 0..128 {
@@ -160,12 +164,12 @@ fn stopping_adds_no_bias() {
         );
         assert!((a - b).abs() < 4.0 * sigma);
         assert!(sigma / b < 0.003, "{sigma}: too wide to see a bias");
-        // The twin: a bias of 2 % would be seen.
-        assert!((a * 1.02 - b).abs() > 4.0 * sigma, "a comparison that cannot fail");
+        // Negative control: a bias of 2 % would be detected.
+        assert!((a * 1.02 - b).abs() > 4.0 * sigma, "negative control not detected");
     }
 }
 
-/// Few samples go where the noise is, too, and are no more than there may be.
+/// With few samples, too, they go where the noise is, and their mean does not exceed the maximum.
 #[test]
 fn few_samples() {
     let scene = scene("cornell_box.ron");
@@ -173,14 +177,14 @@ fn few_samples() {
         let goal = Goal::Error { target: 1e-6, max_samples: most };
         let got = sample(&mut cpu(&scene), &small(&scene), goal, Adaptive::On);
         let sampling = got.stats.sampling.unwrap();
-        // Parts of samples are rounded by chance.
+        // Fractions of samples are rounded at random.
         assert!(sampling.mean_samples < f64::from(most) + 0.2, "{most}: {}", sampling.mean_samples);
         let differ = sampling.least_samples < sampling.most_samples;
         assert_eq!(differ && sampling.adaptive, most >= 8, "{most}: {sampling:?}");
     }
 }
 
-/// A goal that is none, and one that cannot be met.
+/// Invalid goals are errors, and a goal that is not reached is reported.
 #[test]
 fn goals() {
     let scene = scene("three_spheres.ron");
@@ -198,11 +202,11 @@ fn goals() {
     let sampling = few.stats.sampling.unwrap();
     assert!(!sampling.met && (sampling.mean_samples - 20.0).abs() < 0.1, "{sampling:?}");
     assert!(sampling.warning().unwrap().contains("--max-spp"));
-    // A film of halves with as many samples each is their sum.
+    // A film of two halves with equal numbers of samples is their sum.
     assert_eq!(few.film.counts().samples, few.stats.samples);
 }
 
-/// A cancelled observer ends it.
+/// An observer can cancel the render.
 #[test]
 fn it_can_be_cancelled() {
     struct No;
@@ -218,7 +222,8 @@ fn it_can_be_cancelled() {
     assert!(matches!(ended, Err(trisect::Error::Cancelled)));
 }
 
-/// Asked to end in its second pass, it waits for that, but not for long: then it gives up what is being taken, and has the image of before.
+/// When it is asked to stop in its second pass, it waits for the pass, but not long. Then it
+/// discards the pass and returns the image of the first one.
 #[test]
 fn the_end_is_not_waited_for_long() {
     struct EndsLater<'a>(&'a AtomicBool);
@@ -244,8 +249,8 @@ fn the_end_is_not_waited_for_long() {
             let after = move || {
                 if slow && asked.load(Ordering::Relaxed) {
                     launches += 1;
-                    // 5 s are waited.
-                    assert!(launches < 4, "it goes on");
+                    // The grace period is 5 s.
+                    assert!(launches < 4, "no stop");
                     std::thread::sleep(Duration::from_secs(3));
                 }
                 Ok(())
@@ -266,7 +271,7 @@ fn the_end_is_not_waited_for_long() {
             assert_eq!(counts.samples + counts.rejected, (sampling.mean_samples * pixels).round() as u64);
             sampling.mean_samples
         };
-        // The first pass has 8 samples each half. Of the second there may be one half.
+        // The first pass has 8 samples in each half. Of the second, one half may be complete.
         let (given_up, waited) = (mean_samples(true), mean_samples(false));
         assert!(given_up >= 16.0 && waited > given_up, "{adaptive:?}: {given_up} {waited}");
     }

@@ -1,11 +1,11 @@
-//! The scene files hold what they say.
+//! The scene files have the content that they claim.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::render::Fresnel;
 use trisect_shared::material::{DIELECTRIC, LAMBERTIAN, METAL};
 use trisect_tests::{root, scene};
 
-/// `rtiow_final.ron` holds exactly the spheres and the camera that the book's program printed.
+/// `rtiow_final.ron` has exactly the spheres and the camera that the book's program printed.
 #[test]
 fn the_books_scene_is_the_books() {
     let text = std::fs::read_to_string(root().join("scenes/source/rtiow_final.json")).unwrap();

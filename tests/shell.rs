@@ -1,4 +1,4 @@
-//! What makes the program fit a shell: completions, manual pages, the doctor, JSON, colours.
+//! The program in a shell: completions, manual pages, `doctor`, JSON, colours and broken streams.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use serde_json::Value;
@@ -17,7 +17,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&printed(arguments)).unwrap()
 }
 
-/// Names of all commands, as the help lists them.
+/// Returns the names of all commands, as the help lists them.
 fn commands() -> Vec<String> {
     let help = printed(&["help"]);
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
@@ -35,7 +35,7 @@ fn completions_know_each_command() {
             assert!(script.contains(name.as_str()), "{shell}: no {name}");
         }
     }
-    // A shell's own opinion: what it would offer.
+    // Asks bash what it would offer.
     let folder = Temporary::new("shell", "completions");
     let script = folder.file("trisect.bash");
     fs::write(&script, printed(&["completions", "bash"])).unwrap();
@@ -71,7 +71,7 @@ fn the_doctor_tries_what_is_here() {
         found.iter().find(of).map_or("", |one| one["state"].as_str().unwrap())
     };
     assert_eq!((state("cpu 0"), state("temporary files")), ("works", "works"));
-    // What is missing says what mends it.
+    // Each part that does not work has a remedy.
     assert!(
         found
             .iter()
@@ -101,7 +101,7 @@ fn reports_are_json_where_asked() {
     assert!(help("render").contains("--stats"));
 }
 
-/// Colours on a terminal, unless NO_COLOR says otherwise; none elsewhere.
+/// Colours are printed to a terminal unless NO_COLOR is set, and never elsewhere.
 #[test]
 fn colours_are_for_terminals() {
     let escapes = |of: &[u8]| of.contains(&0x1b);
@@ -127,8 +127,8 @@ fn in_bash(line: &str, arguments: &[&str]) -> Output {
     command.args(["-c", line]).arg(binary()).args(arguments).env("NO_COLOR", "1").output().unwrap()
 }
 
-/// Standard error and standard output that refuse everything, are closed, or have lost their
-/// reader.
+/// An image is written even if standard error or standard output refuses all data, is closed, or
+/// has lost its reader.
 #[test]
 fn an_image_is_written_whoever_listens() {
     let folder = Temporary::new("shell", "listeners");
@@ -147,14 +147,14 @@ fn an_image_is_written_whoever_listens() {
         assert_eq!(output.status.code(), Some(0), "{line}: {output:?}");
         assert!(fs::metadata(&image).is_ok_and(|facts| facts.len() > 0), "{line}");
     }
-    // What is wrong keeps its exit code where it cannot be said.
+    // The exit code stays even if the message cannot be printed.
     let full = r#""$0" "$@" 2>/dev/full"#;
     assert_eq!(in_bash(full, &["render", "--nothing"]).status.code(), Some(2));
     assert_eq!(in_bash(full, &["render", "/nowhere.ron"]).status.code(), Some(4));
 }
 
-/// A result that cannot be printed is an error, which loses no file; a reader that has enough is
-/// none.
+/// A result that cannot be printed is an error that loses no file. A reader that stops reading is
+/// no error.
 #[test]
 fn results_that_nobody_reads() {
     let folder = Temporary::new("shell", "readers");
@@ -185,7 +185,7 @@ fn results_that_nobody_reads() {
     assert!(fs::read_to_string(format!("{out}/report.html")).unwrap().ends_with("</html>\n"));
 }
 
-/// Mesa's layer that asks a display server for its device is off where there is none.
+/// Mesa's layer that asks a display server for its device is disabled where there is no display.
 #[test]
 fn no_display_is_no_error() {
     let of = |set: &[(&str, &str)]| {
@@ -198,7 +198,7 @@ fn no_display_is_no_error() {
         String::from_utf8(output.stderr).unwrap()
     };
     assert_eq!((of(&[]).as_str(), of(&[("XDG_RUNTIME_DIR", "")]).as_str()), ("", ""));
-    // The control: with a display the layer stays, and complains where it is installed.
+    // Negative control: with a display the layer stays, and prints a message where it is installed.
     if !of(&[("DISPLAY", ":987")]).contains("XDG_RUNTIME_DIR") {
         eprintln!("SKIPPED: this machine has no layer that complains");
     }

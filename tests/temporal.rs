@@ -1,5 +1,6 @@
-//! Live frames that follow each other: while the camera rests they are the plain mean, while it moves they are better than each by itself, and
-//! nothing of an earlier view stays where it does not belong.
+//! Consecutive live frames: with a resting camera they are the plain mean; with a moving camera
+//! they are better than single frames; and nothing of an earlier view stays where it does not
+//! belong.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use glam::DVec3;
@@ -13,12 +14,13 @@ use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 const SVGF: DenoiseSettings = DenoiseSettings::new(Filter::Svgf);
 
-/// Where other kernels run in between, Mesa's lavapipe compiles one as large as those for lights anew for each frame, for 7 s: there, spheres.
+/// Returns a scene with area lights. On software Vulkan it has spheres only, because lavapipe
+/// recompiles a kernel as large as that for lights for each frame if other kernels run in between.
 fn lights(subject: BackendUnderTest) -> Scene {
     scene(if subject.is_software() { "rtiow_final.ron" } else { "cornell_box.ron" })
 }
 
-/// Spheres near the eye, dark from below, before a lit floor.
+/// Returns spheres near the camera, dark from below, in front of a lit floor.
 fn spheres() -> Scene {
     let text = r#"Scene(version: 1, image: (width: 48, height: 40),
         camera: (look_from: (0, 1.2, 6), look_at: (0, 0.8, 0), vertical_fov: 40),
@@ -37,7 +39,7 @@ fn settings(scene: &Scene, seed: u32) -> Settings {
     Settings { width: 48, height: 40, samples: 1, depth: 4, seed, ..scene.settings() }
 }
 
-/// Steps to the side, past what stands in front of something.
+/// Returns camera poses that move to the side, past objects in front of others.
 fn path(start: CameraPose, step: f64, frames: u32) -> Vec<CameraPose> {
     let side = (start.look_at - start.look_from).cross(start.up).normalize();
     let distance = (start.look_at - start.look_from).length();
@@ -45,7 +47,7 @@ fn path(start: CameraPose, step: f64, frames: u32) -> Vec<CameraPose> {
     (0..frames).map(|frame| CameraPose { look_from: start.look_from + at(frame), ..start }).collect()
 }
 
-/// Renders a frame from each pose, and returns the last ones of them, as many as `kept`.
+/// Renders a frame from each pose, and returns the last `kept` frames.
 fn follow(
     renderer: &mut Renderer,
     poses: &[CameraPose],
@@ -65,7 +67,7 @@ fn follow(
     images
 }
 
-/// Ends a series: the next frame knows nothing.
+/// Ends a series: the next frame has no history.
 fn forget(renderer: &mut Renderer, settings: &Settings) {
     renderer.live(settings, None, None).unwrap();
 }
@@ -83,7 +85,8 @@ fn greatest_difference(a: &Image, b: &Image) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(off).fold(0.0, f32::max)
 }
 
-/// What a camera at rest sees is the mean of the same samples as those of a film; and nothing is left of where it was before.
+/// A resting camera sees the mean of the same samples as a film, and nothing is left of its earlier
+/// views.
 fn rest_is_the_plain_mean(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -91,7 +94,8 @@ fn rest_is_the_plain_mean(subject: BackendUnderTest) {
     let many = vec![*renderer.pose(); 32];
     let live = follow(&mut renderer, &many, &settings, None, &TemporalSettings::DEFAULT, 2);
     let plain = film(&mut renderer, &Settings { samples: 32, guides: true, ..settings.clone() }).image();
-    // 32 sums of f32 and a division by the albedo: some 40 roundings of 6e-8, of which a tenth is seen.
+    // 32 sums in f32 and a division by the albedo: about 40 roundings of 6e-8, of which a tenth
+    // occurs.
     let off = greatest_difference(&live[1], &plain);
     assert!(off < 2e-6, "{off}");
     assert!(greatest_difference(&live[0], &plain) > 1e-3, "31 samples are not 32");
@@ -101,7 +105,7 @@ fn rest_is_the_plain_mean(subject: BackendUnderTest) {
     println!("32 frames at rest: relMSE {a:.4e}, 32 samples: {b:.4e}");
     assert!((a / b - 1.0).abs() < 1e-4);
 
-    // After a way, as many frames at rest as the past counts for: then it is gone, to the bit.
+    // After a move, as many frames at rest as the history counts remove it, bit by bit.
     let history = TemporalSettings { frames: 6, ..TemporalSettings::DEFAULT };
     let mut poses = path(scene.camera, 0.002, 9);
     poses.extend(vec![poses[8]; 6]);
@@ -110,11 +114,11 @@ fn rest_is_the_plain_mean(subject: BackendUnderTest) {
         follow(&mut renderer, &poses, &settings, None, &TemporalSettings { frames, ..history }, 2)
     };
     let (with, without) = (seen(6), seen(0));
-    assert!(with[1] == without[1], "something stayed");
-    assert!(with[0] != without[0], "the comparison sees nothing");
+    assert!(with[1] == without[1], "history is left");
+    assert!(with[0] != without[0], "negative control not detected");
 }
 
-/// While the camera moves, the past helps; with one that counts for nothing, it does not.
+/// With a moving camera the history reduces the error, compared with a history of no frames.
 fn a_way_is_better_than_its_frames(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -124,7 +128,8 @@ fn a_way_is_better_than_its_frames(subject: BackendUnderTest) {
     let mut reference = cpu(&scene);
     reference.set_camera(poses[9]).unwrap();
     let reference = film(&mut reference, &sobol).image();
-    // Measured: 4.9 and 1.38 with lights, 1.50 and 1.12 without, where edges are most of the error.
+    // `docs/notebook/denoising.md` has the gains, which are smaller without lights: there edges are
+    // most of the error.
     let least = if scene.flats.is_empty() { [1.3, 1.05] } else { [3.5, 1.2] };
     for (filter, gain) in [None, Some(&SVGF)].into_iter().zip(least) {
         let mut last = |frames| {
@@ -139,7 +144,8 @@ fn a_way_is_better_than_its_frames(subject: BackendUnderTest) {
     }
 }
 
-/// The greatest mean error of a block of 4 x 4 pixels, relative to the block's light (at least a fifth of the image's).
+/// Returns the maximum mean error of a block of 4 x 4 pixels, relative to the block's radiance or
+/// at least a fifth of the image's mean.
 fn ghost(mean: &Image, reference: &Image) -> f64 {
     let (width, height) = (mean.width as usize, mean.height as usize);
     let sum = |image: &Image, x0: usize, y0: usize| -> f64 {
@@ -158,10 +164,11 @@ fn ghost(mean: &Image, reference: &Image) -> f64 {
     worst
 }
 
-/// What is left of earlier views, beyond noise: no block is off by more than this.
+/// Maximum error of a block that earlier views may leave, beyond noise.
 const GHOST: f64 = 0.05;
 
-/// Over many seeds a pixel's noise goes, and what the past leaves in the wrong place stays.
+/// The mean over many seeds has little noise left, so it shows what the history leaves in wrong
+/// places.
 fn no_ghosts(subject: BackendUnderTest) {
     let scene = spheres();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -186,15 +193,15 @@ fn no_ghosts(subject: BackendUnderTest) {
     };
     let with = mean(None, &TemporalSettings::DEFAULT);
     let noise = mean(None, &TemporalSettings { frames: 0, ..TemporalSettings::DEFAULT });
-    // The twin: every surface is taken for every other one (and the filter itself is shut).
+    // Negative control: each surface is accepted as any other (and the spatial filter is closed).
     let open = DenoiseSettings { levels: 1, color: 0.0, normal: f32::INFINITY, depth: f32::INFINITY, ..SVGF };
     let blind = mean(Some(&open), &TemporalSettings { clamp: f32::INFINITY, ..TemporalSettings::DEFAULT });
     println!("greatest error of a block: {with:.3}; without a past {noise:.3}; blind {blind:.3}");
     assert!(with < GHOST, "{with}");
-    assert!(blind > 1.5 * GHOST, "a test that sees no ghosts: {blind}");
+    assert!(blind > 1.5 * GHOST, "negative control not detected: {blind}");
 }
 
-/// After a cut to a view that shares nothing with the last one, the past is not asked.
+/// After a cut to a view that shares nothing with the last one, the history has no effect.
 fn a_cut_forgets(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -208,11 +215,11 @@ fn a_cut_forgets(subject: BackendUnderTest) {
     };
     assert!(last(32, &[start, away]) == last(0, &[start, away]));
     let near = path(start, 0.002, 2);
-    assert!(last(32, &near) != last(0, &near), "the comparison sees nothing");
+    assert!(last(32, &near) != last(0, &near), "negative control not detected");
 }
 
-/// A series of frames on each backend: the CPU's bits on CUDA and on software Vulkan. Hardware may divide less exactly there: some paths meet something
-/// else, and a neighbour counts on one and not on the other.
+/// A series of frames has the CPU's bits on CUDA and on software Vulkan. Hardware may be off in
+/// divisions there: some paths hit something else, and a neighbour may count on one device only.
 fn they_are_the_cpus(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -224,7 +231,8 @@ fn they_are_the_cpus(subject: BackendUnderTest) {
         follow(renderer, &poses, &settings, Some(&SVGF), &history, 4)
     };
     let want = series(&mut cpu(&scene), TemporalSettings::DEFAULT);
-    // naga's modules take another path through the book's scene for some pixels. On an H100's Vulkan 828 and 981 pixels differ.
+    // naga's modules take other paths through the book's scene for some pixels.
+    // `docs/notebook/denoising.md` has the counts of an H100.
     let (bound, most) = match subject {
         BackendUnderTest::Cpu | BackendUnderTest::Cuda => (0.0, 0),
         BackendUnderTest::Wgpu if subject.is_software() => (0.0, 0),
@@ -241,7 +249,7 @@ fn they_are_the_cpus(subject: BackendUnderTest) {
     let other = differ(&series(&mut renderer, TemporalSettings { frames: 2, ..TemporalSettings::DEFAULT }));
     println!("{off} of 7680 pixels differ by more than {bound}; with another history {other}");
     assert!(off <= most);
-    assert!(other > 500 && other > 2 * most, "the comparison sees nothing: {other}");
+    assert!(other > 500 && other > 2 * most, "negative control not detected: {other}");
 }
 
 for_each_backend!(

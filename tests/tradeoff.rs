@@ -1,4 +1,4 @@
-//! The trade-off lab as a user runs it.
+//! The trade-off lab as users run it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use serde_json::Value;
@@ -43,7 +43,8 @@ fn lab(scene: &str, folder: &Path, more: &[&str]) -> Output {
     trisect(&[&fixed[..], more].concat())
 }
 
-/// Bias is found where it is, and only there; what was found is written in each form, and the reference is kept.
+/// Bias is found where there is some, and only there. The results are written in each format, and
+/// the reference is cached.
 #[test]
 fn knobs_and_their_prices() {
     let folder = folder("tradeoff", "knobs");
@@ -65,14 +66,15 @@ fn knobs_and_their_prices() {
     for biased in ["depth 2", "depth 4", "clamp 1", "denoiser svgf", "denoiser atrous", "scale 1/2"] {
         assert_eq!(point(biased)["errors"]["biased"], true, "{biased}: {}", point(biased));
     }
-    // A darker image, by what paths beyond would bring.
+    // A lower depth gives a darker image, as the light of longer paths is missing.
     assert!(point("depth 2")["errors"]["brightness"]["high"].as_f64().unwrap() < 0.0);
-    // Noise falls as the root of the samples: a sixteenth of relMSE for 16 times as many is a quarter for four times.
+    // The error falls with the root of the samples: relMSE at 4 and 16 samples differs by a factor
+    // of 4.
     let slopes = found["slopes"].as_array().unwrap();
     let of_base = slopes.iter().find(|slope| slope["knob"] == "base").unwrap();
     let slope = of_base["over_samples"].as_f64().unwrap();
     assert!((slope + 0.5).abs() < 0.1, "{slope}");
-    // The base and the depth of its own are what they are: fast math is not there.
+    // On the CPU the math build is not a knob, as there is no fast build.
     assert!(points.iter().all(|point| point["knob"] != "math"));
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("data:image/png;base64,") && !page.contains("http-equiv"));
@@ -88,7 +90,7 @@ fn knobs_and_their_prices() {
         );
     }
 
-    // Again: the reference is there. Changed by a bit, it is not taken.
+    // A second run uses the cached reference. A damaged one is not used.
     let few = ["--knobs", "sampler", "--seeds", "4"];
     let again = lab("cornell_box.ron", &folder, &few);
     assert!(text(&again.stderr).contains("reference: kept in"), "{}", text(&again.stderr));
@@ -106,12 +108,12 @@ fn knobs_and_their_prices() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// What cannot be asked for.
+/// Invalid requests are refused with the reason.
 #[test]
 fn mistakes_are_named() {
     let folder = folder("tradeoff", "mistakes");
     for (more, want) in
-        [(["--knobs", "nonsense"], "there is no knob nonsense"), (["--seeds", "2"], "--seeds is 2")]
+        [(["--knobs", "nonsense"], "unknown knob nonsense"), (["--seeds", "2"], "--seeds is 2")]
     {
         let output = lab("three_spheres.ron", &folder, &more);
         assert_eq!(output.status.code(), Some(2));
@@ -126,7 +128,7 @@ fn mistakes_are_named() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// A limit that is over at once: the report is there, and names what it lacks.
+/// With a time limit of zero, the report is written and lists what is missing.
 #[test]
 fn no_time_at_all() {
     let folder = folder("tradeoff", "no-time");
@@ -145,10 +147,10 @@ fn no_time_at_all() {
     let found = json(&folder.join("out/tradeoff.json"));
     assert!(found["ended"] == "out_of_time" && found["points"].as_array().unwrap().is_empty());
     assert!(fs::read_to_string(folder.join("out/report.html")).unwrap().contains("ended by --time-limit"));
-    // Nothing does not replace what an earlier run measured.
+    // An empty result does not replace an earlier one.
     fs::write(folder.join("out/tradeoff.json"), "earlier").unwrap();
     let again = trisect(&all);
-    assert!(again.status.code() == Some(7) && text(&again.stderr).contains("is as it was"));
+    assert!(again.status.code() == Some(7) && text(&again.stderr).contains("is unchanged"));
     assert_eq!(fs::read_to_string(folder.join("out/tradeoff.json")).unwrap(), "earlier");
 
     let output = trisect(&[&["converge", scene, "--knobs", "sampler", "--json"], &fixed[..]].concat());
@@ -160,7 +162,7 @@ fn no_time_at_all() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// An interrupt in the midst of what would take days: what was measured is written.
+/// An interrupt of a run that would take days writes what was measured.
 #[test]
 #[cfg(unix)]
 fn an_interrupt_keeps_what_was_measured() {
@@ -201,7 +203,8 @@ fn an_interrupt_keeps_what_was_measured() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// Torture test 43: unbiased ways have slope -1/2 over 2^4 to 2^9 samples; a biased one ends.
+/// Torture test 43 by `converge`: unbiased settings have slope -1/2 over 2^4 to 2^9 samples; the
+/// error of a biased one reaches a plateau.
 #[test]
 fn courses_of_error() {
     let folder = folder("tradeoff", "courses");
@@ -232,7 +235,7 @@ fn courses_of_error() {
             let (mode, slope) =
                 (course["mode"].as_str().unwrap(), course["slope"]["value"].as_f64().unwrap());
             let at = |end: &str| course["slope"][end].as_f64().unwrap();
-            // The small lamp makes its box's slope known to a tenth only.
+            // The small lamp makes the slope of the Cornell box uncertain by a tenth.
             let near = at("low") <= -0.45 && at("high") >= -0.55 && at("high") - at("low") < 0.25;
             eprintln!("{mode}: {slope} ({} to {})", at("low"), at("high"));
             match mode {
@@ -240,7 +243,7 @@ fn courses_of_error() {
                     assert!(near && course["plateau"].is_null(), "{course}");
                 }
                 "sampler sobol" => assert!(at("low") < -0.45 && course["plateau"].is_null(), "{course}"),
-                // The twin: what is cut off never comes back.
+                // Negative control: samples do not bring back the light of longer paths.
                 "depth 2" => assert!(slope > -0.2 && course["plateau"].as_f64().unwrap() > 0.05, "{course}"),
                 _ => {}
             }

@@ -1,4 +1,5 @@
-//! Transport with known answers: lights over a plane. (Furnaces and enclosures are among the torture tests.)
+//! Light transport with known answers: lights over a plane. (Furnaces and enclosures are among the
+//! torture tests.)
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::film::Film;
@@ -7,19 +8,19 @@ use trisect_tests::renders::{film, lit};
 use trisect_tests::statistics::Known;
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Samples a pixel: the CPU can afford more, and proves that the faults are found.
+/// Returns the samples per pixel. The CPU has time for more, and so checks the negative controls.
 fn samples(subject: BackendUnderTest, cpu: u32, others: u32) -> u32 {
     if subject == BackendUnderTest::Cpu { cpu } else { others }
 }
 
-/// Whether the film's mean is `want`, within 4 sigma and what 256 sums in f32 round.
+/// Returns whether the film's mean is `want`, within 4 sigma and the rounding of 256 sums in f32.
 fn is(film: &Film, want: f64) -> bool {
     let known = Known::of(&film.pixels, want);
     eprintln!("{known:?} for {want}");
     known.holds()
 }
 
-/// The scenes whose files derive their answer.
+/// The scenes of lights over a plane have the irradiance that their files derive.
 fn irradiance_is_known(subject: BackendUnderTest) {
     let cases = [
         ("light_disc.ron", 0.4),
@@ -29,14 +30,14 @@ fn irradiance_is_known(subject: BackendUnderTest) {
     ];
     for (name, want) in cases {
         let scene = scene(name);
-        // Which of three lights is chosen is noise, too.
+        // The choice among three lights is noise, too.
         let many = if name == "light_punctual.ron" { 4096 } else { 512 };
         let settings = Settings { samples: samples(subject, many, 8), ..scene.settings() };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         assert!(is(&film(&mut renderer, &settings), want), "{name}");
         if subject == BackendUnderTest::Cpu {
             let mut renderer = subject.renderer(&lit(&scene, 1.01)).unwrap();
-            assert!(!is(&film(&mut renderer, &settings), want), "{name}: a comparison that cannot fail");
+            assert!(!is(&film(&mut renderer, &settings), want), "{name}: negative control not detected");
         }
     }
 }

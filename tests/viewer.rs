@@ -1,4 +1,4 @@
-//! The viewer in a real X server: hands on keyboard and mouse, and what the window shows then.
+//! The viewer in a real X server: input by keyboard and mouse, and what the window then shows.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
@@ -13,19 +13,19 @@ use trisect_tests::program::folder;
 use trisect_tests::{BackendUnderTest, binary, root};
 use x11rb::protocol::xproto::Window;
 
-/// Keys' symbols (X11/keysymdef.h).
+// Key symbols (X11/keysymdef.h).
 const ESCAPE: u32 = 0xff1b;
 const RIGHT: u32 = 0xff53;
 
-/// A letter's.
+/// Returns the key symbol of a letter.
 fn letter(c: char) -> u32 {
     u32::from(c)
 }
 
-/// Columns of the window that show the image: the rest are controls.
+/// Number of the window's columns that show the image; the rest are controls.
 const IMAGE: usize = 400;
 
-/// How long a software adapter may take for what a person would not wait for.
+/// Time limit for a single step, which a software adapter may need.
 const LIMIT: Duration = Duration::from_secs(60);
 
 struct Viewer {
@@ -43,16 +43,17 @@ impl Drop for Viewer {
 }
 
 impl Viewer {
-    /// Shows a copy of the book's scene; `None`, aloud, where there is no X server and none is required.
+    /// Opens a copy of the book's scene. `None`, with a message, where no X server is installed and
+    /// none is required.
     fn open(name: &str, arguments: &[&str]) -> Option<Self> {
         Self::on((1000, 700), name, &[&["--height", "620"], arguments].concat())
     }
 
-    /// The same on a screen of this size.
+    /// Opens a copy of the book's scene on a screen of this size.
     fn on(screen: (u32, u32), name: &str, arguments: &[&str]) -> Option<Self> {
         let desktop = Desktop::start(screen.0, screen.1).map_err(|error| error.to_string());
         if let Err(error) = &desktop {
-            // A window needs a Vulkan adapter: where that is required, so is a screen.
+            // A window needs a Vulkan adapter, so a screen is required where wgpu is.
             let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
             assert!(!required.contains("wgpu"), "Xvfb: {error}; install it (Debian: xvfb)");
             eprintln!("SKIPPED: Xvfb: {error}");
@@ -86,7 +87,7 @@ impl Viewer {
         std::fs::read_to_string(self.folder.join("log.txt")).unwrap_or_default()
     }
 
-    /// The window once it rests, shows more than a few colours, and `good` likes it.
+    /// Waits until the window is at rest, shows more than a few colours, and `good` accepts it.
     fn until(&mut self, what: &str, good: impl Fn(&Capture) -> bool) -> Capture {
         let settled =
             self.desktop.settled(self.window, LIMIT, |capture| colours(capture) > 300 && good(capture));
@@ -101,7 +102,7 @@ impl Viewer {
         self.desktop.key(symbol, Duration::from_millis(milliseconds)).unwrap();
     }
 
-    /// A file that the program writes, once it is there.
+    /// Waits for a file that the program writes, and returns its path.
     fn written(&self, extension: &str) -> PathBuf {
         let path = self.folder.join(format!("book-view-1.{extension}"));
         let start = Instant::now();
@@ -109,11 +110,11 @@ impl Viewer {
             assert!(start.elapsed() < LIMIT, "no .{extension} was written: {}", self.log());
             std::thread::sleep(Duration::from_millis(50));
         }
-        std::thread::sleep(Duration::from_millis(300)); // and whole
+        std::thread::sleep(Duration::from_millis(300)); // until it is complete
         path
     }
 
-    /// Waits for the end of the program, which Escape asks for.
+    /// Presses Escape and waits for the end of the program.
     fn quit(&mut self) {
         self.desktop.key(ESCAPE, Duration::from_millis(30)).unwrap();
         let start = Instant::now();
@@ -129,18 +130,19 @@ impl Viewer {
     }
 }
 
-/// Of the image, in the left third of the window.
+/// Returns the number of colours in the left third of the window, which shows the image.
 fn colours(capture: &Capture) -> usize {
     let rows = capture.pixels.chunks(capture.width.max(1));
     let all: HashSet<[u8; 3]> = rows.flat_map(|row| row.iter().take(capture.width / 3)).copied().collect();
     all.len()
 }
 
-/// Mean difference of codes that is more than the noise of other samples, and one that is not.
+// Mean difference of codes that is above the noise of other samples, and one that is not.
 const MOVED: f64 = 9.0;
 const SAME: f64 = 5.0;
 
-/// Keys and mouse move the camera, R brings it back; B compares, H hides the controls, I and C write files.
+/// Keys and mouse move the camera, and R resets it. B compares, H hides the controls, I and C write
+/// files.
 #[test]
 fn hands_on_keyboard_and_mouse() {
     let arguments = ["--backend", "cpu", "--width", "400", "--depth", "4", "--scale", "0.4", "--enough", "6"];
@@ -159,7 +161,7 @@ fn hands_on_keyboard_and_mouse() {
     viewer.desktop.click(4, (200, 300)).unwrap();
     viewer.until("the wheel moves", |now| off(now, &dragged) > SAME);
 
-    // The camera that is saved is the one that was moved.
+    // The saved camera is the moved one.
     viewer.key(letter('c'), 30);
     let scene = Scene::load(&viewer.written("ron")).unwrap();
     let book = Scene::load(&viewer.folder.join("book.ron")).unwrap();
@@ -167,7 +169,8 @@ fn hands_on_keyboard_and_mouse() {
     assert!(moved > 1.0 && scene.camera.look_at == book.camera.look_at, "{moved}");
     assert_eq!(scene.spheres, book.spheres);
 
-    // The left half without denoising: as noisy as six samples are; the right half as it was.
+    // The left half is shown without denoising, with the noise of six samples; the right half
+    // stays.
     viewer.key(letter('r'), 30);
     let plain = viewer.until("R resets again", |now| off(now, &start) < SAME);
     viewer.key(letter('b'), 30);
@@ -189,14 +192,14 @@ fn hands_on_keyboard_and_mouse() {
     viewer.quit();
 }
 
-/// A resolution is that of the image, on a screen that has no room for it beside the controls, too;
-/// Escape closes an open list, and then the window.
+/// The image has the given resolution, also on a screen without room for the controls beside it.
+/// Escape closes an open list first, and then the window.
 #[test]
 fn the_resolution_is_what_was_asked_for() {
     let fixed = ["--backend", "cpu", "--depth", "2", "--enough", "1", "--denoise", "off", "--scale", "0.5"];
     for (resolution, screen, window) in [
         ((480, 300), (1000, 700), (820, 300)),
-        // Both the panel and the image are on a screen of the image's width.
+        // The screen is as wide as the image, so that the panel covers part of it.
         ((1280, 720), (1280, 800), (1280, 720)),
     ] {
         let name = format!("{}x{}", resolution.0, resolution.1);
@@ -217,7 +220,7 @@ fn the_resolution_is_what_was_asked_for() {
         let before = viewer.until("at rest", |_| true);
         viewer.desktop.click(1, (window.0 as i16 - 170, 36)).unwrap();
         let off = |a: &Capture, b: &Capture| a.difference(b, window.0 - 340, window.0);
-        // The pointer over a closed one lights it up, a quarter of this.
+        // The pointer over a closed list highlights it, which changes a quarter of this.
         let opened = viewer.until("a list opens", |now| off(now, &before) > 2.0);
         viewer.key(ESCAPE, 30);
         let is_closed = |now: &Capture| off(now, &before) < 0.5 * off(&opened, &before);
@@ -227,7 +230,8 @@ fn the_resolution_is_what_was_asked_for() {
     }
 }
 
-/// Sizes from nothing to the screen's, and a window that is not shown: the program stays, and draws again.
+/// The program survives window sizes from 1 pixel to almost the screen's and a hidden window, and
+/// then draws again.
 #[test]
 fn sizes_and_hiding() {
     let arguments =
@@ -248,7 +252,7 @@ fn sizes_and_hiding() {
     viewer.quit();
 }
 
-/// Frames of a GPU backend reach the window, too: here of the adapter that the tests use.
+/// Frames of a GPU backend reach the window; here of the adapter that the tests use.
 #[test]
 fn frames_of_wgpu() {
     let index = BackendUnderTest::Wgpu.index().to_string();
@@ -273,7 +277,7 @@ fn frames_of_wgpu() {
     viewer.quit();
 }
 
-/// The README's picture: `cargo test --release -p trisect-tests --test viewer -- --ignored`.
+/// Makes the README's picture: `cargo test --release -p trisect-tests --test viewer -- --ignored`.
 #[test]
 #[ignore = "makes docs/viewer.png, which a run of the tests must not change, and checks nothing: the tests above do"]
 fn screenshot() {
@@ -285,7 +289,7 @@ fn screenshot() {
     viewer.quit();
 }
 
-/// Without a screen the program says so, and what to do.
+/// Without a screen, the program reports that with a remedy.
 #[test]
 fn without_a_screen() {
     let output = Command::new(binary())
@@ -300,7 +304,7 @@ fn without_a_screen() {
     assert!(!String::from_utf8_lossy(&output.stderr).contains(".rs:"), "a place in someone's source");
 }
 
-/// A capture as a PNG.
+/// Writes a capture as a PNG.
 fn save(capture: &Capture, path: &Path) {
     let decode = |code: u8| trisect::metrics::srgb::decode(f32::from(code) / 255.0);
     let pixels = capture.pixels.iter().map(|pixel| pixel.map(decode)).collect();

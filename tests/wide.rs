@@ -1,4 +1,5 @@
-//! The wide tree against tests of each primitive: the same bits, by each instruction set that this processor has.
+//! The wide BVH and a test of each primitive give the same bits, with each instruction set of this
+//! processor.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use bytemuck::Zeroable;
@@ -42,7 +43,8 @@ fn triangle(scene: &mut Scene, [a, b, c]: [Vec3; 3]) {
     scene.shading.push(TriangleShading::zeroed());
 }
 
-/// A scene with all kinds within a cube of the size; `kind`: 0 anyhow, 1 all at a few places, 2 flat and along the axes, 3 needles.
+/// Returns a scene of all kinds of primitives within a cube of the size. `kind`: 0 random, 1 at a
+/// few places, 2 flat and along axes, 3 needles.
 fn build(kind: u32, size: f32, count: u32) -> Scene {
     let place = |seed, i| if kind == 1 { point(seed, i % 2) } else { point(seed, i) };
     let tuple = |v: Vec3| format!("({:e}, {:e}, {:e})", v.x, v.y, v.z);
@@ -72,7 +74,8 @@ fn build(kind: u32, size: f32, count: u32) -> Scene {
         let a = place(14, i);
         let corners = match kind {
             2 => {
-                // A lattice of a few planes: shared edges, flat boxes, faces of boxes at the same place.
+                // A lattice of a few planes: shared edges, flat boxes, and faces of boxes at the
+                // same place.
                 let cell = (a * 4.0).round() * 0.25;
                 let (u, v) = pick(&[(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::X)], i);
                 [cell, cell + u * 0.25, cell + v * 0.25]
@@ -86,7 +89,8 @@ fn build(kind: u32, size: f32, count: u32) -> Scene {
     scene
 }
 
-/// Rays of all sorts: from anywhere and from primitives, along axes, with components of nearly zero, at vertices and centres.
+/// Returns various rays: from anywhere and from primitives, along axes, with tiny components, and
+/// towards vertices and centres.
 fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, RayQuery)> {
     let small = [0.0, -0.0, 1e-45, -1e-38, 1e-20, 1e-8, 1.0, -1.0];
     let all = scene.primitives() as u32;
@@ -122,7 +126,7 @@ fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, RayQuery)>
         .collect()
 }
 
-/// A scene and its trees.
+/// A scene and its BVHs.
 struct Traced {
     scene: Scene,
     bvh: Bvh,
@@ -158,13 +162,14 @@ impl Traced {
             environment: &[],
             wide: tree,
         };
-        // SAFETY: the trees were proven; a damaged one names the same children; the caller asked the processor.
+        // SAFETY: the BVHs were validated; a damaged one has the same children; the processor has
+        // the instructions.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         let hit = |ray, reach| unsafe { closest_hit::<FEATURES>(&params, arrays, ray, reach) };
         rays.iter().map(|(ray, reach)| hit(*ray, *reach)).collect()
     }
 
-    /// In a wide tree.
+    /// Returns the hits of rays in a wide BVH.
     fn hits(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, RayQuery)]) -> Vec<Hit> {
         const ALL: Features = PLANAR | TRIANGLES | WIDE;
         match set {
@@ -174,7 +179,7 @@ impl Traced {
         }
     }
 
-    /// How many hits differ from those of the linear search.
+    /// Returns the number of hits that differ from those of a test of each primitive.
     fn differing(
         &self,
         set: InstructionSet,
@@ -216,7 +221,8 @@ fn hits_are_those_of_each_primitive_tested() {
             if scale != 0 {
                 continue;
             }
-            // The twins: a child that no ray enters; boxes a millionth too small; the exit before the entry by as much.
+            // Negative controls: a child that no ray enters; boxes too small by a thousandth; other
+            // primitives.
             let damaged = |damage: &dyn Fn(&mut Wide)| {
                 let mut wide = traced.wide.clone();
                 damage(&mut wide);
@@ -225,24 +231,25 @@ fn hits_are_those_of_each_primitive_tested() {
             let lost = damaged(&|wide| {
                 (0..3).for_each(|axis| wide.nodes[0].planes[axis].0[1] = f32::INFINITY);
             });
-            assert!(lost > 0, "scene {kind}, {name}: a comparison that cannot fail (a lost child)");
+            assert!(lost > 0, "scene {kind}, {name}: negative control not detected (a lost child)");
             let small = damaged(&|wide| {
                 for node in &mut wide.nodes {
                     (0..3).for_each(|axis| node.planes[axis].0 = node.planes[axis].0.map(|x| x + 1e-3));
                     (3..6).for_each(|axis| node.planes[axis].0 = node.planes[axis].0.map(|x| x - 1e-3));
                 }
             });
-            assert!(small > 0, "scene {kind}, {name}: a comparison that cannot fail (boxes too small)");
+            assert!(small > 0, "scene {kind}, {name}: negative control not detected (boxes too small)");
             let swapped = damaged(&|wide| {
                 wide.triangles.iter_mut().for_each(|packet| packet.primitives.0[0] ^= 1);
                 wide.spheres.iter_mut().for_each(|packet| packet.primitives.0[0] ^= 1);
             });
-            assert!(swapped > 0, "scene {kind}, {name}: a comparison that cannot fail (another primitive)");
+            assert!(swapped > 0, "scene {kind}, {name}: negative control not detected (another primitive)");
         }
     }
 }
 
-/// What a shadow ray asks: whether something is closer than its target, which does not depend on what is met first.
+/// A shadow ray finds out whether anything but its light is closer; that does not depend on what it
+/// hits first.
 #[test]
 fn shadow_rays_know_their_target() {
     for kind in 0..4 {
@@ -250,7 +257,7 @@ fn shadow_rays_know_their_target() {
         let primitives = traced.scene.primitives() as u32;
         let closest = rays(&traced.scene, &traced.bvh, 1.0, 6000);
         let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &closest);
-        // Half of the targets are what the ray meets first.
+        // Half of the lights are the ray's first hit.
         let target = |i: usize| match want[i].primitive {
             primitive if i.is_multiple_of(2) && primitive != NO_PRIMITIVE => primitive,
             _ => words(23, i as u32)[0] % primitives,
@@ -269,12 +276,13 @@ fn shadow_rays_know_their_target() {
                 (0..got.len()).filter(wrong).count()
             };
             assert_eq!(wrong(traced.wide.tree()), 0, "scene {kind}, {}", set.name());
-            assert!(wrong(WideTree::NONE) > 0, "scene {kind}: a comparison that cannot fail");
+            assert!(wrong(WideTree::NONE) > 0, "scene {kind}: negative control not detected");
         }
     }
 }
 
-/// No primitive, one, and one of each kind: trees without nodes.
+/// The smallest scenes, of no primitive, one, one of each kind, and 8 or 9 of a kind, some of whose
+/// wide BVHs have no nodes.
 #[test]
 fn the_smallest_scenes() {
     for (spheres, flats, triangles) in
@@ -301,7 +309,7 @@ fn film(scene: &Scene, set: InstructionSet, settings: &Settings) -> Film {
     Renderer::new(Box::new(cpu), scene).unwrap().render(settings, &mut ()).unwrap().film
 }
 
-/// An image does not depend on the traversal, nor on the instructions that the rest of the kernel is compiled to.
+/// An image depends neither on the traversal nor on the instruction set.
 #[test]
 fn images_are_the_same() {
     for name in [
@@ -326,15 +334,15 @@ fn images_are_the_same() {
         let want = film(&scene, InstructionSet::Baseline, &by(Traversal::Stack, 1));
         let linear = film(&scene, InstructionSet::Baseline, &by(Traversal::Linear, 1));
         if name != "rtiow_final.ron" && name != "three_spheres.ron" {
-            // The others' kernel is the linear one's but for the traversal.
+            // The linear kernel differs from the kernel of these scenes by the traversal only.
             assert!(linear == want, "{name}: linear");
         }
         for set in sets().filter(|set| *set != InstructionSet::Baseline) {
             assert!(film(&scene, set, &by(Traversal::Wide, 1)) == want, "{name}: {}", set.name());
-            // The twin.
+            // Negative control: another seed.
             assert!(
                 film(&scene, set, &by(Traversal::Wide, 2)) != want,
-                "{name}: a comparison that cannot fail"
+                "{name}: negative control not detected"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! Files of camera paths, and the poses at and between their keys.
+//! Fuzz target: files of camera paths, and the poses at and between their keys.
 
 #![no_main]
 

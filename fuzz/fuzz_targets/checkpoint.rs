@@ -1,5 +1,6 @@
-//! Checkpoints, whose checksums are skipped: as they are, or a header and data, divided by the first byte 0, whose lengths are right, so that
-//! the rest is reached. Two that can be read are added.
+//! Fuzz target: checkpoints, whose checksums are not verified. The input is a whole file, or a
+//! header and data separated by the first byte 0, for which the lengths are made right so that the
+//! rest is reached. A checkpoint that can be read is merged with itself.
 
 #![no_main]
 
@@ -31,5 +32,5 @@ fn read(bytes: Vec<u8>) {
     let _ = (one.film.counts(), one.film.image());
     let parts = one.film.coverage.parts();
     let twice = one.merge(path, &one.clone());
-    assert_eq!(twice.is_err(), !parts.is_empty(), "what is there already was added");
+    assert_eq!(twice.is_err(), !parts.is_empty(), "samples that the film already has were added");
 }

@@ -1,4 +1,5 @@
-//! GLB. The input is JSON and a buffer, divided by the first byte 0: container and lengths are right, so that the rest is reached.
+//! Fuzz target: GLB. The input is a whole file, or JSON and a buffer separated by the first byte 0,
+//! for which container and lengths are made right so that the rest is reached.
 
 #![no_main]
 

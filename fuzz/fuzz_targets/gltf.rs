@@ -1,5 +1,5 @@
-//! glTF as JSON. Every file that it names is what comes after the first byte 0, or the input without one, so that buffers and
-//! images have content.
+//! Fuzz target: glTF as JSON. Every file that it names has the content after the first byte 0, or
+//! is the whole input without a byte 0, so that buffers and images have content.
 
 #![no_main]
 

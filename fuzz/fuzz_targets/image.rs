@@ -1,5 +1,6 @@
-//! Images, by the first byte: PFM, HDR and EXR as panoramas, PNG and JPEG as textures, PNG for comparisons; what can be read can
-//! be written. All but PFM are read from files only, so the input becomes one.
+//! Fuzz target: images. The first byte selects the kind: PFM as bytes; HDR, EXR and PFM as
+//! panoramas; PNG and JPEG as textures; PNG for comparisons. What can be read must be writable. All
+//! but the first are read from files only, so the input is written to one.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! OBJ and MTL. The input is one, then the other, divided by the first byte 0; every file that they name is the MTL.
+//! Fuzz target: OBJ and MTL, separated by the first byte 0. Every file that they name is the MTL.
 
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! Scene files. The current folder has small files that they may name: `m.glb`, `m.obj`, `m.ply`, `t.png`, `s.hdr`.
+//! Fuzz target: scene files. The current folder has small files that they may name: `m.glb`,
+//! `m.obj`, `m.ply`, `t.png`, `s.hdr`.
 
 #![no_main]
 
@@ -15,7 +16,7 @@ const FILES: [(&str, &[u8]); 5] = [
     ("s.hdr", include_bytes!("../../scenes/textures/sky.hdr")),
 ];
 
-/// Bytes of those, which a scene may name, too.
+/// Returns the size of these files in bytes, which a scene may also read.
 fn files() -> usize {
     FILES.iter().map(|file| file.1.len()).sum()
 }
@@ -28,7 +29,8 @@ fuzz_target!(
         }
     },
     |text: &str| {
-        // A name that leads out of the folder is not for a fuzzer to follow, nor one that may with its letters escaped.
+        // A file name that leads out of the folder must not be followed, nor one that may do so
+        // with escaped letters.
         let leads_out = text.contains("..") || text.contains("\"/") || text.contains('\\');
         if !(leads_out && text.contains("file")) {
             bounded(text.len() + files(), || scene(Scene::parse(text, "fuzz.ron")));

@@ -1,4 +1,4 @@
-//! What the targets share: files in memory, a folder, and what becomes of a description.
+//! Shared by the fuzz targets: files in memory, a folder, a limit on memory, and checks of scenes.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{ErrorKind, Result};
@@ -10,12 +10,13 @@ use trisect::scene::description::{Description, Texels};
 use trisect::scene::import::Files;
 use trisect::scene::{Scene, SceneError};
 
-/// Larger scenes are not lowered, larger images not decoded: a few bytes may stand for millions, which take their time.
+/// Limits: triangles of a model that is lowered, primitives of a scene whose BVH is built, and
+/// texels of an image that is decoded. A few bytes may describe millions, which take long.
 const TRIANGLES: usize = 20_000;
 const TREE: usize = 2_000;
 pub const TEXELS: u64 = 1 << 20;
 
-/// Counts what is allocated.
+/// Global allocator that counts the allocated bytes.
 struct Counted;
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
@@ -28,7 +29,7 @@ impl Counted {
     }
 }
 
-// SAFETY: each call goes to the system's allocator as it came.
+// SAFETY: each call is passed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         Self::more(layout.size());
@@ -55,8 +56,8 @@ unsafe impl GlobalAlloc for Counted {
 #[global_allocator]
 static ALLOCATOR: Counted = Counted;
 
-/// Reads an input of so many bytes, and checks that it never takes more than 64 MiB and 20 bytes for each of its own. A reallocation counts twice, as it
-/// may be a copy.
+/// Runs `read` on an input of `input` bytes, and checks that it never holds more than 64 MiB plus
+/// 20 bytes per byte of input. A reallocation counts twice, because it may copy.
 pub fn bounded(input: usize, read: impl FnOnce()) {
     let before = NOW.load(Relaxed);
     PEAK.store(before, Relaxed);
@@ -65,7 +66,7 @@ pub fn bounded(input: usize, read: impl FnOnce()) {
     assert!(taken <= (64 << 20) + 20 * input, "{input} bytes took {taken} bytes of memory");
 }
 
-/// Gives the same bytes whatever is asked for.
+/// Files that all have the same content.
 pub struct Same<'a>(pub &'a [u8]);
 
 impl Files for Same<'_> {
@@ -77,16 +78,16 @@ impl Files for Same<'_> {
     }
 }
 
-/// Whether bytes are no image, or a small one.
+/// Returns whether the bytes are not an image, or an image of at most [`TEXELS`] texels.
 pub fn small(bytes: &[u8]) -> bool {
     let Ok(mut reader) = image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format() else {
         return true;
     };
-    reader.no_limits(); // what goes beyond them is an error, too
+    reader.no_limits(); // an image beyond the limits is an error, too
     reader.into_dimensions().map_or(true, |(width, height)| u64::from(width) * u64::from(height) <= TEXELS)
 }
 
-/// Checks what a reader promises, and goes on to the tree if the model is small.
+/// Checks what a reader guarantees, and builds the scene if the model is small.
 pub fn model(read: std::result::Result<Description, SceneError>) {
     let Ok(description) = read else { return };
     promises(&description);
@@ -97,7 +98,7 @@ pub fn model(read: std::result::Result<Description, SceneError>) {
     }
 }
 
-/// The tree and the lights of a small scene.
+/// Checks the records of a scene, and builds BVH and lights if it is small.
 pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
     let Ok(scene) = lowered else { return };
     let sound = |x: f32| x.is_finite();
@@ -111,7 +112,7 @@ pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
     }
     for material in &scene.materials {
         assert!(material.emission.is_finite() && material.albedo.is_finite(), "{material:?}");
-        assert!(sound(material.light_density) && material.light_density >= 0.0, "{material:?}");
+        assert!(sound(material.light_pdf) && material.light_pdf >= 0.0, "{material:?}");
     }
     if (1..=TREE).contains(&scene.primitives()) {
         let bvh = Bvh::build(&scene, None).expect("every scene has a tree");
@@ -151,7 +152,7 @@ fn promises(description: &Description) {
 
 const PREFIX: &str = "trisect-fuzz-";
 
-/// Removes the folders of processes that are no more: they end too suddenly to do that.
+/// Removes the folders of processes that have ended: a fuzzer may end too suddenly to do so.
 fn remove_abandoned(parent: &Path) {
     if !Path::new("/proc/self").exists() {
         return;
@@ -166,7 +167,8 @@ fn remove_abandoned(parent: &Path) {
     }
 }
 
-/// Makes a folder for this process and goes there, so that relative names of files lead nowhere else.
+/// Creates a folder for this process and makes it the current one, so that relative file names lead
+/// nowhere else. Returns its path.
 pub fn enter_folder() -> PathBuf {
     let memory = PathBuf::from("/dev/shm");
     let parent = if memory.is_dir() { memory } else { std::env::temp_dir() };

@@ -1,4 +1,5 @@
-//! Writes a glTF 2.0 scene with each feature that is read, once as features.gltf with its files and once as features.glb.
+//! Writes a glTF 2.0 scene with each feature that the reader supports: as features.gltf with its
+//! files, and as features.glb.
 //!
 //! ```text
 //! cargo run --release --example features_gltf -- scenes/gltf
@@ -43,7 +44,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Header, a chunk of text, a chunk of data, each a multiple of four bytes long.
+/// Returns a GLB file: a header, a chunk of text and a chunk of data, each a multiple of four bytes
+/// long.
 fn glb(mut text: Vec<u8>, mut data: Vec<u8>) -> Vec<u8> {
     text.resize(text.len().next_multiple_of(4), b' ');
     data.resize(data.len().next_multiple_of(4), 0);
@@ -58,7 +60,7 @@ fn glb(mut text: Vec<u8>, mut data: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// The buffer as it grows, and what points into it.
+/// Binary buffer under construction, with the views and accessors into it.
 #[derive(Default)]
 struct Buffer {
     bytes: Vec<u8>,
@@ -67,7 +69,7 @@ struct Buffer {
 }
 
 impl Buffer {
-    /// A view of its own for `bytes`; what `extra` has goes along.
+    /// Adds a view with `bytes`, and with the fields of `extra`. Returns its index.
     fn view(&mut self, bytes: &[u8], extra: Value) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
@@ -133,7 +135,7 @@ fn bounds(points: &[Vec3]) -> Value {
     json!({ "min": low.to_array(), "max": high.to_array() })
 }
 
-/// The fields of both objects.
+/// Returns an object with the fields of both.
 fn with(mut object: Value, extra: Value) -> Value {
     if let (Value::Object(fields), Value::Object(extra)) = (&mut object, extra) {
         fields.extend(extra);
@@ -141,7 +143,8 @@ fn with(mut object: Value, extra: Value) -> Value {
     object
 }
 
-/// All but the buffer's entry; `files` puts one image into a file of its own and one into the text.
+/// Returns the glTF JSON without its buffers, and the buffer's bytes. With `files`, one image is in
+/// its own file and one in the text.
 fn scene(files: bool) -> Result<(Value, Vec<u8>), Box<dyn Error>> {
     let mut buffer = Buffer::default();
 
@@ -251,7 +254,7 @@ fn scene(files: bool) -> Result<(Value, Vec<u8>), Box<dyn Error>> {
         sparse_grid(&mut buffer),
         sparse_triangle(&mut buffer),
     ]);
-    // Two more meshes of the ball's vertices.
+    // Two more meshes share the ball's vertices.
     let ball = meshes[6]["primitives"][0].clone();
     for (name, material) in [("12 film ball", 7), ("13 striped film ball", 8)] {
         let primitive = with(ball.clone(), json!({ "material": material }));
@@ -261,7 +264,7 @@ fn scene(files: bool) -> Result<(Value, Vec<u8>), Box<dyn Error>> {
     }
 
     let quarter = DQuat::from_rotation_y(FRAC_PI_4);
-    // Mirrors x: turns triangles inside out unless the reader heeds the determinant.
+    // Mirrors x, which turns triangles inside out unless the reader heeds the determinant.
     let mirrored = DMat4::from_translation(dvec3(2.6, 0.35, 1.9))
         * DMat4::from_rotation_y(0.5)
         * DMat4::from_scale(dvec3(-0.35, 0.35, 0.2));
@@ -281,7 +284,8 @@ fn scene(files: bool) -> Result<(Value, Vec<u8>), Box<dyn Error>> {
         { "name": "12 mirrored by its matrix", "mesh": 7, "matrix": mirrored.as_mat4().to_cols_array() },
         { "name": "13 sparse grid", "mesh": 10, "translation": [-1.9, 0.02, 1.7], "rotation": quaternion(quarter) },
         { "name": "14 sparse triangle", "mesh": 11, "translation": [0.9, 0.02, 1.9] },
-        // A chain: each turns and moves what hangs on it; the last but one is scaled unevenly.
+        // A chain of nodes: each rotates and moves its children; the last but one is scaled
+        // unevenly.
         { "name": "15 shoulder", "translation": [-3.4, 0.3, 1], "rotation": quaternion(quarter), "children": [16] },
         { "name": "16 arm", "mesh": 7, "scale": [0.25, 0.3, 0.25], "children": [17] },
         { "name": "17 elbow", "translation": [0, 1.6, 0], "rotation": quaternion(DQuat::from_rotation_z(-0.6)), "scale": [0.7, 0.9, 0.7], "children": [18] },
@@ -344,14 +348,14 @@ fn quaternion(rotation: DQuat) -> Value {
     json!(rotation.as_quat().to_array())
 }
 
-/// Turns -z along `direction`, +y as far up as it goes.
+/// Returns the rotation that turns -z to `direction`, with +y as far up as possible.
 fn facing(direction: DVec3) -> DQuat {
     let back = -direction.normalize();
     let right = DVec3::Y.cross(back).normalize();
     DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back))
 }
 
-/// Primitive of separate attributes.
+/// Returns a primitive with separate attributes.
 fn primitive(positions: usize, normals: usize, uvs: usize, indices: usize, material: usize) -> Value {
     json!({
         "attributes": { "POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs },
@@ -370,7 +374,7 @@ fn ground(buffer: &mut Buffer) -> Value {
     json!({ "name": "0 ground", "primitives": [primitive(positions, normals, uvs, indices, 0)] })
 }
 
-/// A square from -1 to 1 that faces +z, with texture coordinates from `low` to `high`.
+/// Returns a square from -1 to 1 that faces +z, with texture coordinates from `low` to `high`.
 fn panel(buffer: &mut Buffer, name: &str, material: usize, low: f32, high: f32) -> Value {
     let corners = [vec3(-1.0, -1.0, 0.0), vec3(1.0, -1.0, 0.0), vec3(1.0, 1.0, 0.0), vec3(-1.0, 1.0, 0.0)];
     let positions = buffer.positions(&corners);
@@ -380,7 +384,7 @@ fn panel(buffer: &mut Buffer, name: &str, material: usize, low: f32, high: f32) 
     json!({ "name": name, "primitives": [primitive(positions, normals, uvs, indices, material)] })
 }
 
-/// Faces down; no indices, no normals.
+/// Returns a rectangle that faces down, without indices or normals.
 fn lamp(buffer: &mut Buffer) -> Value {
     let [a, b, c, d] =
         [vec3(-1.0, 0.0, -0.6), vec3(1.0, 0.0, -0.6), vec3(1.0, 0.0, 0.6), vec3(-1.0, 0.0, 0.6)];
@@ -393,7 +397,8 @@ fn lamp(buffer: &mut Buffer) -> Value {
     })
 }
 
-/// Points of the unit sphere by latitude and longitude, texture coordinates, triangles.
+/// Returns points of the unit sphere by latitude and longitude, with texture coordinates and
+/// triangles.
 fn ball_points(rows: u32, columns: u32) -> (Vec<Vec3>, Vec<Vec2>, Vec<u32>) {
     let (mut points, mut uvs, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..=rows {
@@ -428,7 +433,8 @@ fn ball(buffer: &mut Buffer, material: usize) -> Value {
     primitive(positions, normals, uvs, indices, material)
 }
 
-/// Attributes interleaved in one view; u8 indices; two primitives: sides, and top and bottom.
+/// Returns a cube with interleaved attributes in one view, u8 indices, and two primitives: sides,
+/// and top and bottom.
 fn cube(buffer: &mut Buffer) -> Value {
     let mut points = Vec::new();
     let mut bytes = Vec::new();
@@ -458,7 +464,8 @@ fn cube(buffer: &mut Buffer) -> Value {
     })
 }
 
-/// KHR_mesh_quantization: positions i16 and normals i8, both normalized, texture coordinates u16; u32 indices.
+/// Returns a ball with KHR_mesh_quantization: positions i16 and normals i8, both normalized,
+/// texture coordinates u16; u32 indices.
 fn quantized_ball(buffer: &mut Buffer) -> Value {
     let (points, uvs, indices) = ball_points(20, 40);
     let mut bytes = Vec::new();
@@ -486,7 +493,7 @@ fn quantized_ball(buffer: &mut Buffer) -> Value {
     json!({ "name": "8 ball, quantized, u32 indices", "primitives": [primitive(positions, normals, uvs, indices, 11)] })
 }
 
-/// KHR_mesh_quantization: positions u8, not normalized; no normals.
+/// Returns a pyramid with KHR_mesh_quantization: positions u8, not normalized; no normals.
 fn quantized_pyramid(buffer: &mut Buffer) -> Value {
     let points: [[u8; 3]; 5] = [[0, 0, 0], [80, 0, 0], [80, 0, 80], [0, 0, 80], [40, 90, 40]];
     let bytes: Vec<u8> = points.iter().flat_map(|[x, y, z]| [*x, *y, *z, 0]).collect();
@@ -501,7 +508,8 @@ fn quantized_pyramid(buffer: &mut Buffer) -> Value {
     })
 }
 
-/// A flat grid of 8x8 squares with five of its points raised by a sparse accessor; no normals.
+/// Returns a flat grid of 8x8 squares, with five of its points raised by a sparse accessor; no
+/// normals.
 fn sparse_grid(buffer: &mut Buffer) -> Value {
     let mut points: Vec<Vec3> =
         (0..81).map(|i| vec3((i % 9) as f32 / 8.0 - 0.5, 0.0, (i / 9) as f32 / 8.0 - 0.5)).collect();
@@ -533,7 +541,8 @@ fn sparse_grid(buffer: &mut Buffer) -> Value {
     })
 }
 
-/// Sparse without a view below: points are zero but for those given; u8 sparse indices.
+/// Returns a triangle with a sparse accessor that has no buffer view: points are zero except those
+/// given. The sparse indices are u8.
 fn sparse_triangle(buffer: &mut Buffer) -> Value {
     let points = [Vec3::ZERO, vec3(0.8, 0.0, 0.0), vec3(0.4, 0.7, -0.3)];
     let indices = buffer.view(&[1, 2], json!({}));
@@ -555,7 +564,8 @@ fn sparse_triangle(buffer: &mut Buffer) -> Value {
     })
 }
 
-/// Eight by eight tiles that show which way is which: red grows to the right, green downwards, the top left is white, an L on it dark.
+/// Returns an image of 8x8 tiles that shows orientation: red grows to the right and green
+/// downwards, the top left tile is white, and a dark L is on it.
 fn tiles() -> Result<Vec<u8>, Box<dyn Error>> {
     let texel = |x: u32, y: u32| match (x, y) {
         (0, 0) => [255, 255, 255],
@@ -566,14 +576,14 @@ fn tiles() -> Result<Vec<u8>, Box<dyn Error>> {
     png(&bytes, 8, ExtendedColorType::Rgb8)
 }
 
-/// Bright in the middle.
+/// Returns an image that is bright in the middle.
 fn glow() -> Result<Vec<u8>, Box<dyn Error>> {
     let texel = |x: u32, y: u32| if (1..7).contains(&x) && (1..7).contains(&y) { 255 } else { 128 };
     let bytes: Vec<u8> = (0..64).map(|i| texel(i % 8, i / 8)).collect();
     png(&bytes, 8, ExtendedColorType::L8)
 }
 
-/// Two leaves: alpha 1 within, falling to 0 over a few texels.
+/// Returns an image of two leaves: alpha is 1 within, and falls to 0 over a few texels.
 fn leaf() -> Result<Vec<u8>, Box<dyn Error>> {
     let texel = |x: u32, y: u32| {
         let (u, v) = ((x as f32 + 0.5) / 32.0, (y as f32 + 0.5) / 32.0);
@@ -590,7 +600,8 @@ fn leaf() -> Result<Vec<u8>, Box<dyn Error>> {
     png(&bytes, 32, ExtendedColorType::Rgba8)
 }
 
-/// Roughness grows to the right, in green; metal in the upper half, in blue.
+/// Returns an image whose green (roughness) grows to the right, and whose blue (metallic) is 1 in
+/// the upper half.
 fn steps() -> Result<Vec<u8>, Box<dyn Error>> {
     let texel = |x: u32, y: u32| [0, 40 + 28 * x as u8, if y < 4 { 255 } else { 0 }];
     let bytes: Vec<u8> = (0..64).flat_map(|i| texel(i % 8, i / 8)).collect();
@@ -609,7 +620,7 @@ fn png(bytes: &[u8], size: u32, color: ExtendedColorType) -> Result<Vec<u8>, Box
     Ok(file)
 }
 
-/// RFC 4648.
+/// Returns base64 text (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();

@@ -1,4 +1,5 @@
-//! Time of adding a chunk to a film of 1920x1080 pixels: the first one, which is copied, and the others.
+//! Times the merge of a chunk into a film of 1920x1080 pixels: of the first chunk, which is copied,
+//! and of the others.
 //!
 //! ```text
 //! cargo run --release --example film_merge

@@ -1,23 +1,24 @@
-//! Writes a scene with many small lights: a hall of spheres and blocks under lamps of different power and colour.
+//! Writes a scene with many small lights: a hall of spheres under lamps of different power and
+//! colour.
 //!
 //! ```text
 //! cargo run --release --example many_lights -- 1000 > scenes/many_lights.ron
 //! ```
 //!
-//! Any count will do, 1 to 1,000,000: the lamps' area shrinks as their number grows, so all of them together emit about the same.
-//! Half of them are spheres, half squares that face down.
+//! The count may be 1 to 1,000,000. The area of a lamp shrinks as their number grows, so all lamps
+//! together emit about the same. Half of them are spheres, half are squares that face down.
 
 use std::error::Error;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// Radiance of the weakest lamp; each level doubles it.
+/// Radiance of the weakest lamp. Each of the [`LEVELS`] levels doubles it.
 const RADIANCE: f64 = 0.75;
 const LEVELS: u32 = 8;
-/// Half the hall's width and depth.
+/// Half the width and depth of the hall.
 const HALL: f64 = 8.0;
 
-/// What stands in the hall: centre and radius of a sphere, and its material.
+/// Spheres in the hall: centre, radius and material.
 const SPHERES: [([f64; 3], f64, &str); 9] = [
     ([-4.5, 1.0, -2.0], 1.0, "clay"),
     ([-1.8, 1.2, -3.5], 1.2, "steel"),
@@ -40,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn scene(count: u32) -> Result<String, std::fmt::Error> {
-    // A sphere of this radius and a square of half side `side` have the same area that emits.
+    // A sphere of this radius and a square of half side `side` have equal emitting areas.
     let radius = 0.03 * (1000.0 / f64::from(count)).sqrt();
     let side = radius * PI.sqrt();
     let mut lamps = String::new();
@@ -107,9 +108,9 @@ Scene(
     ))
 }
 
-/// A place in the hall that touches none of the spheres, the floor and the walls.
+/// Returns a place in the hall at which a lamp touches no sphere, floor or wall.
 fn place(random: &mut Random, radius: f64) -> [f64; 3] {
-    let reach = 2.0 * radius; // a square's half diagonal is 2.51 radii, its lamp level with it
+    let reach = 2.0 * radius; // 1.3 times this exceeds a square lamp's half diagonal, 2.51 radii
     loop {
         let x = (random.share() * 2.0 - 1.0) * (HALL - 1.3 * reach);
         let z = (random.share() * 2.0 - 1.0) * (HALL - 1.3 * reach);
@@ -125,7 +126,7 @@ fn place(random: &mut Random, radius: f64) -> [f64; 3] {
     }
 }
 
-/// PCG's RXS-M-XS (O'Neill 2014) on a counter.
+/// Random numbers: PCG's RXS-M-XS (O'Neill 2014) on a counter.
 struct Random(u32);
 
 impl Random {
@@ -135,7 +136,7 @@ impl Random {
         (word >> 22) ^ word
     }
 
-    /// 0 to below 1.
+    /// Returns a uniform number in [0, 1).
     fn share(&mut self) -> f64 {
         f64::from(self.next()) / 4_294_967_296.0
     }

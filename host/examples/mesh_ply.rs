@@ -1,11 +1,11 @@
-//! Writes a dense mesh: a sphere of displaced triangles, shaped by fractal noise, with smooth normals, as binary PLY.
+//! Writes a dense mesh as binary PLY: a sphere displaced by fractal noise, with smooth normals.
 //!
 //! ```text
 //! cargo run --release --example mesh_ply -- scenes/generated/asteroid.ply [frequency]
 //! ```
 //!
-//! There are 20 · frequency² triangles: 1,310,720 for the default of 256. The bytes are the same on every machine: only sums,
-//! products, quotients and square roots of f32 make them.
+//! There are 20 · frequency² triangles: 1,310,720 for the default of 256. The bytes are equal on
+//! all machines, because nothing but sums, products, quotients and square roots of f32 makes them.
 
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;
@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Points of the unit sphere: each side of an icosahedron cut into frequency² triangles, shared along its edges.
+/// Returns points and triangles of the unit sphere: each side of an icosahedron is cut into
+/// frequency² triangles that share vertices along its edges.
 fn sphere(frequency: u32) -> (Vec<Vec3>, Vec<UVec3>) {
     let golden = (1.0 + 5.0f32.sqrt()) / 2.0;
     let corners = [
@@ -71,7 +72,7 @@ fn sphere(frequency: u32) -> (Vec<Vec3>, Vec<UVec3>) {
     let mut points = Vec::with_capacity(count);
     points.extend(corners);
     let mut triangles = Vec::with_capacity(20 * (frequency * frequency) as usize);
-    // Where the points between two corners start; they run from the lower corner to the higher.
+    // First index of the points between two corners. They run from the lower corner to the higher.
     let mut edges = BTreeMap::new();
     let n = frequency;
     for [a, b, c] in SIDES {
@@ -118,7 +119,8 @@ fn sphere(frequency: u32) -> (Vec<Vec3>, Vec<UVec3>) {
     (points, triangles)
 }
 
-/// Moves each point of the unit sphere along its direction: broad lumps, sharp ridges and fine grain.
+/// Moves each point of the unit sphere along its direction, by broad lumps, sharp ridges and fine
+/// grain.
 fn displace(points: &mut [Vec3]) {
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
     let share = points.len().div_ceil(threads);
@@ -140,7 +142,7 @@ fn displace(points: &mut [Vec3]) {
     });
 }
 
-/// Gradient noise (Perlin 2002) from a hash, about -1 to 1.
+/// Returns gradient noise (Perlin 2002) from a hash, about -1 to 1.
 fn noise(point: Vec3) -> f32 {
     let cell = point.floor();
     let f = point - cell;
@@ -149,7 +151,7 @@ fn noise(point: Vec3) -> f32 {
     let corner = |dx: i32, dy: i32, dz: i32| {
         let h = hash(x + dx, y + dy, z + dz);
         let d = f - Vec3::new(dx as f32, dy as f32, dz as f32);
-        // The twelve directions to a cube's edges.
+        // The directions to the twelve edges of a cube.
         let (a, b) = match h % 3 {
             0 => (d.x, d.y),
             1 => (d.y, d.z),
@@ -172,7 +174,8 @@ fn hash(x: i32, y: i32, z: i32) -> u32 {
     h ^ (h >> 16)
 }
 
-/// The sum of the normals of the triangles around each point, weighted by area.
+/// Returns the normal of each point: the sum of the normals of the triangles around it, weighted by
+/// area.
 fn normals(positions: &[Vec3], triangles: &[UVec3]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for triangle in triangles {

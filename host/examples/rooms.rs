@@ -1,15 +1,18 @@
-//! Writes the scenes of the cost figures in `docs/accuracy.md`: closed rooms around a mesh, and a
-//! sun straight above one.
+//! Writes the scenes of the cost figures in `docs/notebook/triangles-and-trees.md`: closed rooms
+//! around a mesh, and a mesh under the sun.
 //!
 //! ```text
 //! cargo run --release --example mesh_ply -- scenes/generated/asteroid_500k.ply 158
 //! cargo run --release --example rooms -- scenes/generated
 //! ```
 //!
-//! The folder gets `room.ron` (walls, an area light under the ceiling and the mesh of 499,280
-//! triangles), `terraces.ron` (the same room around 979,296 triangles of steps, many of which face
-//! straight up), `terraces.ply`, `sun.ron` and
-//! `sun_tilted.ron` (the mesh under a sun along -y, and under one tilted by a hundredth).
+//! Files in the folder:
+//!
+//! * `room.ron`: walls, an area light under the ceiling, and the mesh of 499,280 triangles
+//! * `terraces.ron`, `terraces.ply`: the same room around 979,296 triangles of steps, many of which
+//!   face straight up
+//! * `sun.ron`, `sun_tilted.ron`: the mesh under a sun along -y, and under one tilted by a
+//!   hundredth
 
 use glam::Vec3;
 use std::error::Error;
@@ -30,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A closed room of 4 by 3 by 4 around an object.
+/// Returns a scene file with a closed room of 4 by 3 by 4 around an object.
 fn room(object: &str) -> String {
     format!(
         r#"Scene(
@@ -57,7 +60,7 @@ fn room(object: &str) -> String {
     )
 }
 
-/// An object under a sun.
+/// Returns a scene file with an object under a sun.
 fn sun(object: &str, direction: &str) -> String {
     format!(
         r#"Scene(
@@ -73,7 +76,7 @@ fn sun(object: &str, direction: &str) -> String {
     )
 }
 
-/// A pyramid of `side` by `side` flat steps with the walls between them.
+/// Returns the triangles of a pyramid of `side` by `side` flat steps, with the walls between them.
 fn terraces(side: i32) -> Vec<[Vec3; 3]> {
     let height = |x: i32, z: i32| {
         let inside = (0..side).contains(&x) && (0..side).contains(&z);
@@ -96,7 +99,7 @@ fn terraces(side: i32) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// Binary PLY of triangles with vertices of their own.
+/// Returns a binary PLY file of triangles that share no vertices.
 fn ply(triangles: &[[Vec3; 3]]) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\

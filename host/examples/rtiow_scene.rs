@@ -1,11 +1,13 @@
 //! Writes `scenes/rtiow_final.ron` from the spheres and the camera that the book's program printed.
 //!
 //! ```text
-//! cargo run --release --example rtiow_scene < scenes/source/rtiow_final.json > scenes/rtiow_final.ron
+//! cargo run --release --example rtiow_scene \
+//!     < scenes/source/rtiow_final.json > scenes/rtiow_final.ron
 //! ```
 //!
-//! Numbers keep all their digits (the shortest decimal that reads back as the same f64). Each sphere gets a material of its
-//! own, as in the book, named by kind and index; glass of one index of refraction is shared.
+//! Numbers keep all their digits (the shortest decimal that reads back as the same f64). Each
+//! sphere has its own material, as in the book, named by kind and index; glass with the same index
+//! of refraction is shared.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;

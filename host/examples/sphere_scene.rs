@@ -1,4 +1,4 @@
-//! Writes one of the scenes that `trisect bench report` makes, of any number of spheres, as a scene file.
+//! Writes a scene of `trisect bench report`, with any number of spheres, as a scene file.
 //!
 //! ```text
 //! cargo run --release --example sphere_scene -- 10000 > scenes/generated/spheres_10000.ron

@@ -1,13 +1,14 @@
-//! Writes the images of the scenes into a folder.
+//! Writes the texture images of the scenes into a folder.
 //!
 //! ```text
 //! cargo run --release --example textures -- scenes/textures
 //! ```
 //!
-//! - `planet.png`: 256x128, sRGB: a planet's seas, land and ice, for a sphere
-//! - `marble.png`: 256x256, linear: veins of Perlin noise, as in "Ray Tracing: The Next Week"; mirrors without a seam
-//! - `checker.png`: 16x16, sRGB
-//! - `sky.hdr`: 64x32: a panorama of a sky with a small bright sun
+//! * `planet.png`: 256x128, sRGB: seas, land and ice of a planet, for a sphere
+//! * `marble.png`: 256x256, linear: veins of Perlin noise, as in "Ray Tracing: The Next Week"; has
+//!   no seam when mirrored
+//! * `checker.png`: 16x16, sRGB
+//! * `sky.hdr`: 64x32: a panorama of a sky with a small bright sun
 
 use glam::{DVec3, dvec3};
 use image::codecs::hdr::HdrEncoder;
@@ -29,7 +30,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The direction of a panorama's texel: the middle column along -z, to the right of it +x; the top row up.
+/// Returns the direction of a panorama's texel. The middle column is -z, right of it is +x; the top
+/// row is up.
 fn direction(x: u32, y: u32, width: u32, height: u32) -> DVec3 {
     let theta = (f64::from(y) + 0.5) / f64::from(height) * PI;
     let phi = ((f64::from(x) + 0.5) / f64::from(width) - 0.5) * 2.0 * PI;
@@ -112,7 +114,7 @@ fn turbulence(mut point: DVec3, octaves: u32, gain: f64) -> f64 {
     sum
 }
 
-/// Gradient noise (Perlin 2002) from a hash, about -1 to 1.
+/// Returns gradient noise (Perlin 2002) from a hash, about -1 to 1.
 fn noise(point: DVec3) -> f64 {
     let cell = point.floor();
     let f = point - cell;
@@ -121,7 +123,7 @@ fn noise(point: DVec3) -> f64 {
         let offset = dvec3(x, y, z);
         let h = hash((cell + offset).as_ivec3().to_array());
         let d = f - offset;
-        // The twelve directions to a cube's edges.
+        // The directions to the twelve edges of a cube.
         let (a, b) = [(d.x, d.y), (d.y, d.z), (d.z, d.x)][(h % 3) as usize];
         (if h & 0x10000 == 0 { a } else { -a }) + (if h & 0x20000 == 0 { b } else { -b })
     };

@@ -1,13 +1,18 @@
-//! Closest hits a second on one thread: this program's traversal beside obvhs's own, on the triangles of a scene.
+//! Measures closest hits per second on one thread, on the triangles of a scene: with the traversals
+//! of Trisect and of obvhs.
 //!
 //! ```text
 //! cargo run --release --example mesh_ply -- scenes/generated/asteroid_500k.ply 158
-//! cargo run --release --example traversal -- scenes/generated/asteroid_500k.ply [fast|medium|high] [FOLDER]
+//! cargo run --release --example traversal -- scenes/generated/asteroid_500k.ply \
+//!     [fast|medium|high] [FOLDER]
 //! ```
 //!
-//! Rays: 2^20 primary ones of the scene's camera, row by row, then a cosine-distributed one from each of their hits, in the same
-//! order, and those in random order. Each figure is the median of five rounds, in which the traversals take turns, by the processor's
-//! time where the system tells it (Linux); each traces the rays twice in its turn, and the second time counts. With a folder, the triangles and the rays are written there instead, for
+//! Rays: 2^20 primary rays of the scene's camera, row by row; a cosine-distributed ray from each of
+//! their hits, in the same order; and those in random order.
+//!
+//! Each figure is the median of five rounds in which the traversals take turns, by the processor's
+//! time where the system reports it (Linux). In its turn, each traversal traces the rays twice, and
+//! the second time counts. With a folder, the triangles and the rays are written there instead, for
 //! `tests/reference/embree.cc`.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
@@ -40,7 +45,7 @@ use trisect_shared::triangle::Triangle;
 const SIDE: u32 = 1024;
 const ROUNDS: usize = 5;
 
-/// Number of hits, and sum of their distances.
+/// Number of hits, and the sum of their distances.
 type Answer = (u32, f64);
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -61,8 +66,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bvh = Bvh::build(&scene, Some(quality))?;
     println!("{} triangles; built in {:.2} s", bvh.triangles.len(), start.elapsed().as_secs_f64());
 
-    let wide_bvh = Wide::new(&scene, &bvh)?.ok_or("more triangles than the wide tree can name")?;
-    println!("wide tree after {:.2} s", start.elapsed().as_secs_f64());
+    let wide_bvh = Wide::new(&scene, &bvh)?.ok_or("more triangles than the wide BVH can index")?;
+    println!("wide BVH after {:.2} s", start.elapsed().as_secs_f64());
 
     let mut params: RenderParams = bytemuck::Zeroable::zeroed();
     params.root = bvh.root.0;
@@ -80,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         wide: wide_bvh.tree(),
     };
     let mine = |ray: &Ray| -> Hit {
-        // SAFETY: `Bvh::build` proved the tree for these triangles.
+        // SAFETY: `Bvh::build` validated the BVH for these triangles.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         unsafe {
             closest_hit::<TRIANGLES>(&params, arrays, *ray, RayQuery::CLOSEST)
@@ -120,7 +125,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut normal = normalize(bvh.triangles[primitive as usize].normal());
         normal *= -normal.dot(ray.direction).signum();
         let w = PathKey { seed: 0, pixel, sample: 0 }.words(1);
-        // Off the surface, as obvhs knows no departure.
+        // Starts off the surface, because obvhs has no origin primitive that a ray ignores.
         let origin = ray.origin + ray.direction * distance + normal * (1e-4 * distance);
         let direction = normalize(normal + unit_sphere(w.x, w.y));
         diffuse.push(Ray { origin, direction, origin_primitive: OriginPrimitive::NONE });
@@ -175,13 +180,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let hits = answers.map(|(hits, _)| hits.to_string()).join(" ");
         println!("{name:<20} {a:>14.2} {b:>14.2} {c:>14.2} {d:>14.2} {e:>14.2}   {hits}");
         if answers[0] != answers[2] || answers[1] != answers[2] {
-            return Err("the wide tree gives other hits than the binary one".into());
+            return Err("the hits of the wide BVH differ from those of the binary one".into());
         }
     }
     Ok(())
 }
 
-/// Seconds that this thread has run; by the clock where the system does not tell.
+/// Returns the seconds that this thread has run; by the clock if the system does not report them.
 fn now() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
     let times = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
@@ -189,12 +194,12 @@ fn now() -> f64 {
     run.map_or_else(|| START.get_or_init(Instant::now).elapsed().as_secs_f64(), |run| run * 1e-9)
 }
 
-/// All rays in the wide tree, by an instruction set that this processor has.
+/// Traces all rays in the wide BVH with an instruction set that this processor has.
 #[allow(unsafe_code, reason = "kernels read without bounds checks")]
 fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> Answer {
     /// # Safety
     ///
-    /// The tree was proven, and the processor has the instructions.
+    /// The BVH was validated, and the processor has the instructions.
     #[inline(always)]
     unsafe fn all<const FEATURES: Features>(
         params: &RenderParams,
@@ -211,7 +216,7 @@ fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, 
     }
     /// # Safety
     ///
-    /// As `all`.
+    /// The requirements of `all`.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     unsafe fn avx2(params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> Answer {
@@ -220,14 +225,14 @@ fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, 
     }
     /// # Safety
     ///
-    /// As `all`.
+    /// The requirements of `all`.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
     unsafe fn avx512(params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> Answer {
         // SAFETY: the caller's promise.
         unsafe { all::<{ TRIANGLES | WIDE | features::AVX512 }>(params, scene, rays) }
     }
-    // SAFETY: `Wide::new` proved the tree, and `InstructionSet::best` asked the processor.
+    // SAFETY: `Wide::new` validated the BVH, and `InstructionSet::best` asked the processor.
     unsafe {
         match set {
             #[cfg(target_arch = "x86_64")]
@@ -260,7 +265,7 @@ fn write(folder: &Path, bvh: &Bvh, sets: &[(&str, &[Ray])]) -> std::io::Result<(
 fn round(seconds: &[f64], rays: &[Ray], hit: impl Fn(&Ray) -> f32) -> (Vec<f64>, Answer) {
     let mut answer = (0, 0.0);
     let mut start = 0.0;
-    // The second time counts: the caches hold what the first read.
+    // The second time counts, when the caches hold what the first read.
     for _ in 0..2 {
         answer = (0, 0.0);
         start = now();

@@ -1,17 +1,21 @@
-//! Alias tables: choosing from a discrete distribution in constant time (Walker, 1977; built as by Vose, 1991).
+//! Alias tables: sampling of a discrete distribution in constant time (Walker, 1977; construction
+//! by Vose, 1991). They choose lights by power, and texels of environment maps.
 
-/// A row: keep this entry if a random 32-bit word is below `threshold`, else take `alias`.
+/// Row of an alias table. A lookup draws a row and a random 32-bit word; it returns the row's own
+/// entry if the word is below `threshold`, else entry `alias`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Of 2³².
+    /// Probability of the row's own entry, in units of 2⁻³².
     pub threshold: u32,
-    /// Index of an entry.
+    /// Index of the entry that shares the row.
     pub alias: u32,
 }
 
-/// The table for weights that are finite and not negative. `None` where all are zero, or there are none.
+/// Returns the table for `weights`, which are finite and not negative, with one row for each.
+/// Returns `None` if there are no weights or all are zero.
 ///
-/// An entry's chance is its share of the sum within 2⁻³² of a row's; one of weight zero is never taken.
+/// Each entry's probability is its share of the sum, within 2⁻³² of a row's probability. An entry
+/// of weight zero is never returned.
 pub fn table(weights: &[f64]) -> Option<Vec<Row>> {
     let sum: f64 = weights.iter().sum();
     if !(sum > 0.0 && sum.is_finite()) {
@@ -31,7 +35,8 @@ pub fn table(weights: &[f64]) -> Option<Vec<Row>> {
             small.push(giver);
         }
     }
-    // What rounding leaves over is full, but for entries that must never be taken.
+    // Rounding leaves some rows without a partner. Their own entry keeps the whole row, unless it
+    // has weight zero and must never be returned.
     let heaviest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
     for i in small {
         if weights[i] == 0.0 {
@@ -45,7 +50,7 @@ pub fn table(weights: &[f64]) -> Option<Vec<Row>> {
 mod tests {
     use super::*;
 
-    /// The chance that a table gives each entry.
+    /// Returns the probability that a table gives each entry.
     fn chances(rows: &[Row]) -> Vec<f64> {
         let mut chances = vec![0.0; rows.len()];
         for (i, row) in rows.iter().enumerate() {

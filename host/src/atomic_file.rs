@@ -1,9 +1,10 @@
-//! Files that are replaced whole: an earlier one stays as it was until the new one is complete.
+//! Files that are replaced as a whole: an earlier file stays unchanged until the new one is
+//! complete.
 //!
 //! The new content goes to a temporary file in the same folder, `.NAME.RANDOM.part`. It is created
-//! with `O_EXCL`: it follows no link, and no two writers share it, also where containers on one
-//! file system give them the same process id. A killed process leaves its temporary file behind;
-//! the next write of the same file removes it after an hour.
+//! with `O_EXCL`: it follows no link, and no two writers share it, even if containers on one file
+//! system give them the same process id. A killed process leaves its temporary file behind; the
+//! next write of the same file removes it after an hour.
 
 mod claim;
 mod special;
@@ -16,27 +17,28 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::NamedTempFile;
 
-/// Characters of a temporary file's random part.
+/// Number of random characters in a temporary file's name.
 const RANDOM_CHARS: usize = 16;
 
-/// Age from which on a temporary file counts as left behind.
+/// Age from which a temporary file counts as left behind.
 const MAX_AGE: Duration = Duration::from_secs(3600);
 
-/// Links that are followed one after the other: Linux's own limit.
+/// Maximum number of links followed in a row: Linux's own limit.
 const MAX_LINKS: u32 = 40;
 
-/// Writes a file beside `path`, syncs it, and renames it to `path`. It keeps the mode of an earlier
-/// file. Links are followed.
+/// Writes a temporary file beside `path`, syncs it, and renames it to `path`. The new file has the
+/// mode of an earlier one. Links are followed.
 ///
 /// # Errors
 ///
-/// Returns the file system's error, or [`ErrorKind::InvalidInput`] if `path` exists and is no
+/// Returns the file system's error, or [`ErrorKind::InvalidInput`] if `path` exists and is not a
 /// regular file. Nothing is left behind then.
 pub fn write_atomic(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     write_atomic_by(path, write, |temporary, path| Ok(temporary.persist(path)?)).map(drop)
 }
 
-/// As [`replace`], but `persist` moves the file to its name. Returns the new file.
+/// Writes a file like [`write_atomic`]; `persist` moves the temporary file to its name. Returns the
+/// new file.
 fn write_atomic_by(
     path: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
@@ -52,16 +54,16 @@ fn write_atomic_by(
     temporary.as_file().sync_all()?;
     let file = persist(temporary, path)?;
     sweep(path);
-    // Syncs the name, too, where folders can be opened.
+    // Also syncs the new name, where folders can be opened.
     if let Ok(folder) = File::open(folder(path)) {
         let _ = folder.sync_all();
     }
     Ok(file)
 }
 
-/// Writes `bytes` to `path`: in place of an earlier file, or into it where it cannot be replaced.
-/// It cannot be if it is a pipe or a device, if its folder takes no new files, or if a new file
-/// would have other owners or lack its other names.
+/// Writes `bytes` to `path`. Replaces an earlier file, or writes into it if it cannot be replaced:
+/// because it is a pipe or a device, because its folder takes no new files, or because a new file
+/// would have other owners or lack the earlier one's other names (hard links).
 ///
 /// # Errors
 ///
@@ -85,16 +87,17 @@ pub fn write_atomic_or_in_place(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Checks that [`put`] can write `path`. Creates nothing under that name, and leaves what is there.
+/// Checks that [`write_atomic_or_in_place`] can write `path`. Creates nothing under that name, and
+/// leaves an existing file unchanged.
 ///
 /// # Errors
 ///
 /// Returns the error that writing would meet, and [`ErrorKind::InvalidInput`] for a socket, a block
-/// device, and a pipe that this process does not have open already.
+/// device, and a pipe that this process has not opened yet.
 pub fn probe(path: &Path) -> io::Result<()> {
     let opened = match fs::metadata(path) {
         Ok(facts) if facts.is_dir() => Err(ErrorKind::IsADirectory.into()),
-        // Opening a pipe waits for its reader, and closing it would be the end to that.
+        // Opening a pipe would wait for its reader, and closing it would end the reader's input.
         Ok(facts) if !facts.is_file() => special::check(path, &facts),
         Ok(_) => OpenOptions::new().append(true).open(path).map(drop),
         Err(error) => Err(error),
@@ -105,7 +108,8 @@ pub fn probe(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Checks that [`replace`] can write `path`, as [`probe`] does.
+/// Checks that [`write_atomic`] can write `path`. Creates nothing under that name, and leaves an
+/// existing file unchanged.
 ///
 /// # Errors
 ///
@@ -119,13 +123,13 @@ pub fn probe_atomic(path: &Path) -> io::Result<()> {
     beside(path, false).map(drop)
 }
 
-/// Returns whether two paths name one file: through links, relative parts and hard links. Neither
-/// need exist.
+/// Returns whether two paths name the same file: through links, relative parts and hard links.
+/// Neither needs to exist.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     canonical_path(a) == canonical_path(b) || is_same_data(a, b)
 }
 
-/// Returns the one path of a file, without links.
+/// Returns the path of a file without links, equal for all paths of the file except hard links.
 pub fn canonical_path(path: &Path) -> PathBuf {
     let target = target(path);
     let folder = folder(&target);
@@ -147,16 +151,17 @@ fn is_same_data(_: &Path, _: &Path) -> bool {
     false
 }
 
-/// Returns what is known of an earlier file, or an error for what cannot be replaced.
+/// Returns the metadata of an earlier file, or an error if it cannot be replaced.
 fn existing_file(path: &Path) -> io::Result<Option<Metadata>> {
     match fs::metadata(path) {
         Ok(facts) if facts.is_file() => Ok(Some(facts)),
-        Ok(_) => Err(io::Error::new(ErrorKind::InvalidInput, "it is there, and no regular file")),
+        Ok(_) => Err(io::Error::new(ErrorKind::InvalidInput, "it exists and is not a regular file")),
         Err(_) => Ok(None),
     }
 }
 
-/// Returns whether a new file may replace an earlier one: same owners, no other names.
+/// Returns whether a new file may replace an earlier one: it has the same owners, and the earlier
+/// one has no other names.
 #[cfg(unix)]
 fn is_alike(earlier: &Metadata, new: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -168,7 +173,7 @@ fn is_alike(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// Returns whether a file may be written into after this error of replacing it.
+/// Returns whether a file may be written in place after this error of replacing it.
 fn is_for_want_of_a_new_file(error: ErrorKind) -> bool {
     matches!(
         error,
@@ -197,8 +202,8 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Creates a temporary file in the same folder: readable by its owner only if it `is_private`, else
-/// as the umask says.
+/// Creates a temporary file in the folder of `path`: readable only by its owner if it `is_private`,
+/// else with the mode of the umask.
 fn beside(path: &Path, is_private: bool) -> io::Result<NamedTempFile> {
     tempfile::Builder::new().prefix(&prefix(path)).suffix(SUFFIX).rand_bytes(RANDOM_CHARS).make_in(
         folder(path),
@@ -215,14 +220,14 @@ fn beside(path: &Path, is_private: bool) -> io::Result<NamedTempFile> {
 
 const SUFFIX: &str = ".part";
 
-/// Returns how the names of a file's temporaries begin: short enough where the name is as long as
-/// one may be.
+/// Returns the beginning of the names of a file's temporary files. It is shortened, so that they
+/// are valid if the file's own name has the maximum length.
 fn prefix(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     format!(".{}.", name.chars().take(40).collect::<String>())
 }
 
-/// Removes temporary files that killed processes left.
+/// Removes temporary files that killed processes left behind.
 fn sweep(path: &Path) {
     let prefix = prefix(path);
     for entry in fs::read_dir(folder(path)).into_iter().flatten().flatten() {

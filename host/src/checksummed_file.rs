@@ -1,7 +1,10 @@
-//! Files that are there whole or not at all, and of which damage shows: written beside their place, synced and moved there, with a CRC-32 of each block.
+//! Files that are complete or do not exist, and whose damage is detected: written atomically, with
+//! a CRC-32 of each block.
 //!
-//! Eight bytes that say what it is; the lengths of header and data, eight bytes each; a CRC-32 of these; header and data; a CRC-32 of each 64 KiB of these two. Numbers
-//! are little-endian. In 64 KiB a CRC-32 finds each change of up to three bits, and each within 32 neighbouring ones (Koopman 2002, table 1).
+//! Layout, with little-endian numbers: eight bytes of magic; lengths of header and data, eight
+//! bytes each; a CRC-32 of all these; header; data; a CRC-32 of each 64 KiB of header and data. In
+//! 64 KiB, a CRC-32 finds each change of up to three bits, and each within 32 adjacent bits
+//! (Koopman 2002, table 1).
 
 use crate::atomic_file::{Claim, write_atomic};
 use crate::input;
@@ -11,66 +14,67 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use thiserror::Error;
 
-/// Bytes that share a CRC.
+/// Bytes covered by one CRC.
 const BLOCK: usize = 1 << 16;
 
-/// Bytes of a header, at most: reading one takes many times as many.
+/// Maximum size of a header in bytes: parsing it takes many times its size in memory.
 const MAX_HEADER: u64 = 1 << 21;
 
-/// Bytes before the header: what it is, both lengths, their CRC.
+/// Bytes before the header: magic, both lengths, and their CRC.
 const PREFIX: usize = 28;
 
-/// What a file is not.
+/// Error of reading a file.
 #[derive(Debug, Error)]
 pub enum ChecksummedFileError {
-    /// The file system refused.
+    /// The file system reported an error.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// It begins otherwise.
-    #[error("it does not begin as one")]
+    /// The file has another magic.
+    #[error("unrecognised file header")]
     Other,
-    /// Less than it says that it has, or more.
-    #[error("it has {has} bytes in place of {should}: it was cut off, or written to")]
+    /// The file is shorter or longer than its prefix says.
+    #[error("it has {has} bytes instead of {should}: it was truncated or changed")]
     Length {
-        /// Bytes.
+        /// Size of the file in bytes.
         has: u64,
-        /// Bytes.
+        /// Size in bytes according to its prefix.
         should: u64,
     },
-    /// A header of more than two megabytes.
+    /// The header is longer than two megabytes.
     #[error("its header of {header} bytes is too long")]
     Header {
-        /// Bytes.
+        /// Size of the header in bytes.
         header: u64,
     },
-    /// A block whose CRC is another.
-    #[error("it was damaged: the checksum of bytes {from} to {to} is another")]
+    /// The CRC of a block does not match.
+    #[error("it was damaged: the checksum of bytes {from} to {to} does not match")]
     Damaged {
-        /// The first byte of the block.
+        /// First byte of the block.
         from: u64,
-        /// One past its last.
+        /// End of the block (exclusive).
         to: u64,
     },
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contents {
-    /// What the data is.
+    /// Header, which describes the data.
     pub header: Vec<u8>,
-    /// The data.
+    /// Data.
     pub data: Vec<u8>,
 }
 
-/// Reads a file of the kind that `magic` says.
+/// Reads a file with this magic.
 ///
 /// # Errors
 ///
-/// [`ChecksummedFileError`] for another file, and one that was cut off or damaged. Twice its size is allocated, at most.
+/// [`ChecksummedFileError`] for a file with another magic, and one that was truncated or damaged.
+/// At most twice the size of the file is allocated.
 pub fn read(path: &Path, magic: &[u8; 8]) -> Result<Contents, ChecksummedFileError> {
     let mut file = input::open(path)?;
     let facts = file.metadata()?;
-    // What is none is not read whole.
+    // A file with another magic is not read as a whole.
     let mut bytes = Vec::new();
     Read::by_ref(&mut file).take(magic.len() as u64).read_to_end(&mut bytes)?;
     if bytes != magic {
@@ -80,11 +84,11 @@ pub fn read(path: &Path, magic: &[u8; 8]) -> Result<Contents, ChecksummedFileErr
     open(bytes, magic)
 }
 
-/// The same of bytes in memory.
+/// Decodes the bytes of a file with this magic.
 ///
 /// # Errors
 ///
-/// As [`read`].
+/// Same as [`read`].
 pub fn open(bytes: Vec<u8>, magic: &[u8; 8]) -> Result<Contents, ChecksummedFileError> {
     let has = bytes.len() as u64;
     if !bytes.starts_with(magic) {
@@ -107,7 +111,7 @@ pub fn open(bytes: Vec<u8>, magic: &[u8; 8]) -> Result<Contents, ChecksummedFile
     if header > MAX_HEADER {
         return Err(ChecksummedFileError::Header { header });
     }
-    // Lengths that the bytes have fit a `usize`.
+    // The lengths match those of the bytes, so they fit a `usize`.
     let (Some(body), true) = (body, should == Some(has)) else {
         return Err(ChecksummedFileError::Length { has, should: should.unwrap_or(u64::MAX) });
     };
@@ -122,25 +126,26 @@ pub fn open(bytes: Vec<u8>, magic: &[u8; 8]) -> Result<Contents, ChecksummedFile
     Ok(Contents { header: header.to_vec(), data: data.to_vec() })
 }
 
-/// Builds for fuzzing skip checksums: what lies behind them is to be found.
+/// Returns whether the CRC matches. Builds for fuzzing skip the check, to reach the code behind it.
 fn is_crc(bytes: &[u8], crc: &[u8]) -> bool {
     cfg!(fuzzing) || crc32fast::hash(bytes).to_le_bytes() == *crc
 }
 
-/// Writes a file in place of an earlier one, which stays as it was until this one is complete. `data` is one after the other.
+/// Writes a file with the parts of `data` one after the other. An earlier file stays unchanged
+/// until this one is complete.
 ///
 /// # Errors
 ///
-/// What the file system says; then nothing is left of it.
+/// The file system's error; nothing is left behind then.
 pub fn write(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
     write_atomic(path, |file| write_to(file, magic, header, data))
 }
 
-/// Writes a file as [`write()`] does, if none is there or the one that is there is that of `claim`.
+/// Writes a file like [`write()`], if no file is there or the file is that of `claim`.
 ///
 /// # Errors
 ///
-/// As [`Claim::replace`].
+/// Same as [`Claim::replace`].
 pub fn write_claimed(
     path: &Path,
     claim: &mut Claim,
@@ -169,7 +174,7 @@ fn write_to(file: &mut File, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> 
     file.write_all(&crcs.end())
 }
 
-/// CRCs of blocks of what comes in pieces.
+/// CRCs of the blocks of data that arrives in pieces.
 #[derive(Default)]
 struct Crcs {
     bytes: Vec<u8>,
@@ -239,7 +244,8 @@ mod tests {
         fs::remove_file(path).unwrap();
     }
 
-    /// Each cut, and a bit flipped in each byte of a small file and in some of a large one.
+    /// Cuts at each byte, and a flipped bit in each byte of a small file and in some of a large
+    /// one.
     #[test]
     fn damage_shows() {
         let path = path("damage");
@@ -255,7 +261,7 @@ mod tests {
                 fs::write(&path, &whole[..at]).unwrap();
                 assert!(read(&path, MAGIC).is_err(), "cut at {at} of {}", whole.len());
             }
-            // The twin: what was not touched is read.
+            // Negative control: the unchanged file is read.
             fs::write(&path, &whole).unwrap();
             assert!(read(&path, MAGIC).is_ok());
         }

@@ -1,4 +1,7 @@
-//! The command line.
+//! Command line of the program: the arguments of each command, parsed by clap.
+//!
+//! `main` parses them and hands them to the commands. The doc comments of commands, of their
+//! fields and of the values of options are the text of `--help`.
 
 mod bench;
 mod checkpointing;
@@ -30,87 +33,96 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use trisect::output::exposure::MAX_STOPS;
 
-/// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
+/// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and
+/// through CUDA.
 #[derive(Debug, Parser)]
 #[command(
     version,
     about,
-    after_help = "Exit codes: 0 ok, 1 run time, 2 usage, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range, 7 ended by --time-limit, 130 interrupted."
+    after_help = "Exit codes: 0 success, 1 run-time error, 2 usage error, 3 backend unavailable, 4 bad scene, 5 images differ, 6 outside the supported range, 7 ended by --time-limit, 130 interrupted."
 )]
 pub struct Cli {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What to do.
+/// Commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to an image file.
     Render(RenderArgs),
-    /// Go on with a render where its checkpoint ended: to the same bits as if it had never been interrupted.
+    /// Continue a render from its checkpoint, to the same bits as if it had not been interrupted.
     Resume(ResumeArgs),
-    /// Add checkpoints of one image that were rendered apart: to the same bits as if they had been rendered together.
+    /// Combine checkpoints of one image that were rendered separately, to the same bits as one
+    /// render.
     Merge(MergeArgs),
-    /// Render a scene several times and print phases, device time, samples and segments a second; or draw a report of charts.
+    /// Render a scene several times and print its phases, device time, samples and segments per
+    /// second; or measure and draw charts.
     Bench(BenchArgs),
-    /// Turn each knob that trades accuracy for speed, and measure what it costs: a report with error, bias and time.
+    /// Measure error, bias and time of each option that trades accuracy for speed, and write a
+    /// report.
     Tradeoff(TradeoffArgs),
-    /// Follow how errors fall with samples: noise by its slope, bias by its plateau, and whether two ways render the same image.
+    /// Measure how errors fall with the number of samples: slope of the noise, remaining bias, and
+    /// whether two configurations converge to the same image.
     Converge(ConvergeArgs),
-    /// Look around in a scene: a window, or with --headless the same frames without one.
+    /// Move through a scene in a window, or with --headless render the same frames without one.
     View(ViewArgs),
-    /// Compare two images: RMSE, relMSE, PSNR, FLIP, greatest difference and its pixel.
+    /// Compare two images: RMSE, relMSE, PSNR, FLIP, maximum difference and its pixel.
     Compare(CompareArgs),
-    /// Say what in a scene is outside the range that single precision supports, by how much, and what helps.
+    /// List what in a scene exceeds the range that single precision supports, by how much, and
+    /// remedies.
     Check(CheckArgs),
-    /// List backends and devices, and for a missing one why.
+    /// List backends and devices, with the reason if a backend is not available.
     Info(InfoArgs),
-    /// Try what works here: each device by an image, processes, window, folders; and say what mends the rest.
+    /// Test what works on this machine (an image on each device, MPI, window, folders) and suggest
+    /// remedies for the rest.
     Doctor(DoctorArgs),
-    /// Print what makes a shell complete commands and options.
+    /// Print a script with which a shell completes commands and options.
     Completions(CompletionsArgs),
     /// Write manual pages.
     Man(ManArgs),
 }
 
-/// `trisect compare`.
+/// Arguments of `trisect compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// The image.
+    /// Image file to compare: .png (sRGB), .exr, .hdr or .pfm (linear).
     pub image: PathBuf,
 
-    /// What it should be.
+    /// Image file of the reference, of the same size.
     pub reference: PathBuf,
 
-    /// Print JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 
-    /// Exit with code 5 if relMSE is greater than X (0 or more), or a pixel is NaN or infinite.
+    /// Exit with code 5 if relMSE exceeds X, 0 or more, or a pixel of either image is NaN or
+    /// infinite (default: no limit).
     #[arg(long, value_name = "X", value_parser = parse_limit)]
     pub max_rel_mse: Option<f64>,
 }
 
-/// `trisect check`.
+/// Arguments of `trisect check`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 nothing found but notes, 4 bad scene, 6 something is outside the supported range."
+    after_help = "Exit codes: 0 within the supported range (notes may be printed), 4 bad scene, 6 outside the supported range."
 )]
 pub struct CheckArgs {
     /// Scene file or model.
     pub scene: PathBuf,
 
-    /// Files that the scene may name.
+    /// Permitted locations of files that the scene names.
     #[command(flatten)]
     pub includes: IncludeArgs,
 
-    /// Print JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 
-    /// Write a copy of the scene that is computed where it has the most digits: recentred and rescaled by the field `space`, the same
-    /// image. Of a model, a scene that shows it.
+    /// Write a copy of the scene whose field `space` moves and scales it to where single precision
+    /// has the most digits; the image changes by rounding only. For a model, write a scene that
+    /// shows it.
     #[arg(long, value_name = "FILE.ron")]
     pub write: Option<PathBuf>,
 }

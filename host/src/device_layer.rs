@@ -1,19 +1,19 @@
-//! A Vulkan layer that complains where nothing is wrong.
+//! Disables a Vulkan layer that prints an error on machines without a display.
 #![allow(unsafe_code, reason = "the environment is the only way to a layer of Vulkan's loader")]
 
 use std::env;
 use std::path::Path;
 
-/// What switches the layer off.
+/// Environment variable that disables the layer.
 const SWITCH: &str = "NODEVICE_SELECT";
 
-/// Switches Mesa's device-selection layer off on a machine without a display. The layer asks a
-/// display server which device to list first, and without `XDG_RUNTIME_DIR` libwayland prints
-/// "error: XDG_RUNTIME_DIR is invalid or not set in the environment" for each instance of Vulkan.
+/// Disables Mesa's device-selection layer on a machine without a display. The layer asks a display
+/// server which device to list first; without `XDG_RUNTIME_DIR`, libwayland then prints "error:
+/// XDG_RUNTIME_DIR is invalid or not set in the environment" for each Vulkan instance.
 ///
 /// # Safety
 ///
-/// No other thread runs.
+/// No other thread may be running.
 pub unsafe fn quieten() {
     let is_headless = is_headless(|name| env::var_os(name).map(|value| value.to_string_lossy().into_owned()));
     if cfg!(target_os = "linux") && is_headless && env::var_os(SWITCH).is_none() {
@@ -53,7 +53,7 @@ mod tests {
         ] {
             assert!(!of(&[set]), "{set:?}");
         }
-        // A name is of a socket in XDG_RUNTIME_DIR.
+        // A relative name is that of a socket in XDG_RUNTIME_DIR, which is not set.
         assert!(of(&[("WAYLAND_DISPLAY", "wayland-0")]));
     }
 }

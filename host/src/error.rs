@@ -1,4 +1,5 @@
-//! What can go wrong, and the exit code for each.
+//! Error of the library, which holds the error of any of its modules, and the program's exit code
+//! for each.
 
 use crate::adaptive::SamplingError;
 use crate::backend::BackendError;
@@ -20,46 +21,46 @@ use thiserror::Error;
 /// Any error of the library.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// The scene file is wrong.
+    /// A scene file is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The settings of a render are wrong.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// A goal of a render that is none.
+    /// The goal of a render is invalid.
     #[error(transparent)]
     Sampling(#[from] SamplingError),
-    /// A backend is not there, or failed.
+    /// A backend is unavailable, or failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
     /// An image could not be read or written.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// An output that is another file of the same command.
+    /// An output is another file of the same command.
     #[error(transparent)]
     Conflict(#[from] ConflictError),
     /// Two images could not be compared.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
-    /// Films that do not belong together.
+    /// Films do not belong together.
     #[error(transparent)]
     Film(#[from] FilmError),
     /// A copy of a scene could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// Parameters of a denoiser, or a film that cannot be denoised.
+    /// Parameters of a denoiser are invalid, or a film cannot be denoised.
     #[error(transparent)]
     Denoise(#[from] DenoiseError),
-    /// Ranks that do not render together.
+    /// Ranks cannot render together, or one failed.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
-    /// The trade-off lab could not measure, or write it down.
+    /// The trade-off lab could not measure, or write its results.
     #[error(transparent)]
     Tradeoff(#[from] TradeoffError),
     /// A checkpoint could not be read, written or used.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// A benchmark could not be set up or written down.
+    /// A benchmark could not be set up, or its results not written.
     #[error(transparent)]
     Bench(#[from] BenchError),
     /// Threads could not be started.
@@ -71,7 +72,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// The process's exit code: 1 run time, 2 usage, 3 backend unavailable, 4 bad scene.
+    /// Returns the program's exit code: 1 for errors at run time, 2 for usage, 3 for an unavailable
+    /// backend, 4 for an invalid scene.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Write(WriteError::Scene(_)) => 4,

@@ -1,4 +1,4 @@
-//! Images in memory, and reading them from files.
+//! Images in memory, and their reading from PNG, EXR, HDR and PFM files.
 
 pub(crate) mod bounds;
 mod exr;
@@ -14,101 +14,101 @@ use std::io::{self, BufReader, ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Linear Rec. 709 radiance, row-major, top row first.
+/// Image of linear Rec. 709 radiance, row-major, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
-    /// `width * height` pixels.
+    /// Red, green and blue of `width * height` pixels.
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// An image file that cannot be read or written.
+/// Image file, or other output, that cannot be read or written.
 #[derive(Debug, Error)]
 pub enum ImageError {
-    /// The system refused.
+    /// The system refused to read or write the file.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the system.
         source: io::Error,
     },
     /// The extension names no format.
     #[error("{}: unknown image format; use .png, .exr, .hdr or .pfm", path.display())]
     UnknownExtension {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A format of one picture, and more to write.
+    /// Layers are asked for, and the format has none.
     #[error("{}: --aov needs a format with layers; use .exr", path.display())]
     NoLayers {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A layer that is asked for twice.
+    /// A layer is asked for twice.
     #[error("--aov names {layer} twice; name each layer once")]
     LayerTwice {
-        /// Its name.
+        /// Name of the layer.
         layer: &'static str,
     },
-    /// The content is not what the extension says, or cannot be encoded.
+    /// The content does not fit the extension, or cannot be decoded or encoded.
     #[error("{}: {message}", path.display())]
     Codec {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the codec said.
+        /// Message of the codec.
         message: String,
     },
-    /// The header says more pixels than a file of this length can have.
+    /// The header claims more pixels than a file of this length can hold.
     #[error(
-        "{}: its header says {width} x {height} pixels, for which a file of this kind has {} at least, and it has {}; it is cut off, or its header is wrong: write it again",
+        "{}: its header says {width} x {height} pixels, for which a file of this kind has at least {}, but it has {}; it is cut off, or its header is wrong: write it again",
         path.display(), memory::display(*shortest), memory::display(*length)
     )]
     Cut {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Pixels across.
+        /// Width in pixels that the header claims.
         width: u64,
-        /// Pixels down.
+        /// Height in pixels that the header claims.
         height: u64,
-        /// Bytes of the shortest file with so many pixels.
+        /// Bytes of the shortest file with as many pixels.
         shortest: u64,
         /// Bytes of the file.
         length: u64,
     },
-    /// Nearly all of the pixels that the header says are not in the file.
+    /// The file has only few of the pixels of its display window.
     #[error(
-        "{}: of the {width} x {height} pixels of its display window the file has {given}, and the rest would take the memory; crop the display window to the data window",
+        "{}: its display window has {width} x {height} pixels, the file has {given} of them, and the blank rest would take too much memory; crop the display window to the data window",
         path.display()
     )]
     Blank {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Pixels across.
+        /// Width of the display window in pixels.
         width: u64,
-        /// Pixels down.
+        /// Height of the display window in pixels.
         height: u64,
-        /// Pixels in the file.
+        /// Number of pixels in the file.
         given: u64,
     },
     /// Decoding takes more memory than is available.
     #[error(
-        "{}: reading its {width} x {height} pixels takes {}, and {} of memory are available; use a smaller image",
+        "{}: reading its {width} x {height} pixels takes {}, but {} of memory are available; use a smaller image",
         path.display(), memory::display(*needed), memory::display(*free)
     )]
     TooLarge {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Pixels across.
+        /// Width in pixels.
         width: u64,
-        /// Pixels down.
+        /// Height in pixels.
         height: u64,
-        /// Bytes.
+        /// Bytes of memory that decoding takes.
         needed: u64,
-        /// Bytes.
+        /// Available bytes of memory.
         free: u64,
     },
 }
@@ -118,7 +118,8 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`ImageError`], before memory is taken for pixels that the file or the memory cannot have.
+    /// [`ImageError`], before memory is allocated for pixels that the file or the memory cannot
+    /// hold.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let format = Format::of(path)?;
         let io = |source| ImageError::Io { path: path.to_owned(), source };
@@ -144,12 +145,11 @@ impl Image {
     }
 }
 
-/// Bytes that a pixel takes beside its decoded form: as linear channels twice, while they are
-/// copied.
+/// Bytes per pixel in addition to the decoded form: linear channels, twice while they are copied.
 const MIN_OF_PIXEL: u64 = 24;
 
-/// Decodes what the image library reads.
-/// It may take `largest` bytes for its pixels and what else is in the file.
+/// Decodes a PNG or HDR file by the image library, which may allocate `largest` bytes for pixels
+/// and other data of the file.
 fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Result<Image, ImageError> {
     let codec = |error: image::ImageError| match error {
         image::ImageError::IoError(source) if source.kind() == ErrorKind::UnexpectedEof => {
@@ -160,7 +160,8 @@ fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Res
     };
     let mut reader = ImageReader::with_format(BufReader::new(file), format);
     let mut limits = Limits::default();
-    // Its default refuses images that this program writes; and a colour profile may claim gigabytes.
+    // The default limit refuses images that this program writes. A limit is needed because a colour
+    // profile may claim gigabytes.
     limits.max_alloc = Some(bounds.free.min(largest));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(codec)?;
@@ -176,10 +177,10 @@ fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Res
     Ok(Image { width, height, pixels: rgb.pixels().map(|pixel| pixel.0.map(linear)).collect() })
 }
 
-/// Reads a portable float map, whose pixels are as long as the file.
+/// Reads a portable float map (PFM), whose pixels take about the length of the file.
 fn read_pfm(bounds: &Bounds, file: File) -> Result<Image, ImageError> {
     let Bounds { path, length, free } = *bounds;
-    // Its bytes, and its pixels, of which one channel makes three.
+    // The bytes of the file, and its pixels: three channels, even if the file has one.
     let needed = length.saturating_mul(4);
     if needed > free {
         let (width, height) = (length / 4, 1);

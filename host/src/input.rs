@@ -1,7 +1,7 @@
-//! Opening and reading the files that a user names, and those that these name in turn.
+//! Opens and reads the files that a user names, and the files that these name in turn.
 //!
-//! [`open`] is the only way to an input file: it refuses what is no regular file. Devices have no
-//! end, and a pipe waits for a writer that may never come.
+//! [`open`] is the only way to an input file. It refuses anything that is not a regular file:
+//! devices have no end, and a pipe waits for a writer that may never come.
 
 use crate::memory;
 use std::fs::{File, Metadata, OpenOptions};
@@ -9,18 +9,18 @@ use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 use thiserror::Error;
 
-/// An input that is no regular file.
+/// Input that is not a regular file.
 #[derive(Debug, Error)]
 enum InputError {
-    /// A folder.
+    /// The path is a folder.
     #[error("this is a folder; name a file in it")]
     Folder,
-    /// A pipe, a socket or a device.
+    /// The path is a pipe, a socket or a device.
     #[error(
         "this is {kind}, and only regular files are read (also as /dev/stdin); write its content to a file first, and name that"
     )]
     NotRegular {
-        /// With its article.
+        /// Kind of the file, with its article.
         kind: &'static str,
     },
 }
@@ -31,17 +31,20 @@ impl From<InputError> for Error {
     }
 }
 
-/// Opens a regular file for reading. Links are followed. Never waits, not even for a pipe's writer.
+/// Opens a regular file for reading. Links are followed. It never waits, not even for a pipe's
+/// writer.
 ///
 /// # Errors
 ///
-/// Returns the file system's error, or [`ErrorKind::InvalidInput`] for what is no regular file.
+/// Returns the file system's error, or [`ErrorKind::InvalidInput`] for anything that is not a
+/// regular file.
 pub fn open(path: &Path) -> Result<File> {
-    // Before it is opened: opening a device may have effects.
+    // Checked before opening, because opening a device may have effects.
     check(&std::fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
     options.read(true);
-    // Another file may take the name now. Without this flag, opening a pipe waits for its writer.
+    // Another file may have taken the name meanwhile. Without this flag, opening a pipe would wait
+    // for its writer.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
     let file = options.open(path)?;
@@ -59,7 +62,7 @@ fn check(facts: &Metadata) -> Result<()> {
     Err(InputError::NotRegular { kind: kind(facts) }.into())
 }
 
-/// Returns what a file is that is neither a regular file nor a folder, with its article.
+/// Returns the kind of a file that is neither a regular file nor a folder, with its article.
 #[cfg(unix)]
 pub fn kind(facts: &Metadata) -> &'static str {
     use std::os::unix::fs::FileTypeExt;
@@ -72,13 +75,13 @@ pub fn kind(facts: &Metadata) -> &'static str {
     }
 }
 
-/// Returns what a file is that is neither a regular file nor a folder, with its article.
+/// Returns the kind of a file that is neither a regular file nor a folder, with its article.
 #[cfg(not(unix))]
 pub fn kind(_: &Metadata) -> &'static str {
     "a device or a pipe"
 }
 
-/// Returns the maximum number of bytes that are read from one file now.
+/// Returns the maximum number of bytes that may be read from one file now.
 pub fn readable() -> u64 {
     memory::available() / 4
 }
@@ -87,7 +90,7 @@ pub fn readable() -> u64 {
 ///
 /// # Errors
 ///
-/// As [`open`], and [`ErrorKind::FileTooLarge`] for a longer one.
+/// Errors of [`open`], and [`ErrorKind::FileTooLarge`] for a longer file.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let file = open(path)?;
     let length = file.metadata()?.len();
@@ -107,11 +110,11 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
 ///
 /// # Errors
 ///
-/// As [`read`], and [`ErrorKind::InvalidData`] for other text.
+/// Errors of [`read`], and [`ErrorKind::InvalidData`] for text that is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path, readable())?).map_err(|error| {
         let byte = error.utf8_error().valid_up_to();
-        let message = format!("this is no text in UTF-8, from byte {byte} on; save it as UTF-8");
+        let message = format!("this is not UTF-8 text from byte {byte} on; save it as UTF-8");
         Error::new(ErrorKind::InvalidData, message)
     })
 }
@@ -137,7 +140,7 @@ mod tests {
         assert_eq!(open(&folder.path().join("none")).unwrap_err().kind(), ErrorKind::NotFound);
     }
 
-    /// Each at once, also through a link.
+    /// Refused at once, also through a link.
     #[cfg(unix)]
     #[test]
     fn nothing_else_is_opened() {
@@ -158,7 +161,7 @@ mod tests {
         for device in [at("link"), "/dev/zero".into(), "/dev/full".into()] {
             assert!(said(&device).contains("write its content to a file first"));
         }
-        // Negative control: a link to a regular file is one.
+        // Negative control: a link to a regular file is opened.
         fs::write(at("a"), b"").unwrap();
         std::os::unix::fs::symlink("a", at("b")).unwrap();
         assert!(open(&at("b")).is_ok());

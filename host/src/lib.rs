@@ -1,7 +1,9 @@
-//! Trisect: a path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and through CUDA.
+//! Trisect: a path tracer whose kernels are written once in Rust and run on the CPU, through wgpu
+//! and through CUDA.
 //!
-//! A frame flows one way: scene file → [`scene`] (validated) → [`bvh`] → [`backend::Backend::upload`] →
-//! [`render`] (rows × sample chunks) → kernels → [`film`] → [`output`].
+//! This library is the program `trisect` without its command line and its window. It reads a scene,
+//! renders it on a backend into a film of exact sums, and denoises, writes, measures or compares
+//! the image. The kernels are in `trisect_shared`; `trisect_kernels` has them compiled for GPUs.
 //!
 //! ```
 //! use trisect::{backend, render, scene};
@@ -16,15 +18,51 @@
 //! # Ok::<(), trisect::Error>(())
 //! ```
 //!
-//! # A scene of a file, on the device of choice
+//! # Modules
 //!
-//! [`scene::Scene::load`] takes the project's own files, glTF, OBJ and PLY, by their extension. [`backend::open`] takes what
-//! `--backend` does, and says why it took what it took.
+//! A frame flows one way: scene file → [`scene`] → [`bvh`] and [`lights`] → [`render`], on a
+//! [`backend`] → [`film`] → [`denoise`] → [`output`]. A [`render::Renderer`] drives a
+//! [`backend::Backend`]: it uploads the scene once, launches the kernels over rows and chunks of
+//! samples, and adds the chunks to the film.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`scene`] | reads and validates scenes: the project's own format, glTF, OBJ and PLY |
+//! | [`precision`] | checks whether single precision suffices for a scene |
+//! | [`bvh`] | builds the BVH: binary, wide, and its entries by image tile |
+//! | [`lights`] | light table: what next-event estimation chooses from |
+//! | [`alias`] | alias tables: sampling of a discrete distribution in constant time |
+//! | [`backend`] | devices behind one trait: CPU, wgpu, CUDA |
+//! | [`render`] | settings, and renders of frames, chunks, missing samples and live frames |
+//! | [`film`] | exact sums of samples, which can be merged in any order |
+//! | [`adaptive`] | renders to a target error or time, with more samples where noise is |
+//! | [`denoise`] | à-trous and SVGF filters, and the history of live frames |
+//! | [`image`] | images in memory, read from files |
+//! | [`output`] | image files: PNG, EXR, PFM, HDR; AOV layers, exposure |
+//! | [`checkpoint`] | files from which a render resumes to the same bits |
+//! | [`cluster`] | one image over several processes (MPI) |
+//! | [`view`] | camera navigation and camera paths for live frames |
+//! | [`metrics`] | differences of two images: relMSE, RMSE, PSNR, FLIP |
+//! | [`statistics`] | confidence intervals and tests for few repetitions |
+//! | [`stats`] | times and counts of a render, as text and versioned JSON |
+//! | [`mod@bench`] | benchmarks, and a report with charts |
+//! | [`tradeoff`] | the lab: error that each setting for speed costs |
+//! | [`memory`] | available memory |
+//! | [`threads`] | threads, with an error where the system refuses them |
+//! | [`error`] | [`Error`] and the program's exit codes |
+//!
+//! Cargo features: `window` (default) adds the window of `trisect view`, `mpi` adds `--distribute`.
+//!
+//! # Rendering a scene file on a chosen device
+//!
+//! [`scene::Scene::load`] reads the project's scene files, glTF, OBJ and PLY, by extension.
+//! [`backend::open`] chooses a backend as `--backend` does, and says why.
 //!
 //! ```
 //! use trisect::{backend, output, render, scene};
 //!
-//! # let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/three_spheres.ron"));
+//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/three_spheres.ron");
+//! # let path = std::path::Path::new(path);
 //! # if !path.exists() { return Ok(()) } // a published crate has no scenes
 //! let scene = scene::Scene::load(path)?;
 //! let selection = backend::open(backend::Choice::Auto, None, None)?;
@@ -38,10 +76,11 @@
 //! # Ok::<(), trisect::Error>(())
 //! ```
 //!
-//! # What a film knows
+//! # Mean, variance and counts
 //!
-//! A [`film::Film`] is more than an image: each pixel's exact sums, from which its error follows, and counts of samples, of those left out
-//! because they were not finite, and of segments.
+//! A [`film::Film`] is more than an image. It has each pixel's exact sums, from which the error of
+//! the pixel follows, and counts of samples, of samples left out because they were not finite, and
+//! of path segments.
 //!
 //! ```
 //! # use trisect::{backend::cpu::Cpu, render, scene};
@@ -57,10 +96,12 @@
 //! # Ok::<(), trisect::Error>(())
 //! ```
 //!
-//! # Watching a render, and ending it
+//! # Progress, interrupts and resume
 //!
-//! An [`render::RenderObserver`] is told how far it is, and may end it; then the film is lost. A [`render::FilmObserver`] sees the film grow, and what it ends
-//! is not lost: the same film goes on later, elsewhere, to the same bits.
+//! A [`render::RenderObserver`] receives the progress of a render and may cancel it. A
+//! [`render::FilmObserver`] receives the film after each part and may end the render between parts.
+//! What the film holds is kept: [`render::Renderer::render_missing`] completes it later, also in
+//! another process, to the same bits.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -69,7 +110,7 @@
 //!
 //! struct Percent(u64);
 //!
-//! impl render::Observer for Percent {
+//! impl render::RenderObserver for Percent {
 //!     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
 //!         self.0 = 100 * done / total;
 //!         ControlFlow::Continue(())
@@ -77,14 +118,14 @@
 //! }
 //!
 //! /// Ends a render after its first part.
-//! struct Once(AtomicU32);
+//! struct OnePart(AtomicU32);
 //!
-//! impl render::Keeper for Once {
-//!     fn goes_on(&self) -> bool {
+//! impl render::FilmObserver for OnePart {
+//!     fn should_continue(&self) -> bool {
 //!         self.0.load(Ordering::Relaxed) == 0
 //!     }
 //!
-//!     fn added(&self, _: &Film) {
+//!     fn part_added(&self, _: &Film) {
 //!         self.0.fetch_add(1, Ordering::Relaxed);
 //!     }
 //! }
@@ -94,14 +135,15 @@
 //! let mut renderer = render::Renderer::new(Box::new(Cpu::open(None)?), &scene)?;
 //! let mut film = Film::new(32, 18);
 //! let mut percent = Percent(0);
-//! renderer.render_onto(&mut film, &settings, &(0..600), &Once(AtomicU32::new(0)), &mut percent)?;
+//! let first_part = OnePart(AtomicU32::new(0));
+//! renderer.render_missing(&mut film, &settings, &(0..600), &first_part, &mut percent)?;
 //! assert!(percent.0 < 100 && !film.coverage.missing(&(0..600)).is_empty());
-//! renderer.render_onto(&mut film, &settings, &(0..600), &(), &mut percent)?;
+//! renderer.render_missing(&mut film, &settings, &(0..600), &(), &mut percent)?;
 //! assert_eq!(film, renderer.render(&settings, &mut ())?.film);
 //! # Ok::<(), trisect::Error>(())
 //! ```
 
-#![deny(clippy::print_stdout, clippy::print_stderr, reason = "a library returns what it has to say")]
+#![deny(clippy::print_stdout, clippy::print_stderr, reason = "a library returns its messages")]
 
 pub mod adaptive;
 pub mod alias;

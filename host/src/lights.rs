@@ -1,4 +1,6 @@
-//! What next-event estimation chooses from: every emitting primitive and every light without extent, by power.
+//! Light table of a scene: the emitting primitives and the point, spot and directional lights that
+//! next-event estimation chooses from, with probabilities by power. The renderer builds it from the
+//! scene and its BVH, and uploads it with them.
 
 use crate::alias;
 use crate::scene::Scene;
@@ -14,20 +16,25 @@ use trisect_shared::triangle::Triangle;
 /// The light table of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    /// With their alias table; empty if nothing emits, or all of it black.
+    /// Emitting primitives, then point, spot and directional lights, each with its row of the alias
+    /// table; empty if none of them has power.
     pub lights: Vec<Light>,
-    /// The scene's materials with the densities of the table.
+    /// Materials of the scene, with `light_pdf` set to the pdf, by area, of a point on an emitting
+    /// primitive.
     pub materials: Vec<Material>,
-    /// Chance that the panorama is chosen instead.
+    /// Probability, from 0 to 1, of choosing the environment map instead of an entry of `lights`.
     pub environment_probability: f32,
 }
 
-/// A disc with such a radius is a plane: no other is one, and a plane keeps at least this in every space.
+/// Minimum radius of the discs that stand for planes. A plane keeps at least this radius in every
+/// scene space, and other discs are smaller.
 const PLANE_RADIUS: f32 = 1e11;
 
 impl Lights {
-    /// The table for `scene`, its triangles in the order of `triangles`. Chances follow the power: luminance times π times area for
-    /// what emits, and for both kinds without extent the power that they send into the scene. A panorama has half of all choices.
+    /// Builds the table for `scene`, with `triangles` in BVH order. Probabilities are proportional
+    /// to power: π × area × luminance of the emitted radiance for primitives, and the power sent
+    /// into the scene for point, spot and directional lights. An environment map that is not black
+    /// has probability 1/2, or 1 if there are no other lights.
     pub fn new(scene: &Scene, triangles: &[Triangle]) -> Self {
         let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
         let areas = areas(&scene.spheres, &scene.flats, triangles);
@@ -49,7 +56,7 @@ impl Lights {
             let power = if light.kind == DIRECTIONAL {
                 strength * PI * radius * radius
             } else if light.cone_scale > 0.0 {
-                // The solid angle of the cone's outer half angle.
+                // 2π (1 - cos) is the solid angle of a cone with the outer half angle.
                 strength * 2.0 * PI * (1.0 + f64::from(light.cone_offset / light.cone_scale))
             } else {
                 strength * 4.0 * PI
@@ -59,7 +66,7 @@ impl Lights {
                 powers.push(power);
             }
         }
-        // Powers may be so unlike that f64 cannot sum them: then all of them count the same.
+        // Each is divided by the largest, because f64 might not hold the sum of the powers.
         let greatest = powers.iter().copied().fold(0.0, f64::max);
         powers.iter_mut().for_each(|power| *power /= greatest);
         let rows = alias::table(&powers).unwrap_or_default();
@@ -89,7 +96,7 @@ impl Lights {
     }
 }
 
-/// Area and material of each primitive, in their order.
+/// Returns the area and the material index of each primitive, in primitive order.
 fn areas(spheres: &[Sphere], flats: &[Planar], triangles: &[Triangle]) -> impl Iterator<Item = (f64, u32)> {
     let spheres = spheres.iter().map(|s| (4.0 * PI * f64::from(s.radius).powi(2), s.material));
     let flats = flats.iter().map(|f| (f64::from(f.area), f.material));
@@ -100,7 +107,8 @@ fn areas(spheres: &[Sphere], flats: &[Planar], triangles: &[Triangle]) -> impl I
     spheres.chain(flats).chain(triangles)
 }
 
-/// Half the diagonal of everything but planes; of planes alone, how far the camera looks. Both scale with the scene.
+/// Returns half the diagonal of the bounds of everything except planes; for planes alone, the
+/// distance from the camera to the point it looks at. Both scale with the scene.
 fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let mut add = |p: Vec3| (low, high) = (low.min(p), high.max(p));

@@ -1,13 +1,13 @@
-//! The `trisect` program: parses, dispatches, maps errors to exit codes.
+//! The `trisect` program: parses the command line, runs a command, maps errors to exit codes.
 //!
-//! Data goes to standard output, progress and messages to standard error. Exit codes: 0 ok, 1 run time, 2 usage,
-//! 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is outside the supported range, 7 ended by `--time-limit`,
-//! 130 interrupted.
+//! Data goes to standard output, progress and messages to standard error. Exit codes: 0 success, 1
+//! run-time error, 2 usage error, 3 backend unavailable, 4 bad scene, 5 images differ, 6 a scene is
+//! outside the supported range, 7 ended by `--time-limit`, 130 interrupted.
 
 #![deny(
     clippy::print_stdout,
     clippy::print_stderr,
-    reason = "they panic where nothing can be written: `terminal` does not"
+    reason = "they panic if the stream cannot be written; `terminal` does not"
 )]
 
 mod cli;
@@ -23,7 +23,7 @@ use std::time::Instant;
 
 #[allow(unsafe_code, reason = "the environment changes before any other thread starts")]
 fn main() -> ExitCode {
-    // SAFETY: this is the first that the program does, and its only thread.
+    // SAFETY: nothing runs before this call, so the process has a single thread.
     unsafe { device_layer::quieten() };
     match process::prepare() {
         Ok(()) => run(),
@@ -34,7 +34,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the command that the command line names; apart from `main`, which must do with any stack.
+/// Parses the command line and runs its command. Not inlined into `main`, which must run on a stack
+/// of any size.
 #[inline(never)]
 fn run() -> ExitCode {
     let start = Instant::now();

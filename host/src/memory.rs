@@ -6,8 +6,9 @@ mod cgroup;
 #[cfg(target_os = "linux")]
 use std::path::Path;
 
-/// Bytes that can be allocated now without swapping: what the system has, within the limits of the
-/// control group and of the process (`ulimit -v`, `ulimit -d`). Cached files count as available.
+/// Returns the bytes that can be allocated now without swapping: what the system has, within the
+/// limits of the control group and of the process (`ulimit -v`, `ulimit -d`). Cached files count as
+/// available.
 #[cfg(target_os = "linux")]
 pub fn available() -> u64 {
     let root = Path::new("/");
@@ -15,7 +16,7 @@ pub fn available() -> u64 {
     limits.into_iter().flatten().fold(system(root), u64::min)
 }
 
-/// Bytes that can be allocated now without swapping.
+/// Returns the bytes that can be allocated now without swapping.
 #[cfg(not(target_os = "linux"))]
 pub fn available() -> u64 {
     use sysinfo::{MemoryRefreshKind, RefreshKind, System};
@@ -23,8 +24,8 @@ pub fn available() -> u64 {
     System::new_with_specifics(RefreshKind::nothing().with_memory(memory)).available_memory()
 }
 
-/// Returns what the system has for a new process; where `/proc` is not there, what nobody uses,
-/// without cached files.
+/// Returns the bytes that the system has for a new process; without `/proc`, the free memory,
+/// excluding cached files.
 #[cfg(target_os = "linux")]
 #[allow(clippy::unnecessary_cast, reason = "these are 32 bits wide on some systems")]
 fn system(root: &Path) -> u64 {
@@ -34,7 +35,7 @@ fn system(root: &Path) -> u64 {
     })
 }
 
-/// Returns the bytes of a line of `/proc`, as in `MemAvailable:  1024 kB`.
+/// Returns the bytes in a line of `/proc`, such as `MemAvailable:  1024 kB`.
 #[cfg(target_os = "linux")]
 fn fact(file: &Path, key: &str) -> Option<u64> {
     let facts = std::fs::read_to_string(file).ok()?;
@@ -42,15 +43,15 @@ fn fact(file: &Path, key: &str) -> Option<u64> {
     Some(fact.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
 }
 
-/// Returns what the process's own limits leave; `None` without one.
+/// Returns the bytes that the process's own limits leave; `None` without a limit.
 #[cfg(target_os = "linux")]
 fn of_process(root: &Path) -> Option<u64> {
     use rustix::process::{Resource, getrlimit};
     left(root, [Resource::As, Resource::Data].map(|resource| getrlimit(resource).current))
 }
 
-/// Returns what is left of limits of the address space and of data. Where `/proc` does not tell how
-/// much is in use, it is taken for half.
+/// Returns the bytes left of the limits of the address space and of data. If `/proc` does not tell
+/// how much is in use, half of the limit counts as used.
 #[cfg(target_os = "linux")]
 fn left(root: &Path, limits: [Option<u64>; 2]) -> Option<u64> {
     let used = |key| fact(&root.join("proc/self/status"), key);
@@ -61,7 +62,7 @@ fn left(root: &Path, limits: [Option<u64>; 2]) -> Option<u64> {
     limits.into_iter().zip(["VmSize:", "VmData:"]).filter_map(left).min()
 }
 
-/// `bytes` as people read it: `1.5 GiB`.
+/// Formats `bytes` for people, as in `1.5 GiB`.
 pub fn display(bytes: u64) -> String {
     let mut value = bytes as f64;
     for unit in ["B", "KiB", "MiB"] {
@@ -77,7 +78,7 @@ pub fn display(bytes: u64) -> String {
 mod tests {
     use super::*;
 
-    /// A system without `/proc` still has memory, and limits half of what they say.
+    /// Without `/proc`, the system still has memory, and half of each limit counts as left.
     #[test]
     fn nothing_depends_on_proc() {
         let nowhere = Path::new("/nonexistent");

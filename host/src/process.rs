@@ -1,20 +1,20 @@
-//! What the system's limits do to this process, before it does anything: an error that says so
-//! instead of a signal.
+//! Handling of the system's limits before the process does anything else: reports an error instead
+//! of ending by a signal.
 
-/// Bytes of stack that the main thread needs; a new shell has 8 MiB.
+/// Minimum stack of the main thread in bytes; a new shell has 8 MiB.
 #[cfg(unix)]
 const MIN_STACK: u64 = 1 << 20;
 
-/// Prepares the process for limits.
+/// Prepares the process for the system's limits.
 ///
 /// - A stack that is too small (`ulimit -s`) is refused.
-/// - Files beyond `ulimit -f` are errors of writing, where the signal would end the process.
-/// - Memory that is not there, which aborts a Rust program after a message, ends it with exit code
-///   1.
+/// - Writing a file beyond `ulimit -f` returns an error; without this, a signal would end the
+///   process.
+/// - Running out of memory aborts a Rust program after a message; here it ends with exit code 1.
 ///
 /// # Errors
 ///
-/// What to say before the process ends with exit code 1.
+/// The message to print before the process ends with exit code 1.
 #[cfg(unix)]
 pub fn prepare() -> Result<(), String> {
     use signal_hook::consts::{SIGABRT, SIGXFSZ};
@@ -26,16 +26,17 @@ pub fn prepare() -> Result<(), String> {
     if let Some(limit) = stack.filter(|&limit| limit < MIN_STACK) {
         let (limit, needed) = (trisect::memory::display(limit), trisect::memory::display(MIN_STACK));
         return Err(format!(
-            "the stack may have {limit}, and the program needs {needed}; allow more: ulimit -s 8192"
+            "the stack is limited to {limit}, but the program needs {needed}; raise the limit: ulimit -s 8192"
         ));
     }
-    // Without them the system's own reaction stays, which is no worse than not to start.
+    // If a handler cannot be installed, the system's default reaction stays; the program still
+    // starts.
     let _ = register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
     let _ = register_conditional_shutdown(SIGABRT, 1, Arc::new(AtomicBool::new(true)));
     Ok(())
 }
 
-/// Prepares the process for limits; there are none here.
+/// Prepares the process for the system's limits; nothing to do on this system.
 #[cfg(not(unix))]
 pub fn prepare() -> Result<(), String> {
     Ok(())

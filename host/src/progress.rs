@@ -1,4 +1,4 @@
-//! The progress bar: on a terminal only, on standard error.
+//! Progress bar: only on a terminal, on standard error.
 
 use crate::commands::eprint;
 use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
@@ -8,31 +8,31 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use trisect::render::RenderObserver;
 
-/// Steps of a bar that shows stages.
+/// Number of steps of a bar that shows stages.
 const STAGE_STEPS: u64 = 1000;
-/// Minimum columns of the bar itself beside text that may be left out.
+/// Minimum columns of the bar itself beside text that may be omitted.
 const MIN_BAR: usize = 10;
 
-/// Time left beyond which the estimate means nothing.
+/// Time left above which the estimate is meaningless.
 const MAX_LEFT: Duration = Duration::from_secs(999 * 86_400);
 
-/// Shows samples done, rate and time left.
+/// Progress bar with samples done, rate and time left.
 pub struct Bar {
     bar: ProgressBar,
 }
 
 impl Bar {
-    /// A bar, or nothing when `quiet` or without a terminal.
+    /// Returns a bar; it is hidden if `quiet`, or without a terminal.
     pub fn new(quiet: bool) -> Self {
         Self::of(target(quiet), "{wide_bar} {facts}", terminal_width)
     }
 
-    /// For a render that does not know how many samples it will take.
+    /// Returns a bar for a render whose number of samples is not known.
     pub fn of_goal(quiet: bool) -> Self {
         Self::of(target(quiet), "{wide_bar} {percent:>3} %  {elapsed}", terminal_width)
     }
 
-    /// For a measurement of several stages, which are named below it.
+    /// Returns a bar for a measurement of several stages, which are named below the bar.
     pub fn of_stages(quiet: bool) -> Self {
         let template = "{wide_bar} {percent:>3} %  {elapsed}\n{wide_msg}";
         let bar = Self::of(target(quiet), template, terminal_width);
@@ -40,33 +40,33 @@ impl Bar {
         bar
     }
 
-    /// Shows that the stage of this name begins, after `done` of `all`.
+    /// Shows that the stage with this name begins, after `done` of `all` stages.
     pub fn stage(&self, done: usize, all: usize, name: &str) {
         self.bar.set_position(STAGE_STEPS * done as u64 / all.max(1) as u64);
         self.bar.set_message(name.to_owned());
     }
 
-    /// Shows the time that has passed.
+    /// Updates the elapsed time.
     pub fn tick(&self) {
         self.bar.tick();
     }
 
-    /// Writes a line to standard error, above the bar where there is one.
+    /// Writes a line to standard error, above the bar if one is shown.
     pub fn print_line(&self, line: &str) {
         self.bar.suspend(|| eprint(line));
     }
 
-    /// Returns whether nothing is shown.
+    /// Returns whether the bar is hidden.
     pub fn is_hidden(&self) -> bool {
         self.bar.is_hidden()
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 
-    /// A bar on `target`, whose columns `width` returns.
+    /// Returns a bar on `target`; `width` returns the columns of the terminal.
     fn of(target: ProgressDrawTarget, template: &str, width: fn() -> usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(1), target);
         if let Ok(style) = ProgressStyle::with_template(template) {
@@ -91,8 +91,8 @@ fn terminal_width() -> usize {
     usize::from(console::Term::stderr().size().1)
 }
 
-/// Returns the text beside the bar: share, samples, rate in samples a second and time left. The
-/// samples are left out where columns are few.
+/// Returns the text beside the bar: share, samples, rate in samples per second, and time left. The
+/// samples are omitted if there are too few columns.
 fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> String {
     let share = format!("{:>3} %", (100.0 * done as f64 / all.max(1) as f64) as u32);
     let samples = format!("  {}/{} samples", HumanCount(done), HumanCount(all));
@@ -122,7 +122,7 @@ mod tests {
     use std::io::Result;
     use std::sync::{Arc, Mutex, PoisonError};
 
-    /// A terminal of so many columns that remembers its lines.
+    /// Terminal with the given number of columns, which records its lines.
     #[derive(Clone, Debug)]
     struct Screen(u16, Arc<Mutex<Vec<String>>>);
 
@@ -165,7 +165,7 @@ mod tests {
         }
     }
 
-    /// The longest line of a bar on a terminal of so many columns.
+    /// Returns the longest line of a bar on a terminal with `columns` columns.
     fn longest(columns: u16, template: &str, width: fn() -> usize) -> String {
         let lines = Arc::default();
         let screen = Screen(columns, Arc::clone(&lines));
@@ -184,7 +184,7 @@ mod tests {
         assert!((20..=40).contains(&line.chars().count()) && line.contains("Msamples/s"), "{line:?}");
         let line = longest(120, "{wide_bar} {facts}", || 120);
         assert!(line.contains("/500,000,000,000 samples") && line.chars().count() <= 120, "{line:?}");
-        // The control: with samples it would not fit.
+        // Negative control: with the samples it would not fit.
         assert!(longest(40, "{wide_bar} {facts}", || 120).chars().count() > 40);
     }
 

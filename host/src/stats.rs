@@ -1,4 +1,4 @@
-//! What a render took, for people and as versioned JSON.
+//! Statistics of a render, for people and as versioned JSON (`--stats`).
 
 use crate::adaptive::Sampling;
 use crate::backend::Device;
@@ -10,10 +10,11 @@ use serde::Serialize;
 use std::time::Duration;
 use trisect_kernels::Variant;
 
-/// Version of the JSON that `--stats` writes. A field that changes its meaning, or goes, raises it.
+/// Version of the JSON that `--stats` writes. It is raised when a field changes its meaning or is
+/// removed.
 pub const FORMAT: u32 = 1;
 
-/// Wall-clock seconds of each phase.
+/// Wall-clock seconds of each phase of a render.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Phases {
     /// Reading and validating the scene file.
@@ -24,70 +25,72 @@ pub struct Phases {
     pub upload_seconds: f64,
     /// Compiling the kernel and allocating the film; near zero from the second frame on.
     pub prepare_seconds: f64,
-    /// Pruning the tree for the camera, and copying that; near zero for the same image again.
+    /// Pruning the BVH for the camera's tiles and copying the tile entries; near zero if the image
+    /// is rendered again.
     pub view_seconds: f64,
-    /// All submissions, with their gaps, and all merges.
+    /// All submissions, with the gaps between them, and all merges.
     pub render_seconds: f64,
-    /// Of that, reading the film back and merging its chunks.
+    /// Part of `render_seconds`: reading the film back and merging its chunks.
     pub merge_seconds: f64,
-    /// Of that, copying the film from the device.
+    /// Part of `merge_seconds`: copying the film from the device.
     pub read_seconds: f64,
     /// Encoding and writing the image.
     pub write_seconds: f64,
 }
 
-/// One render.
+/// Statistics of one render.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RenderStats {
-    /// See [`FORMAT`].
+    /// Version of the JSON, [`FORMAT`].
     pub format: u32,
-    /// Of the program.
+    /// Version of the program.
     pub version: &'static str,
     /// Name of the scene.
     pub scene: String,
-    /// Where it ran.
+    /// Device that rendered the image.
     pub device: Device,
-    /// Why that backend, where the program chose.
+    /// Reason for the backend, if the program chose it; otherwise empty.
     pub choice: String,
-    /// The kernel's name.
+    /// Name of the kernel.
     pub kernel: &'static str,
-    /// What it does.
+    /// Traversal of the kernel.
     pub traversal: Traversal,
-    /// The same.
+    /// Schedule of the kernel.
     pub schedule: Schedule,
-    /// Pixels along the edge of the tiles whose camera rays begin below the BVH's root; none without tiles.
+    /// Edge in pixels of the tiles whose camera rays enter the BVH below its root; `None` without
+    /// tiles.
     pub tile: Option<u32>,
-    /// Why there are none, where there should be.
+    /// Reason why there are no tiles, although there should be.
     pub tiles_refused: Option<String>,
-    /// What was asked for.
+    /// Requested settings.
     pub settings: Settings,
-    /// Wall clock.
+    /// Wall-clock seconds of each phase.
     pub phases: Phases,
-    /// Sum of the submissions' times by the device's timer.
+    /// Sum of the submissions' times, by the device's timer.
     pub device_seconds: f64,
-    /// What samples were taken by, where the number of them was not asked for.
+    /// Result of the sampling goal, if the number of samples was not given.
     pub sampling: Option<Sampling>,
-    /// How the image was denoised, if it was.
+    /// Settings of the denoiser, if the image was denoised.
     pub denoise: Option<DenoiseSettings>,
-    /// Sum of its passes' times by the device's timer.
+    /// Sum of the denoiser passes' times, by the device's timer.
     pub denoise_seconds: f64,
-    /// What each rank's part took, where there are several; `device_seconds` is their sum then.
+    /// Times of each rank, if there are several. `device_seconds` is then the sum over them.
     pub cluster: Option<ClusterReport>,
-    /// Stops by which the image file is brighter than the radiance that was rendered.
+    /// Exposure in stops by which the image file is brighter than the rendered radiance.
     pub exposure: f32,
-    /// Launches.
+    /// Number of kernel launches.
     pub submissions: u64,
     /// Samples in the image.
     pub samples: u64,
-    /// NaN or infinite samples, left out.
+    /// Number of NaN or infinite samples, which were left out.
     pub rejected_samples: u64,
-    /// Pixels that miss samples which no kernel wrote.
+    /// Number of pixels that miss samples because no kernel wrote them.
     pub unwritten_pixels: u64,
-    /// Path segments (rays) traced.
+    /// Number of path segments (rays) traced.
     pub segments: u64,
-    /// Millions of samples a second of device time.
+    /// Millions of samples per second of device time.
     pub msamples_per_second: f64,
-    /// Millions of segments a second of device time.
+    /// Millions of segments per second of device time.
     pub msegments_per_second: f64,
 }
 
@@ -136,7 +139,8 @@ impl RenderStats {
         self.msegments_per_second = segments as f64 / seconds * 1e-6;
     }
 
-    /// The same where there were samples before, which took no time.
+    /// Sets the results as `finish` does, for a film that had the samples `before`: these took no
+    /// time, so they do not count for the rates.
     pub(crate) fn finish_from(
         &mut self,
         before: FilmCounts,
@@ -151,7 +155,7 @@ impl RenderStats {
         self.msegments_per_second = counts.segments.saturating_sub(before.segments) as f64 / seconds * 1e-6;
     }
 
-    /// A line for people.
+    /// Returns one line for people.
     pub fn summary(&self) -> String {
         format!(
             "{} samples, {:.2} segments each, in {:.3} s on {} ({}): {:.1} Msamples/s, {:.1} Msegments/s by {}",
@@ -166,7 +170,7 @@ impl RenderStats {
         )
     }
 
-    /// More lines for people: how it was rendered, and what each phase took.
+    /// Returns more lines for people: kernel, method, and the time of each phase.
     pub fn details(&self) -> String {
         let Phases {
             load_seconds,
@@ -188,11 +192,11 @@ impl RenderStats {
             ("build the BVH", bvh_seconds),
             ("upload", upload_seconds),
             ("compile, make the film", prepare_seconds),
-            ("the camera's tree", view_seconds),
+            ("prune the BVH", view_seconds),
             ("render", render_seconds),
-            ("  of that merge", merge_seconds),
-            ("  of that read back", read_seconds),
-            ("  of that the device", self.device_seconds),
+            ("  merge (of render)", merge_seconds),
+            ("  read back (of merge)", read_seconds),
+            ("  device (of render)", self.device_seconds),
             ("denoise", self.denoise_seconds),
             ("write", write_seconds),
         ];
@@ -200,7 +204,8 @@ impl RenderStats {
         text
     }
 
-    /// What is wrong with the image, or made it take longer, for people: a quiet render says it, too.
+    /// Returns warnings for people, which a quiet render prints, too: faults of the image, and
+    /// reasons why it took longer.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.rejected_samples > 0 {
@@ -210,7 +215,7 @@ impl RenderStats {
             warnings.push(format!("{} pixels miss samples and are NaN", self.unwritten_pixels));
         }
         if let Some(reason) = &self.tiles_refused {
-            warnings.push(format!("without tiles, which takes longer: {reason}"));
+            warnings.push(format!("rendered without tiles, which takes longer: {reason}"));
         }
         warnings.extend(self.sampling.as_ref().and_then(Sampling::warning));
         warnings

@@ -1,5 +1,5 @@
-//! Standard output and standard error. All printing goes through here: `println!` and `eprintln!`
-//! panic where nothing can be written, and clippy refuses them in this crate.
+//! Standard output and standard error. All printing goes through this module: `println!` and
+//! `eprintln!` panic if nothing can be written, and clippy refuses them in this crate.
 
 mod escape;
 
@@ -11,15 +11,15 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
 
-/// Writes a line to standard error for people, [escaped]. A render does not depend
-/// on whether that succeeds: a full disk, a closed pipe.
+/// Writes a line for people to standard error, [escaped]. Errors such as a full disk or a closed
+/// pipe are ignored, because a render does not depend on its messages.
 pub fn eprint(text: &str) {
     // One write, so that lines of several processes do not mix.
     let _ = io::stderr().lock().write_all(format!("{}\n", escaped(text)).as_bytes());
 }
 
-/// Writes a command's result to standard output. A reader that has closed the pipe wants no more,
-/// which is no error.
+/// Writes a command's result to standard output. A closed pipe is not an error: its reader wants no
+/// more.
 ///
 /// # Errors
 ///
@@ -30,16 +30,16 @@ pub fn print(text: &str) -> Result<(), Error> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// Prints what clap has to say instead of a command, the help to standard output and what is wrong
-/// to standard error, and returns the exit code.
+/// Prints clap's output instead of running a command: help to standard output, usage errors to
+/// standard error. Returns the exit code.
 pub fn print_usage(usage: &clap::Error) -> ExitCode {
     if usage.use_stderr() && std::env::args_os().any(|argument| !is_plain(&argument)) {
-        // It quotes the argument.
+        // The message quotes the argument.
         eprint(usage.render().to_string().trim_end());
         return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(1));
     }
     let printed = usage.print().and_then(|()| io::stdout().flush());
-    // Who cannot be told what is wrong still gets the exit code.
+    // Errors of writing a usage error are ignored; the exit code stays.
     match if usage.use_stderr() { Ok(()) } else { written(printed) } {
         Ok(()) => ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(1)),
         Err(error) => {
@@ -49,7 +49,7 @@ pub fn print_usage(usage: &clap::Error) -> ExitCode {
     }
 }
 
-/// Returns whether an argument may be quoted as it is: short, and without control characters.
+/// Returns whether an argument may be quoted unchanged: it is short and has no control characters.
 fn is_plain(argument: &OsStr) -> bool {
     argument.len() <= 200
         && argument.to_str().is_some_and(|text| text == escaped(text) && !text.contains('\n'))

@@ -1,4 +1,4 @@
-//! Threads, each of which may be refused by the system: an error, where the standard library
+//! Starting threads. If the system refuses one, this is an error, where the standard library
 //! panics.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -6,40 +6,40 @@ use std::error::Error;
 use std::thread::{Builder, JoinHandle};
 use thiserror::Error;
 
-/// As many as `--threads` and `RAYON_NUM_THREADS` may ask for.
+/// Maximum number of threads for `--threads` and `RAYON_NUM_THREADS`.
 pub const MAX_THREADS: usize = 1024;
 
-/// Bytes of a thread's stack, whatever `RUST_MIN_STACK` says.
+/// Stack of a thread in bytes, regardless of `RUST_MIN_STACK`.
 const STACK: usize = 2 << 20;
 
-/// Variable of the environment with the number of threads where no option says it.
+/// Environment variable with the number of threads, used if no option gives one.
 const VARIABLE: &str = "RAYON_NUM_THREADS";
 
-/// Threads that cannot be had.
+/// Threads that cannot be started.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ThreadError {
-    /// The system refused.
+    /// The system refused to start threads.
     #[error(
         "{count} {what} cannot be started: {message}\n  ask for fewer (--threads), or raise the limit of processes (ulimit -u, pids.max of the control group) or of memory (ulimit -v)"
     )]
     Refused {
-        /// Threads.
+        /// Number of threads.
         count: usize,
-        /// What they are for.
+        /// Purpose of the threads.
         what: &'static str,
-        /// What the system said.
+        /// Message of the system.
         message: String,
     },
-    /// `RAYON_NUM_THREADS` is no number of threads.
-    #[error("{VARIABLE} is {value:?}; it must be 1 to {MAX_THREADS}, or 0 for one thread a logical core")]
+    /// `RAYON_NUM_THREADS` is not a valid number of threads.
+    #[error("{VARIABLE} is {value:?}; it must be 1 to {MAX_THREADS}, or 0 for one thread per logical core")]
     Count {
-        /// What it is.
+        /// Value of the variable.
         value: String,
     },
 }
 
 impl ThreadError {
-    /// Exit code of the program: 1 where the system refuses, 2 for a wrong number.
+    /// Returns the program's exit code: 1 if the system refuses, 2 for an invalid number.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Refused { .. } => 1,
@@ -48,8 +48,8 @@ impl ThreadError {
     }
 }
 
-/// Returns the number of threads that a pool should have: as `asked`, or as `RAYON_NUM_THREADS`
-/// says, or one for each logical core.
+/// Returns the number of threads of a pool: `asked`, else `RAYON_NUM_THREADS`, else one for each
+/// logical core.
 pub fn count(asked: Option<usize>) -> Result<usize, ThreadError> {
     let value = std::env::var_os(VARIABLE).map(|value| value.to_string_lossy().into_owned());
     count_of(asked, value.as_deref())
@@ -68,19 +68,19 @@ fn count_of(asked: Option<usize>, variable: Option<&str>) -> Result<usize, Threa
     }
 }
 
-/// Starts the pool that all parallel loops outside a backend's own share, once: a later call
-/// changes nothing. A program calls it before anything is rendered, read from a checkpoint or
-/// compared; otherwise rayon starts threads for all cores by itself, and panics where it cannot.
+/// Starts the global pool, which all parallel loops outside a backend's own pool share. Later calls
+/// change nothing. A program calls it before it renders, reads a checkpoint or compares images.
+/// Otherwise rayon starts threads for all cores implicitly, and panics if it cannot.
 pub fn start_shared(asked: Option<usize>) -> Result<(), ThreadError> {
     let count = count(asked)?;
     match builder(count, "trisect-pool").build_global() {
-        // Without a source it is there already.
+        // An error without a source means that the pool exists already.
         Err(error) if error.source().is_some() => Err(refused(count, "threads", &error)),
         _ => Ok(()),
     }
 }
 
-/// Starts a pool of its own.
+/// Starts a separate pool.
 pub(crate) fn pool(asked: Option<usize>, name: &'static str) -> Result<ThreadPool, ThreadError> {
     let count = count(asked)?;
     builder(count, name).build().map_err(|error| refused(count, "threads", &error))
@@ -99,7 +99,7 @@ pub fn spawn<T: Send + 'static>(
     Builder::new().stack_size(STACK).spawn(work).map_err(|error| refused(1, what, &error))
 }
 
-/// The error of a thread that the system refused.
+/// Returns the error of threads that the system refused.
 pub(crate) fn refused(count: usize, what: &'static str, error: &dyn Error) -> ThreadError {
     ThreadError::Refused { count, what, message: error.to_string() }
 }

@@ -1,7 +1,8 @@
 //! Entry points: each unpacks its bindings, guards its index and calls the shared crate.
 //!
-//! Compiled for a device, this crate is the entry points in `spirv` or `ptx`. Compiled for the host, it is what they
-//! became: the prebuilt artifacts and their names. Both come from one list, `for_each_variant`.
+//! Compiled for a device, this crate is the entry points in `spirv` or `ptx`. Compiled for the
+//! host, it is what they became: the prebuilt artifacts and their names. Both come from one list,
+//! `for_each_variant`.
 //!
 //! # Bindings
 //!
@@ -14,14 +15,17 @@
 //! | 13 | storage | pointer | a counter, 0 when a launch begins: where persistent threads find their pixels |
 //! | 14 | storage | pointer | `[Guides]`, a whole image; of kernels with `AOVS` only |
 //!
-//! A thread serves pixel (x, y) of the launch's share of the rows; work groups are 8 × 8. Persistent threads serve what they take, in any number of work groups.
+//! A thread serves pixel (x, y) of the launch's share of the rows; work groups are 8 × 8.
+//! Persistent threads serve what they take, in any number of work groups.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
-/// Calls a macro with each render variant: entry point, its name (attributes take literals only) and its feature mask.
+/// Calls a macro with each render variant: entry point, its name (attributes take literals only)
+/// and its feature mask.
 ///
-/// A scene is rendered by the first that covers its features, so cheaper ones stand before. The first eight serve spheres under a
-/// gradient sky with the book's materials; the others leave roulette and Fresnel to the launch record.
+/// A scene is rendered by the first that covers its features, so cheaper ones stand before. The
+/// first eight serve spheres under a gradient sky with the book's materials; the others leave
+/// roulette and Fresnel to the launch record.
 #[macro_export]
 macro_rules! for_each_variant {
     ($variant:ident) => {
@@ -54,7 +58,8 @@ macro_rules! for_each_variant {
     };
 }
 
-/// Calls a macro with each pass of the denoiser: entry point, its name, and what it does for one pixel. A thread serves pixel (x, y).
+/// Calls a macro with each pass of the denoiser: entry point, its name, and what it does for one
+/// pixel. A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
@@ -84,8 +89,9 @@ macro_rules! for_each_pass {
     };
 }
 
-/// The same for the levels of the filter, with the same bindings. A thread serves [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels of
-/// column x; y is the number of their set.
+/// The same for the levels of the filter, with the same bindings. A thread serves
+/// [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels of column x; y is the number of
+/// their set.
 #[macro_export]
 macro_rules! for_each_level {
     ($level:ident) => {
@@ -100,7 +106,8 @@ macro_rules! for_each_level {
     };
 }
 
-/// Calls a macro with each pass over the past: entry point, its name, and what it does for one pixel. A thread serves pixel (x, y).
+/// Calls a macro with each pass over the past: entry point, its name, and what it does for one
+/// pixel. A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
@@ -134,7 +141,8 @@ macro_rules! for_each_temporal {
     };
 }
 
-/// Calls a macro with the entry point that makes an image for a screen, and what it does for one pixel. A thread serves pixel (x, y).
+/// Calls a macro with the entry point that makes an image for a screen, and what it does for one
+/// pixel. A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|

@@ -68,7 +68,8 @@ const TEMPORAL: Modules = for_each_temporal!(modules);
 const DISPLAYS: Modules = for_each_display!(modules);
 const FIRST_HITS: Modules = &[(FIRST_HIT, include_bytes!("../prebuilt/spirv/first_hit.spv"))];
 
-/// Whether an entry point is a level of the denoiser's filters, of which a thread makes [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels.
+/// Whether an entry point is a level of the denoiser's filters, of which a thread makes
+/// [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels.
 pub fn is_level(entry_point: &str) -> bool {
     LEVELS.iter().any(|(name, _)| *name == entry_point)
 }
@@ -78,7 +79,8 @@ pub fn workgroup(entry_point: &str) -> (u32, u32) {
     if is_level(entry_point) { (64, 1) } else { WORKGROUP }
 }
 
-/// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
+/// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is
+/// no such entry point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
     let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten();
     all.copied().find(|(name, _)| *name == entry_point).map(|(_, module)| module)

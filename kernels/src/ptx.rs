@@ -1,6 +1,7 @@
 //! Entry points for PTX.
 //!
-//! Parameters come by value: they lie in the constant bank then, and cost neither loads nor registers.
+//! Parameters come by value: they lie in the constant bank then, and cost neither loads nor
+//! registers.
 #![allow(unsafe_code, reason = "kernels take raw pointers and export names")]
 
 use core::arch::nvptx::{
@@ -52,17 +53,20 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
     (x, if y < params.rows { params.row(y) } else { params.height })
 }
 
-/// An entry point: `$body` gets the launch record, the scene, the pixel, the output, and the counter of the queue.
+/// An entry point: `$body` gets the launch record, the scene, the pixel, the output, and the
+/// counter of the queue.
 ///
-/// The scene's pointers are arguments of their own: only of those LLVM knows that they point to global memory.
+/// The scene's pointers are arguments of their own: only of those LLVM knows that they point to
+/// global memory.
 macro_rules! entry_point {
     ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         /// See `kernels/README.md` for the arguments.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of the given lengths, the output, the carries and the guides of width * height records. Only kernels with
-        /// [`AOVS`] touch guides, and only render kernels carries.
+        /// The pointers name device arrays of the given lengths, the output, the carries and the
+        /// guides of width * height records. Only kernels with [`AOVS`] touch guides, and only
+        /// render kernels carries.
         #[unsafe(no_mangle)]
         #[allow(clippy::too_many_arguments, reason = "a pointer each")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -147,7 +151,8 @@ macro_rules! pass {
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of width * height records, of which the written ones are no others.
+        /// The pointers name device arrays of width * height records, of which the written ones are
+        /// no others.
         #[unsafe(no_mangle)]
         #[allow(unused_variables, reason = "all passes have the same arguments")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -249,7 +254,8 @@ macro_rules! displays {
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of width * height records, of which the written one is no other.
+        /// The pointers name device arrays of width * height records, of which the written one is
+        /// no other.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
             params: DisplayParams,

@@ -23,7 +23,8 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// An entry point: `$body` gets the launch record, the scene, the pixel, the output's buffer, and the counter's.
+/// An entry point: `$body` gets the launch record, the scene, the pixel, the output's buffer, and
+/// the counter's.
 macro_rules! entry_point {
     ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         $(#[$doc])*
@@ -65,7 +66,8 @@ macro_rules! render {
         entry_point! {
             /// Adds samples to each pixel's sums.
             $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, compensations, counter, aovs| {
-                // SAFETY: the guard, and the host's proof of the scene and its film and carries of width * height pixels.
+                // SAFETY: the guard, and the host's proof of the scene and its film and carries of
+                // width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
                     if const { has($features, PERSISTENT) } {
@@ -87,7 +89,8 @@ for_each_variant!(render);
 entry_point! {
     /// Writes each pixel's first hit.
     first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _compensations, _counter, _aovs| {
-        // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height records.
+        // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height
+        // records.
         #[allow(unsafe_code, reason = "see buffer")]
         unsafe {
             let hit = path::first_hit(params, scene, x, y);

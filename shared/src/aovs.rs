@@ -1,6 +1,8 @@
-//! What tells a denoiser where edges are, and what is no noise: normal, albedo, position and emission of what a pixel's samples meet first.
+//! Sums of AOVs at the first hits of a pixel's camera rays: normal, albedo, position, emission.
 //!
-//! A kernel with [`AOVS`](crate::features::AOVS) writes them as its paths come by, without a ray of their own.
+//! They tell the denoiser where edges are, and which light has no noise. A kernel with
+//! [`AOVS`](crate::features::AOVS) writes them along its paths, without rays of their own; the host
+//! also writes them to image files.
 
 use crate::buffer::{SharedSlice, load_shared, store_shared};
 use crate::bvh::NO_PRIMITIVE;
@@ -11,37 +13,39 @@ use glam::Vec3;
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AovSums {
-    /// Of the unit shading normals of what is hit, on the camera's side.
+    /// Sum of the unit shading normals at the hits, on the camera's side.
     pub normal: Vec3,
-    /// Samples that hit something.
+    /// Number of samples that hit a primitive.
     pub hits: u32,
-    /// Of the albedos; 0 where nothing is hit.
+    /// Sum of the albedos at the hits; a miss adds 0.
     pub albedo: Vec3,
-    /// What the first of those samples hit, or [`NO_PRIMITIVE`].
+    /// Primitive that the first of those samples hit, or [`NO_PRIMITIVE`].
     pub primitive: u32,
-    /// Of the points that are hit.
+    /// Sum of the positions of the hits, in scene units.
     pub position: Vec3,
-    /// Samples that hit nothing.
+    /// Number of samples that hit nothing.
     pub misses: u32,
-    /// Of the radiance that comes from there: of lights, and of the sky where nothing is hit.
+    /// Sum of the radiance emitted towards the camera: by the surface at a hit, by the sky at a
+    /// miss.
     pub emission: Vec3,
-    /// Of how little the light from what is hit depends on where it is seen from: 1 for a diffuse surface, 0 for a mirror or glass.
+    /// Sum of the diffuseness at the hits: how little the reflected light depends on the viewer's
+    /// position; 1 for a diffuse surface, 0 for a mirror or glass.
     pub diffuse: f32,
 }
 
 const _: () = assert!(size_of::<AovSums>() == 64 && align_of::<AovSums>() == 16);
 
-/// How a surface scatters, in brief.
+/// AOVs of a surface that follow from its material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceAovs {
-    /// Its colour.
+    /// Colour of the surface.
     pub albedo: Vec3,
-    /// See [`AovSums::diffuse`].
+    /// Diffuseness; see [`AovSums::diffuse`].
     pub diffuse: f32,
 }
 
 impl AovSums {
-    /// No sample yet.
+    /// Sums over no samples.
     pub const ZERO: Self = Self {
         normal: Vec3::ZERO,
         hits: 0,
@@ -53,7 +57,8 @@ impl AovSums {
         diffuse: 0.0,
     };
 
-    /// What guides are filled with before a launch, so that a pixel that no kernel wrote shows: each byte is 0xff.
+    /// Value of all pixels before a launch, so that a pixel that no kernel wrote is visible: each
+    /// byte is 0xff.
     pub const UNWRITTEN: Self = Self {
         normal: Vec3::splat(f32::from_bits(u32::MAX)),
         hits: u32::MAX,
@@ -86,14 +91,14 @@ impl AovSums {
         self.emission += emission;
     }
 
-    /// Adds a sample that hits nothing but the sky.
+    /// Adds a sample that hits nothing, under a sky of radiance `emission`.
     #[inline(always)]
     pub fn add_miss(&mut self, emission: Vec3) {
         self.misses += 1;
         self.emission += emission;
     }
 
-    /// Adds the sums over other samples, taken after these.
+    /// Adds the sums over other samples, which were taken after these.
     #[inline(always)]
     pub fn add(&mut self, other: Self) {
         if self.hits == 0 {
@@ -108,18 +113,18 @@ impl AovSums {
         self.misses = self.misses.wrapping_add(other.misses);
     }
 
-    /// Of all samples.
+    /// Returns the number of samples.
     #[inline(always)]
     pub fn samples(&self) -> u32 {
         self.hits + self.misses
     }
 }
 
-/// Changes the guides of `pixel`.
+/// Applies `change` to the AOV sums of `pixel`.
 ///
 /// # Safety
 ///
-/// There are guides for this pixel.
+/// `aovs` has a record for this pixel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub(crate) unsafe fn update_pixel(

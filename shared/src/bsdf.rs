@@ -1,7 +1,7 @@
 //! How a surface scatters: a material with its textures read, in the frame of the shading normal.
 //!
-//! Radiance is transported without the factor eta² between media (the book's convention): it cancels between a camera and lights
-//! outside of glass.
+//! Radiance is transported without the factor eta² between media (the book's convention): it
+//! cancels between a camera and lights outside of glass.
 
 use crate::features::{Features, MICROFACETS, TEXTURES, has};
 use crate::fresnel;
@@ -50,7 +50,8 @@ pub struct BsdfSample {
     pub direction: Vec3,
     /// Value times |cosine| over density: what the throughput is multiplied with.
     pub weight: Vec3,
-    /// By solid angle; 0 for a choice among finitely many directions, which no light sampling finds.
+    /// By solid angle; 0 for a choice among finitely many directions, which no light sampling
+    /// finds.
     pub pdf: f32,
     /// On the other side of the surface than the path came from.
     pub transmitted: bool,
@@ -102,8 +103,9 @@ struct LobeProbabilities {
 }
 
 impl Bsdf {
-    /// `material` with its textures read at (`u`, `v`), seen along the unit vector `incoming`; `normal` is the unit shading normal
-    /// on the viewer's side, `front` whether that is the outside.
+    /// `material` with its textures read at (`u`, `v`), seen along the unit vector `incoming`;
+    /// `normal` is the unit shading normal on the viewer's side, `front` whether that is the
+    /// outside.
     ///
     /// # Safety
     ///
@@ -140,8 +142,8 @@ impl Bsdf {
         Self { material, normal, x, y, viewer: -incoming, local_viewer: local, alpha, front }
     }
 
-    /// The colour of the surface, by which a denoiser divides: what a diffuse surface, the book's metal or a texture has, a conductor's
-    /// reflectance at normal incidence, 1 for glass.
+    /// The colour of the surface, by which a denoiser divides: what a diffuse surface, the book's
+    /// metal or a texture has, a conductor's reflectance at normal incidence, 1 for glass.
     #[inline(always)]
     pub fn albedo<const FEATURES: Features>(&self) -> Vec3 {
         let m = &self.material;
@@ -151,8 +153,8 @@ impl Bsdf {
         m.albedo
     }
 
-    /// How little the light that it reflects depends on the viewer's place, 0 to 1: the share of what scatters everywhere alike, and of
-    /// the rest as much as its lobe is wide.
+    /// How little the light that it reflects depends on the viewer's place, 0 to 1: the share of
+    /// what scatters everywhere alike, and of the rest as much as its lobe is wide.
     #[inline(always)]
     pub fn diffuseness<const FEATURES: Features>(&self) -> f32 {
         let m = &self.material;
@@ -237,8 +239,9 @@ impl Bsdf {
         BsdfEval { value: self.material.albedo * pdf, pdf }
     }
 
-    /// The density of the mirrored direction plus a uniform point of a ball, normalised: the ball's volume along the ray, whose
-    /// element at distance s is s² ds; the integral between the ball's two faces.
+    /// The density of the mirrored direction plus a uniform point of a ball, normalised: the ball's
+    /// volume along the ray, whose element at distance s is s² ds; the integral between the ball's
+    /// two faces.
     #[inline(always)]
     fn fuzz_pdf(&self, direction: Vec3) -> f32 {
         let mirrored = reflect(self.viewer, self.normal);
@@ -296,13 +299,15 @@ impl Bsdf {
                 }
             }
         }
-        // A facet may send light to the wrong side of the surface: lost, as single scattering has it.
+        // A facet may send light to the wrong side of the surface: lost, as single scattering has
+        // it.
         if (i.z < 0.0) != transmitted {
             return absorbed;
         }
         let direction = self.to_world(i);
         if smooth {
-            // The mirror's weight over its chance; the diffuse lobe is weighed like a rough surface's.
+            // The mirror's weight over its chance; the diffuse lobe is weighed like a rough
+            // surface's.
             if kind == CONDUCTOR {
                 let weight = self.reflectance(cos);
                 return BsdfSample { direction, weight, pdf: 0.0, transmitted, absorbed: false };
@@ -355,7 +360,8 @@ impl Bsdf {
         fresnel::schlick_from(f0, cos)
     }
 
-    /// What the thin wall lets pass: colour and share of what the dielectric's boundary with reflectance `f` does not reflect.
+    /// What the thin wall lets pass: colour and share of what the dielectric's boundary with
+    /// reflectance `f` does not reflect.
     #[inline(always)]
     fn thin_wall_transmittance(&self, f: Vec3) -> Vec3 {
         let m = &self.material;
@@ -384,7 +390,8 @@ impl Bsdf {
         let is_glass = m.kind != METALLIC_ROUGHNESS && m.kind != CONDUCTOR;
         let reflected = i.z > 0.0;
         let eta = if reflected || !is_glass { 1.0 } else { self.eta() };
-        // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which mirrors what it lets pass.
+        // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which
+        // mirrors what it lets pass.
         let mirrored = if is_glass { i } else { Vec3::new(i.x, i.y, i.z.abs()) };
         let sum = if reflected || !is_glass { o + mirrored } else { o * eta + i };
         let length2 = sum.dot(sum);
@@ -430,9 +437,9 @@ impl Bsdf {
                 pdf: specular_pdf * probabilities.transmission,
             };
         }
-        // The diffuse base under the boundary: what the boundary lets in and out again, normalised so that a white base returns
-        // all that enters (the form of Ashikhmin and Shirley, 2000, with this boundary's reflectance): reciprocal, and with the
-        // boundary's share not above 1.
+        // The diffuse base under the boundary: what the boundary lets in and out again, normalised
+        // so that a white base returns all that enters (the form of Ashikhmin and Shirley, 2000,
+        // with this boundary's reflectance): reciprocal, and with the boundary's share not above 1.
         let rest = 1.0 - self.dielectric_f0();
         let enter = 1.0 - grazing_share(o.z, m.roughness);
         let leave = 1.0 - grazing_share(i.z, m.roughness);

@@ -1,17 +1,22 @@
-//! The one place of unchecked access.
+//! Access to arrays without bounds checks, for all modules of this crate.
 //!
-//! A bounds check costs a branch and, on a device, a path into panic code that keeps lanes apart; rust-gpu ends
-//! the invocation silently there. So kernels read without checks, and the host proves the indices before a launch:
+//! A bounds check costs a branch. On a device it also adds a path into panic code, which keeps
+//! lanes apart; rust-gpu would silently end the invocation there. Kernels therefore read without
+//! checks, and the host proves the indices before a launch. A debug build checks every access.
 //!
-//! * a [`BvhNode`](crate::bvh::BvhNode)'s children and the root lie inside the node and primitive arrays, and the tree is no
-//!   deeper than [`STACK_SIZE`](crate::bvh::STACK_SIZE): `trisect::bvh` checks each node of each tree it makes;
-//! * the same holds for the children of a `WideNode` of the wide tree, and its packets name primitives of their kind;
-//! * a [`Sphere`](crate::sphere::Sphere)'s material index is below the number of materials: `trisect::scene` resolves
-//!   names to indices, and `trisect::render::Renderer` checks them again;
-//! * a pixel lies inside the film: the kernels' guards compare with [`RenderParams`](crate::params::RenderParams), and each
-//!   backend allocates its film from the same record.
+//! # Invariants
 //!
-//! A debug build checks every access.
+//! * The root and the children of each [`BvhNode`](crate::bvh::BvhNode) lie inside the node and
+//!   primitive arrays, and the tree has at most [`STACK_SIZE`](crate::bvh::STACK_SIZE) levels:
+//!   `trisect::bvh` checks each node of each tree that it builds.
+//! * The children of each `WideNode` of the wide BVH lie inside its arrays, and packets name
+//!   primitives of their kind.
+//! * The material index of each primitive, as of a [`Sphere`](crate::sphere::Sphere), is below the
+//!   number of materials: `trisect::scene` resolves names to indices, and
+//!   `trisect::render::Renderer` checks them again.
+//! * A pixel lies inside the film: kernels compare with
+//!   [`RenderParams`](crate::params::RenderParams), and each backend allocates its film from the
+//!   same record.
 #![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
 
 use crate::buffer_layout::{Packable, PackableMut, Packed};
@@ -19,7 +24,7 @@ use crate::buffer_layout::{Packable, PackableMut, Packed};
 use bytemuck::Pod;
 use core::mem::MaybeUninit;
 
-/// `slice[index]`, by value.
+/// Returns `slice[index]` by value.
 ///
 /// # Safety
 ///
@@ -31,7 +36,7 @@ pub unsafe fn load<T: Packable>(slice: &[Packed<T>], index: u32) -> T {
     T::unpack(unsafe { *slice.get_unchecked(index as usize) })
 }
 
-/// `slice[index]`, by reference: for a record of which a traversal reads a few rows.
+/// Returns `slice[index]` by reference, for records of which a traversal reads a few rows.
 ///
 /// # Safety
 ///
@@ -44,11 +49,11 @@ pub unsafe fn borrow<T>(slice: &[T], index: u32) -> &T {
     unsafe { slice.get_unchecked(index as usize) }
 }
 
-/// Eight entries from `first` on of an array of this invocation's own, to be overwritten.
+/// Borrows eight entries from `first` on of a lane's private array, to overwrite them.
 ///
 /// # Safety
 ///
-/// `first + 8 <= N`; a debug build panics otherwise. What is read of them was written before.
+/// `first + 8 <= N`; a debug build panics otherwise. An entry is written before it is read.
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 #[inline(always)]
 pub unsafe fn eight_local<T: Pod, const N: usize>(
@@ -60,7 +65,7 @@ pub unsafe fn eight_local<T: Pod, const N: usize>(
     unsafe { &mut *array.as_mut_ptr().cast::<T>().add(first as usize).cast::<[T; 8]>() }
 }
 
-/// `slice[index] = value`.
+/// Writes `slice[index] = value`.
 ///
 /// # Safety
 ///
@@ -72,7 +77,7 @@ pub unsafe fn store<T: PackableMut>(slice: &mut [Packed<T>], index: u32, value: 
     unsafe { *slice.get_unchecked_mut(index as usize) = value.pack() }
 }
 
-/// Entry `index` of an array of this invocation's own, of which each entry is written before it is read.
+/// Returns entry `index` of a lane's private array, which is uninitialised until it is written.
 ///
 /// # Safety
 ///
@@ -80,7 +85,7 @@ pub unsafe fn store<T: PackableMut>(slice: &mut [Packed<T>], index: u32, value: 
 #[inline(always)]
 pub unsafe fn load_local<T: Copy, const N: usize>(array: &MaybeUninit<[T; N]>, index: u32) -> T {
     debug_assert!((index as usize) < N);
-    // SAFETY: the caller's promise. rust-gpu knows no pointer arithmetic, but its own access to arrays.
+    // SAFETY: the caller's promise. rust-gpu has no pointer arithmetic, but indexes arrays.
     #[cfg(target_arch = "spirv")]
     return unsafe { *spirv_std::arch::IndexUnchecked::index_unchecked(&*array.as_ptr(), index as usize) };
     // SAFETY: the caller's promise.
@@ -88,7 +93,7 @@ pub unsafe fn load_local<T: Copy, const N: usize>(array: &MaybeUninit<[T; N]>, i
     return unsafe { *array.as_ptr().cast::<T>().add(index as usize) };
 }
 
-/// Writes entry `index` of an array of this invocation's own.
+/// Writes entry `index` of a lane's private array.
 ///
 /// # Safety
 ///
@@ -109,11 +114,11 @@ pub unsafe fn store_local<T: Copy, const N: usize>(array: &mut MaybeUninit<[T; N
     }
 }
 
-/// Records of a buffer that all lanes write, each its own.
+/// Array of records that all lanes write, each lane its own records.
 #[cfg(target_arch = "spirv")]
 pub type SharedSlice<'a, T> = &'a mut [Packed<T>];
 
-/// Records of a buffer that all lanes write, each its own.
+/// Array of records that all lanes write, each lane its own records.
 #[cfg(not(target_arch = "spirv"))]
 #[derive(Debug)]
 pub struct SharedSlice<'a, T> {
@@ -124,22 +129,23 @@ pub struct SharedSlice<'a, T> {
 
 #[cfg(not(target_arch = "spirv"))]
 impl<'a, T> SharedSlice<'a, T> {
-    /// Those at `first`.
+    /// Creates a slice of `length` records at `first`.
     ///
     /// # Safety
     ///
-    /// `length` records are there for `'a`, and no two lanes use the same at the same time.
+    /// `length` records are valid at `first` for `'a`, and no two lanes access the same record at
+    /// the same time.
     #[inline(always)]
     pub unsafe fn new(first: *mut T, length: usize) -> Self {
         Self { first, length, lifetime: core::marker::PhantomData }
     }
 }
 
-/// Record `index`.
+/// Returns record `index`.
 ///
 /// # Safety
 ///
-/// `index` is below their number.
+/// `index` is below the slice's length; a debug build panics otherwise.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
 pub unsafe fn load_shared<T: Copy>(slots: &SharedSlice<T>, index: u32) -> T {
@@ -152,7 +158,7 @@ pub unsafe fn load_shared<T: Copy>(slots: &SharedSlice<T>, index: u32) -> T {
 ///
 /// # Safety
 ///
-/// `index` is below their number.
+/// `index` is below the slice's length; a debug build panics otherwise.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
 pub unsafe fn store_shared<T: Copy>(slots: &mut SharedSlice<T>, index: u32, value: T) {

@@ -1,23 +1,25 @@
-//! Records as buffers hold them.
+//! Layout of records in buffers: the record itself, except in SPIR-V.
 //!
-//! A device reads 16 bytes at once. LLVM sees that of a record; Vulkan's compilers take SPIR-V at its word, and read three coordinates, a
-//! number beside them and a child each by itself, with a bounds check each. So in SPIR-V a buffer's records are rows of four words,
-//! which become a record once they are loaded. Words, so that no bit pattern is changed on the way.
+//! A device can read 16 bytes with one instruction. LLVM finds such reads in a record. Vulkan's
+//! compilers do not: they would load three coordinates, the number beside them and each child
+//! separately, with a bounds check each. In SPIR-V a buffer therefore holds rows of four words,
+//! which become a record once they are loaded; words, so that no bit pattern changes on the way.
+//! [`crate::buffer`] converts on each access (docs/notebook/vulkan.md).
 
-/// What a buffer of `T` holds.
+/// Element type of a buffer of `T`.
 pub type Packed<T> = <T as Packable>::Rows;
 
-/// What a buffer can hold.
+/// Record that a buffer can hold.
 pub trait Packable: Copy {
-    /// As this.
+    /// Form of the record in a buffer.
     type Rows: Copy;
-    /// The record of its rows.
+    /// Returns the record that `rows` hold.
     fn unpack(rows: Self::Rows) -> Self;
 }
 
-/// What kernels write, too.
+/// Record that kernels also write.
 pub trait PackableMut: Packable {
-    /// Its rows.
+    /// Returns the rows that hold this record.
     fn pack(self) -> Self::Rows;
 }
 
@@ -110,7 +112,8 @@ mod spirv {
         }
     }
 
-    /// A record, its rows, and how to read and, where kernels do, to write it.
+    /// Implements [`Packable`], and [`PackableMut`] for records that kernels write, by conversions
+    /// from and to rows.
     macro_rules! record {
         ($record:ident, $rows:ident, |$from:ident| $read:expr) => {
             impl Packable for $record {

@@ -1,4 +1,6 @@
-//! The records of the binary BVH.
+//! Records of the binary BVH, and a ray's query and hit, which all traversals share.
+//!
+//! The host builds and validates the tree; [`crate::traversal`] reads it.
 
 use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
@@ -6,69 +8,71 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use glam::Vec4;
 
-/// Entries of the traversal stack. A ray pushes at most one child per level, so a tree with at most this many levels of inner
-/// nodes cannot overflow it; the host rejects a deeper one.
+/// Entries of the traversal stack. A ray pushes at most one child a level, so a tree with at most
+/// this many levels of inner nodes cannot overflow it; the host rejects a deeper one.
 pub const STACK_SIZE: usize = 64;
 
-/// What [`closest_hit`](crate::traversal::closest_hit) names when nothing is hit.
+/// Primitive of [`Hit`] if nothing is hit.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// A reference to a child: an inner node's index, or, with the top bit set, a leaf's one primitive.
+/// Reference to a child: the index of an inner node, or, with the top bit set, a leaf's primitive.
 ///
-/// One primitive a leaf: testing a sphere costs about as much as testing its box.
+/// A leaf has one primitive: testing a sphere costs about as much as testing its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Child(pub u32);
 
 impl Child {
-    /// The root of an empty scene.
+    /// Root of an empty scene.
     pub const EMPTY: Self = Self(u32::MAX);
     const LEAF: u32 = 0x8000_0000;
-    /// Primitives and nodes that can be referred to.
+    /// Largest number of a primitive or node that a reference holds.
     pub const MAX_INDEX: u32 = 0x7fff_ffff;
 
-    /// A leaf with this primitive.
+    /// Creates a leaf with `primitive`.
     pub const fn leaf(primitive: u32) -> Self {
         Self(primitive | Self::LEAF)
     }
 
-    /// An inner node.
+    /// Creates a reference to an inner node.
     pub const fn inner(node: u32) -> Self {
         Self(node)
     }
 
-    /// Whether this is a leaf.
+    /// Returns whether this is a leaf.
     #[inline(always)]
     pub const fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
 
-    /// The index of the node or the primitive.
+    /// Returns the index of the node or the number of the primitive.
     #[inline(always)]
     pub const fn index(self) -> u32 {
         self.0 & Self::MAX_INDEX
     }
 }
 
-/// An inner node: both children with their boxes, so that one visit decides about two subtrees (Aila and Laine,
-/// "Understanding the Efficiency of Ray Traversal on GPUs", HPG 2009). 64 bytes, four rows; a row is an axis, so that a CPU tests
-/// both boxes at once.
+/// Inner node: both children with their boxes, so that one visit decides about two subtrees (Aila
+/// and Laine, "Understanding the Efficiency of Ray Traversal on GPUs", HPG 2009). 64 bytes, 4 rows;
+/// a row is an axis, so that a CPU tests both boxes at once.
 ///
-/// A box is its centre and half its extent: sums and products find where a ray enters and leaves it, without a minimum and a maximum for
-/// each axis, which GPUs compute at half the rate.
+/// A box is its centre and half its extent: sums and products find where a ray enters and leaves
+/// it. Corners would need a minimum and a maximum for each axis, which GPUs compute at half the
+/// rate.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct BvhNode {
-    /// Along x: centre of the first child's box, of the second's, half the extent of the first's, of the second's.
+    /// Along x: centre of the first child's box, centre of the second's, half extent of the
+    /// first's, half extent of the second's.
     pub x: Vec4,
-    /// Along y.
+    /// Centres and half extents along y, in the order of `x`.
     pub y: Vec4,
-    /// Along z.
+    /// Centres and half extents along z, in the order of `x`.
     pub z: Vec4,
-    /// The first [`Child`].
+    /// First child, as a [`Child`].
     pub first: u32,
-    /// The second [`Child`].
+    /// Second child, as a [`Child`].
     pub second: u32,
-    /// Where the camera rays of a tile begin: see [`crate::tile_entry`].
+    /// Root for the camera rays of a tile, as a [`Child`]: see [`crate::tile_entry`].
     pub tile_entry: u32,
     /// Unused.
     pub pad: u32,
@@ -82,7 +86,7 @@ pub type Corners = (Vec3, Vec3);
 
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 impl BvhNode {
-    /// A node of two children and their boxes, which it holds within rounding upwards.
+    /// Creates a node of two children; its boxes contain the given ones, enlarged by rounding.
     pub fn new(first: Child, first_box: Corners, second: Child, second_box: Corners) -> Self {
         let row = |axis: usize| {
             let (c, h) = center_and_half_extent(first_box.0[axis], first_box.1[axis]);
@@ -92,7 +96,7 @@ impl BvhNode {
         Self { x: row(0), y: row(1), z: row(2), first: first.0, second: second.0, tile_entry: 0, pad: 0 }
     }
 
-    /// The boxes of the first and the second child, within rounding outwards.
+    /// Returns boxes that contain those of the first and the second child, enlarged by rounding.
     pub fn boxes(&self) -> [Corners; 2] {
         let corners = |center: Vec3, half: Vec3| {
             let (low, high) = (center - half, center + half);
@@ -106,7 +110,8 @@ impl BvhNode {
     }
 }
 
-/// Centre of an interval, and half its length, with 4 ULP more: room for the roundings of a traversal that grow with the box.
+/// Returns the centre of an interval and half its length, enlarged by 4 ULP for those roundings of
+/// a traversal that grow with the box.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 fn center_and_half_extent(low: f32, high: f32) -> (f32, f32) {
     let center = 0.5 * low + 0.5 * high;
@@ -114,42 +119,44 @@ fn center_and_half_extent(low: f32, high: f32) -> (f32, f32) {
     (center, if half > 0.0 { (half * (1.0 + 4.0 * f32::EPSILON)).next_up() } else { half })
 }
 
-/// Distance and index of the primitive that a ray meets first.
+/// The primitive that a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Along the ray; the reach's limit if nothing is hit.
+    /// Distance along the ray; the query's `t_max` if nothing is hit.
     pub distance: f32,
-    /// Or [`NO_PRIMITIVE`].
+    /// Number of the primitive, or [`NO_PRIMITIVE`].
     pub primitive: u32,
 }
 
-/// What a traversal costs: counted with [`COUNTED`](crate::features::COUNTED), else zero.
+/// Cost of a traversal, counted in kernels with [`COUNTED`](crate::features::COUNTED); else zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Visits {
     /// Inner nodes whose children's boxes were tested: two of a binary node, eight of a wide one.
     pub nodes: u32,
-    /// Leaves whose primitives were tested: one of a binary tree's, up to eight of a wide one's.
+    /// Leaves whose primitives were tested: one of a binary BVH's leaf, up to eight of a wide
+    /// one's.
     pub leaves: u32,
 }
 
 impl Visits {
-    /// No visits.
+    /// Counts of no visits.
     pub const NONE: Self = Self { nodes: 0, leaves: 0 };
 }
 
-/// How far a ray looks, and for what.
+/// What a ray searches for, and how far.
 #[derive(Clone, Copy, Debug)]
 pub struct RayQuery {
-    /// Only hits nearer than this count.
+    /// Maximum distance: only nearer hits count.
     pub t_max: f32,
-    /// A hit of any other primitive than this ends the search: what a shadow ray wants to know. Meaningless unless `any`.
+    /// Primitive of the light that a shadow ray is sent to, or [`NO_PRIMITIVE`]: a hit of any other
+    /// ends the search. Meaningless unless `any_hit`.
     pub light_primitive: u32,
-    /// Whether to end the search so.
+    /// True if any hit but that of `light_primitive` ends the search.
     pub any_hit: bool,
 }
 
 impl RayQuery {
-    /// The closest hit, however far.
+    /// Query for the closest hit at any distance.
     pub const CLOSEST: Self = Self { t_max: MISS, light_primitive: NO_PRIMITIVE, any_hit: false };
 }
 
@@ -165,7 +172,7 @@ mod tests {
         assert!(!OriginPrimitive::NONE.is_on(0) && !OriginPrimitive::NONE.is_on(Child::MAX_INDEX - 1));
     }
 
-    /// Centre and half extent hold the box that they were made from, and not much more.
+    /// Centre and half extent contain the box from which they were made, and not much more.
     #[test]
     fn nodes_hold_their_boxes() {
         for i in 0..100_000u32 {

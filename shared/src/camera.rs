@@ -1,4 +1,4 @@
-//! The thin-lens camera.
+//! Thin-lens camera: makes the camera ray of each sample.
 
 use crate::math::{sqrt, unit_circle, unit_f32};
 use crate::ray::{OriginPrimitive, Ray};
@@ -6,35 +6,36 @@ use crate::rng::Words;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// A thin-lens camera as launch parameters: vectors in scene units, measured from `origin` so that a camera far
-/// from the world's origin loses no digits. 96 bytes, six rows; the fourth word of each row is unused.
+/// Thin-lens camera as launch parameters. Its vectors, in scene units, start at `origin`, so that a
+/// camera far from the world's origin loses no digits. 96 bytes, 6 rows; the fourth word of each
+/// row is unused.
 ///
-/// With the focal plane at distance f, the image plane lies in it: `corner` points at the outer corner of the
-/// top left pixel, `step_x` and `step_y` at the next pixel to the right and below.
+/// The image plane lies in the focal plane: `corner` points at the outer corner of the top left
+/// pixel, `step_x` and `step_y` lead to the next pixel to the right and below.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Camera {
-    /// Centre of the lens, in the world.
+    /// Centre of the lens, in world coordinates.
     pub origin: Vec3,
     /// Unused.
     pub pad0: u32,
-    /// From the lens centre to the image's top left corner.
+    /// Vector from the lens centre to the image's top left corner.
     pub corner: Vec3,
     /// Unused.
     pub pad1: u32,
-    /// One pixel to the right.
+    /// Vector from a pixel to the next one to the right.
     pub step_x: Vec3,
     /// Unused.
     pub pad2: u32,
-    /// One pixel down.
+    /// Vector from a pixel to the next one below.
     pub step_y: Vec3,
     /// Unused.
     pub pad3: u32,
-    /// From the lens centre to its rim, right; zero for a pinhole.
+    /// Vector from the lens centre to its rim, to the right; zero for a pinhole.
     pub lens_x: Vec3,
     /// Unused.
     pub pad4: u32,
-    /// From the lens centre to its rim, up.
+    /// Vector from the lens centre to its rim, upwards; zero for a pinhole.
     pub lens_y: Vec3,
     /// Unused.
     pub pad5: u32,
@@ -43,7 +44,9 @@ pub struct Camera {
 const _: () = assert!(size_of::<Camera>() == 96 && align_of::<Camera>() == 16);
 
 impl Camera {
-    /// The ray through pixel (`x`, `y`): box filter of one pixel (dimensions 0 and 1), uniform over the lens disc (2 and 3).
+    /// Returns the ray through pixel (`x`, `y`). `random.x` and `random.y` (dimensions 0 and 1)
+    /// choose the point in the pixel, by a box filter of one pixel; `random.z` and `random.w`
+    /// (dimensions 2 and 3) choose a point of the lens, uniformly.
     #[inline(always)]
     pub fn ray(&self, x: u32, y: u32, random: Words) -> Ray {
         let across = x as f32 + unit_f32(random.x);

@@ -30,8 +30,8 @@ pub struct DisplayParams {
 
 const _: () = assert!(size_of::<DisplayParams>() == 32);
 
-/// Red, green, blue and opacity from the lowest byte on, of a pixel in column `x`: the plain mean of its samples, or what the denoiser made of it.
-/// What is no number is black, as in a PNG.
+/// Red, green, blue and opacity from the lowest byte on, of a pixel in column `x`: the plain mean
+/// of its samples, or what the denoiser made of it. What is no number is black, as in a PNG.
 #[inline(always)]
 pub fn display(params: &DisplayParams, sums: PixelSums, filtered: FilteredPixel, x: u32) -> u32 {
     let color = if x < params.split {
@@ -45,7 +45,8 @@ pub fn display(params: &DisplayParams, sums: PixelSums, filtered: FilteredPixel,
     srgb(color.x) | srgb(color.y) << 8 | srgb(color.z) << 16 | 0xff00_0000
 }
 
-/// The sRGB code (IEC 61966-2-1) of a linear value: clipped, and rounded to nearest but for its own error of 1e-6.
+/// The sRGB code (IEC 61966-2-1) of a linear value: clipped, and rounded to nearest but for its own
+/// error of 1e-6.
 #[inline(always)]
 fn srgb(linear: f32) -> u32 {
     // What is no number is not above 0.

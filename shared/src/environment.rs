@@ -38,7 +38,8 @@ pub struct EnvironmentSample {
     pub pdf: f32,
 }
 
-/// The direction's place on the panorama: across and down, each in [0, 1], and the sine of its angle with the vertical.
+/// The direction's place on the panorama: across and down, each in [0, 1], and the sine of its
+/// angle with the vertical.
 #[inline(always)]
 fn project(params: &RenderParams, d: Vec3) -> (f32, f32, f32) {
     // Turned back by the panorama's rotation about y.
@@ -94,7 +95,8 @@ unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
     unsafe { load::<EnvironmentTexel>(scene.environment, (j * width + i) as u32).radiance }
 }
 
-/// A texel's density over the panorama as a density by solid angle: latitude and longitude cover 2π² sin θ.
+/// A texel's density over the panorama as a density by solid angle: latitude and longitude cover
+/// 2π² sin θ.
 #[inline(always)]
 fn solid_angle_pdf(pdf: f32, sine: f32) -> f32 {
     pdf / (2.0 * PI * PI * crate::math::max(sine, 1e-7))
@@ -126,7 +128,8 @@ pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> Environm
     }
 }
 
-/// A direction chosen by the panorama's radiance: `random`'s z and w choose the texel, x and y the place in it.
+/// A direction chosen by the panorama's radiance: `random`'s z and w choose the texel, x and y the
+/// place in it.
 ///
 /// # Safety
 ///

@@ -1,70 +1,75 @@
-//! What a kernel variant can do: a mask of bits, a const generic of the render kernels.
+//! Features of a kernel variant: a mask of bits, a const generic of the render kernels.
 //!
-//! Branches on a bit vanish at compile time, so a scene pays only for what it has. Neither PTX nor pass-through SPIR-V has
-//! specialisation constants, so each named variant is compiled ahead.
+//! A branch on a bit is decided at compile time, so a scene pays only for what it needs. Neither
+//! PTX nor pass-through SPIR-V has specialisation constants, so each variant is compiled ahead
+//! (`trisect_kernels::for_each_variant`) and the host chooses one by its mask.
 
-/// A set of features.
+/// Set of features.
 pub type Features = u32;
 
-/// End paths at random, with the chance that their throughput has left.
+/// Russian roulette: a path survives with the largest component of its throughput as probability.
 pub const ROULETTE: Features = 1 << 0;
-/// Reflect by Schlick's approximation as the book has it, instead of Fresnel's equations.
+/// Schlick's approximation as "Ray Tracing in One Weekend" (the book) has it, instead of Fresnel's
+/// equations.
 pub const SCHLICK: Features = 1 << 1;
-/// Draw from the Owen-scrambled Sobol sequence, not independently.
+/// Owen-scrambled Sobol sequence instead of independent random numbers.
 pub const SOBOL: Features = 1 << 2;
-/// Has quads or discs.
+/// Planar shapes: quads and discs.
 pub const PLANAR: Features = 1 << 3;
-/// Has triangles.
+/// Triangles.
 pub const TRIANGLES: Features = 1 << 4;
-/// Has emitting surfaces or lights without extent: next-event estimation.
+/// Next-event estimation of emitting surfaces and of lights without extent.
 pub const EMITTERS: Features = 1 << 5;
-/// Has a panorama as its sky.
+/// Environment map as the sky, with next-event estimation.
 pub const ENVIRONMENT: Features = 1 << 6;
-/// Has image textures or surfaces with holes.
+/// Image textures, and surfaces that are masked or blended.
 pub const TEXTURES: Features = 1 << 7;
-/// Has microfacet materials.
+/// Microfacet materials.
 pub const MICROFACETS: Features = 1 << 8;
 
-/// Write [`Guides`](crate::aovs::AovSums) of what camera rays meet first.
+/// Writing of [`AovSums`](crate::aovs::AovSums) at the camera ray's first hit.
 pub const AOVS: Features = 1 << 13;
 
-/// Test each primitive, without a tree: what the trees must agree with.
+/// Traversal that tests each primitive, without a BVH; all other traversals must agree with it.
 pub const LINEAR: Features = 1 << 9;
-/// Trace the wide tree.
+/// Traversal of the wide BVH.
 pub const WIDE: Features = 1 << 10;
-/// Start a lane's next sample as soon as its path ends, not when all paths of its warp have.
+/// Schedule: a lane starts its next sample as soon as its path ends, not when all paths of its warp
+/// have ended.
 pub const REGENERATE: Features = 1 << 11;
-/// Count the visits of a traversal: see [`Visits`](crate::bvh::Visits). No render kernel has this.
+/// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this.
 pub const COUNTED: Features = 1 << 14;
 
-/// Fill the device once, and let each lane take pixels from a queue.
+/// Schedule: the device is filled once, and each lane takes pixels from a queue.
 pub const PERSISTENT: Features = 1 << 12;
-/// How a kernel works, not what a scene has: these do not change its image.
+/// Features that choose traversal and schedule. They do not change the image.
 pub const STRATEGY: Features = LINEAR | WIDE | REGENERATE | PERSISTENT;
 
-/// The wide tree by AVX2. Whoever calls a function with this bit promises that the CPU has it.
+/// Wide traversal by AVX2. The caller of a function with this feature promises that the CPU
+/// supports it.
 pub const AVX2: Features = 1 << 30;
-/// The wide tree by AVX-512, promised likewise.
+/// Wide traversal by AVX-512. The caller of a function with this feature promises that the CPU
+/// supports it.
 pub const AVX512: Features = 1 << 31;
 
-/// Whether `features` has every bit of `feature`.
+/// Returns whether `features` has every bit of `feature`.
 #[inline(always)]
 pub const fn has(features: Features, feature: Features) -> bool {
     features & feature == feature
 }
 
-/// Whether `features` has a bit of `some`.
+/// Returns whether `features` has any bit of `some`.
 #[inline(always)]
 pub const fn has_any(features: Features, some: Features) -> bool {
     features & some != 0
 }
 
-/// What needs a shadow ray.
+/// Features that need shadow rays, for next-event estimation.
 pub const NEE: Features = EMITTERS | ENVIRONMENT;
 
-/// What makes a kernel large: many registers, and lanes that do different things.
+/// Features that make a kernel large: it takes many registers, and its lanes diverge.
 pub const HEAVY: Features = PLANAR | TRIANGLES | NEE | TEXTURES;
 
-/// Everything that a scene can have.
+/// All features that a scene can need.
 pub const ALL: Features =
     ROULETTE | SCHLICK | PLANAR | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;

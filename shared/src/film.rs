@@ -1,35 +1,40 @@
-//! What a pixel gathers.
+//! Sums over the samples of a pixel, with compensation of their rounding errors.
+//!
+//! Render kernels add samples to them; the host adds them chunk by chunk to its exact sums
+//! (docs/explanation/exact-sums.md).
 
 use crate::math::all_finite;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Samples that a kernel sums in f32, with the rounding errors kept in a [`Compensation`], before the host adds the sum to its own.
+/// Maximum number of samples in a chunk. A kernel sums a chunk in f32 and keeps the rounding errors
+/// in a [`Compensation`]; then the host adds the chunk's sum to its own.
 pub const CHUNK_SAMPLES: u32 = 256;
 
 /// Sums over samples of one pixel, in index order. 32 bytes.
 ///
-/// Fresh memory holds [`PixelSums::UNWRITTEN`], so that a pixel that no kernel wrote shows.
+/// A fresh film holds [`PixelSums::UNWRITTEN`], so that a pixel that no kernel wrote is visible.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PixelSums {
-    /// Of the radiance.
+    /// Sum of the radiance.
     pub radiance: Vec3,
-    /// How many samples were added; those that would make the radiance NaN or infinite are not.
+    /// Number of samples added. A sample that would make the radiance NaN or infinite is not added.
     pub samples: u32,
-    /// Of the squared radiance, by channel: the pixel's variance.
+    /// Sum of the squared radiance by channel, for the pixel's variance.
     pub squares: Vec3,
-    /// Path segments traced, of all samples.
+    /// Number of path segments traced for all samples.
     pub segments: u32,
 }
 
 const _: () = assert!(size_of::<PixelSums>() == 32 && align_of::<PixelSums>() == 16);
 
 impl PixelSums {
-    /// No sample yet.
+    /// Sums over no samples.
     pub const ZERO: Self = Self { radiance: Vec3::ZERO, samples: 0, squares: Vec3::ZERO, segments: 0 };
 
-    /// What a film is filled with before a launch: NaN sums (each byte is 0xff, as a device's memset can write).
+    /// Value of all pixels before a launch: NaN sums. Each byte is 0xff, as a device's memset can
+    /// write it.
     pub const UNWRITTEN: Self = Self {
         radiance: Vec3::splat(f32::from_bits(u32::MAX)),
         samples: u32::MAX,
@@ -37,16 +42,19 @@ impl PixelSums {
         segments: u32::MAX,
     };
 
-    /// Adds one sample of radiance, unless the sum would be NaN or infinite, and to `compensation` what the sum rounded off.
+    /// Adds one sample of radiance, unless the sum would be NaN or infinite, and adds the rounding
+    /// error of the sum to `compensation`.
     ///
-    /// Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54, 1974, with the error of each addition
-    /// by Knuth's TwoSum, which has no branch. A compiler that may reassociate would find each error to be 0: it must not see that
-    /// what is subtracted was just added, and so both pass through an exclusive or with `zero`, a word that is 0 and that no compiler
-    /// knows. The squares are summed plainly: they tell the variance, which no one needs to 1e-5.
+    /// Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54,
+    /// 1974, with the error of each addition by Knuth's TwoSum, which has no branch. A compiler
+    /// that may reassociate would find each error to be 0. It must not see that a number is
+    /// subtracted that was just added, so both pass through an exclusive or with `zero`, a word
+    /// that is 0 and that no compiler knows. The squares are summed plainly: the variance is not
+    /// needed to 1e-5.
     #[inline(always)]
     pub fn add(&mut self, radiance: Vec3, compensation: &mut Compensation, zero: u32) {
         let sum = hide_from_compiler(self.radiance + radiance, zero);
-        // A NaN or an infinity makes the sum one, and so does what is too bright for it.
+        // The sum is not finite if the sample is NaN or infinite, or too bright for the sum.
         if all_finite(sum) {
             let added = hide_from_compiler(sum - self.radiance, zero);
             compensation.radiance += (self.radiance - (sum - added)) + (radiance - added);
@@ -56,14 +64,15 @@ impl PixelSums {
         }
     }
 
-    /// After the chunk's last sample: the sum rounded once.
+    /// Adds the compensation, so that the sum is rounded once; after the chunk's last sample.
     #[inline(always)]
     pub fn compensate(&mut self, compensation: Compensation) {
         self.radiance += compensation.radiance;
     }
 }
 
-/// `v`, if `zero` is 0. LLVM does not reassociate: there it costs nothing.
+/// Returns `v` if `zero` is 0, hidden from optimisers that reassociate. LLVM does not reassociate:
+/// there it costs nothing.
 #[inline(always)]
 fn hide_from_compiler(v: Vec3, zero: u32) -> Vec3 {
     if cfg!(target_arch = "nvptx64") {
@@ -73,11 +82,12 @@ fn hide_from_compiler(v: Vec3, zero: u32) -> Vec3 {
     Vec3::new(hide(v.x), hide(v.y), hide(v.z))
 }
 
-/// What the f32 sums of an unfinished chunk rounded off. 16 bytes; it stays on the device, for the launch that goes on.
+/// Rounding errors of the f32 sums of an unfinished chunk. 16 bytes. It stays on the device for the
+/// launch that continues the chunk.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Compensation {
-    /// To add to [`PixelSums::radiance`].
+    /// Rounding error to add to [`PixelSums::radiance`].
     pub radiance: Vec3,
     /// Unused.
     pub pad: u32,
@@ -86,7 +96,7 @@ pub struct Compensation {
 const _: () = assert!(size_of::<Compensation>() == 16 && align_of::<Compensation>() == 16);
 
 impl Compensation {
-    /// Nothing yet.
+    /// No rounding error.
     pub const ZERO: Self = Self { radiance: Vec3::ZERO, pad: 0 };
 }
 
@@ -103,7 +113,7 @@ mod tests {
             sums.add(Vec3::new(0.0, bad, 0.0), &mut compensation, 0);
             sums.add(Vec3::new(0.0, 0.0, bad), &mut compensation, 0);
         }
-        // Finite alone, not together.
+        // Each summand is finite, the sum is not.
         let mut bright = PixelSums::ZERO;
         (0..3).for_each(|_| bright.add(Vec3::splat(f32::MAX), &mut Compensation::ZERO.clone(), 0));
         assert_eq!((bright.radiance, bright.samples), (Vec3::splat(f32::MAX), 1));
@@ -111,7 +121,7 @@ mod tests {
         assert_eq!(sums.squares, Vec3::new(1.0, 4.0, 9.0));
     }
 
-    /// Torture tests 21 and 22 within a chunk.
+    /// Torture tests 21 and 22 within one chunk.
     #[test]
     fn sums_round_once() {
         let sum = |values: &mut dyn Iterator<Item = f32>| {
@@ -122,7 +132,7 @@ mod tests {
         };
         assert_eq!(sum(&mut core::iter::repeat_n(0.1, 256)), 0.1 * 256.0);
         assert_eq!(sum(&mut [16_777_216.0, 1.0, -16_777_216.0].into_iter()), 1.0);
-        // The twin: without the carry.
+        // Negative control: without the compensation.
         assert_ne!((0..256).fold(0.0, |sum, _| sum + 0.1f32), 0.1 * 256.0);
     }
 

@@ -5,8 +5,9 @@ use glam::Vec3;
 
 /// Unpolarised Fresnel reflectance of a dielectric boundary, 0 to 1 within rounding.
 ///
-/// `cos` of the incident and `cos_refracted` of the refracted direction with the normal, `eta` the ratio of the indices,
-/// incident over refracted (Pharr et al., "Physically Based Rendering", 4th ed., section 9.3.5).
+/// `cos` of the incident and `cos_refracted` of the refracted direction with the normal, `eta` the
+/// ratio of the indices, incident over refracted (Pharr et al., "Physically Based Rendering", 4th
+/// ed., section 9.3.5).
 #[inline(always)]
 pub fn dielectric(cos: f32, cos_refracted: f32, eta: f32) -> f32 {
     let parallel = (cos - eta * cos_refracted) / (cos + eta * cos_refracted);
@@ -14,16 +15,18 @@ pub fn dielectric(cos: f32, cos_refracted: f32, eta: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// The square of the cosine of refraction by Snell's law, for `eta` incident over refracted; not above zero where
-/// reflection is total. Without the cancellation of 1 - eta² sin² at grazing angles for an index near 1.
+/// The square of the cosine of refraction by Snell's law, for `eta` incident over refracted; not
+/// above zero where reflection is total. Without the cancellation of 1 - eta² sin² at grazing
+/// angles for an index near 1.
 #[inline(always)]
 pub fn refracted_cos2(cos: f32, eta: f32) -> f32 {
     let along = eta * cos;
     (1.0 - eta) * (1.0 + eta) + along * along
 }
 
-/// Schlick's approximation as the book has it: with the incident cosine on both sides. On the way out that is wrong by up to 0.95
-/// just below total reflection at index 1.5; a scene asks for it by name to match the book.
+/// Schlick's approximation as the book has it: with the incident cosine on both sides. On the way
+/// out that is wrong by up to 0.95 just below total reflection at index 1.5; a scene asks for it by
+/// name to match the book.
 #[inline(always)]
 pub fn schlick(cos: f32, eta: f32) -> f32 {
     let r0 = (1.0 - eta) / (1.0 + eta);
@@ -43,8 +46,8 @@ fn fifth_power(x: f32) -> f32 {
     x2 * x2 * x
 }
 
-/// Unpolarised Fresnel reflectance of a conductor with index `eta` + i `k` relative to outside, by channel (Pharr et al., section
-/// 9.3.6, in real arithmetic).
+/// Unpolarised Fresnel reflectance of a conductor with index `eta` + i `k` relative to outside, by
+/// channel (Pharr et al., section 9.3.6, in real arithmetic).
 #[inline(always)]
 pub fn conductor(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
     Vec3::new(

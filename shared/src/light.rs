@@ -24,7 +24,8 @@ pub const POINT: u32 = 1;
 /// From infinitely far.
 pub const DIRECTIONAL: u32 = 2;
 
-/// A light and its row of the alias table (Walker, 1977; Vose, 1991), which chooses lights by power. 64 bytes.
+/// A light and its row of the alias table (Walker, 1977; Vose, 1991), which chooses lights by
+/// power. 64 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Light {
@@ -46,7 +47,8 @@ pub struct Light {
     pub cone_scale: f32,
     /// Unit vector along a spot's axis.
     pub axis: Vec3,
-    /// A spot has intensity times (cosine `cone_scale` + `cone_offset`)², that clamped to 0 to 1 (glTF's KHR_lights_punctual).
+    /// A spot has intensity times (cosine `cone_scale` + `cone_offset`)², that clamped to 0 to 1
+    /// (glTF's KHR_lights_punctual).
     pub cone_offset: f32,
 }
 
@@ -87,8 +89,8 @@ pub struct ReferencePoint {
     pub primitive: u32,
 }
 
-/// 1 - cos of the half angle of the cone that holds the sphere; 0 where none does: from inside, and from its own surface, which
-/// rounding puts inside or outside.
+/// 1 - cos of the half angle of the cone that holds the sphere; 0 where none does: from inside, and
+/// from its own surface, which rounding puts inside or outside.
 #[inline(always)]
 fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
     let to = sphere.center - from.point;
@@ -102,7 +104,8 @@ fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
 ///
 /// # Safety
 ///
-/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or a panorama with a probability.
+/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or a panorama with
+/// a probability.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample<const FEATURES: Features>(
@@ -178,7 +181,8 @@ unsafe fn sample_area<const FEATURES: Features>(
     let point = from.point;
     let (u, v) = (unit_f32(random.x), unit_f32(random.y));
     let (target, normal, material);
-    // Of a sphere seen from outside: the direction itself, since its near point may be the very point that it is seen from.
+    // Of a sphere seen from outside: the direction itself, since its near point may be the very
+    // point that it is seen from.
     let mut inside_cone = Vec3::ZERO;
     let (mut texture_u, mut texture_v) = (0.0, 0.0);
     if const { has(FEATURES, TRIANGLES) } && primitive >= params.first_triangle {
@@ -220,7 +224,8 @@ unsafe fn sample_area<const FEATURES: Features>(
         let half_cone = sphere_cone(&sphere, primitive, from);
         material = sphere.material;
         if half_cone > 0.0 {
-            // Uniform in the cone that holds it (Shirley, Wang and Zimmerman, 1996): towards the near side.
+            // Uniform in the cone that holds it (Shirley, Wang and Zimmerman, 1996): towards the
+            // near side.
             let to = sphere.center - point;
             let distance = sqrt(to.dot(to));
             let axis = to * (1.0 / distance);
@@ -277,8 +282,9 @@ unsafe fn sample_area<const FEATURES: Features>(
     }
 }
 
-/// The density by solid angle at `from` with which [`sample`] chooses the point of `primitive` at `distance`, seen there under
-/// `cos`, of the direction with its own normal; `light_pdf` is that of its material.
+/// The density by solid angle at `from` with which [`sample`] chooses the point of `primitive` at
+/// `distance`, seen there under `cos`, of the direction with its own normal; `light_pdf` is that of
+/// its material.
 ///
 /// # Safety
 ///
@@ -310,8 +316,9 @@ pub unsafe fn pdf<const FEATURES: Features>(
     light_pdf * distance * distance / max(cos.abs(), 1e-9)
 }
 
-/// The weight of a sample of density `own` where another technique finds the same with density `light_pdf`: the power heuristic with
-/// exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two weights of a pair sum to 1.
+/// The weight of a sample of density `own` where another technique finds the same with density
+/// `light_pdf`: the power heuristic with exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two
+/// weights of a pair sum to 1.
 #[inline(always)]
 pub fn mis_weight(own: f32, other: f32) -> f32 {
     // Neither square overflows: the larger is divided out.

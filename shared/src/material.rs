@@ -35,7 +35,8 @@ pub const BLENDED: u32 = 8;
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Material {
-    /// Reflected share by channel, 0 to 1; 1 for a dielectric. A conductor's reflectance at normal incidence.
+    /// Reflected share by channel, 0 to 1; 1 for a dielectric. A conductor's reflectance at normal
+    /// incidence.
     pub albedo: Vec3,
     /// [`LAMBERTIAN`] or another tag.
     pub kind: u32,
@@ -49,7 +50,8 @@ pub struct Material {
     pub metallic: f32,
     /// Emitted radiance; zero for what is no light.
     pub emission: Vec3,
-    /// Chance an area with which next-event estimation chooses a point that emits; 0 if it does not choose this material.
+    /// Chance an area with which next-event estimation chooses a point that emits; 0 if it does not
+    /// choose this material.
     pub light_pdf: f32,
     /// Of a conductor: real part of the index by channel.
     pub eta: Vec3,
@@ -124,10 +126,12 @@ pub struct Scatter {
 impl Material {
     /// Samples the material's lobe; its weight is the albedo for each direction.
     ///
-    /// `incoming` is the unit direction of the ray that arrives, `normal` the unit normal on its side, `front` whether that
-    /// side is the outside, `book_fresnel` whether a variant that can do both takes Schlick's approximation. The distributions are those of Shirley et al., "Ray Tracing in One Weekend": cosine for
-    /// Lambertian (normal plus a point of the unit sphere), uniform in the ball for fuzz. Diffuse and metal share
-    /// their code, so that the lanes of a warp stay together.
+    /// `incoming` is the unit direction of the ray that arrives, `normal` the unit normal on its
+    /// side, `front` whether that side is the outside, `book_fresnel` whether a variant that can do
+    /// both takes Schlick's approximation. The distributions are those of Shirley et al., "Ray
+    /// Tracing in One Weekend": cosine for Lambertian (normal plus a point of the unit sphere),
+    /// uniform in the ball for fuzz. Diffuse and metal share their code, so that the lanes of a
+    /// warp stay together.
     #[inline(always)]
     pub fn scatter<const FEATURES: Features>(
         &self,

@@ -1,12 +1,13 @@
-//! The only door to square root, sine, cosine, arc tangent and cube root, and to minimum and maximum.
+//! Square root, sine, cosine, arc tangent, cube root, minimum and maximum for all other modules.
 //!
-//! Each function is made of operations that round the same everywhere, so its bits are the same on the CPU and in
-//! precise PTX. glam's `length` and `normalize` use a software square root on devices: use [`normalize`].
+//! Each function consists of operations that round identically everywhere, so its bits are the same
+//! on the CPU and in precise PTX; [`fused`] and [`reciprocal`] are the two exceptions. glam's
+//! `length` and `normalize` use a software square root on devices: use [`normalize`] instead.
 
 use core::f32::consts::FRAC_PI_2;
 use glam::Vec3;
 
-/// The correctly rounded square root; NaN below zero.
+/// Returns the correctly rounded square root; NaN below zero.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_arch = "nvptx64")]
@@ -17,10 +18,10 @@ pub fn sqrt(x: f32) -> f32 {
     return libm::sqrtf(x); // rust-gpu turns this call into GLSL.std.450 Sqrt
 }
 
-/// The smaller of two numbers, neither of them NaN; of +0 and -0 either.
+/// Returns the smaller of two numbers, neither of them NaN; of +0 and -0 it may return either.
 ///
-/// One instruction on each target. `f32::min` is one on PTX only: its rule for NaN costs x86 three, and SPIR-V two branches.
-/// Callers make NaN impossible instead.
+/// It is one instruction on each target. `f32::min` is one on PTX only: its rule for NaN costs x86
+/// three, and SPIR-V two branches. Callers rule out NaN instead.
 #[inline(always)]
 pub fn min(a: f32, b: f32) -> f32 {
     #[cfg(target_arch = "nvptx64")]
@@ -31,7 +32,8 @@ pub fn min(a: f32, b: f32) -> f32 {
     return if a < b { a } else { b };
 }
 
-/// The larger of two numbers, neither of them NaN; of +0 and -0 either. See [`min`].
+/// Returns the larger of two numbers, neither of them NaN; of +0 and -0 it may return either. See
+/// [`min`].
 #[inline(always)]
 pub fn max(a: f32, b: f32) -> f32 {
     #[cfg(target_arch = "nvptx64")]
@@ -42,8 +44,9 @@ pub fn max(a: f32, b: f32) -> f32 {
     return if a > b { a } else { b };
 }
 
-/// a b + c, rounded once on a device, twice on the CPU: for what decides no result. (CUDA takes denormal numbers for 0 here, by which the
-/// audit of precise PTX knows these from contractions.)
+/// Returns a b + c, rounded once on a device and twice on the CPU; for box tests only, which decide
+/// no result. (On CUDA it treats denormal numbers as 0, by which the audit of precise PTX tells it
+/// from a contraction.)
 #[inline(always)]
 pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     #[cfg(target_arch = "nvptx64")]
@@ -56,7 +59,8 @@ pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     return a * b + c;
 }
 
-/// 1 / `x`, within 1 ULP on the CPU and CUDA, 2.5 on Vulkan: for what decides no result.
+/// Returns 1 / `x`, within 1 ULP on the CPU and CUDA and 2.5 ULP on Vulkan; for box tests only,
+/// which decide no result.
 #[inline(always)]
 pub fn reciprocal(x: f32) -> f32 {
     #[cfg(target_arch = "nvptx64")]
@@ -76,40 +80,44 @@ unsafe extern "C" {
     fn fused_flushing(a: f32, b: f32, c: f32) -> f32;
 }
 
-/// `v` to unit length, within 3 ULP a component; NaN for the zero vector.
+/// Returns `v` scaled to unit length, within 3 ULP a component; NaN for the zero vector.
 #[inline(always)]
 pub fn normalize(v: Vec3) -> Vec3 {
     v * (1.0 / sqrt(v.dot(v)))
 }
 
-/// Whether no component is NaN or infinite, by their bits: a comparison with itself may legally be folded away. One comparison, as each
-/// costs lanes a branch.
+/// Returns whether no component is NaN or infinite. It looks at the bits, since a comparison of a
+/// number with itself may legally be folded away, and compares once, since each comparison may cost
+/// lanes a branch.
 #[inline(always)]
 pub fn all_finite(v: Vec3) -> bool {
     let size = |x: f32| x.to_bits() & 0x7fff_ffff;
     size(v.x).max(size(v.y)).max(size(v.z)) < 0x7f80_0000
 }
 
-/// The numbers 0 ≤ u < 1 that the upper 24 of 32 random bits name, 2⁻²⁴ apart. Never 1, which `bits as f32 * 2⁻³²`
-/// is for the top 128 values.
+/// Returns the number 0 ≤ u < 1 that the upper 24 of 32 random bits name, a multiple of 2⁻²⁴. It is
+/// never 1, which `bits as f32 * 2⁻³²` is for the top 128 values.
 #[inline(always)]
 pub fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// A point of the unit circle, (cos φ, sin φ): uniform in φ over uniform `bits`; each component within 2e-7.
+/// Returns a point (cos φ, sin φ) of the unit circle, uniform in φ over uniform `bits`; each
+/// component within 2e-7.
 ///
-/// The lower bits choose an angle in [-π/4, π/4), where short minimax polynomials suffice; the upper two choose one of
-/// the four quarter turns. That spares the reduction of an angle and any conversion from float to integer.
+/// The lower bits choose an angle in [-π/4, π/4), where short minimax polynomials suffice; the
+/// upper two bits choose one of the four quarter turns. That avoids the reduction of an angle and
+/// any conversion from float to integer.
 #[inline(always)]
 pub fn unit_circle(bits: u32) -> (f32, f32) {
-    let turn = ((bits >> 6) & 0x00ff_ffff) as f32 * (1.0 / 16_777_216.0) - 0.5; // of a quarter
+    let turn = ((bits >> 6) & 0x00ff_ffff) as f32 * (1.0 / 16_777_216.0) - 0.5; // in quarter turns
     let (cos, sin) = cos_sin_quarter_turns(turn);
     let cos = f32::from_bits(cos.to_bits() ^ (bits & 0x8000_0000));
     if bits & 0x4000_0000 == 0 { (cos, sin) } else { (sin, cos) }
 }
 
-/// cos and sin of `turn` quarter turns (of π/2), in [-1/2, 1/2]; minimax, within 2e-7.
+/// Returns the cosine and sine of `turn` quarter turns (of π/2), for `turn` in [-1/2, 1/2]; minimax
+/// polynomials, within 2e-7.
 #[inline(always)]
 fn cos_sin_quarter_turns(turn: f32) -> (f32, f32) {
     let square = turn * turn;
@@ -119,7 +127,8 @@ fn cos_sin_quarter_turns(turn: f32) -> (f32, f32) {
     (cos, sin)
 }
 
-/// A point of the unit sphere, uniform by area over two uniform 32-bit words (Archimedes: z is uniform).
+/// Returns a point of the unit sphere, uniform by area over two uniform 32-bit words. (Archimedes:
+/// z is uniform.)
 #[inline(always)]
 pub fn unit_sphere(height: u32, azimuth: u32) -> Vec3 {
     let u = unit_f32(height);
@@ -128,10 +137,11 @@ pub fn unit_sphere(height: u32, azimuth: u32) -> Vec3 {
     Vec3::new(radius * cos, radius * sin, 1.0 - 2.0 * u)
 }
 
-/// The cube root of 2⁻²⁴ ≤ x ≤ 1, within 5e-7 relative; 0 for 0.
+/// Returns the cube root of 2⁻²⁴ ≤ x ≤ 1, within 5e-7 relative; 0 for 0.
 ///
-/// Newton's method for x^(-1/3) needs no division; its first guess comes from the exponent (as in Lomont's note on the
-/// inverse square root, 2003; the constant was searched for the least greatest error, 3.5 %).
+/// Newton's method for x^(-1/3) needs no division. Its first guess comes from the exponent, as in
+/// Lomont's note on the inverse square root (2003); the constant minimises the guess's maximum
+/// relative error, 3.5 %.
 #[inline(always)]
 pub fn cbrt_unit(x: f32) -> f32 {
     let third = x * (1.0 / 3.0);
@@ -142,8 +152,8 @@ pub fn cbrt_unit(x: f32) -> f32 {
     x * (y * y)
 }
 
-/// The upper 32 bits of `a` · `b`: with `a` random, a number below `b`, each within 2⁻³² as likely. No 64-bit integers,
-/// which SPIR-V has as an option only.
+/// Returns the upper 32 bits of `a` · `b`. For a random `a` that is an integer below `b`, each with
+/// the same probability within 2⁻³². It needs no 64-bit integers, which are optional in SPIR-V.
 #[inline(always)]
 pub fn mul_high(a: u32, b: u32) -> u32 {
     let (a1, a0, b1, b0) = (a >> 16, a & 0xffff, b >> 16, b & 0xffff);
@@ -152,16 +162,17 @@ pub fn mul_high(a: u32, b: u32) -> u32 {
     a1 * b1 + (middle >> 16) + (low >> 16)
 }
 
-/// The integer at or below `x`, for |x| < 2³¹; some integer beyond, and for NaN.
+/// Returns the largest integer not above `x`, for |x| < 2³¹; some integer for other numbers and
+/// NaN.
 #[inline(always)]
 pub fn floor(x: f32) -> i32 {
-    // Clamped first: out of range, the conversion saturates on the CPU and is undefined on Vulkan.
+    // Clamp first: out of range, the conversion saturates on the CPU and is undefined on Vulkan.
     let clamped = min(max(x, -2e9), 2e9);
     let truncated = clamped as i32;
     truncated - (clamped < truncated as f32) as i32
 }
 
-/// cos and sin of `atan2_turns` whole turns (of 2π), for |turns| < 2²⁰; each within 3e-7.
+/// Returns the cosine and sine of `turns` whole turns (of 2π), for |turns| < 2²⁰; each within 3e-7.
 #[inline(always)]
 pub fn cos_sin_turns(turns: f32) -> (f32, f32) {
     let quarters = turns * 4.0;
@@ -172,14 +183,15 @@ pub fn cos_sin_turns(turns: f32) -> (f32, f32) {
     if nearest & 2 == 0 { (a, b) } else { (-a, -b) }
 }
 
-/// The angle of the vector (`x`, `y`) in turns, in [-1/2, 1/2], within 1e-7; 0 for the zero vector.
+/// Returns the angle of the vector (`x`, `y`) in turns, in [-1/2, 1/2], within 1e-7; 0 for the zero
+/// vector.
 #[inline(always)]
 pub fn atan2_turns(y: f32, x: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let (low, high) = (min(ax, ay), max(ax, ay));
     let ratio = if high > 0.0 { low / high } else { 0.0 };
     let s = ratio * ratio;
-    // Minimax for atan(r) / (2 π r) in r², error 1.4e-8.
+    // Minimax polynomial for atan(r) / (2 π r) in r², error 1.4e-8.
     let tail = 0.015_824_392 + s * (-0.009_534_13 + s * (0.003_908_387_4 + s * -0.000_760_833));
     let angle =
         ratio * (0.159_154_92 + s * (-0.053_049_676 + s * (0.031_785_432 + s * (-0.022_328_515 + s * tail))));
@@ -188,7 +200,8 @@ pub fn atan2_turns(y: f32, x: f32) -> f32 {
     if y < 0.0 { -angle } else { angle }
 }
 
-/// Two unit vectors that are perpendicular to the unit vector `n` and to each other; (first, second, n) is right-handed.
+/// Returns two unit vectors perpendicular to the unit vector `n` and to each other; (first, second,
+/// n) is right-handed.
 ///
 /// Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 #[inline(always)]
@@ -199,20 +212,22 @@ pub fn basis(n: Vec3) -> (Vec3, Vec3) {
     (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y))
 }
 
-/// The value of a half-precision number, not negative and not below 2⁻¹⁴ unless 0 (the host rounds others to 0).
+/// Returns the value of a half-precision number that is 0 or at least 2⁻¹⁴ (the host rounds all
+/// others to 0).
 #[inline(always)]
 pub fn from_half(bits: u32) -> f32 {
-    // The half's exponent and fraction moved into place, times 2¹¹² for the difference of the biases.
+    // Move the half's exponent and fraction into place; times 2¹¹² for the difference of the
+    // biases.
     f32::from_bits((bits & 0x7fff) << 13) * f32::from_bits(0x7780_0000)
 }
 
-/// Rec. 709 luminance.
+/// Returns the Rec. 709 luminance of a linear colour.
 #[inline(always)]
 pub fn luminance(c: Vec3) -> f32 {
     0.212_6 * c.x + 0.715_2 * c.y + 0.072_2 * c.z
 }
 
-/// The largest component.
+/// Returns the largest component.
 #[inline(always)]
 pub fn max_component(c: Vec3) -> f32 {
     max(c.x, max(c.y, c.z))

@@ -1,11 +1,13 @@
-//! The GGX distribution of facets (Walter et al., EGSR 2007) with Smith's shadowing, sampled by visible normals (Heitz, "Sampling
-//! the GGX Distribution of Visible Normals", JCGT 7(4), 2018). Vectors in the facets' frame: z is the surface's normal.
+//! The GGX distribution of facets (Walter et al., EGSR 2007) with Smith's shadowing, sampled by
+//! visible normals (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018).
+//! Vectors in the facets' frame: z is the surface's normal.
 
 use crate::math::{max, min, normalize, sqrt, unit_circle, unit_f32};
 use core::f32::consts::PI;
 use glam::Vec3;
 
-/// Below this alpha a surface is a perfect mirror: its lobe, a tenth of a degree wide, is at f32's resolution of half vectors.
+/// Below this alpha a surface is a perfect mirror: its lobe, a tenth of a degree wide, is at f32's
+/// resolution of half vectors.
 pub const MIN_ROUGH_ALPHA: f32 = 1e-3;
 
 /// The density of facet normals `h` by solid angle, times their area in the surface: D(h).
@@ -25,10 +27,11 @@ pub fn lambda(z: f32, alpha: f32) -> f32 {
     0.5 * (sqrt(1.0 + alpha * alpha * tan2) - 1.0)
 }
 
-/// A facet normal seen from `v` (v.z > 0), in proportion to the area seen: density D(h) G1(v) (v·h) / v.z.
+/// A facet normal seen from `v` (v.z > 0), in proportion to the area seen: density D(h) G1(v) (v·h)
+/// / v.z.
 ///
-/// The hemisphere stretched to a sphere's cap (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", HPG 2023): the
-/// distribution is Heitz's.
+/// The hemisphere stretched to a sphere's cap (Dupuy and Benyoub, "Sampling Visible GGX Normals
+/// with Spherical Caps", HPG 2023): the distribution is Heitz's.
 #[inline(always)]
 pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
     let stretched = normalize(Vec3::new(v.x * alpha, v.y * alpha, v.z));
@@ -39,11 +42,13 @@ pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> 
     normalize(Vec3::new(cap.x * alpha, cap.y * alpha, max(cap.z, 1e-9)))
 }
 
-/// The share that a rough boundary reflects of the part of Fresnel's reflectance that depends on the angle, (1 - v·h)⁵: with
-/// `normal_incidence` f the boundary reflects at most f + (1 - f) times this.
+/// The share that a rough boundary reflects of the part of Fresnel's reflectance that depends on
+/// the angle, (1 - v·h)⁵: with `normal_incidence` f the boundary reflects at most f + (1 - f) times
+/// this.
 ///
-/// A fit, 0 to 0.06 above the integral over GGX's visible normals with single scattering (sampled for 0.03 ≤ roughness ≤ 1 and
-/// 0.005 ≤ `cos` ≤ 1): the error is a margin, so that no more than all is reflected.
+/// A fit, 0 to 0.06 above the integral over GGX's visible normals with single scattering (sampled
+/// for 0.03 ≤ roughness ≤ 1 and 0.005 ≤ `cos` ≤ 1): the error is a margin, so that no more than all
+/// is reflected.
 #[inline(always)]
 pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
     let x = max(1.0 - cos, 0.0);

@@ -1,77 +1,85 @@
-//! The launch record: all that a render kernel knows besides the scene.
+//! Launch record of the render kernels: everything they need besides the scene's arrays.
+//!
+//! The host fills one for each launch; [`crate::path`] and [`crate::traversal`] read it.
 
 use crate::camera::Camera;
 use crate::sky::Sky;
 use bytemuck::{Pod, Zeroable};
 
-/// One launch: samples `first_sample..end_sample` of `rows` rows of its [share](Self::row) of the image. 240 bytes, fifteen rows.
+/// One launch: samples `first_sample..end_sample` of `rows` rows of a [share](Self::row) of the
+/// image, which is a rank's rows or the whole image. 240 bytes, 15 rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct RenderParams {
-    /// Bytes 0 to 95.
+    /// Camera. Bytes 0 to 95.
     pub camera: Camera,
-    /// Bytes 96 to 127.
+    /// Sky, unless there is an environment map. Bytes 96 to 127.
     pub sky: Sky,
     /// Pixels across the whole image.
     pub width: u32,
     /// Pixels down the whole image.
     pub height: u32,
-    /// The launch's first row, of those of its share.
+    /// First row of the launch, counted in the rows of the share.
     pub first_row: u32,
-    /// Rows of the launch.
+    /// Number of rows of the launch.
     pub rows: u32,
-    /// Index of the first sample, of all samples of a pixel.
+    /// Index of the launch's first sample among all samples of a pixel.
     pub first_sample: u32,
-    /// One past the last sample.
+    /// Index one past the launch's last sample.
     pub end_sample: u32,
-    /// Whether the film's sums, and what they rounded off, go on (1) or start anew (0).
+    /// 1 if the launch continues the film's sums and compensations; 0 if it starts them at zero.
     pub resume: u32,
-    /// Of the random numbers.
+    /// Seed of the random numbers.
     pub seed: u32,
-    /// The greatest number of segments of a path.
+    /// Maximum number of segments of a path.
     pub max_depth: u32,
     /// Root of the BVH, as a [`crate::bvh::Child`].
     pub root: u32,
-    /// Number of the first flat shape among the primitives. (Words, not an array: a uniform array's elements take 16 bytes each.)
+    /// Number of the first planar shape among the primitives. (Single words instead of an array:
+    /// each element of a uniform array takes 16 bytes.)
     pub first_planar: u32,
     /// Number of the first triangle among the primitives.
     pub first_triangle: u32,
-    /// Length of the scene's lights; 0 where light sampling is off.
+    /// Number of the scene's lights; 0 if light sampling is off.
     pub light_count: u32,
-    /// A path may end at random from this segment on.
+    /// Segment from which on Russian roulette may end a path.
     pub roulette_from: u32,
-    /// [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_END_OF_CHUNK`], [`FLAG_PADDED_BOXES`], [`FLAG_PER_PIXEL_RANGE`].
+    /// Bits: [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_END_OF_CHUNK`], [`FLAG_PADDED_BOXES`],
+    /// [`FLAG_PER_PIXEL_RANGE`].
     pub flags: u32,
-    /// Chance that next-event estimation chooses the panorama; 0 where light sampling is off.
+    /// Probability that next-event estimation samples the environment map, 0 to 1; 0 if light
+    /// sampling is off.
     pub environment_probability: f32,
-    /// Texels across; 0 for no panorama.
+    /// Texels across the environment map; 0 if there is none.
     pub environment_width: u32,
-    /// Texels down.
+    /// Texels down the environment map.
     pub environment_height: u32,
-    /// Cosine of the panorama's rotation about y.
+    /// Cosine of the environment map's rotation about y.
     pub environment_cos: f32,
-    /// Its sine.
+    /// Sine of the environment map's rotation about y.
     pub environment_sin: f32,
     /// Number of the scene's primitives.
     pub primitive_count: u32,
-    /// Pixels that a persistent lane takes, at most.
+    /// Maximum number of pixels that a persistent lane takes; not 0.
     pub max_lane_pixels: u32,
-    /// The first node of the camera's [view](crate::tile_entry), or [`NO_TILE_ENTRIES`](crate::tile_entry::NO_TILE_ENTRIES).
+    /// Index of the node with the first [tile entry](crate::tile_entry), or
+    /// [`NO_TILE_ENTRIES`](crate::tile_entry::NO_TILE_ENTRIES).
     pub first_tile_entry: u32,
-    /// Pixels along a tile's edge there, as a power of two.
+    /// Base-2 logarithm of a tile's edge in pixels, for the tile entries.
     pub tile_shift: u32,
-    /// The share's first row of the image; 0 is the top.
+    /// Image row of the share's first row; 0 is the top.
     pub share_first_row: u32,
-    /// Rows of a block of the share, as a power of two; 31 for all rows in one.
+    /// Base-2 logarithm of the rows of a block of the share; 31 if the share is one block.
     pub block_shift: u32,
-    /// Rows of others between two blocks.
+    /// Number of rows between two blocks of the share, which belong to other shares.
     pub block_gap: u32,
-    /// The most that a channel of a sample's radiance is. [`NO_CLAMP`] for any.
+    /// Maximum radiance of a sample per channel, or [`NO_CLAMP`].
     pub max_radiance: f32,
 }
 
 impl RenderParams {
-    /// The row of the image that row `index` of the launch is. A share of the image is blocks of rows at equal distances.
+    /// Returns the image row of row `index` of the launch. A share consists of blocks of rows at
+    /// equal distances, as several ranks divide an image.
     #[inline(always)]
     pub fn row(&self, index: u32) -> u32 {
         let of_share = self.first_row + index;
@@ -79,20 +87,23 @@ impl RenderParams {
     }
 }
 
-/// In a kernel that can do both: dielectrics reflect by Schlick's approximation.
+/// Flag: dielectrics reflect by Schlick's approximation, in kernels that can do both.
 pub const FLAG_SCHLICK: u32 = 1;
-/// Some surface has holes: shadow rays look at what they hit.
+/// Flag: some material is masked or blended, so shadow rays evaluate the opacity of what they hit.
 pub const FLAG_HOLES: u32 = 2;
-/// The launch's last sample is its chunk's last: what the sums rounded off is added to them.
+/// Flag: the launch's last sample is the last of its chunk, so the compensation is added to the
+/// sums.
 pub const FLAG_END_OF_CHUNK: u32 = 4;
-/// The boxes of the tree have [room](crate::slabs) for all rays of the scene.
+/// Flag: the boxes of the BVH have [padding](crate::slabs) for all ray origins of the scene.
 pub const FLAG_PADDED_BOXES: u32 = 8;
-/// Each pixel begins at a sample of its own, which the film says in [`samples`](crate::film::PixelSums::samples) when the launch begins; one that
-/// begins at the launch's end takes none and stays as it is. Those of a work group begin at the same.
+/// Flag: each pixel starts at its own sample, which [`samples`](crate::film::PixelSums::samples) in
+/// the film names when the launch begins. A pixel that starts at `end_sample` is left as it is. All
+/// pixels of a work group start at the same sample.
 pub const FLAG_PER_PIXEL_RANGE: u32 = 16;
-/// No sample is as bright.
+/// Value of `max_radiance` that clamps no sample.
 pub const NO_CLAMP: f32 = f32::MAX;
-/// Never set: a zero that no compiler knows (see [`PixelSums::add`](crate::film::PixelSums::add)).
+/// Flag that is never set: a zero that no compiler can know (see
+/// [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_OPAQUE_ZERO: u32 = 1 << 31;
 
 const _: () = assert!(size_of::<RenderParams>() == 240 && align_of::<RenderParams>() == 16);

@@ -1,40 +1,45 @@
-//! Flat shapes: parallelograms and discs. A disc of great radius is a plane; a giant sphere, whose curvature drowns in
-//! rounding, is none.
+//! Planar shapes: parallelograms and discs. Traversal and surface call it.
+//!
+//! A disc of great radius serves as a plane. A giant sphere would not: its curvature drowns in
+//! rounding.
 
 use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// A parallelogram: 0 ≤ u, v ≤ 1.
+/// Kind of a parallelogram: 0 ≤ u, v ≤ 1.
 pub const QUAD: u32 = 0;
-/// An ellipse: u² + v² ≤ 1; a disc if its axes are perpendicular and as long.
+/// Kind of an ellipse: u² + v² ≤ 1; a disc if its axes are perpendicular and of equal length.
 pub const DISC: u32 = 1;
 
-/// A flat shape in its own coordinates: point = `origin` + u `edge_u` + v `edge_v`. 96 bytes; traversal reads four rows.
+/// Planar shape in its own coordinates: point = `origin` + u `edge_u` + v `edge_v`. 96 bytes;
+/// traversal reads four rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Planar {
-    /// A quad's corner, a disc's centre, in scene units.
+    /// Corner of a quad or centre of a disc, in scene units.
     pub origin: Vec3,
     /// Index into the scene's materials.
     pub material: u32,
-    /// Unit normal, along `edge_u` × `edge_v`; the side where it points is the front.
+    /// Unit normal, along `edge_u` × `edge_v`; it points to the front.
     pub normal: Vec3,
-    /// [`QUAD`] or [`DISC`].
+    /// Kind: [`QUAD`] or [`DISC`].
     pub kind: u32,
-    /// u of a point of the plane is its dot product with this, from `origin`.
+    /// Dual vector of u: u of a point of the plane is the dot product of `dual_u` and the point's
+    /// offset from `origin`.
     pub dual_u: Vec3,
     /// Unused.
     pub pad0: u32,
-    /// The same for v.
+    /// Dual vector of v: v of a point of the plane is the dot product of `dual_v` and the point's
+    /// offset from `origin`.
     pub dual_v: Vec3,
     /// Unused.
     pub pad1: u32,
-    /// Along u.
+    /// Edge or half axis along u, in scene units.
     pub edge_u: Vec3,
-    /// In square scene units.
+    /// Area in square scene units.
     pub area: f32,
-    /// Along v.
+    /// Edge or half axis along v, in scene units.
     pub edge_v: Vec3,
     /// Unused.
     pub pad2: u32,
@@ -43,7 +48,8 @@ pub struct Planar {
 const _: () = assert!(size_of::<Planar>() == 96 && align_of::<Planar>() == 16);
 
 impl Planar {
-    /// Distance along `direction` to the shape in front of `origin`, or [`MISS`]; a ray in its plane misses.
+    /// Returns the distance along `direction` to the shape in front of `origin`, or [`MISS`]; a ray
+    /// in its plane misses.
     #[inline(always)]
     #[allow(
         clippy::manual_range_contains,
@@ -66,7 +72,7 @@ impl Planar {
         if inside && t > 0.0 { t } else { MISS }
     }
 
-    /// u and v of a point near the plane.
+    /// Returns u and v of a point near the plane.
     #[inline(always)]
     pub fn coordinates(&self, point: Vec3) -> (f32, f32) {
         let from_origin = point - self.origin;
@@ -101,14 +107,14 @@ mod tests {
         assert_eq!(down(planar(DISC), -0.8, -1.4), MISS);
     }
 
-    /// Torture test 23: along exact axes, in the plane, from behind, away.
+    /// Torture test 23: rays along exact axes, in the plane, from behind, and away from it.
     #[test]
     fn flat_rays() {
         let q = planar(QUAD);
         assert_eq!(q.distance(Vec3::new(0.5, -1.0, 1.0), Vec3::Y), 2.0);
         assert_eq!(q.distance(Vec3::new(0.5, 3.0, 1.0), Vec3::Y), MISS);
         assert_eq!(q.distance(Vec3::new(-1.0, 1.0, 1.0), Vec3::X), MISS);
-        assert_eq!(q.distance(Vec3::new(0.5, 1.0, 1.0), Vec3::NEG_Y), MISS); // t = 0: it is there
+        assert_eq!(q.distance(Vec3::new(0.5, 1.0, 1.0), Vec3::NEG_Y), MISS); // t = 0: the origin lies on it
     }
 
     #[test]

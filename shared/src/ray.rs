@@ -1,51 +1,54 @@
-//! Rays, and where on a primitive they start.
+//! Rays, and the primitive that a ray starts on; made by camera and paths, read by traversal.
 
 use glam::Vec3;
 
-/// A half-line: points `origin` + t `direction`, t > 0. In rows, as naga lays out what holds it.
+/// A half-line: points `origin` + t `direction`, t > 0. Vectors begin rows of 16 bytes, as naga
+/// lays out records that contain a ray.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Start, in scene units.
+    /// Start of the ray, in scene units.
     pub origin: Vec3,
-    /// The primitive that the ray leaves.
+    /// Primitive that the ray leaves.
     pub origin_primitive: OriginPrimitive,
-    /// Unit vector.
+    /// Unit vector along the ray.
     pub direction: Vec3,
 }
 
-/// The primitive that a ray starts on, and on which side of it; keeps it from hitting that primitive where it starts.
+/// Primitive that a ray starts on, and on which side of it; keeps the ray from hitting that
+/// primitive where it starts.
 ///
-/// A ray that leaves a convex primitive outward cannot meet it again, and one that leaves inward meets the far side
-/// only. Knowing that takes no epsilon, so it holds at every scale (numerics: torture tests 8 and 12), where offsets
-/// fail for small or remote primitives.
+/// A ray that leaves a convex primitive outward cannot meet it again, and one that leaves it inward
+/// meets the far side only. That takes no epsilon and so holds at every scale (torture tests 8 and
+/// 12), where offsets fail for small or remote primitives.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OriginPrimitive(u32);
 
 impl OriginPrimitive {
-    /// In free space: on the lens.
+    /// No primitive: the ray starts in free space, on the lens.
     pub const NONE: Self = Self(u32::MAX);
 
-    /// On `primitive` (below 2³¹), going inside it or outside.
+    /// Creates the origin on `primitive` (below 2³¹) of a ray that goes `inside` it or outside.
     #[inline(always)]
     pub fn new(primitive: u32, inside: bool) -> Self {
         Self(primitive | (inside as u32) << 31)
     }
 
-    /// Whether the ray starts on this primitive.
+    /// Returns whether the ray starts on this primitive.
     #[inline(always)]
     pub fn is_on(self, primitive: u32) -> bool {
         self.0 & 0x7fff_ffff == primitive
     }
 
-    /// The number of the primitive; for [`OriginPrimitive::NONE`] one that no primitive has.
+    /// Returns the number of the primitive; for [`OriginPrimitive::NONE`] a number that no
+    /// primitive has.
     #[inline(always)]
     pub fn primitive(self) -> u32 {
         self.0 & 0x7fff_ffff
     }
 
-    /// Whether it goes inside.
+    /// Returns whether the ray goes inside the primitive.
     #[inline(always)]
     pub fn goes_inside(self) -> bool {
         self.0 >> 31 != 0

@@ -1,43 +1,46 @@
-//! Stateless random numbers.
+//! Stateless random numbers for [`crate::sampler`] and [`crate::path`].
 //!
-//! A number is a function of (seed, pixel, sample, dimension), of integers only: tiles, ranks, resumed renders and
-//! backends draw the same ones, in any order. The hash is pcg4d (Jarzynski and Olano, "Hash Functions for GPU Rendering",
-//! JCGT 9(3), 2020): four words in, four out, 20 integer operations. One call thus serves four dimensions, which
-//! is what one path vertex needs; [`PathKey::words`] takes the number of the vertex.
+//! A number is a function of (seed, pixel, sample, dimension), of integers only, so tiles, ranks,
+//! resumed renders and backends draw the same numbers in any order. The hash is pcg4d (Jarzynski
+//! and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020): four words in, four out, 20
+//! integer operations. One call therefore serves a block of four dimensions, as many as a path
+//! vertex needs.
 
 /// Four random words of 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Words {
-    /// Dimension 4 b of block b.
+    /// Word of dimension 4 b, for block b.
     pub x: u32,
-    /// Dimension 4 b + 1.
+    /// Word of dimension 4 b + 1.
     pub y: u32,
-    /// Dimension 4 b + 2.
+    /// Word of dimension 4 b + 2.
     pub z: u32,
-    /// Dimension 4 b + 3.
+    /// Word of dimension 4 b + 3.
     pub w: u32,
 }
 
-/// Which path: the three parts of the key that stay the same along it.
+/// Key of a path: the three parts of a random number's argument that are constant along the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathKey {
-    /// Of the render.
+    /// Seed of the render.
     pub seed: u32,
-    /// Row-major index in the whole image, whatever tile or rank renders it.
+    /// Row-major index in the whole image, whichever tile or rank renders it.
     pub pixel: u32,
     /// Index among all samples of the pixel.
     pub sample: u32,
 }
 
 impl PathKey {
-    /// The random words of dimensions 4 `block` to 4 `block` + 3.
+    /// Returns the random words of dimensions 4 `block` to 4 `block` + 3. A path's blocks are
+    /// numbered by vertex.
     #[inline(always)]
     pub fn words(self, block: u32) -> Words {
         pcg4d(Words { x: self.pixel, y: self.sample, z: block, w: self.seed })
     }
 }
 
-/// The hash. Each word of the result depends on every word of the argument.
+/// Returns the pcg4d hash of four words. Each word of the result depends on every word of the
+/// argument.
 #[inline(always)]
 pub fn pcg4d(v: Words) -> Words {
     let mut x = v.x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -66,12 +69,12 @@ mod tests {
 
     #[test]
     fn values_are_frozen() {
-        // Films, checkpoints and ranks rely on them: a change is a new format.
+        // Films, checkpoints and ranks rely on these values: another value needs a new format.
         let w = PathKey { seed: 1, pixel: 2, sample: 3 }.words(4);
         assert_eq!((w.x, w.y, w.z, w.w), (951_139_602, 3_329_564_249, 363_923_550, 2_788_619_312));
     }
 
-    /// Pearson's statistic over 64 × 64 cells for a pair of dimensions, and that cells vary with each part of the key.
+    /// Returns Pearson's statistic over 64 × 64 cells for a pair of dimensions.
     fn chi_square(pair: impl Fn(u32) -> (u32, u32), n: u32) -> f64 {
         let mut cells = [0u32; 64 * 64];
         for i in 0..n {
@@ -83,7 +86,8 @@ mod tests {
         cells.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum()
     }
 
-    /// 4095 degrees of freedom: mean 4095, standard deviation 90.5; five of them, as 12 statistics are looked at.
+    /// 4095 degrees of freedom: mean 4095, standard deviation 90.5. Five standard deviations,
+    /// because 12 statistics are tested.
     const CHI_SQUARE_LIMIT: f64 = 4095.0 + 5.0 * 90.5;
 
     #[test]
@@ -116,7 +120,8 @@ mod tests {
 
     #[test]
     fn neighbouring_samples_are_uncorrelated() {
-        // The product moment of dimension 0 over neighbouring pixels, samples, blocks; 5 sigma of 2^18 products.
+        // Product moment of dimension 0 over neighbouring pixels, samples, blocks; 5 sigma of 2^18
+        // products.
         let value = |key: PathKey, block| f64::from(unit_f32(key.words(block).x)) - 0.5;
         let n = 1u32 << 18;
         for step in 0..3 {

@@ -1,22 +1,24 @@
-//! Where a path's random words come from: independent ones, or an Owen-scrambled Sobol sequence.
+//! Random words of a path: independent ([`crate::rng`]) or from an Owen-scrambled Sobol sequence.
 //!
-//! Burley, "Practical Hash-based Owen Scrambling", JCGT 10(4), 2020. A block's four words are two pairs; each pair is a point
-//! of the two-dimensional Sobol sequence, a (0, 2)-sequence, with its own scrambling and its own order of the samples (padding).
-//! Stateless like the independent words: a function of seed, pixel, sample and block.
+//! Source: Burley, "Practical Hash-based Owen Scrambling", JCGT 10(4), 2020. The four words of a
+//! block are two pairs. Each pair is a point of the two-dimensional Sobol sequence, a (0,
+//! 2)-sequence, with its own scrambling and its own order of the samples (padding). Like the
+//! independent words they are a function of seed, pixel, sample and block, without state.
 
 use crate::features::{Features, SOBOL, has};
 use crate::rng::{PathKey, Words, pcg4d};
 
-/// The words of `block`, by the sampler of the kernel variant.
+/// Returns the words of `block` by the sampler of the kernel variant.
 #[inline(always)]
 pub fn words<const FEATURES: Features>(key: PathKey, block: u32) -> Words {
     if const { has(FEATURES, SOBOL) } { sobol(key, block) } else { key.words(block) }
 }
 
-/// Two scrambled points of the Sobol sequence.
+/// Returns two scrambled points of the Sobol sequence.
 #[inline(always)]
 fn sobol(key: PathKey, block: u32) -> Words {
-    // The same for all samples of a pixel and block; the constants keep them apart from independent words.
+    // The keys are equal for all samples of a pixel and block; the constants tell them from the
+    // keys of independent words.
     let first = pcg4d(Words { x: key.pixel, y: 0x5b8d_6f3a, z: block, w: key.seed });
     let second = pcg4d(Words { x: key.pixel, y: 0xc2f1_947d, z: block, w: key.seed });
     let (x, y) = pair(key.sample, first.x, first.y, first.z);
@@ -27,12 +29,12 @@ fn sobol(key: PathKey, block: u32) -> Words {
 #[inline(always)]
 fn pair(sample: u32, order: u32, scramble_x: u32, scramble_y: u32) -> (u32, u32) {
     let index = owen(sample.reverse_bits(), order).reverse_bits();
-    // Dimension 0 is the reversed index; scrambling wants its bits reversed once more.
+    // Dimension 0 is the bit-reversed index; scrambling takes its bits reversed once more.
     (owen(index, scramble_x).reverse_bits(), owen(pascal(index), scramble_y).reverse_bits())
 }
 
-/// Dimension 1 of the Sobol sequence with its bits reversed: the index times Pascal's triangle modulo 2, which is the sum over
-/// supersets of bit positions (Lucas), in five steps.
+/// Returns dimension 1 of the Sobol sequence with its bits reversed: the index times Pascal's
+/// triangle modulo 2. That is the sum over supersets of bit positions (Lucas), in five steps.
 #[inline(always)]
 fn pascal(index: u32) -> u32 {
     let mut x = index;
@@ -44,8 +46,9 @@ fn pascal(index: u32) -> u32 {
     x
 }
 
-/// A hash in which each bit depends on lower bits only (Laine and Karras, EGSR 2011; the constants are Vegdahl's, "Building a
-/// Better LK Hash", 2021): on reversed bits, Owen's nested uniform scrambling.
+/// Returns a hash in which each bit depends on lower bits only; on reversed bits that is Owen's
+/// nested uniform scrambling (Laine and Karras, EGSR 2011; the constants are Vegdahl's, "Building a
+/// Better LK Hash", 2021).
 #[inline(always)]
 fn owen(x: u32, seed: u32) -> u32 {
     let mut x = x ^ x.wrapping_mul(0x3d20_adea);
@@ -64,7 +67,8 @@ mod tests {
         PathKey { seed: 9, pixel, sample }
     }
 
-    /// Direction numbers of dimension 1 as the definition makes them, from x + 1.
+    /// Checks against the direction numbers of dimension 1 by their definition, from the polynomial
+    /// x + 1.
     #[test]
     fn pascal_is_sobols_second_dimension() {
         for index in 0..4096u32 {
@@ -80,7 +84,8 @@ mod tests {
         }
     }
 
-    /// Each of the 2ᵏ elementary intervals of each shape holds one of the first 2ᵏ samples, whatever pixel and block: both pairs.
+    /// Returns whether each of the 2ᵏ elementary intervals of each shape holds one of the first 2ᵏ
+    /// points, k = `log_n`.
     fn is_net(points: impl Fn(u32) -> (u32, u32), log_n: u32) -> bool {
         (0..=log_n).all(|across| {
             let mut seen = [false; 256];
@@ -110,7 +115,8 @@ mod tests {
         assert!(!is_net(independent, 4), "a test that cannot fail");
     }
 
-    /// Over pixels, a sample's words are uniform and its two pairs are independent: chi-square, 64 × 64 cells, five sigma.
+    /// Over pixels, a sample's words are uniform and its two pairs are independent: chi-square, 64
+    /// × 64 cells, five sigma.
     #[test]
     fn scrambling_is_uniform() {
         let pairs: [fn(Words) -> (u32, u32); 3] = [|w| (w.x, w.y), |w| (w.x, w.z), |w| (w.y, w.w)];

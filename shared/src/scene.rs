@@ -1,4 +1,4 @@
-//! The scene as a kernel sees it: borrowed arrays of records.
+//! The scene as kernels see it: borrowed arrays of records, which the host proves and uploads.
 
 use crate::buffer_layout::Packed;
 use crate::bvh::BvhNode;
@@ -10,33 +10,35 @@ use crate::sphere::Sphere;
 use crate::texture::{Texel, Texture};
 use crate::triangle::{Triangle, TriangleShading};
 
-/// The device arrays of a scene. Their indices are proven by the host; see [`crate::buffer`].
+/// Arrays of a scene. The host proves their indices; see [`crate::buffer`].
 ///
-/// Primitives are numbered spheres first, then flat shapes, then triangles;
-/// [`RenderParams`](crate::params::RenderParams) says where each kind begins.
+/// Primitives are numbered spheres first, then planar shapes, then triangles;
+/// [`RenderParams`](crate::params::RenderParams) has the first number of each kind.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
-    /// Primitives of the first kind.
+    /// Spheres: primitives from 0 on.
     pub spheres: &'a [Packed<Sphere>],
-    /// Inner nodes of the BVH.
+    /// Inner nodes of the binary BVH, then nodes for tile entries.
     pub nodes: &'a [Packed<BvhNode>],
-    /// By index from the primitives.
+    /// Materials, indexed by primitives.
     pub materials: &'a [Packed<Material>],
-    /// Primitives of the second kind.
+    /// Planar shapes: primitives from [`first_planar`](crate::params::RenderParams::first_planar)
+    /// on.
     pub planars: &'a [Packed<Planar>],
-    /// Primitives of the third kind.
+    /// Triangles: primitives from [`first_triangle`](crate::params::RenderParams::first_triangle)
+    /// on.
     pub triangles: &'a [Packed<Triangle>],
-    /// One for each triangle.
+    /// Shading record of each triangle.
     pub shading: &'a [Packed<TriangleShading>],
-    /// What next-event estimation chooses from.
+    /// Lights that next-event estimation samples, with their alias table.
     pub lights: &'a [Packed<Light>],
-    /// By index from the materials.
+    /// Textures, indexed by materials.
     pub textures: &'a [Packed<Texture>],
-    /// Of all textures.
+    /// Texels of all textures.
     pub texels: &'a [Packed<Texel>],
-    /// The panorama; empty for none.
+    /// Texels of the environment map, row by row; empty if there is none.
     pub environment: &'a [Packed<EnvironmentTexel>],
-    /// The wide tree; on a CPU only.
+    /// Wide BVH, on the CPU only.
     #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
     pub wide: crate::wide::WideTree<'a>,
 }
@@ -45,29 +47,29 @@ pub struct Scene<'a> {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SceneLengths {
-    /// Of [`Scene::spheres`], and so on.
+    /// Length of [`Scene::spheres`].
     pub spheres: usize,
-    /// Inner nodes of the BVH.
+    /// Length of [`Scene::nodes`].
     pub nodes: usize,
-    /// By index from the primitives.
+    /// Length of [`Scene::materials`].
     pub materials: usize,
-    /// Flat shapes.
+    /// Length of [`Scene::planars`].
     pub planars: usize,
-    /// Triangles, and their shading records.
+    /// Length of [`Scene::triangles`] and of [`Scene::shading`].
     pub triangles: usize,
-    /// For next-event estimation.
+    /// Length of [`Scene::lights`].
     pub lights: usize,
-    /// By index from the materials.
+    /// Length of [`Scene::textures`].
     pub textures: usize,
-    /// Of all textures.
+    /// Length of [`Scene::texels`].
     pub texels: usize,
-    /// Of the panorama.
+    /// Length of [`Scene::environment`].
     pub environment: usize,
 }
 
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 impl SceneLengths {
-    /// Those of `scene`.
+    /// Returns the lengths of the arrays of `scene`.
     pub fn of(scene: &Scene) -> Self {
         Self {
             spheres: scene.spheres.len(),

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// The sky of "Ray Tracing in One Weekend": a gradient by the y of the unit direction. 32 bytes; the fourth word of
-/// a row is unused.
+/// The sky of "Ray Tracing in One Weekend": a gradient by the y of the unit direction. 32 bytes;
+/// the fourth word of a row is unused.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Sky {

@@ -1,4 +1,4 @@
-//! Where a ray enters the boxes of a node.
+//! Slab test of a ray against both boxes of a node, for the binary BVH and its padding by the host.
 
 use crate::bvh::BvhNode;
 use crate::math::fused;
@@ -8,30 +8,30 @@ use glam::Vec4;
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use glam::Vec4Swizzles;
 
-/// Smallest magnitude of a direction's component in the slab test; a smaller one, and zero, counts
+/// Minimum magnitude of a direction's component in the slab test; a smaller one, and zero, counts
 /// as this.
 ///
-/// Its reciprocal is finite, which keeps 0 · ∞ and ∞ - ∞ out of the test whatever a backend's
+/// Its reciprocal is finite, which keeps 0 · ∞ and ∞ - ∞ out of the test, whatever a backend's
 /// minimum does with NaN, for coordinates up to 1e20 (torture tests 24 and 25). A ray perpendicular
 /// to an axis misses each slab of that axis that it is not inside, so it visits what a slightly
-/// tilted ray visits. (If the axis were left out, a ray along another axis would be decided by that
-/// one alone and visit the whole tree.) Inside a slab the ray stays for 1e18 times half the slab's
-/// thickness.
+/// tilted ray visits. (If the test left the axis out, one axis alone would decide for a ray along
+/// another, and the ray would visit the whole tree.) Inside a slab the ray stays for 1e18 times
+/// half the slab's thickness.
 pub const MIN_COMPONENT: f32 = 1e-18;
 
-/// How far along a ray a step along each axis is.
+/// Reciprocals of a ray's direction, as the slab test needs them.
 #[derive(Clone, Copy, Debug)]
 pub struct RayReciprocals {
-    /// 1 / direction, with components of at least [`MIN_COMPONENT`].
+    /// 1 / direction, for components of at least [`MIN_COMPONENT`] in magnitude.
     signed: Vec3,
-    /// Its magnitude.
+    /// Magnitude of `signed`.
     magnitude: Vec3,
-    /// Where a step from the ray's origin to the world's ends: for boxes with room.
+    /// Distance along the ray to the planes through the world's origin, for padded boxes.
     scaled_origin: Vec3,
 }
 
 impl RayReciprocals {
-    /// Of a ray.
+    /// Returns the reciprocals of a ray.
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let (x, y, z) =
@@ -48,37 +48,47 @@ fn signed_reciprocal(x: f32) -> (f32, f32) {
     (f32::from_bits(size.to_bits() | x.to_bits() & 0x8000_0000), size)
 }
 
-/// By how much the exit from a box is moved out, so that rounding never loses a hit (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013):
-/// 2 ULP where division is correctly rounded. Vulkan's reciprocal may be off by 2.5 ULP, of entry and exit each, which takes 7; a ray
-/// at the border of a box a thousand times its size away would else miss one time in sixteen. The part of the error that grows with
-/// the box, not with the way to it, is less than the room in a node's boxes.
+/// Factor on the exit from a box, so that rounding never loses a hit (Ize, "Robust BVH Ray
+/// Traversal", JCGT 2(2), 2013).
+///
+/// 2 ULP suffice where division is correctly rounded. Vulkan's reciprocal may be off by 2.5 ULP,
+/// for entry and exit each, which takes 7: a ray at the border of a box a thousand times its size
+/// away would else miss one time in sixteen. The part of the error that grows with the box, not
+/// with the distance to it, is less than the 4 ULP by which [`BvhNode::new`] enlarges a box.
 pub(crate) const EXIT_SCALE: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// What half of a box's extent along an axis must have more, so that a ray that starts within `reach` of the world's origin finds the box
-/// without a difference of origin and centre, and without moving its exit out: by products of each with the reciprocal, which cancel. In ULP of
-/// what takes part: 1/2 for the ray's product, 1/2 for the sum, 1/2 for the way through half the box, and what the
-/// reciprocal is off by: 2.5 on Vulkan. Two more, so that a primitive at a distance that rounding made too small is not behind its box.
+/// Returns the padding of a box: how much to add to half its extent along an axis, for rays whose
+/// origin lies within `origin_extent` of the world's origin along it.
+///
+/// A ray finds a padded box without a difference of origin and centre, and without `EXIT_SCALE`:
+/// by products of each with the reciprocal, which cancel. The padding is 6 ULP of all lengths that
+/// take part: 1/2 for the ray's product, 1/2 for the sum, 1/2 for the way through half the box, 2.5
+/// for the reciprocal on Vulkan, and 2 so that a primitive whose distance was rounded down is not
+/// behind its box.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 pub fn box_padding(center: f32, half: f32, origin_extent: f32) -> f32 {
     6.0 * f32::EPSILON * (center.abs() + half + origin_extent)
 }
 
-/// Which boxes of a node a ray enters before a limit, and where.
+/// Boxes of a node that a ray enters before a limit, and where.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxHits {
-    /// Whether it enters the first child's.
+    /// True if the ray enters the first child's box.
     pub first: bool,
-    /// The second's.
+    /// True if the ray enters the second child's box.
     pub second: bool,
-    /// Where along the ray; 0 from inside. Meaningless for a box that it does not enter.
+    /// Distance along the ray to the first child's box; 0 from inside. Meaningless if it is not
+    /// entered.
     pub t_first: f32,
-    /// The same.
+    /// Distance along the ray to the second child's box; 0 from inside. Meaningless if it is not
+    /// entered.
     pub t_second: f32,
 }
 
-/// Slabs, of both boxes. No result depends on its rounding: it may let in a box too many, never one too few.
+/// Returns which boxes of `node` the ray enters before `limit`, and where. No result depends on its
+/// rounding: it may enter a box too many, never one too few.
 ///
-/// `ROOM`: the boxes have [`box_padding`] for the rounding of an origin like this one.
+/// `PADDED`: the boxes have a [padding](`box_padding`) for the rounding of an origin like this one.
 #[inline(always)]
 pub fn intersect_boxes<const PADDED: bool>(
     origin: Vec3,
@@ -92,7 +102,7 @@ pub fn intersect_boxes<const PADDED: bool>(
     return intersect_boxes_together(origin, reciprocals, node, limit);
 }
 
-/// For devices, whose lanes are rays.
+/// Tests one box after the other, for devices, whose lanes are rays.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
 fn intersect_boxes_one_by_one<const PADDED: bool>(
@@ -123,9 +133,13 @@ fn intersect_boxes_one_by_one<const PADDED: bool>(
     BoxHits { first, second, t_first, t_second }
 }
 
-/// `center_and_half_extent` is where along the ray the centre's planes are. Minimum and maximum are those of the bits as integers: of numbers above zero
-/// they are the numbers' own, and an H100 computes three at once, and those and zero. Of two numbers below zero the wrong one is chosen,
-/// but one below zero, and so the box is missed, as it should be.
+/// Returns whether the ray enters a box, and where. `middle` is the distance along the ray to the
+/// planes through the box's centre.
+///
+/// Minimum and maximum are those of the bits as integers, which GPUs compute three at a time, and
+/// with zero (docs/notebook/kernels-and-schedules.md). For numbers above zero they are the numbers'
+/// own. Of two numbers below zero the wrong one may be chosen, but one below zero, so the box is
+/// missed, as it should be.
 #[inline(always)]
 #[cfg_attr(not(any(test, target_arch = "nvptx64", target_arch = "spirv")), allow(dead_code))]
 fn intersect_box(
@@ -147,7 +161,7 @@ fn intersect_box(
     (entry <= exit * exit_scale, entry)
 }
 
-/// For the CPU: both boxes at a time, in the upper and the lower half of its lanes.
+/// Tests both boxes at once, for the CPU: in the upper and the lower half of its lanes.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 #[inline(always)]
 fn intersect_boxes_together(
@@ -170,11 +184,12 @@ fn intersect_boxes_together(
     BoxHits { first: entry.x <= exit.x, second: entry.y <= exit.y, t_first: entry.x, t_second: entry.y }
 }
 
-/// 1 / `x`, large and finite for a component of zero.
+/// Returns 1 / `x`, large and finite for a component of zero; for the wide BVH.
 ///
-/// A finite reciprocal keeps 0 · ∞ = NaN out of the slab test whatever a backend's minimum does with NaN. 1e37 is large
-/// enough that a ray parallel to a slab as thin as 1e-20 leaves it only beyond 1e17 units (torture test 24).
-/// Its sign does not matter: the slab test sorts the two planes.
+/// A finite reciprocal keeps 0 · ∞ = NaN out of the slab test, whatever a backend's minimum does
+/// with NaN. 1e37 is large enough that a ray parallel to a slab as thin as 1e-20 leaves it only
+/// beyond 1e17 units (torture test 24). Its sign does not matter: the slab test sorts the two
+/// planes.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 #[inline(always)]
 pub(crate) fn finite_reciprocal(x: f32) -> f32 {
@@ -187,7 +202,8 @@ mod tests {
     use crate::bvh::Child;
     use crate::sphere::MISS;
 
-    /// The box in question is first or second; the other is a point that no ray here meets. By the CPU's form and by the devices'.
+    /// Tests a box as first and as second child, in the CPU's form and in the devices'; the other
+    /// child is a point that no ray here meets.
     fn at(o: Vec3, d: Vec3, low: Vec3, high: Vec3) -> (bool, f32) {
         let (far, leaf) = ((Vec3::splat(-9.0), Vec3::splat(-9.0)), Child::leaf(0));
         let reciprocals = RayReciprocals::new(o, d);
@@ -223,21 +239,23 @@ mod tests {
         // In the plane of a face and along an edge: no NaN.
         assert!(!hits(Vec3::new(1.0, 0.0, 5.0), Vec3::NEG_Z).1.is_nan());
         assert!(!hits(Vec3::new(1.0, -1.0, 5.0), Vec3::NEG_Z).1.is_nan());
-        // Denormal and negative zero components.
+        // Components that are denormal or negative zero.
         assert!(hits(Vec3::new(0.5, 0.5, 5.0), Vec3::new(-0.0, 1e-45, -1.0)).0);
         // From inside: entry 0.
         assert_eq!(hits(Vec3::ZERO, Vec3::X), (true, 0.0));
         // Behind.
         assert!(!hits(Vec3::new(0.0, 0.0, 5.0), Vec3::Z).0);
-        // Torture test 24: a slab of thickness 2e-6, a ray inside and parallel to it, the target far along.
+        // Torture test 24: a slab of thickness 2e-6, a ray inside and parallel to it, the target
+        // far along.
         let thin = at(Vec3::ZERO, Vec3::Z, Vec3::new(-1e-6, -1.0, -1.0), Vec3::new(1e-6, 1.0, 100.0));
         assert_eq!(thin, (true, 0.0));
         // A huge box about a ray that is perpendicular to an axis: ∞ - ∞ would be NaN.
         assert!(at(Vec3::ZERO, Vec3::Z, Vec3::splat(-1e18), Vec3::splat(1e18)).0);
     }
 
-    /// A ray towards a point of a box, as the host pads it, enters it: from near and from far, at small boxes and large, near the
-    /// world's origin and far from it. The twin, without room about the box, loses some.
+    /// A ray towards a point of a box, as the host pads it, enters it: from near and from far, for
+    /// small and large boxes, near the world's origin and far from it. Negative control: without
+    /// padding, some are lost.
     #[test]
     fn no_box_is_lost() {
         let (mut lost_without, mut lost_without_padding) = (0, 0);
@@ -258,7 +276,7 @@ mod tests {
             let (a, b) = (place + vector(words(2)) * size, place + vector(words(3)) * size);
             let (low, high) = (a.min(b), a.max(b));
             let pad = (low.abs().max(high.abs()) + (high - low).max_element()) * (2.0 * f32::EPSILON);
-            // A corner of the box, or a point of an edge: what rounding loses first.
+            // A corner of the box, or a point of an edge: rounding loses these first.
             let w = words(4);
             let pick = |bit: u32, low: f32, high: f32| if w.x >> bit & 1 == 0 { low } else { high };
             let mut target =
@@ -267,7 +285,7 @@ mod tests {
             let origin = vector(words(5)) * libm::exp2f(20.0 * unit(words(5).w));
             let to = target.as_dvec3() - origin.as_dvec3();
             let direction = to.normalize().as_vec3();
-            // What the rounded ray really meets, in double precision.
+            // What the rounded ray meets, in double precision.
             let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
             let (t0, t1) = ((low.as_dvec3() - o) / d, (high.as_dvec3() - o) / d);
             let (entry, exit) = (t0.min(t1).max_element(), t0.max(t1).min_element());

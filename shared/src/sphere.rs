@@ -1,20 +1,20 @@
-//! Spheres, by the numerically robust intersection.
+//! Spheres: record, numerically robust intersection, and projection of a hit onto the surface.
 
 use crate::math::sqrt;
 use crate::ray::OriginPrimitive;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// What [`Sphere::distance`] returns for a miss: greater than no distance that counts.
+/// Distance of a ray that misses: `f32::MAX`, so every hit that counts is closer.
 pub const MISS: f32 = f32::MAX;
 
-/// A sphere. 32 bytes; traversal reads the first row only.
+/// Sphere. 32 bytes; traversal reads the first row only.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Sphere {
     /// Centre, in scene units.
     pub center: Vec3,
-    /// Positive and finite, in scene units.
+    /// Radius in scene units, positive and finite.
     pub radius: f32,
     /// Index into the scene's materials.
     pub material: u32,
@@ -25,12 +25,14 @@ pub struct Sphere {
 const _: () = assert!(size_of::<Sphere>() == 32 && align_of::<Sphere>() == 16);
 
 impl Sphere {
-    /// Distance along the unit `direction` to the closest hit in front of `origin`, or [`MISS`].
+    /// Returns the distance along the unit `direction` to the closest hit in front of `origin`, or
+    /// [`MISS`].
     ///
-    /// Haines, Günther and Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection" (Ray Tracing Gems,
-    /// ch. 7): the discriminant from the distance of the centre to the line, which keeps remote spheres whole, and the
-    /// roots c/q and q, which do not cancel. An origin on the surface of another sphere counts as inside it.
-    /// A sphere that the ray departs from is met at its far side only, and only if the ray goes inside.
+    /// Haines, Günther and Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection"
+    /// (Ray Tracing Gems, ch. 7): the discriminant comes from the distance of the centre to the
+    /// line, so that remote spheres are not lost, and the roots c/q and q do not cancel. An origin
+    /// on the surface of another sphere counts as inside it. A sphere that the ray starts on
+    /// (`is_origin`) is hit at its far side only, and only if the ray goes inside.
     #[inline(always)]
     pub fn distance(
         &self,
@@ -50,19 +52,21 @@ impl Sphere {
         let c = from_center.dot(from_center) - self.radius * self.radius;
         let inside = (is_origin & origin_primitive.goes_inside()) | (!is_origin & (c <= 0.0));
         let q = if b >= 0.0 { b + root } else { b - root };
-        // From inside the far root, q / 1 or c / q by the sign of b; from outside the near one, c / q, negative if behind.
-        // One division for all lanes of a warp.
+        // From inside the far root, q / 1 or c / q by the sign of b; from outside the near root, c
+        // / q, negative if behind. One division for all lanes of a warp.
         let far = inside & (b >= 0.0);
         let t = (if far { q } else { c }) / (if far { 1.0 } else { q });
         let leaves = is_origin & (!inside | (b <= 0.0));
         if (t > 0.0) & !leaves { t } else { MISS }
     }
 
-    /// The outward unit normal at `point`, which lies near the surface, and the point of the surface there.
+    /// Returns the outward unit normal at `point`, which lies near the surface, and the surface
+    /// point there.
     ///
-    /// The point found by going `t` along a ray is wrong by an error that grows with the distance travelled; the
-    /// projection's error grows with the sphere's size and place only (pbrt 4th ed., section 6.8.4). Where rounding puts the point
-    /// at the centre (a sphere below the resolution of its place), the normal is against `direction`, the unit direction of the ray.
+    /// A point at distance `t` along a ray has an error that grows with the distance; the error of
+    /// its projection grows only with the sphere's radius and position (pbrt 4th ed., section
+    /// 6.8.4). If rounding puts `point` at the centre (a sphere below the resolution of its
+    /// position), the normal points against `direction`, the unit direction of the ray.
     #[inline(always)]
     pub fn project(&self, point: Vec3, direction: Vec3) -> (Vec3, Vec3) {
         let from_center = point - self.center;
@@ -106,7 +110,8 @@ mod tests {
         assert_eq!(at(Vec3::X, true), MISS); // rounding put a grazing ray outside: it leaves
     }
 
-    /// Torture test 11: spheres far away. The naive discriminant b² - c misses 20 % of these at 1e4.
+    /// Torture test 11: spheres far away. Negative control: the naive discriminant b² - c misses
+    /// some.
     #[test]
     fn remote_spheres_are_hit() {
         let mut missed_by_naive = 0;
@@ -118,7 +123,8 @@ mod tests {
                 let height = 0.995 * crate::math::unit_f32(w.z);
                 let s = sphere(axis * distance + side * height, 1.0);
                 let t = free(&s, Vec3::ZERO, axis);
-                // The true distance for these f32 inputs: the axis is a unit vector within rounding only.
+                // True distance for these f32 inputs: the axis is a unit vector within rounding
+                // only.
                 let (c, a) = (s.center.as_dvec3(), axis.as_dvec3());
                 let (b, aa) = (c.dot(a), a.dot(a));
                 let offset = (c - a * (b / aa)).length_squared();
@@ -132,7 +138,8 @@ mod tests {
         assert!(missed_by_naive > 0, "the test does not reach the naive form's failure");
     }
 
-    /// Torture test 12: no ray finds the surface that it leaves, at any scale; one that goes in comes out opposite.
+    /// Torture test 12: no ray finds the surface that it leaves, at any scale; one that goes in
+    /// hits the far side.
     #[test]
     fn no_self_intersection_at_any_scale() {
         for i in 0..20_000u32 {
@@ -155,7 +162,7 @@ mod tests {
         let s = sphere(Vec3::new(1.0, 2.0, 3.0), 0.5);
         let (normal, point) = s.project(Vec3::new(1.0, 2.0, 3.6), Vec3::X);
         assert_eq!((normal, point), (Vec3::Z, Vec3::new(1.0, 2.0, 3.5)));
-        // Far below the resolution of its place: no NaN.
+        // Radius far below the resolution of its position: no NaN.
         let s = sphere(Vec3::splat(1e6), 1e-9);
         assert_eq!(s.project(s.center, Vec3::X), (Vec3::NEG_X, s.center));
     }

@@ -21,7 +21,8 @@ pub struct Surface {
     pub normal: Vec3,
     /// The unit normal that shading uses, on the same side: interpolated on a smooth mesh.
     pub shading_normal: Vec3,
-    /// A bound for how far from the surface `point` is, along `normal`; 0 where the primitive's number suffices.
+    /// A bound for how far from the surface `point` is, along `normal`; 0 where the primitive's
+    /// number suffices.
     pub error_bound: f32,
     /// Texture coordinate; 0 unless the variant has textures.
     pub u: f32,
@@ -31,12 +32,14 @@ pub struct Surface {
     pub material: u32,
 }
 
-/// Relative error bound of a point that is a sum of three products and of the coordinates that it came from: 10 roundings
-/// (Pharr et al., "Physically Based Rendering", 4th ed., section 6.8.5, has 7, without this interpolation's weights).
+/// Relative error bound of a point that is a sum of three products and of the coordinates that it
+/// came from: 10 roundings (Pharr et al., "Physically Based Rendering", 4th ed., section 6.8.5, has
+/// 7, without this interpolation's weights).
 const ROUNDING: f32 = 10.0 * 0.5 * f32::EPSILON;
 
-/// Where a ray starts that leaves a flat primitive: off by the point's error bound, so that it does not meet a neighbour of the
-/// primitive, which lies on the wrong side of the point by rounding. Relative to the coordinates: no absolute epsilon.
+/// Where a ray starts that leaves a flat primitive: off by the point's error bound, so that it does
+/// not meet a neighbour of the primitive, which lies on the wrong side of the point by rounding.
+/// Relative to the coordinates: no absolute epsilon.
 #[inline(always)]
 pub fn offset_ray_origin(point: Vec3, normal: Vec3, error: f32, outside: bool) -> Vec3 {
     point + normal * (if outside { error } else { -error })
@@ -82,7 +85,8 @@ pub unsafe fn at<const FEATURES: Features>(
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
     if const { has(FEATURES, TEXTURES) } {
-        // From -x by -z, +x and +z; from the top down (Shirley et al., "Ray Tracing: The Next Week", section 4.4).
+        // From -x by -z, +x and +z; from the top down (Shirley et al., "Ray Tracing: The Next
+        // Week", section 4.4).
         u = 0.5 + atan2_turns(-normal.z, normal.x);
         v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
     }

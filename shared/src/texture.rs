@@ -15,8 +15,8 @@ pub const REPEAT: u32 = 0;
 pub const MIRROR: u32 = 1;
 /// Beyond the border: the border.
 pub const CLAMP: u32 = 2;
-/// In [`Texture::flags`], at bits 0 to 1 and 2 to 3: how to wrap across and down. At this bit: the nearest texel, not
-/// bilinear.
+/// In [`Texture::flags`], at bits 0 to 1 and 2 to 3: how to wrap across and down. At this bit: the
+/// nearest texel, not bilinear.
 pub const NEAREST: u32 = 1 << 4;
 
 /// How a material reads an image. 48 bytes.
@@ -118,8 +118,8 @@ pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     }
 }
 
-/// The texel of column `i` and row `j`, whatever they are. (No closure: what it captures would be references in a record, which
-/// rust-gpu does not have.)
+/// The texel of column `i` and row `j`, whatever they are. (No closure: what it captures would be
+/// references in a record, which rust-gpu does not have.)
 ///
 /// # Safety
 ///

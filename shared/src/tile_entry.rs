@@ -1,18 +1,22 @@
-//! Where the camera rays of a tile of the image enter the tree.
+//! Tile entries: where the camera rays of a tile of the image enter the BVH.
+//!
+//! The host prunes the BVH for each tile (`trisect::bvh`); [`crate::path`] starts camera rays
+//! there. The image does not depend on it (docs/notebook/camera-ray-tiles.md).
 
 use crate::buffer::load;
 use crate::bvh::{BvhNode, Child};
 use crate::params::RenderParams;
 use crate::scene::Scene;
 
-/// [`RenderParams::first_tile_entry`] where camera rays begin at the root.
+/// Value of [`RenderParams::first_tile_entry`] if camera rays begin at the root.
 pub const NO_TILE_ENTRIES: u32 = u32::MAX;
 
-/// The subtree below which is all that the camera rays of pixel (`x`, `y`) can meet.
+/// Returns the subtree that contains all that the camera rays of pixel (`x`, `y`) can meet.
 ///
 /// # Safety
 ///
-/// The pixel is of the image, and the scene's nodes from `first_tile_entry` on have an entry for each of its tiles.
+/// The pixel lies inside the image, and the scene's nodes from `first_tile_entry` on have an entry
+/// for each tile of the image.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn tile_entry(params: &RenderParams, scene: Scene, x: u32, y: u32) -> Child {

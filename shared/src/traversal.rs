@@ -1,4 +1,6 @@
-//! The closest hit: by the binary tree with a stack a ray, near child first; and by a test of each primitive.
+//! Closest hit of a ray: by the binary BVH with a stack for each ray, near child first, or by a
+//! test of each primitive. Paths call it; kernels with [`WIDE`] continue in
+//! `wide`.
 
 #[cfg(not(target_arch = "nvptx64"))]
 mod binary;
@@ -22,11 +24,12 @@ use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
 use crate::triangle::{Shear, Triangle};
 
-/// Distance to primitive `index`, or [`MISS`]; `shear` is of the ray's direction.
+/// Returns the distance along `ray` to primitive `index`, or [`MISS`]; `shear` is that of the ray's
+/// direction.
 ///
 /// # Safety
 ///
-/// `index` is below the number of the scene's primitives, and `params` of this scene.
+/// `index` is below the number of the scene's primitives, and `params` belongs to this scene.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn distance<const FEATURES: Features>(
@@ -54,18 +57,21 @@ pub unsafe fn distance<const FEATURES: Features>(
     sphere.distance(ray.origin, ray.direction, is_origin, ray.origin_primitive)
 }
 
-/// Whether a hit of `primitive` at `t` comes before that of `closest` at `best`. ([`NO_PRIMITIVE`] is -1: nothing ties with it.)
+/// Returns whether a hit of `primitive` at `t` comes before the hit of `closest` at `best`. At
+/// equal distances the lower number comes first. ([`NO_PRIMITIVE`] is -1 here, so nothing ties with
+/// it.)
 #[inline(always)]
 pub(crate) fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool {
     (t < best) | ((t == best) & ((primitive as i32) < closest as i32))
 }
 
-/// What a ray knows before it looks: where it meets the target, so that what is behind that does not end the search of a shadow ray, whichever
-/// is met first.
+/// Returns what is known before the search: the hit of a shadow ray on the light's primitive, if it
+/// has one. A primitive behind the light then cannot end the search, whichever of the two is tested
+/// first.
 ///
 /// # Safety
 ///
-/// As [`closest_hit`]; the target is a primitive of the scene, or [`NO_PRIMITIVE`].
+/// As [`closest_hit`]; the light's primitive is a primitive of the scene, or [`NO_PRIMITIVE`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn initial_hit<const FEATURES: Features>(
@@ -86,7 +92,7 @@ unsafe fn initial_hit<const FEATURES: Features>(
     hit
 }
 
-/// Tests each primitive.
+/// Returns the closest hit by a test of each primitive.
 ///
 /// # Safety
 ///
@@ -108,7 +114,7 @@ unsafe fn closest_of_all<const FEATURES: Features>(
         if const { has(FEATURES, COUNTED) } {
             visits.leaves += 1;
         }
-        // SAFETY: the caller's promise for the number of primitives.
+        // SAFETY: the caller's promise that there are `primitive_count` primitives.
         let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
         if is_closer(t, primitive, hit.distance, hit.primitive) {
             hit = Hit { distance: t, primitive };
@@ -121,13 +127,14 @@ unsafe fn closest_of_all<const FEATURES: Features>(
     (hit, visits)
 }
 
-/// The closest primitive in front of `ray`, within `reach`; of several at the same distance the first by index, so that the hit does not
-/// depend on the order in which they are met.
+/// Returns the closest primitive in front of `ray`, as `query` limits it. Of several primitives at
+/// one distance it returns the first by index, so the hit does not depend on the order of the
+/// tests.
 ///
 /// # Safety
 ///
-/// `params.root`, `params.primitives` and the scene's indices were proven as [`crate::buffer`] says; the CPU has the instruction set
-/// that `FEATURES` names, if it names one.
+/// `params.root`, `params.primitive_count` and the scene's indices were proven as [`crate::buffer`]
+/// says, and the CPU has the instruction set that `FEATURES` names, if it names one.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit<const FEATURES: Features>(
@@ -140,11 +147,13 @@ pub unsafe fn closest_hit<const FEATURES: Features>(
     unsafe { closest_hit_below::<FEATURES>(params, scene, ray, query, Child(params.root)) }
 }
 
-/// The same for a ray that meets nothing beside the subtree at `root`. Only a search of the binary tree makes use of that.
+/// Returns the closest hit of a ray that meets nothing outside of the subtree at `root`. Only a
+/// search of the binary BVH makes use of `root`.
 ///
 /// # Safety
 ///
-/// As [`closest_hit`]; `root` is its root, or the [entry](crate::tile_entry::tile_entry) of the ray's tile.
+/// As [`closest_hit`]; `root` is the root of the BVH, or the [entry](crate::tile_entry::tile_entry)
+/// of the ray's tile.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit_below<const FEATURES: Features>(
@@ -158,8 +167,7 @@ pub unsafe fn closest_hit_below<const FEATURES: Features>(
     unsafe { search::<FEATURES>(params, scene, ray, query, root).0 }
 }
 
-/// Returns the closest hit, as [`closest_hit`], and what the search visited, if `FEATURES` has
-/// [`COUNTED`].
+/// Returns the hit of [`closest_hit`], and the visits of the search if `FEATURES` has [`COUNTED`].
 ///
 /// # Safety
 ///
@@ -176,7 +184,7 @@ pub unsafe fn closest_hit_counted<const FEATURES: Features>(
     unsafe { search::<FEATURES>(params, scene, ray, query, Child(params.root)) }
 }
 
-/// Searches by the traversal that `FEATURES` names.
+/// Returns the closest hit by the traversal that `FEATURES` names.
 ///
 /// # Safety
 ///
@@ -196,11 +204,13 @@ unsafe fn search<const FEATURES: Features>(
     }
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
     if const { has(FEATURES, WIDE) } {
-        // SAFETY: the caller's promise for the wide tree, and for the instruction sets that FEATURES names.
+        // SAFETY: the caller's promise for the wide tree, and for the instruction sets that
+        // FEATURES names.
         return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, query) };
     }
-    // Large kernels gain -1 to 8 % on Vulkan. By how a choice is written ptxas places the loops, and an H100 is 2 % faster with the one
-    // below in small kernels, and up to 8 % with the other one in large ones.
+    // Padded boxes are cheaper to test (docs/notebook/camera-ray-tiles.md). Heavy kernels use them
+    // on CUDA only: on Vulkan they gain little and compile long. ptxas places loops by how a choice
+    // is written: this form is the faster one in heavy kernels, the `match` below in all others.
     if const { cfg!(target_arch = "nvptx64") && has_any(FEATURES, HEAVY) }
         && params.flags & FLAG_PADDED_BOXES != 0
     {

@@ -1,11 +1,14 @@
-//! Triangles by the watertight test of Woop, Benthin and Wald (JCGT 2(1), 2013).
+//! Triangles: records, and the watertight intersection of Woop, Benthin and Wald (JCGT 2(1), 2013).
+//!
+//! Called by [`crate::traversal`], and again by [`crate::surface`] for the hit; `wide` repeats it
+//! lane by lane.
 
 use crate::math::{max, max_component};
 use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// A triangle's vertices. 48 bytes. Neighbours hold the same bits for a vertex that they share.
+/// Vertices of a triangle. 48 bytes. Neighbours hold the same bits for a vertex that they share.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Triangle {
@@ -13,11 +16,11 @@ pub struct Triangle {
     pub a: Vec3,
     /// Index into the scene's materials.
     pub material: u32,
-    /// Second vertex, counter-clockwise seen from the front.
+    /// Second vertex, in scene units; counter-clockwise seen from the front.
     pub b: Vec3,
-    /// Which instance of a mesh it is of, counted from 0: for the host alone.
+    /// Number of the mesh instance that the triangle belongs to, from 0; for the host only.
     pub instance: u32,
-    /// Third vertex.
+    /// Third vertex, in scene units.
     pub c: Vec3,
     /// Unused.
     pub pad1: u32,
@@ -25,27 +28,27 @@ pub struct Triangle {
 
 const _: () = assert!(size_of::<Triangle>() == 48 && align_of::<Triangle>() == 16);
 
-/// What shading needs of a triangle besides its vertices. 64 bytes.
+/// Shading data of a triangle. 64 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TriangleShading {
     /// Unit normal at the first vertex; zero for flat shading.
     pub normal_a: Vec3,
-    /// Texture coordinates by vertex.
+    /// Texture coordinate u at the first vertex.
     pub u_a: f32,
-    /// At the second.
+    /// Unit normal at the second vertex.
     pub normal_b: Vec3,
-    /// At the second.
+    /// Texture coordinate u at the second vertex.
     pub u_b: f32,
-    /// At the third.
+    /// Unit normal at the third vertex.
     pub normal_c: Vec3,
-    /// At the third.
+    /// Texture coordinate u at the third vertex.
     pub u_c: f32,
-    /// At the first.
+    /// Texture coordinate v at the first vertex.
     pub v_a: f32,
-    /// At the second.
+    /// Texture coordinate v at the second vertex.
     pub v_b: f32,
-    /// At the third.
+    /// Texture coordinate v at the third vertex.
     pub v_c: f32,
     /// Unused.
     pub pad: u32,
@@ -53,17 +56,18 @@ pub struct TriangleShading {
 
 const _: () = assert!(size_of::<TriangleShading>() == 64 && align_of::<TriangleShading>() == 16);
 
-/// A ray as the test wants it: the coordinate axis nearest to it is z, and shearing makes it exactly +z.
+/// Ray coordinates for the intersection: the coordinate axis nearest to the ray is z, and shearing
+/// makes the ray exactly +z.
 #[derive(Clone, Copy, Debug)]
 pub struct Shear {
-    /// Which axis: 0 x, 1 y, 2 z.
+    /// Axis that becomes z: 0 x, 1 y, 2 z.
     axis: u32,
     x: f32,
     y: f32,
     z: f32,
 }
 
-/// The cyclic turn of axes that makes `axis` the third.
+/// Returns `v` with its axes permuted cyclically, so that `axis` is the third.
 #[inline(always)]
 fn permute_axes(v: Vec3, axis: u32) -> Vec3 {
     let (is_x, is_y) = (axis == 0, axis == 1);
@@ -93,7 +97,7 @@ fn permute_axes(v: Vec3, axis: u32) -> Vec3 {
 }
 
 impl Shear {
-    /// Of a direction that is not zero.
+    /// Returns the ray coordinates of a direction that is not zero.
     #[inline(always)]
     pub fn new(direction: Vec3) -> Self {
         let (x, y, z) = (direction.x.abs(), direction.y.abs(), direction.z.abs());
@@ -109,7 +113,8 @@ impl Shear {
         Self { axis, x: d.x * inverse, y: d.y * inverse, z: inverse }
     }
 
-    /// A vertex, from the ray's origin, in the ray's coordinates: x, y sheared; z not yet scaled.
+    /// Returns a vertex, given from the ray's origin, in ray coordinates: x, y sheared; z not yet
+    /// scaled.
     #[inline(always)]
     fn apply(&self, v: Vec3) -> Vec3 {
         let v = permute_axes(v, self.axis);
@@ -117,32 +122,35 @@ impl Shear {
     }
 }
 
-/// Where a ray meets a triangle: distance, or [`MISS`], and the weights of its second and third vertex.
+/// Hit of a ray on a triangle: distance, and barycentric weights of the second and third vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
-    /// Along the ray.
+    /// Distance along the ray, or [`MISS`].
     pub distance: f32,
-    /// Of `b`.
+    /// Weight of vertex `b`.
     pub weight_b: f32,
-    /// Of `c`.
+    /// Weight of vertex `c`.
     pub weight_c: f32,
 }
 
 const NO_HIT: TriangleHit = TriangleHit { distance: MISS, weight_b: 0.0, weight_c: 0.0 };
 
 impl Triangle {
-    /// The least square of [`Triangle::normal`]'s length for which it is one: below, a device that flushes denormals may lose a square
-    /// that the length needs. A triangle with less is a line, 1e-15 of its length wide.
+    /// Minimum square of the length of [`Triangle::normal`] for which it is usable as a normal.
+    /// Below it, a device that flushes denormals may lose a square that the length needs. A
+    /// triangle with less is a line, 1e-15 of its length wide; the host drops it.
     pub const MIN_SQUARE: f32 = 1e-30;
 
-    /// Where the ray from `origin` meets the triangle, from either side.
+    /// Returns the hit of the ray from `origin` on the triangle, from either side.
     ///
-    /// A ray through an edge or a vertex meets at least one of the triangles that share it. For that, the signs of the three edge
-    /// functions must agree between neighbours. They come from comparing the rounded products of each function: rounding is
-    /// monotonic, so a sign is right or, where the products round to the same number, none; and no compiler contracts a comparison
-    /// to a fused operation, which would round differently for the two neighbours. A function without a sign lets the ray in, for
-    /// both neighbours: where Woop et al. decide by double precision, which on Vulkan is an option, this errs by a hit too many,
-    /// closer to the edge than rounding.
+    /// A ray through an edge or a vertex hits at least one of the triangles that share it. For
+    /// that, the signs of the three edge functions must agree between neighbours. The signs come
+    /// from comparing the two rounded products of each function. Rounding is monotonic, so a sign
+    /// is right or, if the products round to the same number, zero. No compiler contracts a
+    /// comparison to a fused operation, which would round differently for the two neighbours. A
+    /// function of sign zero accepts the ray, for both neighbours. Where Woop et al. decide by
+    /// double precision, which is optional on Vulkan, this accepts a hit too many, closer to the
+    /// edge than rounding.
     #[inline(always)]
     pub fn hit(&self, origin: Vec3, shear: &Shear) -> TriangleHit {
         let a = shear.apply(self.a - origin);
@@ -170,9 +178,13 @@ impl Triangle {
         }
     }
 
-    /// Along the front's side, not of unit length: twice the area long if the longest extent of an edge along an axis is taken for 1 to
-    /// 2. So it depends on the shape alone; the edges' own product leaves f32's range for edges below 3e-10 or above 4e9. The scale
-    /// is a power of two, which rounds nothing: what it is of nearly parallel edges is the same on every device.
+    /// Returns the normal on the front side, not of unit length.
+    ///
+    /// Its length is twice the area of the triangle, scaled so that the longest extent of an edge
+    /// along an axis is between 1 and 2. It depends on the shape alone; the cross product of the
+    /// edges themselves leaves f32's range for edges below 3e-10 or above 4e9. The scale is a power
+    /// of two and rounds nothing, so the normal of nearly parallel edges is the same on every
+    /// device.
     #[inline(always)]
     pub fn normal(&self) -> Vec3 {
         let (b, c) = (self.b - self.a, self.c - self.a);

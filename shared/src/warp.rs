@@ -1,9 +1,11 @@
-//! What the lanes of a warp tell each other on CUDA; elsewhere a lane is a warp by itself.
+//! Votes and a work queue for the lanes of a warp on CUDA; on other targets each lane is its own
+//! warp.
 //!
-//! All of it decides what is done next, never what a sample is: the image does not depend on who sits in the same warp.
-//! On CUDA all lanes of a warp that did not end call these together, as it waits for each of them. Vulkan's subgroups promise no such thing:
-//! around each ballot in a loop NVIDIA's compiler finds out by instructions of its own who is there, which costs an H100 3 to 10 % in
-//! scenes with lights.
+//! The results decide what a lane does next, never the value of a sample, so the image does not
+//! depend on which lanes share a warp. On CUDA all lanes of a warp that have not ended must call a
+//! function together, because it waits for each of them. Vulkan's subgroups do not promise that:
+//! around each ballot in a loop NVIDIA's compiler inserts instructions that find the active lanes,
+//! which costs more than votes save (docs/notebook/vulkan.md). Called by [`crate::path`].
 #![allow(unsafe_code, reason = "intrinsics; each block says why it is sound")]
 
 #[cfg(target_arch = "nvptx64")]
@@ -18,31 +20,32 @@ mod intrinsics {
     }
 }
 
-/// A bit for each lane where `predicate` holds.
+/// Returns a bit for each lane, set where `predicate` holds.
 #[cfg(target_arch = "nvptx64")]
 #[inline(always)]
 fn ballot(predicate: bool) -> u32 {
-    // SAFETY: all lanes that did not end are here, says the module.
+    // SAFETY: all lanes that have not ended are here, as the module requires.
     unsafe { intrinsics::ballot(-1, predicate) as u32 }
 }
 
-/// Waits for the other lanes, where there is an instruction for that: on CUDA.
+/// Waits for the other lanes of the warp, on CUDA; does nothing elsewhere.
 #[inline(always)]
 pub fn sync_warp() {
     #[cfg(target_arch = "nvptx64")]
     ballot(true);
 }
 
-/// Whether lanes can say what they do next, and so do it together.
+/// True if lanes can vote on what they do next and so do it together: on CUDA, and trivially on the
+/// CPU.
 pub const HAS_WARP_VOTES: bool = cfg!(not(target_arch = "spirv"));
 
-/// Whether `predicate` holds in a lane.
+/// Returns whether `predicate` holds in any lane.
 #[inline(always)]
 pub fn any(predicate: bool) -> bool {
     if HAS_WARP_VOTES { count(predicate) > 0 } else { predicate }
 }
 
-/// In how many lanes `predicate` holds.
+/// Returns the number of lanes where `predicate` holds.
 #[inline(always)]
 pub fn count(predicate: bool) -> u32 {
     #[cfg(target_arch = "nvptx64")]
@@ -51,7 +54,7 @@ pub fn count(predicate: bool) -> u32 {
     return predicate as u32;
 }
 
-/// In how many lanes before this one `predicate` holds.
+/// Returns the number of lanes before this one where `predicate` holds.
 #[inline(always)]
 fn rank(predicate: bool) -> u32 {
     #[cfg(target_arch = "nvptx64")]
@@ -64,18 +67,19 @@ fn rank(predicate: bool) -> u32 {
     };
 }
 
-/// A number that all lanes of a launch share.
+/// Counter that all lanes of a launch share.
 #[cfg(target_arch = "spirv")]
 pub type Counter<'a> = &'a mut [u32];
-/// A number that all lanes of a launch share.
+/// Counter that all lanes of a launch share.
 #[cfg(not(target_arch = "spirv"))]
 pub type Counter<'a> = &'a core::sync::atomic::AtomicU32;
 
-/// Adds `n` to the counter, on CUDA once for the warp, and returns what it was.
+/// Adds `n` to the counter, on CUDA once for the warp, and returns its previous value.
 #[inline(always)]
 fn advance(counter: &mut Counter, n: u32) -> u32 {
     #[cfg(target_arch = "nvptx64")]
-    // SAFETY: reads a special register; all lanes that did not end are here, and no lane of a warp ends before the others.
+    // SAFETY: reads a special register. All lanes that have not ended are here, and no lane of a
+    // warp ends before the others.
     return unsafe {
         let mut before = 0;
         if intrinsics::lanes_before() == 0 {
@@ -86,7 +90,7 @@ fn advance(counter: &mut Counter, n: u32) -> u32 {
     #[cfg(target_arch = "spirv")]
     return {
         use spirv_std::memory::{Scope, Semantics};
-        // SAFETY: a word of a storage buffer, which has one.
+        // SAFETY: the counter is a word of a storage buffer with one word.
         unsafe {
             spirv_std::arch::atomic_i_add::<u32, { Scope::QueueFamily as u32 }, { Semantics::NONE.bits() }>(
                 &mut counter[0],
@@ -98,7 +102,7 @@ fn advance(counter: &mut Counter, n: u32) -> u32 {
     return counter.fetch_add(n, core::sync::atomic::Ordering::Relaxed);
 }
 
-/// Numbers that a warp took from the counter and that no lane has yet.
+/// Numbers that a warp has taken from the counter and not yet given to a lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch {
     next: u32,
@@ -106,19 +110,22 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// None.
+    /// A batch without numbers.
     pub const EMPTY: Self = Self { next: 0, end: 0 };
 }
 
-/// What [`take`] gives where it has nothing to give.
+/// Result of [`take`] for a lane that gets no number.
 pub const NO_WORK: u32 = u32::MAX;
 
-/// Numbers that a warp takes at a time. Measured on an H100: 64 are 3 % slower, 128 are 4 %, as the last warps hold more of the work.
+/// Numbers that a warp takes at a time. With more, the last warps hold more of the work
+/// (docs/notebook/kernels-and-schedules.md).
 const BATCH: u32 = 32;
 
-/// The next number for each lane that wants one, or [`NO_WORK`] for now.
+/// Returns the next number of the queue to each lane that wants one, or [`NO_WORK`] if there is
+/// none for it this time.
 ///
-/// On Vulkan a lane takes its own, one at a time: NVIDIA's compiler adds what lanes add at once.
+/// On Vulkan a lane takes its own numbers, one at a time: NVIDIA's compiler combines what lanes add
+/// at the same time.
 #[inline(always)]
 pub fn take(counter: &mut Counter, batch: &mut Batch, wants: bool) -> u32 {
     if !HAS_WARP_VOTES {

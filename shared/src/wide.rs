@@ -1,7 +1,10 @@
-//! The wide BVH and its traversal, for processors with lanes: a ray meets eight boxes at once, and up to eight primitives of a leaf.
+//! Wide BVH and its traversal, for CPUs with SIMD: a ray is tested against eight boxes at once, and
+//! against up to eight primitives of a leaf.
 //!
-//! A primitive's test is that of [`Triangle::hit`](crate::triangle::Triangle::hit) and
-//! [`Sphere::distance`](crate::sphere::Sphere::distance), operation by operation, so it gives the same bits.
+//! A primitive's test is [`Triangle::hit`](crate::triangle::Triangle::hit) or
+//! [`Sphere::distance`](crate::sphere::Sphere::distance), operation by operation, so it gives the
+//! same bits. The host makes the wide BVH from the binary one; [`crate::traversal`] calls
+//! [`dispatch`].
 
 mod packet;
 
@@ -20,125 +23,128 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 use packet::{PreparedRay, intersect_spheres, intersect_triangles};
 
-/// What a leaf holds.
+/// Content of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeafKind {
-    /// A [`SpherePacket`].
+    /// Spheres, in a [`SpherePacket`].
     Spheres = 0,
-    /// A flat shape, by the number of the primitive.
+    /// One planar shape, by the number of its primitive.
     Planar = 1,
-    /// A [`TrianglePacket`].
+    /// Triangles, in a [`TrianglePacket`].
     Triangles = 2,
 }
 
-/// A reference to a child: a wide node's index, or, with the top bit set, a leaf: two bits of [`LeafKind`], three of how many primitives it
-/// holds beyond one, 26 of its index.
+/// Reference to a child of a wide node: the index of a node, or, with the top bit set, a leaf. A
+/// leaf has two bits of [`LeafKind`], three bits for its number of primitives minus one, and 26
+/// bits of index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WideChild(pub u32);
 
 impl WideChild {
-    /// The root of an empty scene, and what stands for a child that a node lacks.
+    /// Root of an empty scene, and placeholder for a missing child of a node.
     pub const EMPTY: Self = Self(u32::MAX);
     const LEAF: u32 = 0x8000_0000;
-    /// The greatest index.
+    /// Largest index of a packet or primitive.
     pub const MAX_INDEX: u32 = 0x03ff_ffff;
 
-    /// A node.
+    /// Creates a reference to an inner node.
     pub const fn inner(node: u32) -> Self {
         Self(node)
     }
 
-    /// A leaf of 1 to 8 primitives.
+    /// Creates a reference to a leaf of 1 to 8 primitives.
     pub const fn leaf(kind: LeafKind, count: u32, index: u32) -> Self {
         Self(Self::LEAF | (kind as u32) << 29 | (count - 1) << 26 | index)
     }
 
-    /// Whether this is a leaf.
+    /// Returns whether this is a leaf.
     #[inline(always)]
     pub const fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
 
-    /// Whether this is a leaf of that kind; of a leaf only.
+    /// Returns whether this leaf is of `kind`. Only for leaves.
     #[inline(always)]
     pub const fn holds(self, kind: LeafKind) -> bool {
         self.0 >> 29 & 3 == kind as u32
     }
 
-    /// How many primitives the leaf holds; of a leaf only.
+    /// Returns the number of primitives of this leaf. Only for leaves.
     #[inline(always)]
     pub const fn count(self) -> u32 {
         (self.0 >> 26 & 7) + 1
     }
 
-    /// Of the node, the packet or the primitive.
+    /// Returns the index of the packet or, in a planar leaf, of the primitive. Only for leaves.
     #[inline(always)]
     pub const fn index(self) -> u32 {
         self.0 & Self::MAX_INDEX
     }
 }
 
-/// Eight children and their boxes. 256 bytes, eight rows.
+/// Eight children and their boxes. 256 bytes, 8 rows of 32.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct WideNode {
-    /// Lower bounds along x, y and z, then upper ones. A missing child's are ∞ and -∞, which no ray meets.
+    /// Lower bounds along x, y and z, then upper bounds. A missing child has ∞ and -∞, which no ray
+    /// meets.
     pub planes: [SimdRow<f32>; 6],
-    /// [`WideChild`] words.
+    /// Children as [`WideChild`] words.
     pub children: SimdRow<u32>,
-    /// By the octant of a ray's direction (bit 0: x below zero, and so on) all eight lanes, the farthest child first, three bits each.
+    /// Order of the eight lanes, farthest child first, three bits each; one word for each octant of
+    /// a ray's direction (bit 0: x is below zero, and so on).
     pub order: SimdRow<u32>,
 }
 
 const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
 
-/// Up to eight triangles; the first ones count. 320 bytes, ten rows.
+/// Up to eight triangles; the first ones count. 320 bytes, 10 rows of 32.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TrianglePacket {
     /// Vertex `a` along x, y and z, then `b`, then `c`.
     pub vertices: [SimdRow<f32>; 9],
-    /// Their numbers, ascending.
+    /// Primitive numbers, ascending.
     pub primitives: SimdRow<u32>,
 }
 
 const _: () = assert!(size_of::<TrianglePacket>() == 320 && align_of::<TrianglePacket>() == 64);
 
-/// Up to eight spheres; the first ones count. 160 bytes, five rows.
+/// Up to eight spheres; the first ones count. 160 bytes, 5 rows of 32.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SpherePacket {
     /// Centre along x, y and z, then radius.
     pub shape: [SimdRow<f32>; 4],
-    /// Their numbers, ascending.
+    /// Primitive numbers, ascending.
     pub primitives: SimdRow<u32>,
 }
 
 const _: () = assert!(size_of::<SpherePacket>() == 160 && align_of::<SpherePacket>() == 32);
 
-/// The device arrays of a wide tree.
+/// Arrays of a wide BVH.
 #[derive(Clone, Copy, Debug)]
 pub struct WideTree<'a> {
-    /// [`WideChild::EMPTY`] for no primitives.
+    /// Root, or [`WideChild::EMPTY`] if there are no primitives.
     pub root: WideChild,
-    /// Parents before children.
+    /// Inner nodes, parents before children.
     pub nodes: &'a [WideNode],
-    /// Leaves.
+    /// Leaves of spheres.
     pub spheres: &'a [SpherePacket],
-    /// Leaves.
+    /// Leaves of triangles.
     pub triangles: &'a [TrianglePacket],
 }
 
 impl WideTree<'_> {
-    /// Of a scene that is traced otherwise.
+    /// Wide BVH of a scene that is traced without one.
     pub const NONE: Self = Self { root: WideChild::EMPTY, nodes: &[], spheres: &[], triangles: &[] };
 }
 
-/// Room of the traversal's stack: a visit replaces a child by at most eight, of which one is visited next; and eight are written whatever
-/// their number.
+/// Capacity of the traversal's stack. A visit replaces a child by at most eight, of which one is
+/// visited next; eight entries are written, however many count.
 const STACK_CAPACITY: usize = STACK_SIZE * (LANES - 1) + LANES;
 
-/// [`closest_hit`] by the instruction set that `FEATURES` names.
+/// Returns the closest hit by the instruction set that `FEATURES` names; see [`closest_hit`].
 ///
 /// # Safety
 ///
@@ -165,14 +171,17 @@ pub unsafe fn dispatch<const FEATURES: Features>(
     unsafe { closest_hit::<FEATURES, _>(Portable, params, scene, ray, query) }
 }
 
-/// The closest primitive in front of `ray`, within `reach`: what the binary tree's traversal gives.
+/// Returns the closest primitive in front of `ray`, as `query` limits it, and the visits of the
+/// search: the hit that traversal of the binary BVH returns.
 ///
-/// Children are visited in the order of their centres along the ray's octant, which is as good as that of their distances (measured) and
-/// takes one permutation.
+/// Children are visited in the order of their centres along the ray's octant. That takes no more
+/// visits than the order of their distances (docs/notebook/triangles-and-trees.md), and one
+/// permutation.
 ///
 /// # Safety
 ///
-/// `scene.wide` and the scene's indices were proven as [`crate::buffer`] says; the target is a primitive or none.
+/// `scene.wide` and the scene's indices were proven as [`crate::buffer`] says; the light's
+/// primitive is a primitive of the scene, or [`NO_PRIMITIVE`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
@@ -190,8 +199,8 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
     }
     let Ray { direction, origin_primitive, .. } = ray;
     if query.any_hit && query.light_primitive != NO_PRIMITIVE {
-        // What is behind the target does not count, whichever of the two is met first.
-        // SAFETY: the caller's promise for the target.
+        // A primitive behind the light must not count, whichever of the two is tested first.
+        // SAFETY: the caller's promise for the light's primitive.
         let t = unsafe {
             distance::<FEATURES>(params, scene, ray, &Shear::new(direction), query.light_primitive)
         };
@@ -199,20 +208,20 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
             (best, closest) = (t, query.light_primitive);
         }
     }
-    // In memory, where leaves find it: registers are for what nodes need.
+    // Leaves read it from memory; nodes need the registers.
     let prepared = &black_box(PreparedRay::new(ray));
     let inverse =
         [finite_reciprocal(direction.x), finite_reciprocal(direction.y), finite_reciprocal(direction.z)];
     let negative = inverse.map(|x| x.to_bits() >> 31);
     let octant = negative[0] | negative[1] << 1 | negative[2] << 2;
-    // Rows of the planes where the ray enters, and where it leaves.
+    // Rows of the planes where the ray enters and where it leaves.
     let near = [3 * negative[0], 1 + 3 * negative[1], 2 + 3 * negative[2]];
     let far = [3 - near[0], 5 - near[1], 7 - near[2]];
     let [ox, oy, oz] = ray.origin.to_array().map(|x| l.splat(x));
     let [in_x, in_y, in_z] = inverse.map(|x| l.splat(x));
     let [out_x, out_y, out_z] = inverse.map(|x| l.splat(x * EXIT_SCALE));
     let mut best_exit = best * EXIT_SCALE;
-    // Not cleared; see the binary tree's.
+    // Not cleared, as the binary traversal's stack.
     let mut entries = MaybeUninit::<[f32; STACK_CAPACITY]>::uninit();
     let mut children = MaybeUninit::<[u32; STACK_CAPACITY]>::uninit();
     let mut depth = 0u32;
@@ -224,7 +233,8 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
             visits.leaves += u32::from(child.is_leaf());
         }
         if !child.is_leaf() {
-            // SAFETY: the caller's promise for each child's index; six planes; eight octants; ROOM.
+            // SAFETY: the caller's promise for each child's index; six planes; eight octants;
+            // `STACK_CAPACITY`.
             unsafe {
                 let node = borrow(tree.nodes, child.0);
                 let entry_x = l.mul(l.sub(l.load(borrow(&node.planes, near[0])), ox), in_x);
@@ -272,7 +282,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
                 while hits != 0 {
                     let lane = hits.trailing_zeros();
                     hits &= hits - 1;
-                    // SAFETY: a bit of eight.
+                    // SAFETY: the number of one of eight lanes.
                     let (t, primitive) = unsafe { (*borrow(&t.0, lane), *borrow(&primitives.0, lane)) };
                     if is_closer(t, primitive, best, closest) {
                         (best, best_exit, closest) = (t, t * EXIT_SCALE, primitive);

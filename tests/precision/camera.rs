@@ -1,4 +1,4 @@
-//! What the camera rounds.
+//! Rounding errors of camera rays.
 
 use super::{Random, described, found, spread};
 use glam::DVec3;
@@ -8,7 +8,8 @@ use trisect_shared::math::{unit_circle, unit_f32};
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::cpu;
 
-/// Errors of rays in pixels, of their directions and of their origins across the view.
+/// Returns the errors of camera rays in pixels: of their directions, and of their origins across
+/// the view.
 fn ray_errors(scene: &SceneDocument) -> (f64, f64) {
     let pose: CameraPose = scene.description.cameras[0].1;
     let lowered = scene.clone().lower(Rebase::IDENTITY).unwrap();
@@ -52,7 +53,7 @@ fn pixels_narrower_than_directions() {
     for (fov, height, beyond) in
         [(40.0, 1080, false), (0.1, 1080, false), (0.01, 1080, true), (0.001, 1080, true)]
     {
-        // A view along no axis: along one, directions are finer than elsewhere.
+        // The view is along no axis, because directions along one are finer than others.
         let scene =
             view(&format!("look_from: (1, 2, 3), look_at: (0.1, 0.3, 0.2), vertical_fov: {fov}"), height);
         let (measured, _) = ray_errors(&scene);
@@ -90,7 +91,7 @@ fn a_lens_far_from_the_origin() {
             }
             other => panic!("{other:?}"),
         }
-        // The remedy, and what needs none: a pinhole.
+        // The remedy has no finding, and neither does a pinhole camera.
         scene.space.origin = DVec3::from(eye);
         assert_eq!(found(&scene, Limit::FarLens), []);
         assert_eq!(

@@ -1,13 +1,13 @@
-//! The hello world at both ends of the range: where `trisect check` says nothing the image is the
-//! same, and where it names something, `--write` gives back the image.
+//! Three spheres at both ends of the supported range: where `trisect check` finds nothing the image
+//! is the same, and where it finds something, `--write` restores the image.
 
 use std::fs;
 use trisect::image::Image;
 use trisect::metrics::{ImageView, compare};
 use trisect_tests::program::{Temporary, trisect};
 
-/// The three spheres beside a box and a lamp, each length times `scale`, each place moved by
-/// `offset`.
+/// Returns the three spheres beside a box and a lamp, with each length multiplied by `scale` and
+/// each place moved by `offset`.
 fn scene(offset: f64, scale: f64) -> String {
     let length = |x: f64| x * scale;
     let at = |x: f64, y: f64, z: f64| {
@@ -73,7 +73,7 @@ impl Bench {
     }
 }
 
-/// relMSE of an image against another.
+/// Returns relMSE of an image against another.
 fn error(image: &Image, reference: &Image) -> f64 {
     let [image, reference] = [image, reference]
         .map(|image| ImageView::new(image.width as usize, image.height as usize, &image.pixels).unwrap());
@@ -85,12 +85,11 @@ fn both_ends_of_the_range() {
     let bench = Bench(Temporary::new("limits", "ends"));
     let home = bench.scene(0.0, 1.0);
     let want = bench.render(&home, &[]);
-    // Of the same paths but for few that rounding sends another way: far less than the noise, which
-    // another seed shows.
+    // Rounding sends only few paths another way, so the images differ far less than two seeds do.
     let noise = error(&bench.render(&home, &["--seed", "1"]), &want);
     let tolerance = 0.1 * noise;
 
-    // Tiny and huge, but near the origin: nothing to name, nothing to mend.
+    // Tiny and huge scenes near the origin: nothing is found.
     for scale in [1e-15, 1e14] {
         let path = bench.scene(0.0, scale);
         let checked = trisect(&["check", &path]);
@@ -99,7 +98,8 @@ fn both_ends_of_the_range() {
         eprintln!("times {scale:e}: relMSE {found:.2e}, of noise {noise:.2e}");
         assert!(found < tolerance, "{scale:e}: {found:e}, noise {noise:e}");
     }
-    // Far from the origin for their size, of a millimetre or of the greatest: named, and mended.
+    // Scenes far from the origin for their size, with units of a thousandth and of 1e8: found, and
+    // mended.
     for (offset, scale) in [(1e5, 1e-3), (1e16, 1e8)] {
         let path = bench.scene(offset, scale);
         let copy = path.replace(".ron", "-mended.ron");
@@ -115,7 +115,7 @@ fn both_ends_of_the_range() {
         let [mended, broken] = [&copy, &path].map(|path| error(&bench.render(path, &[]), &want));
         eprintln!("{scale:e} at {offset:e}: relMSE {mended:.2e} mended, {broken:.2e} before");
         assert!(mended < tolerance, "{offset:e}: {mended:e}, noise {noise:e}");
-        // The twin: as it was, it is another image.
+        // Negative control: the scene as it was has another image.
         assert!(broken > 10.0 * noise, "{offset:e}: {broken:e}, noise {noise:e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Places and sizes: what rounding does to hits.
+//! Places and sizes: rounding errors of hits.
 
 use super::{Random, agrees, described, found, grey, spread};
 use glam::{DVec3, Vec3};
@@ -9,7 +9,7 @@ use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::Shear;
 
-/// The first hit of a sphere in f64, for a unit `direction`.
+/// Returns the distance of the first hit of a sphere in f64, for a unit `direction`.
 fn exact(center: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> f64 {
     let from = origin - center;
     let b = -from.dot(direction);
@@ -23,7 +23,8 @@ fn unit(direction: DVec3) -> (Vec3, DVec3) {
     (rounded, rounded.as_dvec3().normalize())
 }
 
-/// Errors of hits of a sphere at `place`, relative to its size; rays from as near as an eye would be.
+/// Returns errors of the hits of a sphere at `place`, relative to its size, as root mean square and
+/// maximum. Rays start at distances that are usual for a camera.
 fn sphere_errors(place: DVec3, radius: f64) -> (f64, f64) {
     let mut random = Random(1);
     spread((0..2000).filter_map(|_| {
@@ -32,7 +33,7 @@ fn sphere_errors(place: DVec3, radius: f64) -> (f64, f64) {
         let (rounded, direction) = unit((center + random.direction() * (0.7 * radius) - origin).normalize());
         let sphere = Sphere { center: center.as_vec3(), radius: radius as f32, material: 0, pad: [0; 3] };
         let distance = sphere.distance(origin.as_vec3(), rounded, false, OriginPrimitive::NONE);
-        // A miss is off by the whole size.
+        // A miss counts as an error of the whole size.
         let error = f64::from(distance) - exact(center, radius, origin, direction);
         let error = if distance == MISS { 1.0 } else { error / radius };
         error.is_finite().then_some(error)
@@ -48,21 +49,22 @@ fn small_spheres_far_from_the_origin() {
                 grey(&format!("Sphere(center: ({x}, {x}, -{x}), radius: {radius}, material: \"grey\")"));
             let (typical, greatest) = sphere_errors(DVec3::new(x, x, -x), radius);
             agrees(&scene, Limit::FarFromOrigin, typical).unwrap();
-            // Within a fourth of the limit even the worst hit is within the tolerance.
+            // Below a quarter of the limit, the largest error is within the tolerance, too.
             assert!(ratio > 4096.0 || greatest < 1e-3, "{radius} {ratio}: {greatest:e}");
         }
     }
-    // The knee: at a distance of 2²³ radii and more nothing of the sphere is where it should be.
+    // The knee: from a distance of 2²³ radii on, nothing of the sphere is where it should be.
     let (typical, _) = sphere_errors(DVec3::splat(f64::from(1 << 24)), 1.0);
     assert!(typical > 0.5, "{typical}");
-    // A space moves it back.
+    // Another space moves it back.
     let mut scene = grey("Sphere(center: (1e6, 0, 0), radius: 1, material: \"grey\")");
     assert_eq!(found(&scene, Limit::FarFromOrigin).len(), 1);
     scene.space = Rebase { origin: DVec3::X * 1e6, scale: 1.0 };
     assert_eq!(found(&scene, Limit::FarFromOrigin).len(), 0);
 }
 
-/// The records of a scene with a thing far away, hit from above in f32 and in f64.
+/// Hits a flat thing of scenes far from the origin from above, in f32, and returns the root mean
+/// square error of the distance, relative to its size.
 fn flat_errors(
     far: f64,
     size: f64,
@@ -124,7 +126,7 @@ fn small_triangles_far_from_the_origin() {
 
 #[test]
 fn triangles_without_area_in_single_precision() {
-    // However small, a triangle that is not too thin has an area.
+    // A triangle that is not too thin has an area, however small it is.
     for size in [1e-3, 3e-10, 1e-12] {
         let scene = triangle(DVec3::ZERO, size);
         assert!(found(&scene, Limit::TooSmall).is_empty(), "{size}");
@@ -138,7 +140,7 @@ fn triangles_without_area_in_single_precision() {
     }
 }
 
-/// As on a device that takes subnormal numbers for 0.
+/// Returns a number as a device has it that flushes subnormal numbers to 0.
 fn flushed(x: f32) -> f32 {
     if x.abs() < f32::MIN_POSITIVE { 0.0 } else { x }
 }
@@ -146,7 +148,8 @@ fn flushed(x: f32) -> f32 {
 #[test]
 fn spheres_whose_squares_are_subnormal() {
     for radius in [1e-18, 5e-18, 7e-18, 1e-17] {
-        // What the sphere's test loses of the square of a vector as long as the radius, at worst.
+        // The share of the square of a vector as long as the radius that the sphere's test loses at
+        // worst.
         let mut random = Random(3);
         let losses = (0..20_000).map(|_| {
             let v = (random.direction() * radius).as_vec3();
@@ -165,7 +168,8 @@ fn spheres_whose_squares_are_subnormal() {
     }
 }
 
-/// Errors of the distance from an eye at a height above a great sphere, and of the hit, in units of radius · 2⁻²⁴.
+/// Returns root mean square errors for an eye at a height above a large sphere: of the distance,
+/// relative; and of the hit's place, in units of radius · 2⁻²⁴.
 fn ground_errors(radius: f64, height: f64) -> (f64, f64) {
     let mut random = Random(4);
     let (mut distances, mut points) = (Vec::new(), Vec::new());
@@ -189,12 +193,12 @@ fn ground_errors(radius: f64, height: f64) -> (f64, f64) {
     (spread(distances).0, spread(points).0 / (radius * ROUNDING))
 }
 
-/// Torture test 30.
+/// A large sphere as the ground, as in torture test 30.
 #[test]
 fn a_great_sphere_as_ground() {
     for radius in [1e3, 1e4, 1e5, 1e6] {
         for height in [0.1, 1.0, 10.0] {
-            // Off the axis: along it, a radius of few digits is exact.
+            // The eye is off the axes: along an axis, a radius of few digits is exact.
             let (x, y, z) = (0.48 * (radius + height), 0.6 * (radius + height), 0.64 * (radius + height));
             let scene = grey(&format!(
                 "Sphere(center: ({:e}, {:e}, {:e}), radius: {radius}, material: \"grey\")",
@@ -212,12 +216,12 @@ fn a_great_sphere_as_ground() {
             assert!((0.25..=4.0).contains(&point), "{point}");
         }
     }
-    // A plane instead, at the same height: the remedy.
+    // The remedy, a plane at the same height, has no finding.
     assert_eq!(
         found(&grey("Plane(point: (0, -1, 0), normal: (0, 1, 0), material: \"grey\")"), Limit::NearSurface),
         []
     );
-    // The eye on a surface.
+    // The eye is on a surface.
     let on = found(&grey("Sphere(center: (0, 0, 0), radius: 3, material: \"grey\")"), Limit::NearSurface);
     assert_eq!((on[0].measured, on[0].predicted.value), (0.0, 1.0));
 }
@@ -232,12 +236,12 @@ fn small_spheres_on_a_great_one() {
                  Sphere(center: (0, {size}, 0), radius: {size}, material: \"grey\")]"
         ))
     };
-    // The eye is high enough.
+    // The eye is high enough to cause no finding.
     let found = |radius, size| found(&scene(radius, size), Limit::NearSurface);
     assert_eq!(found(1e3, 0.2), []);
     let beyond = found(1e4, 0.2);
     assert_eq!((beyond.len(), &*beyond[0].what), (1, "objects[0], a sphere of \"grey\""));
-    // Hits are off by 0.25 to 4 R u, as measured above.
+    // Hits are off by 0.25 to 4 R u, as `a_great_sphere_as_ground` measures.
     assert!((beyond[0].predicted.value / (1e4 * ROUNDING / 0.2) - 1.0).abs() < 1e-6);
 }
 

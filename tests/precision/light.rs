@@ -8,14 +8,15 @@ use trisect::render::Settings;
 use trisect::scene::{Rebase, SceneDocument};
 use trisect_tests::renders::{cpu, film};
 
-/// A pixel that sees nothing but a light, after `samples` samples.
+/// Renders a pixel that sees nothing but a light, with `samples` samples.
 fn pixel(scene: &SceneDocument, samples: u32) -> PixelTotals {
     let lowered = scene.clone().lower(Rebase::IDENTITY).unwrap();
     let settings = Settings { width: 1, height: 1, samples, ..lowered.settings() };
     film(&mut cpu(&lowered), &settings).pixels[0]
 }
 
-/// A view of a light of some radiance. Not by its file: a file's are at most 1e18.
+/// Returns a view of a light of some radiance. It is not set in the file, where radiance is at most
+/// 1e18.
 fn lamp(radiance: f64) -> SceneDocument {
     let mut scene = described(
         "materials: { \"lamp\": Emissive(radiance: (1, 1, 1)) },
@@ -25,7 +26,8 @@ fn lamp(radiance: f64) -> SceneDocument {
     scene
 }
 
-/// The deviation of a constant pixel, over its mean: 0 within rounding.
+/// Returns the relative deviation of a constant pixel's mean square from its squared mean: 0 within
+/// rounding.
 fn deviation(pixel: &PixelTotals) -> f64 {
     let n = pixel.samples as f64;
     let mean = pixel.mean()[0];
@@ -49,7 +51,7 @@ fn squares_and_sums_overflow() {
         assert_eq!(found[0].what, "material \"lamp\"");
         let pixel = pixel(&scene, 256);
         assert!(!pixel.squares[0].value().is_finite() || pixel.samples == 0, "{radiance}: {pixel:?}");
-        // What a chunk's sum cannot hold is left out, and counted.
+        // A sample that a chunk's sum cannot hold is left out and counted.
         assert_eq!(pixel.rejected == 0, unit == Unit::Variance, "{radiance}: {pixel:?}");
     }
 }
@@ -67,7 +69,7 @@ fn squares_underflow() {
         let scene = lamp(radiance);
         let [one] = &found(&scene, Limit::TooDim)[..] else { panic!("{radiance}") };
         let measured = deviation(&pixel(&scene, 64));
-        // One rounding has any error up to its bound: no root of a mean square here.
+        // A single rounding has any error up to its bound, so this is no root mean square.
         assert!(measured <= 1.01 * one.predicted.value + 1e-4, "{measured} for {one}");
         assert!(exponent > -23 || measured > 0.99, "{radiance}: {measured}");
     }

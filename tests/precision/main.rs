@@ -1,7 +1,9 @@
-//! What a scene may be: other spaces show the same image; each limit that `trisect check` knows is where the error begins.
+//! The supported ranges: other spaces show the same image, and each limit that `trisect check`
+//! knows is where the error begins.
 //!
-//! A rule is tested on both sides: beyond the limit the predicted error is measured, against f64 or in a render; a scene within it has
-//! no finding and no such error. The second is the twin of the first.
+//! A rule is tested on both sides. Beyond the limit, the predicted error is measured against f64 or
+//! in a render. A scene within the limit has no finding and no such error; it is the negative
+//! control.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 mod camera;
@@ -20,7 +22,7 @@ use trisect::scene::SceneDocument;
 use trisect_shared::math::unit_f32;
 use trisect_shared::rng::PathKey;
 
-/// A scene of these fields beside a camera.
+/// Parses a scene of these fields, with a camera if they have none.
 fn described(rest: &str) -> SceneDocument {
     let camera = "camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 40)";
     let camera = if rest.contains("camera:") { "" } else { camera };
@@ -28,21 +30,22 @@ fn described(rest: &str) -> SceneDocument {
     SceneDocument::parse(&text.replace(", ,", ","), "test.ron").unwrap()
 }
 
-/// Objects of one grey material.
+/// Parses a scene of objects of one grey material.
 fn grey(objects: &str) -> SceneDocument {
     described(&format!(
         "materials: {{ \"grey\": Lambertian(albedo: (0.5, 0.5, 0.5)) }}, objects: [{objects}]"
     ))
 }
 
-/// What is found of one kind.
+/// Returns the findings of one kind.
 fn found(scene: &SceneDocument, limit: Limit) -> Vec<Finding> {
     let report = check(scene, &scene.settings());
     report.findings.into_iter().filter(|finding| finding.limit == limit).collect()
 }
 
-/// Whether the one finding of a kind predicts the error, within the factor of 4 that [`trisect::limits::Predicted`] promises; without
-/// a finding the error must be within the tolerance.
+/// Returns an error unless the only finding of a kind predicts the measured error within the factor
+/// of 4 that `trisect::precision::Predicted` promises. Without a finding, the error must be within
+/// the tolerance.
 fn agrees(scene: &SceneDocument, limit: Limit, measured: f64) -> Result<(), String> {
     match &found(scene, limit)[..] {
         [] if measured < RELATIVE => Ok(()),
@@ -54,7 +57,7 @@ fn agrees(scene: &SceneDocument, limit: Limit, measured: f64) -> Result<(), Stri
     }
 }
 
-/// Random numbers in f64: 48 bits.
+/// Random numbers in f64, of 48 bits.
 struct Random(u32);
 
 impl Random {
@@ -64,7 +67,7 @@ impl Random {
         f64::from(unit_f32(words.x)) + f64::from(unit_f32(words.y)) / f64::from(1 << 24)
     }
 
-    /// In the unit cube.
+    /// Returns a point in the unit cube.
     fn point(&mut self) -> DVec3 {
         DVec3::new(self.number(), self.number(), self.number())
     }
@@ -79,7 +82,7 @@ impl Random {
     }
 }
 
-/// The root of the mean square, and the greatest.
+/// Returns the root mean square and the maximum of errors.
 fn spread(errors: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut squares, mut greatest, mut count) = (0.0, 0.0f64, 0);
     for error in errors {
@@ -91,7 +94,8 @@ fn spread(errors: impl IntoIterator<Item = f64>) -> (f64, f64) {
     ((squares / f64::from(count)).sqrt(), greatest)
 }
 
-/// The twin of all that compare a prediction: sixteen times the error, an error without a finding, a finding without an error.
+/// Negative control of all comparisons with a prediction: an error 16 times as large or small, an
+/// error without a finding, and a finding without an error.
 #[test]
 fn predictions_can_be_wrong() {
     let far = grey("Sphere(center: (1e6, 1e6, 1e6), radius: 1, material: \"grey\")");

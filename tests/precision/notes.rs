@@ -1,12 +1,13 @@
-//! What touches next to nothing is a note, and no remedy is what is there already.
+//! Findings that concern almost nothing of a scene are notes, and the scene's own space is not
+//! suggested as a remedy.
 
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use trisect_tests::program::{Temporary, trisect};
 
-/// A hilly grid of 2 · 64² triangles, as an OBJ file, and `slivers` more that are lines but for
-/// rounding.
+/// Returns an OBJ file: a hilly grid of 2 · 64² triangles, and `slivers` more that are almost
+/// lines.
 fn model(slivers: usize) -> String {
     let mut text = String::new();
     for row in 0..=64 {
@@ -51,9 +52,9 @@ fn a_few_slivers_are_notes() {
     );
     assert_eq!(finding["triangles"]["of"], 8194);
     assert!(text.contains("note: small for its distance") && text.contains("but for notes"), "{text}");
-    // Their place cannot be better, so no remedy says that.
+    // No other place is better for them, so no remedy is suggested.
     assert!(!text.contains("check --write") && text.contains("no other `space` helps"), "{text}");
-    // A render does not warn of them.
+    // A render does not warn of notes.
     let image = folder.file("a.png");
     let arguments =
         ["render", path.to_str().unwrap(), "--backend", "cpu", "--resolution", "8x4", "--spp", "1"];
@@ -61,7 +62,8 @@ fn a_few_slivers_are_notes() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success() && !said.contains("distance from the origin"), "{said}");
 
-    // The twins: more than a thousandth of them; and all of them, which a space mends.
+    // Negative controls: slivers that are more than a thousandth of the triangles, and a whole
+    // model that another space mends.
     fs::write(&path, model(10)).unwrap();
     let (code, json, text) = check(&path);
     assert_eq!((code, &json["findings"][0]["severity"]), (Some(6), &"warning".into()), "{text}");
@@ -81,7 +83,7 @@ fn a_few_slivers_are_notes() {
     assert!(text.contains("best space    this one"), "{text}");
 }
 
-/// Two triangles among many are more than a note if they are most of what is seen.
+/// Two triangles among many are more than a note if they are most of the visible area.
 #[test]
 fn a_floor_of_two_triangles_is_no_note() {
     let folder = Temporary::new("limits", "floor");

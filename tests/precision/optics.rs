@@ -10,7 +10,8 @@ fn glass(ior: f64) -> SceneDocument {
     described(&format!("materials: {{ \"glass\": Dielectric(ior: {ior:?}) }}, objects: []"))
 }
 
-/// Relative errors of the reflectance of indices about `ior`, from both sides, away from grazing angles.
+/// Returns the root mean square of relative errors of the reflectance, for indices near `ior`, from
+/// both sides, away from grazing angles.
 fn reflectance_error(ior: f64) -> f64 {
     let mut random = Random(7);
     let mut errors = Vec::new();
@@ -39,12 +40,13 @@ fn indices_near_one() {
     }
     assert_eq!(found(&glass(1.0), Limit::IorNearOne), [], "exactly 1 is exact: it reflects nothing");
     assert_eq!(dielectric(0.5, refracted_cos2(0.5, 1.0).sqrt(), 1.0), 0.0);
-    // Beyond the last digit the boundary is gone.
+    // Where the index rounds to 1 there is no boundary.
     assert_eq!(found(&glass(1.00000001), Limit::IorNearOne)[0].predicted.value, 1.0);
     assert_eq!(1.00000001f64 as f32, 1.0);
 }
 
-/// Errors of the squared cosine of refraction within the cone that light leaves glass through.
+/// Returns the root mean square error of the refracted ray's squared cosine, within the cone in
+/// which light leaves glass.
 fn refraction_error(ior: f64) -> f64 {
     let mut random = Random(8);
     let errors = (0..3000).map(|_| {
@@ -53,7 +55,8 @@ fn refraction_error(ior: f64) -> f64 {
         let cos = 1.0 - 0.5 * random.number() / (ior * ior);
         let direction = normal * cos + (x * 0.6 + y * 0.8) * (1.0 - cos * cos).sqrt();
         let (normal, direction) = (normalize(normal.as_vec3()), normalize(direction.as_vec3()));
-        // Of the rounded vectors: what the kernels would compute if they did not round.
+        // The reference is that of the rounded vectors: what the kernels would compute if they did
+        // not round.
         let cos = normal.as_dvec3().normalize().dot(direction.as_dvec3().normalize());
         let want = (1.0 - ior) * (1.0 + ior) + (ior * cos).powi(2);
         f64::from(refracted_cos2(normal.dot(direction).min(1.0), ior as f32)) - want

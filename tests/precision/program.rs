@@ -45,7 +45,7 @@ fn findings_have_a_code_and_a_remedy() {
     let good = trisect(&["check", text(&root().join("scenes/three_spheres.ron"))]);
     assert_eq!(good.status.code(), Some(0));
     assert!(String::from_utf8(good.stdout).unwrap().contains("nothing outside the supported range"));
-    // An emitter of 1e30 is no scene at all.
+    // An emitter of 1e30 is refused as a scene.
     let bright = folder.join("bright.ron");
     fs::write(
         &bright,
@@ -69,7 +69,7 @@ fn a_copy_in_the_best_space_keeps_all_else() {
     let space = "\n    space: (origin: (1000000.0, 0.25, 0.0), scale: 1.0),";
     assert_eq!(written.replace(space, ""), FAR);
     assert_eq!(trisect(&["check", text(&copy)]).status.code(), Some(0));
-    // Again: a space that is there is replaced by the same.
+    // Once more: an existing space is replaced by the same one.
     let again = folder.join("again.ron");
     trisect(&["check", text(&copy), "--write", text(&again)]);
     assert_eq!(fs::read_to_string(&again).unwrap(), written);
@@ -80,7 +80,8 @@ fn a_copy_in_the_best_space_keeps_all_else() {
         assert!(output.status.success(), "{output:?}");
         (Image::read(&image).unwrap().pixels, String::from_utf8(output.stderr).unwrap())
     };
-    // One line for both spheres, and none for the copy, whose image is that of the scene at the origin.
+    // One warning for both spheres. The copy has none, and its image is that of the scene at the
+    // origin.
     let (far, warned) = render(&scene, "far.pfm");
     assert_eq!(warned.lines().filter(|line| line.starts_with("warning: ")).count(), 1, "{warned}");
     assert!(

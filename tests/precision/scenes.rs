@@ -1,4 +1,4 @@
-//! What is true of the project's own scenes.
+//! The supported ranges of the project's own scenes.
 
 use super::{RELATIVE, found};
 use glam::DVec3;
@@ -18,7 +18,7 @@ fn no_scene_of_the_project_is_outside() {
         let report = check(&scene, &scene.settings());
         assert!(report.findings.is_empty(), "{}: {:#?}", path.display(), report.findings);
         assert!(report.extent.radius > 0.0);
-        // The twin: a millionfold of itself away, all of it is.
+        // Negative control: scenes moved by 10⁷ times their radius are out of range.
         let far = Rebase { origin: DVec3::splat(-1e7 * report.extent.radius), scale: 1.0 };
         let moved = SceneDocument { space: far, ..scene };
         let shapes = &moved.description.shapes;
@@ -28,12 +28,13 @@ fn no_scene_of_the_project_is_outside() {
     }
 }
 
-/// In the best space each scene has the image of its own, but for the few paths that rounding of the new places sends another way.
+/// In the best space each scene has the same image within noise: only few paths change, as the new
+/// places round differently.
 #[test]
 fn the_best_space_shows_the_same() {
     for path in scene_files() {
         if path.ends_with("mesh.ron") {
-            continue; // seconds for its tree
+            continue; // its BVH takes seconds
         }
         let scene = SceneDocument::load(&path).unwrap();
         let best = check(&scene, &scene.settings()).best_space;
@@ -51,7 +52,7 @@ fn the_best_space_shows_the_same() {
     }
 }
 
-/// What would be lost by the best scale keeps the scene's own.
+/// A scene whose small shapes the best scale would lose keeps its own scale.
 #[test]
 fn a_scale_that_loses_something_is_not_the_best() {
     let spheres = |small: &str| {
@@ -65,7 +66,8 @@ fn a_scale_that_loses_something_is_not_the_best() {
     assert_eq!(best(&spheres("1e-6")), Rebase::IDENTITY);
 }
 
-/// The ground of the book's scene, radius 1000 under an eye at height 2, is within the limit, by a factor of 30.
+/// The ground of the book's scene, of radius 1000 under an eye at height 2, is within the limit by
+/// a factor of 30.
 #[test]
 fn the_books_ground_is_within() {
     let mut scene = SceneDocument::load(&root().join("scenes/rtiow_final.ron")).unwrap();

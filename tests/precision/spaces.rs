@@ -1,4 +1,4 @@
-//! Other origins and units of length.
+//! Spaces: other origins and units of length.
 
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn small(scene: &Scene) -> Film {
     film(&mut cpu(scene), &settings)
 }
 
-/// Without the great mesh, which takes seconds each time.
+/// Returns the project's scene files without the large mesh, which takes seconds each time.
 fn files() -> Vec<PathBuf> {
     let mut files = scene_files();
     files.retain(|path| !path.ends_with("mesh.ron"));
@@ -24,7 +24,7 @@ fn scaled(path: &Path, exponent: i32) -> Scene {
     Scene::load_in(path, Rebase { origin: DVec3::ZERO, scale: 2f64.powi(exponent) }).unwrap()
 }
 
-/// A power of two rounds nothing: every product and sum scales with it, and every ratio stays.
+/// A power of two rounds nothing: each product and sum scales with it, and each ratio stays.
 #[test]
 fn a_power_of_two_keeps_each_bit() {
     for path in files() {
@@ -34,13 +34,14 @@ fn a_power_of_two_keeps_each_bit() {
             assert_eq!(differing(&got, &want), 0, "{} times 2^{exponent}", path.display());
         }
     }
-    // The twin: another factor rounds.
+    // Negative control: another factor rounds.
     let path = root().join("scenes/cornell_box.ron");
     let third = Scene::load_in(&path, Rebase { origin: DVec3::ZERO, scale: 1.0 / 3.0 }).unwrap();
-    assert!(differing(&small(&third), &small(&scaled(&path, 0))) > 0, "a comparison that cannot fail");
+    assert!(differing(&small(&third), &small(&scaled(&path, 0))) > 0, "negative control not detected");
 }
 
-/// All that has a place, far away; each number a sum that f64 holds exactly.
+/// Returns a scene with everything that has a place, moved by `by` along x and z and by -`by` along
+/// y. Each number is a sum that f64 holds exactly.
 fn moved(by: i64, space: &str) -> String {
     let at =
         |x: f64, y: f64, z: f64| format!("({:?}, {:?}, {:?})", x + by as f64, y - by as f64, z + by as f64);
@@ -79,11 +80,12 @@ fn recentring_restores_the_image() {
     assert_eq!(differing(&parsed(&moved(far, space)), &want), 0);
     let by = Rebase { origin: DVec3::new(1e6, -1e6, 1e6), scale: 4.0 };
     assert_eq!(differing(&small(&parsed_in(&moved(far, ""), by)), &want), 0);
-    // The twin: without it, rounding shows.
+    // Negative control: without a space, rounding is visible.
     assert!(differing(&parsed(&moved(far, "")), &want) > 200);
 }
 
-/// The twin of scaling: a light whose intensity does not follow its distance.
+/// Negative control of scaling: the intensity of a light that does not follow its distance changes
+/// the image.
 #[test]
 fn the_intensity_of_lights_must_scale() {
     let path = root().join("scenes/light_punctual.ron");
@@ -94,7 +96,7 @@ fn the_intensity_of_lights_must_scale() {
     for light in wrong.lights.iter_mut().filter(|light| light.kind == trisect_shared::light::POINT) {
         light.intensity *= 0.125;
     }
-    assert!(sum(&small(&wrong)) < 0.5 * sum(&want), "a comparison that cannot fail");
+    assert!(sum(&small(&wrong)) < 0.5 * sum(&want), "negative control not detected");
 }
 
 #[test]

@@ -1,7 +1,7 @@
-// An independent program for the final scene of "Ray Tracing in One Weekend", version 4: the book's algorithm in double precision,
-// written for this project as an oracle; it shares no code with Trisect. What differs from the book's text: metal adds fuzz times a
-// point that is uniform IN the unit ball, as the note in rtiow_final.json says, a BVH finds the same hits faster, and the random
-// numbers are xoshiro256++ for each row.
+// An independent program for the final scene of "Ray Tracing in One Weekend", version 4: the book's algorithm in
+// double precision, written for this project as a reference; it shares no code with Trisect.
+// It differs from the book's text in three points: metal adds fuzz times a point that is uniform in the unit ball, as
+// the note in rtiow_final.json says; a BVH finds the same hits faster; the random numbers are xoshiro256++ for each row.
 // usage: ref SPP SEED PREFIX [threads=1] [--brute] [--fault NAME] [--json PATH] [--size W H]
 //        ref --verify
 // Writes PREFIX_mean.f64, PREFIX_varmean.f64 (row-major, top row first, RGB), PREFIX_meta.json

@@ -1,11 +1,12 @@
-// Closest hits a second on one thread by Embree's rtcIntersect1, of the triangles and rays that the example `traversal` writes.
+// Measures closest hits per second of Embree's rtcIntersect1 on one thread, for the triangles and rays that the example
+// `traversal` writes. The figures are in docs/notebook/peers.md.
 //
 //     cargo run --release --example traversal -- SCENE medium FOLDER
 //     apt-get install libembree-dev
 //     c++ -O3 -march=native tests/reference/embree.cc -lembree3 -o FOLDER/embree
 //     FOLDER/embree FOLDER [rounds]
 //
-// Each figure is the median over rounds of rays by the thread's processor time. Made for Trisect.
+// Each figure is the median over the rounds of rays per processor time of the thread. Made for Trisect.
 #include <embree3/rtcore.h>
 #include <time.h>
 

@@ -1,8 +1,8 @@
-"""The tables of docs/tradeoff.md, made of what `trisect tradeoff` wrote.
+"""Makes the tables of docs/notebook/tradeoff-fronts.md from what `trisect tradeoff` writes.
 
-    fronts.py FOLDER      FOLDER has a folder of each scene with its tradeoff.json
+    fronts.py FOLDER      FOLDER has one folder per scene, with its tradeoff.json
 
-Needs nothing but Python 3.8.
+Needs Python 3.8 and no packages.
 """
 
 import json
@@ -48,7 +48,7 @@ def time(point):
 
 
 def find(found, knob, level):
-    """A way at as many samples a pixel as there are."""
+    """Returns the point of a knob and level at the maximum number of samples per pixel, or None."""
     spp = max(point["spp"] for point in found["points"])
     points = [p for p in found["points"] if (p["knob"], p["level"], p["spp"]) == (knob, level, spp)]
     return points[0] if points else None

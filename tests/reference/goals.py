@@ -1,10 +1,12 @@
-"""Whether `render --budget`, `--adaptive` and `--target-error` keep what they promise: the tables of docs/tradeoff.md.
+"""Measures whether `render --budget`, `--adaptive` and `--target-error` keep their promises.
 
-    goals.py budget   TRISECT SCENES    --budget beside the default settings with as many samples as fit the time
-    goals.py adaptive TRISECT SCENES    samples by noise beside as many for each pixel, at equal time
-    goals.py target   TRISECT SCENES    the error that was asked for beside that against 16 times the samples
+Its tables are in docs/notebook/samplers-and-adaptive.md.
 
-TRISECT is the program, SCENES the folder of its scenes. Needs nothing but Python 3.8.
+    goals.py budget   TRISECT SCENES    compares --budget with the default settings, with as many samples as fit the time
+    goals.py adaptive TRISECT SCENES    compares adaptive with uniform sampling, at equal time
+    goals.py target   TRISECT SCENES    compares the requested error with that against 16 times the samples
+
+TRISECT is the program, SCENES the folder of its scenes. Needs Python 3.8 and no packages.
 """
 
 import argparse
@@ -20,7 +22,7 @@ TRIES = 9
 
 
 class Program:
-    """The program, on one backend."""
+    """Runs the program."""
 
     def __init__(self, options, folder):
         self.options, self.folder = options, folder
@@ -32,7 +34,7 @@ class Program:
         return done.stdout
 
     def render(self, scene, backend, image, *arguments):
-        """Renders and returns the statistics."""
+        """Renders an image and returns the statistics."""
         stats = self.folder / "stats.json"
         place = ["--backend", backend, "--resolution", self.options.resolution]
         if backend == "wgpu" and self.options.device is not None:
@@ -42,11 +44,11 @@ class Program:
         return json.loads(stats.read_text())
 
     def error(self, image, reference):
-        """relMSE."""
+        """Returns relMSE of an image against a reference."""
         return json.loads(self.run("compare", image, reference, "--json"))["rel_mse"]
 
     def reference(self, scene, backend):
-        """A long render, by samples that no other has; kept for the other backends."""
+        """Returns the path of a long render with a seed that no other render has; it is kept for the other backends."""
         path = self.folder / f"{scene}.pfm"
         if not path.exists():
             goal = ["--budget", self.options.reference, "--denoise", "off", "--seed", 4242]
@@ -56,7 +58,7 @@ class Program:
 
 
 def default_within(program, scene, backend, seconds, image, rate):
-    """The default settings with as many samples as fit the time: samples, and the time that they took."""
+    """Renders with the default settings and as many samples as fit the time; returns the samples and the time that they took."""
     samples = max(1, int(rate * seconds)) if rate else 8
     took = 0.0
     for _ in range(TRIES):
@@ -79,14 +81,14 @@ def budget(program, options):
                     continue
                 reference = program.reference(scene, options.backend.split(",")[0])
                 if (scene, backend) not in rates:
-                    # Kernels are compiled once for a device and kept by its driver.
+                    # Kernels are compiled once per device and cached by its driver.
                     program.render(scene, backend, image, "--budget", "1s", "--seed", 77)
                 found = program.render(scene, backend, image, "--budget", f"{seconds}s", "--seed", 5)["sampling"]
                 error = program.error(image, reference)
                 rate = rates.get((scene, backend))
                 samples, took = default_within(program, scene, backend, seconds, default, rate)
                 rates[scene, backend] = samples / took
-                # Of noise, as many samples as the time had room for.
+                # Noise falls with the samples, so the error is scaled to exactly the time.
                 plain = program.error(default, reference) * took / seconds
                 way = found["way"]
                 words = [way["sampler"]]
@@ -145,15 +147,15 @@ def main():
     parser.add_argument("what", choices=["budget", "adaptive", "target"])
     parser.add_argument("trisect")
     parser.add_argument("scenes")
-    parser.add_argument("--only", default=ALL, help="scenes, by commas")
-    parser.add_argument("--backend", default="cpu", help="backends, by commas; the first renders the references")
-    parser.add_argument("--device", help="of wgpu")
+    parser.add_argument("--only", default=ALL, help="comma-separated scenes")
+    parser.add_argument("--backend", default="cpu", help="comma-separated backends; the first renders the references")
+    parser.add_argument("--device", help="device index for wgpu")
     parser.add_argument("--resolution", default="200x112")
-    parser.add_argument("--seconds", default="0.5,2,10", help="budgets; of `adaptive` the first")
-    parser.add_argument("--reference", default="60s", help="the time of a reference")
-    parser.add_argument("--error", default="5%", help="of `target`")
-    parser.add_argument("--seeds", type=int, default=3, help="of `adaptive`")
-    parser.add_argument("--limit", type=float, default=3600, help="seconds after which no budget is begun")
+    parser.add_argument("--seconds", default="0.5,2,10", help="comma-separated budgets in seconds; `adaptive` uses the first")
+    parser.add_argument("--reference", default="60s", help="budget of a reference")
+    parser.add_argument("--error", default="5%", help="target error of `target`")
+    parser.add_argument("--seeds", type=int, default=3, help="number of seeds of `adaptive`")
+    parser.add_argument("--limit", type=float, default=3600, help="seconds after which no budget is started")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         {"budget": budget, "adaptive": adaptive, "target": target}[options.what](Program(options, Path(folder)), options)

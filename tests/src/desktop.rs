@@ -1,4 +1,5 @@
-//! A screen of a test's own: an X server without a monitor, what windows show on it, and hands on its keyboard and mouse.
+//! A virtual screen for tests: an X server without a monitor, captures of its windows, and input by
+//! keyboard and mouse.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -10,18 +11,18 @@ use x11rb::protocol::xproto::{
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
-/// What goes wrong with a server.
+/// Any error of the X server or its connection.
 type Failure = Box<dyn std::error::Error>;
 
-/// Types of the X protocol's events.
+// Types of the X protocol's events.
 const KEY: (u8, u8) = (2, 3);
 const BUTTON: (u8, u8) = (4, 5);
 const MOTION: u8 = 6;
 
-/// An X server, which ends with it.
+/// An X server without a monitor; it is stopped on drop.
 pub struct Desktop {
     server: Child,
-    /// Its name, for `DISPLAY`.
+    /// Display name, for `DISPLAY`.
     pub name: String,
     connection: RustConnection,
     root: Window,
@@ -34,19 +35,20 @@ impl Drop for Desktop {
     }
 }
 
-/// Pixels of a window: red, green and blue, row by row.
+/// Image of a window.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Capture {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: usize,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: usize,
-    /// Of each.
+    /// Red, green and blue of each pixel, row by row.
     pub pixels: Vec<[u8; 3]>,
 }
 
 impl Capture {
-    /// Mean difference of the channels' codes in columns `from..to` of `self`'s width; 255 for images of other sizes.
+    /// Returns the mean difference of the channels' codes over the columns `from..to`; 255 for
+    /// images of different sizes.
     pub fn difference(&self, other: &Self, from: usize, to: usize) -> f64 {
         if (self.width, self.height) != (other.width, other.height) {
             return 255.0;
@@ -63,11 +65,11 @@ impl Capture {
 }
 
 impl Desktop {
-    /// Starts a server on a display that is free.
+    /// Starts a server on a free display.
     ///
     /// # Errors
     ///
-    /// There is no `Xvfb`, or it does not start.
+    /// If `Xvfb` is missing or does not start.
     pub fn start(width: u32, height: u32) -> Result<Self, Failure> {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", &format!("{width}x{height}x24")])
@@ -91,11 +93,11 @@ impl Desktop {
         Ok(Self { server, name, connection, root })
     }
 
-    /// The window whose title begins so, once there is one that is shown.
+    /// Waits for a visible window whose title begins with `title`.
     ///
     /// # Errors
     ///
-    /// There is none within `limit`.
+    /// If there is no such window within `limit`.
     pub fn window(&self, title: &str, limit: Duration) -> Result<Window, Failure> {
         let start = Instant::now();
         while start.elapsed() < limit {
@@ -117,21 +119,21 @@ impl Desktop {
         Err(format!("no window {title:?}").into())
     }
 
-    /// Lets keys go to a window: there is no window manager to do it.
+    /// Gives a window the keyboard focus, as there is no window manager to do so.
     ///
     /// # Errors
     ///
-    /// The server refuses.
+    /// If the server refuses.
     pub fn focus(&self, window: Window) -> Result<(), Failure> {
         self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME)?.check()?;
         Ok(())
     }
 
-    /// What a window shows.
+    /// Captures the content of a window.
     ///
     /// # Errors
     ///
-    /// It shows nothing.
+    /// If the window shows nothing.
     pub fn capture(&self, window: Window) -> Result<Capture, Failure> {
         let geometry = self.connection.get_geometry(window)?.reply()?;
         let (width, height) = (geometry.width, geometry.height);
@@ -141,11 +143,12 @@ impl Desktop {
         Ok(Capture { width: usize::from(width), height: usize::from(height), pixels })
     }
 
-    /// What a window shows once it has stayed the same for a while and `good` likes it.
+    /// Waits until a window's content has been the same for 0.7 s and `good` accepts it, and
+    /// returns it.
     ///
     /// # Errors
     ///
-    /// It does not within `limit`.
+    /// If that does not happen within `limit`.
     pub fn settled(
         &self,
         window: Window,
@@ -163,7 +166,7 @@ impl Desktop {
                 return Ok(last);
             }
         }
-        Err("the window does not come to rest, or not to what it should show".into())
+        Err("the window does not settle on the expected content".into())
     }
 
     fn fake(&self, kind: u8, detail: u8, x: i16, y: i16) -> Result<(), Failure> {
@@ -171,11 +174,11 @@ impl Desktop {
         Ok(())
     }
 
-    /// Holds a key for a while.
+    /// Holds a key down for a while.
     ///
     /// # Errors
     ///
-    /// The keyboard has none for this symbol.
+    /// If the keyboard has no key for this symbol.
     pub fn key(&self, symbol: u32, hold: Duration) -> Result<(), Failure> {
         let setup = self.connection.setup();
         let (first, count) = (setup.min_keycode, setup.max_keycode - setup.min_keycode + 1);
@@ -192,7 +195,7 @@ impl Desktop {
     ///
     /// # Errors
     ///
-    /// The server refuses.
+    /// If the server refuses.
     pub fn drag(&self, button: u8, from: (i16, i16), to: (i16, i16)) -> Result<(), Failure> {
         let pause = || std::thread::sleep(Duration::from_millis(40));
         self.fake(MOTION, 0, from.0, from.1)?;
@@ -207,11 +210,11 @@ impl Desktop {
         self.fake(BUTTON.1, button, 0, 0)
     }
 
-    /// Presses a button at a point of the screen; 4 and 5 are the wheel's.
+    /// Clicks a button at a point of the screen; buttons 4 and 5 are the wheel.
     ///
     /// # Errors
     ///
-    /// The server refuses.
+    /// If the server refuses.
     pub fn click(&self, button: u8, at: (i16, i16)) -> Result<(), Failure> {
         self.fake(MOTION, 0, at.0, at.1)?;
         std::thread::sleep(Duration::from_millis(40));
@@ -220,22 +223,22 @@ impl Desktop {
         self.fake(BUTTON.1, button, 0, 0)
     }
 
-    /// Gives a window another size.
+    /// Resizes a window.
     ///
     /// # Errors
     ///
-    /// The server refuses.
+    /// If the server refuses.
     pub fn resize(&self, window: Window, width: u32, height: u32) -> Result<(), Failure> {
         let size = ConfigureWindowAux::new().width(width).height(height);
         self.connection.configure_window(window, &size)?.check()?;
         Ok(())
     }
 
-    /// Hides a window, or shows it again.
+    /// Shows or hides a window.
     ///
     /// # Errors
     ///
-    /// The server refuses.
+    /// If the server refuses.
     pub fn show(&self, window: Window, shown: bool) -> Result<(), Failure> {
         match shown {
             true => self.connection.map_window(window)?.check()?,

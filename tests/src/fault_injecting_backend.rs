@@ -1,4 +1,4 @@
-//! A processor whose launches can be made to fail, or to take long.
+//! A backend whose launches can fail or take long.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use std::time::Duration;
@@ -12,7 +12,8 @@ use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::film::PixelSums;
 use trisect_shared::path::FirstHit;
 
-/// All threads of this machine, and something after each launch.
+/// The CPU backend with all threads of this machine, and a function that is called after each
+/// launch.
 pub struct FaultInjectingBackend {
     inner: Cpu,
     device: Device,
@@ -20,17 +21,17 @@ pub struct FaultInjectingBackend {
 }
 
 impl FaultInjectingBackend {
-    /// What `after` says is what the launch says.
+    /// Opens the backend. A launch fails if `after` returns an error.
     ///
     /// # Panics
     ///
-    /// If there are no threads.
+    /// If the CPU backend does not open.
     pub fn new(after: impl FnMut() -> Result<(), BackendError> + Send + 'static) -> Self {
         let inner = Cpu::open(None).unwrap();
         Self { device: inner.device().clone(), inner, after: Box::new(after) }
     }
 
-    /// Says that it is a GPU: the host sums what it rendered while it renders more.
+    /// Reports the device as a GPU, so that the host sums a launch while it renders the next.
     #[must_use]
     pub fn as_gpu(mut self) -> Self {
         self.device.kind = DeviceKind::Gpu;

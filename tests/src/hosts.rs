@@ -1,19 +1,19 @@
-//! Hosts of their own on one machine.
+//! Simulated hosts on one machine, for tests of clusters.
 #![allow(clippy::expect_used, reason = "this is how a test fails")]
 
 use crate::program::Temporary;
 use std::process::Command;
 
-/// Hosts of their own: network namespaces, which mpirun enters where it would call ssh.
+/// Two network namespaces, which mpirun enters where it would use ssh.
 pub struct Hosts {
-    /// Of both.
+    /// Names of both namespaces.
     pub names: [String; 2],
-    /// What mpirun starts in place of ssh.
+    /// Script that mpirun calls in place of ssh.
     pub agent: String,
 }
 
 impl Hosts {
-    /// Makes them, or says why not.
+    /// Creates the namespaces. Without the rights to, returns `None` and prints the reason.
     ///
     /// # Panics
     ///
@@ -34,7 +34,7 @@ impl Hosts {
         }
         lines += "echo 1 > /proc/sys/net/ipv4/ip_forward\n";
         let agent = folder.file("agent.sh");
-        // What ssh would be: a host's name, then a command for its shell.
+        // The agent takes ssh's arguments: a host's name, then a command for its shell.
         let script = "#!/bin/sh\nhost=$1; shift\nexec ip netns exec \"$host\" unshare --uts sh -c \"hostname $host; $*\"\n";
         std::fs::write(&agent, script).expect("the agent");
         let hosts = Self { names, agent };

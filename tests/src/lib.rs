@@ -1,11 +1,13 @@
-//! What the tests share: backends that may be missing, files, and statistics.
+//! Support code of the tests: backends that may be missing, the program, files and statistics.
 //!
-//! Environment:
+//! Environment variables:
 //!
-//! * `REQUIRE_BACKENDS`, such as `cpu,wgpu`: backends whose absence is a failure; without it an absent one is skipped aloud.
-//! * `TRISECT_ROOT`: the folder with `scenes/`, when tests run away from their source tree.
-//! * `TRISECT_BIN`: the program, when it is not beside the test binaries.
-//! * `TRISECT_WGPU_DEVICE`: index of the wgpu adapter; without it the best hardware one, else the first.
+//! * `REQUIRE_BACKENDS`, such as `cpu,wgpu`: backends whose absence is a failure. Others are
+//!   skipped with a message.
+//! * `TRISECT_ROOT`: the folder with `scenes/`, for tests that run without their source tree.
+//! * `TRISECT_BIN`: the program, if it is not beside the test binaries.
+//! * `TRISECT_WGPU_DEVICE`: index of the wgpu adapter; default: the best hardware adapter, else the
+//!   first one.
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
@@ -31,18 +33,18 @@ use trisect::scene::Scene;
 /// A backend that tests are instantiated for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BackendUnderTest {
-    /// Threads.
+    /// CPU threads.
     Cpu,
-    /// wgpu with the kernels as they are.
+    /// wgpu that passes the SPIR-V kernels through.
     Wgpu,
-    /// wgpu with the kernels through naga.
+    /// wgpu with kernels that naga translates.
     WgpuNaga,
     /// CUDA.
     Cuda,
 }
 
 impl BackendUnderTest {
-    /// Its name in `REQUIRE_BACKENDS`.
+    /// Returns its name in `REQUIRE_BACKENDS`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -63,16 +65,18 @@ impl BackendUnderTest {
         }
     }
 
-    /// A renderer of `scene`, or `None` where the backend is missing and not required; says so on standard error.
+    /// Returns a renderer of `scene`, or `None` with a message on standard error where the backend
+    /// is missing and not required.
     ///
     /// # Panics
     ///
-    /// If `REQUIRE_BACKENDS` names a backend that is missing, or a backend that is there fails.
+    /// If `REQUIRE_BACKENDS` names a missing backend, or an available backend fails.
     pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
         let backend = self.available(self.open())?;
         match Renderer::new(backend, scene) {
             Ok(renderer) => {
-                // Or a comparison with the CPU would compare its image with itself.
+                // With another backend, a comparison with the CPU could compare its image with
+                // itself.
                 assert_eq!(renderer.backend().device().backend, self.name(), "{self:?} is another backend");
                 Some(renderer)
             }
@@ -80,11 +84,12 @@ impl BackendUnderTest {
         }
     }
 
-    /// What was opened, or `None` where it is missing and not required; says so on standard error.
+    /// Returns what was opened, or `None` with a message on standard error where it is missing and
+    /// not required.
     ///
     /// # Panics
     ///
-    /// If `REQUIRE_BACKENDS` names it and it is missing.
+    /// If `REQUIRE_BACKENDS` names the missing backend.
     pub fn available<T>(self, opened: Result<T, BackendError>) -> Option<T> {
         let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
         match opened {
@@ -100,7 +105,8 @@ impl BackendUnderTest {
     }
 }
 
-/// Instantiates a generic test, `fn name(subject: Subject)`, for each backend, as tests of a module of its name.
+/// Instantiates a test, `fn name(subject: BackendUnderTest)`, for each backend, in a module of its
+/// name.
 #[macro_export]
 macro_rules! for_each_backend {
     ($($test:ident),* $(,)?) => {$(
@@ -117,13 +123,13 @@ macro_rules! for_each_backend {
     )*};
 }
 
-/// The folder with `scenes/`.
+/// Returns the folder with `scenes/`.
 pub fn root() -> PathBuf {
     std::env::var_os("TRISECT_ROOT")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), PathBuf::from)
 }
 
-/// A scene of the project.
+/// Loads a scene of the project from `scenes/`.
 ///
 /// # Panics
 ///
@@ -135,7 +141,7 @@ pub fn scene(name: &str) -> Scene {
     }
 }
 
-/// The program.
+/// Returns the path of the program.
 pub fn binary() -> PathBuf {
     if let Some(path) = std::env::var_os("TRISECT_BIN") {
         return path.into();

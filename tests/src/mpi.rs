@@ -1,21 +1,22 @@
-//! The program under mpirun.
+//! Runs the program under mpirun.
 
 use crate::program::Temporary;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Whether mpirun is there and the program was built with MPI; says on standard error why not.
+/// Returns whether mpirun is available and the program was built with MPI; prints on standard error
+/// why not.
 ///
 /// # Panics
 ///
-/// If `REQUIRE_BACKENDS` names `mpi` and one of both is missing.
+/// If `REQUIRE_BACKENDS` names `mpi` and one of them is missing.
 pub fn available() -> bool {
     let info = crate::program::trisect(&["info"]);
     let built = String::from_utf8_lossy(&info.stdout).contains("mpi   built in");
     let reason = match (built, Command::new("mpirun").arg("--version").output()) {
         (false, _) => "the program was built without --features mpi",
-        (true, Err(_)) => "there is no mpirun",
+        (true, Err(_)) => "mpirun was not found",
         (true, Ok(_)) => return true,
     };
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
@@ -27,11 +28,12 @@ pub fn available() -> bool {
     false
 }
 
-/// mpirun with what tests need: any number of ranks on any machine, as root, too. Each of `contexts` is so many ranks and the program's arguments.
+/// Returns an mpirun command that starts any number of ranks on any machine, also as root. Each of
+/// `contexts` is a number of ranks and the program's arguments.
 pub fn command(options: &[&str], contexts: &[(u32, &[&str])]) -> Command {
     let mut command = Command::new("mpirun");
     command.args(["--allow-run-as-root", "--oversubscribe", "--bind-to", "none"]).args(options);
-    // Its own help goes unasked otherwise, once for each rank.
+    // Otherwise mpirun prints its help once for each rank.
     command.env("NO_COLOR", "1").env("OMPI_MCA_orte_base_help_aggregate", "1");
     for (index, (ranks, arguments)) in contexts.iter().enumerate() {
         if index > 0 {
@@ -42,7 +44,7 @@ pub fn command(options: &[&str], contexts: &[(u32, &[&str])]) -> Command {
     command
 }
 
-/// Runs so many ranks with the same arguments.
+/// Runs `ranks` ranks with the same arguments.
 ///
 /// # Panics
 ///
@@ -51,7 +53,7 @@ pub fn run(ranks: u32, arguments: &[&str]) -> Output {
     run_each(&[(ranks, arguments)])
 }
 
-/// Runs ranks with arguments of their own.
+/// Runs groups of ranks, each with its own arguments.
 ///
 /// # Panics
 ///
@@ -63,16 +65,16 @@ pub fn run_each(contexts: &[(u32, &[&str])]) -> Output {
     }
 }
 
-/// A job of two ranks of which the second one's process is known.
+/// A job of two ranks, the second of which can be sent signals.
 pub struct Job {
-    /// mpirun.
+    /// The mpirun process.
     child: Child,
-    /// The second rank's process.
+    /// Process id of the second rank.
     pub victim: u32,
 }
 
 impl Job {
-    /// Starts it, and waits until the second rank's process is there.
+    /// Starts the job, and waits until the second rank's process exists.
     ///
     /// # Panics
     ///
@@ -81,7 +83,7 @@ impl Job {
         let note = folder.path("victim");
         let _ = std::fs::remove_file(&note);
         let mut command = command(&[], &[(1, arguments)]);
-        // A shell notes its number and becomes the program.
+        // A shell writes its process id and is replaced by the program.
         let script = format!("echo $$ > {}.new && mv {0}.new {0} && exec \"$0\" \"$@\"", note.display());
         command.args([":", "-n", "1", "bash", "-c", &script]).arg(crate::binary()).args(arguments);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -103,7 +105,7 @@ impl Job {
     ///
     /// # Panics
     ///
-    /// If it is not there any more.
+    /// If its process has ended.
     pub fn signal(&self, name: &str) {
         let sent = Command::new("kill").args([&format!("-{name}"), &self.victim.to_string()]).status();
         assert!(sent.is_ok_and(|status| status.success()), "rank 1 had ended before it got {name}");
@@ -113,13 +115,13 @@ impl Job {
     ///
     /// # Panics
     ///
-    /// If it is not there any more.
+    /// If it has ended.
     pub fn end_by(&self, name: &str) {
         let sent = Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status();
         assert!(sent.is_ok_and(|status| status.success()), "mpirun had ended before it got {name}");
     }
 
-    /// Waits for the job's end, and says how long that took.
+    /// Waits for the end of the job, and returns its output and how long that took.
     ///
     /// # Panics
     ///
@@ -129,7 +131,7 @@ impl Job {
         while self.child.try_wait().is_ok_and(|ended| ended.is_none()) {
             if start.elapsed() > Duration::from_secs(60) {
                 let _ = self.child.kill();
-                panic!("the job goes on");
+                panic!("the job does not end");
             }
             std::thread::sleep(Duration::from_millis(10));
         }

@@ -1,15 +1,15 @@
-//! The program as people run it, and what it must say when it fails.
+//! Runs the program and checks its failures.
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant, SystemTime};
 
-/// A folder of a test's own.
+/// Creates a temporary folder for a test.
 ///
 /// # Panics
 ///
-/// If it cannot be made.
+/// If it cannot be created.
 pub fn folder(file: &str, name: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("trisect-{file}-{}-{name}", std::process::id()));
     match fs::create_dir_all(&path) {
@@ -27,8 +27,8 @@ pub fn trisect(arguments: &[&str]) -> Output {
     run(Command::new(crate::binary()).args(arguments))
 }
 
-/// Runs the program within `memory` bytes of address space, where there is bash to limit it. What it does before it opens a backend
-/// takes one thread, and so no more than it needs.
+/// Runs the program within `memory` bytes of address space, where bash can limit it. Before it
+/// opens a backend the program uses one thread, and so needs no further memory.
 ///
 /// # Panics
 ///
@@ -48,11 +48,12 @@ fn run(command: &mut Command) -> Output {
     }
 }
 
-/// Checks that the program ended with `code` and said each of `words`, without a panic.
+/// Checks that the program ended with `code`, that standard error has each of `words`, and that it
+/// did not panic.
 ///
 /// # Panics
 ///
-/// If it did not.
+/// If any of this is not so.
 pub fn check_failure(output: &Output, arguments: &[&str], code: i32, words: &[&str]) {
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
@@ -62,7 +63,8 @@ pub fn check_failure(output: &Output, arguments: &[&str], code: i32, words: &[&s
     }
 }
 
-/// Runs the program, which must end with `code` and say each of `words`, without a panic.
+/// Runs the program, which must end with `code`, with each of `words` on standard error and without
+/// a panic.
 ///
 /// # Panics
 ///
@@ -71,32 +73,32 @@ pub fn fails(arguments: &[&str], code: i32, words: &[&str]) {
     check_failure(&trisect(arguments), arguments, code, words);
 }
 
-/// A folder of a test's own, which goes with it.
+/// A test's temporary folder, which is removed on drop.
 pub struct Temporary(PathBuf);
 
 impl Temporary {
-    /// Makes it.
+    /// Creates the folder.
     ///
     /// # Panics
     ///
-    /// If it cannot be made.
+    /// If it cannot be created.
     pub fn new(file: &str, name: &str) -> Self {
         Self(folder(file, name))
     }
 
-    /// A file in it, as text.
+    /// Returns the path of a file in the folder, as text.
     ///
     /// # Panics
     ///
-    /// If the system's folder for temporary files has a name that is no text.
+    /// If the system's folder for temporary files has a name that is not UTF-8.
     pub fn file(&self, name: &str) -> String {
         match self.path(name).to_str() {
             Some(path) => path.to_owned(),
-            None => panic!("{}: no text", self.0.display()),
+            None => panic!("{}: not UTF-8", self.0.display()),
         }
     }
 
-    /// The same as a path.
+    /// Returns the path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
@@ -108,11 +110,11 @@ impl Drop for Temporary {
     }
 }
 
-/// Waits for a file that was written after `after`.
+/// Waits until a file has been written after `after`.
 ///
 /// # Panics
 ///
-/// If none is within two minutes.
+/// If it has not been written within two minutes.
 pub fn wait_for(file: &str, after: SystemTime) {
     let start = Instant::now();
     while !fs::metadata(file).and_then(|facts| facts.modified()).is_ok_and(|time| time >= after) {

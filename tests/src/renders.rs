@@ -7,7 +7,7 @@ use trisect::film::{Film, PixelTotals};
 use trisect::render::{FilmObserver, Renderer, Settings};
 use trisect::scene::Scene;
 
-/// A renderer on the CPU.
+/// Returns a renderer of the scene on the CPU.
 ///
 /// # Panics
 ///
@@ -19,7 +19,7 @@ pub fn cpu(scene: &Scene) -> Renderer {
     }
 }
 
-/// A film.
+/// Renders a film.
 ///
 /// # Panics
 ///
@@ -31,14 +31,14 @@ pub fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
     }
 }
 
-/// Albedo + 1 %: what the comparisons must notice.
+/// Returns the scene with 1 % more albedo, a fault that comparisons must detect.
 pub fn brighter(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.materials.iter_mut().for_each(|material| material.albedo *= 1.01);
     scene
 }
 
-/// Every light, the sky among them, brighter by `factor`.
+/// Returns the scene with each light, the sky included, brighter by `factor`.
 pub fn lit(scene: &Scene, factor: f32) -> Scene {
     let mut scene = scene.clone();
     for material in &mut scene.materials {
@@ -54,11 +54,11 @@ pub fn lit(scene: &Scene, factor: f32) -> Scene {
     scene
 }
 
-/// Number of pixels that differ in a bit of a sum, or in a count.
+/// Returns the number of pixels that differ in a bit of a sum, or in a count.
 ///
 /// # Panics
 ///
-/// If the films are of different sizes.
+/// If the films have different sizes.
 pub fn differing(a: &Film, b: &Film) -> usize {
     assert_eq!(a.pixels.len(), b.pixels.len());
     let bits = |p: &PixelTotals| {
@@ -73,7 +73,8 @@ pub fn differing(a: &Film, b: &Film) -> usize {
     a.pixels.iter().zip(&b.pixels).filter(|(a, b)| bits(a) != bits(b)).count()
 }
 
-/// Every scene file of the project, and its model; without those whose generated mesh is missing, aloud.
+/// Returns all scene files of the project and its glTF model. `mesh.ron` is left out with a message
+/// if its mesh has not been generated.
 ///
 /// # Panics
 ///
@@ -96,11 +97,11 @@ pub fn scene_files() -> Vec<PathBuf> {
     files
 }
 
-/// Ends a render after so many parts.
+/// Stops a render after a number of parts.
 pub struct StopAfterParts(AtomicU32);
 
 impl StopAfterParts {
-    /// Of them.
+    /// Creates an observer that stops after `parts` parts.
     pub fn new(parts: u32) -> Self {
         Self(AtomicU32::new(parts))
     }

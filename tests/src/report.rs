@@ -1,28 +1,30 @@
-//! One line for each torture test and backend, from which the table in `docs/accuracy.md` is made:
+//! One line per torture test and backend, from which `tests/accuracy.py` makes the tables of
+//! `docs/notebook/torture-tests.md`:
 //!
 //! ```text
 //! TORTURE 02 | cpu | AMD EPYC 9354 | passed | worst 1.9 of 4 sigma over 8 depths
 //! ```
 //!
-//! Five fields, " | " between them; no field holds a '|'. `cargo test --release -p trisect-tests --test torture -- --nocapture 2>&1 |
-//! grep -o 'TORTURE.*'` shows them all.
+//! The five fields are separated by " | "; no field holds a '|'. All lines: `cargo test --release
+//! -p trisect-tests --test torture -- --nocapture 2>&1 | grep -o 'TORTURE.*'`.
 
 use crate::BackendUnderTest;
 use std::sync::OnceLock;
 use trisect::backend::{Device, DeviceKind, cpu, cuda, wgpu};
 
-/// How a backend met a test.
+/// Outcome of a test on a backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As the test's number asks.
+    /// The test holds as stated.
     Passed,
-    /// Within a bound that was measured and whose reason the test states.
+    /// The test holds within a bound that was measured and whose reason the test states.
     Bounded,
-    /// Nothing to test, with the reason.
+    /// There is nothing to test; the figure has the reason.
     NotApplicable,
 }
 
-/// The device that tests of a backend run on, looked for once: a driver may tire of being asked.
+/// Returns the device that tests of a backend run on. Devices are listed once, because a driver may
+/// fail after it has been asked often.
 fn device(subject: BackendUnderTest) -> Option<&'static Device> {
     static DEVICES: [OnceLock<Option<Device>>; 3] = [const { OnceLock::new() }; 3];
     let (slot, find): (usize, fn() -> Option<Device>) = match subject {
@@ -40,7 +42,7 @@ fn device(subject: BackendUnderTest) -> Option<&'static Device> {
 }
 
 impl BackendUnderTest {
-    /// Its name in reports, where both routes of wgpu show.
+    /// Returns its name in reports, which distinguishes the two routes of wgpu.
     pub fn label(self) -> &'static str {
         match self {
             Self::WgpuNaga => "wgpu-naga",
@@ -48,18 +50,20 @@ impl BackendUnderTest {
         }
     }
 
-    /// The index, for its backend, of the device that tests of it run on; 0 if there is none.
+    /// Returns the index, in its backend, of the device that its tests run on; 0 if there is no
+    /// device.
     pub fn index(self) -> usize {
         device(self).map_or(0, |device| device.index)
     }
 
-    /// Whether its device is a graphics driver that computes on the CPU, which has time for few samples.
+    /// Returns whether its device is a graphics driver that computes on the CPU, which has time for
+    /// few samples.
     pub fn is_software(self) -> bool {
         device(self).is_some_and(|device| device.kind == DeviceKind::SoftwareGpu)
     }
 }
 
-/// The line.
+/// Formats the line of a test and a backend.
 pub fn line(number: u32, subject: BackendUnderTest, device: &str, outcome: Outcome, figure: &str) -> String {
     let outcome = match outcome {
         Outcome::Passed => "passed",
@@ -69,7 +73,8 @@ pub fn line(number: u32, subject: BackendUnderTest, device: &str, outcome: Outco
     format!("TORTURE {number:02} | {} | {device} | {outcome} | {}", subject.label(), figure.replace('|', "/"))
 }
 
-/// Prints the line of torture test `number` on standard error; `figure` says in words what was measured.
+/// Prints the line of torture test `number` on standard error; `figure` is what was measured, in
+/// words.
 pub fn report(number: u32, subject: BackendUnderTest, outcome: Outcome, figure: impl AsRef<str>) {
     let device = device(subject).map_or("none here", |device| device.name.trim());
     eprintln!("{}", line(number, subject, device, outcome, figure.as_ref()));

@@ -1,34 +1,34 @@
-//! The program while it runs, to be interrupted or killed.
+//! The program as a running process, which tests interrupt or kill.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use std::io::Read;
 use std::process::{Child, Command, Output, Stdio};
 
-/// The program with these arguments.
+/// Returns a command that runs the program with these arguments.
 pub fn program(arguments: &[&str]) -> Command {
     let mut command = Command::new(crate::binary());
     command.args(arguments);
     command
 }
 
-/// A process that is going on. It does not outlive its test.
+/// A running process; it is killed on drop.
 pub struct Running(Option<Child>);
 
 impl Running {
-    /// Starts it; what it says to standard error is kept.
+    /// Starts the process; its standard error can be read later.
     ///
     /// # Panics
     ///
-    /// If it cannot be run.
+    /// If it cannot be started.
     pub fn start(command: &mut Command) -> Self {
         Self(Some(command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()))
     }
 
-    /// Reads what it says until it says these words.
+    /// Reads standard error until `words` occur.
     ///
     /// # Panics
     ///
-    /// If it ends without.
+    /// If the process ends before.
     pub fn until(&mut self, words: &str) {
         let mut said = String::new();
         let out = self.0.as_mut().unwrap().stderr.as_mut().unwrap();
@@ -43,17 +43,17 @@ impl Running {
     ///
     /// # Panics
     ///
-    /// If it is gone.
+    /// If the process has ended.
     pub fn signal(&self, name: &str) {
         let id = self.0.as_ref().unwrap().id().to_string();
         assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
     }
 
-    /// Kills it, as `kill -9` does; whether it was still going on.
+    /// Kills the process as `kill -9` does, and returns whether it was still running.
     ///
     /// # Panics
     ///
-    /// If the system does not say.
+    /// If the system does not tell.
     pub fn kill(mut self) -> bool {
         let mut child = self.0.take().unwrap();
         let going = child.try_wait().unwrap().is_none();
@@ -62,11 +62,11 @@ impl Running {
         going
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the process, and returns its output.
     ///
     /// # Panics
     ///
-    /// If the system does not say.
+    /// If the system does not tell.
     pub fn end(mut self) -> Output {
         self.0.take().unwrap().wait_with_output().unwrap()
     }

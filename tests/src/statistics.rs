@@ -1,28 +1,29 @@
-//! The statistics of equivalence: is the difference of two renders noise?
+//! Statistics that decide whether the difference of two renders is noise.
 
 use trisect::film::{Film, PixelTotals};
 
-/// Two films compared channel by channel.
+/// A comparison of two films, channel by channel.
 #[derive(Clone, Debug)]
 pub struct ZTest {
     /// Share of pixel channels with |z| below 4.5.
     pub share: f64,
     /// z of the difference of the global means, by channel.
     pub global: [f64; 3],
-    /// Difference of the global means over the mean, by channel.
+    /// Difference of the global means, relative to the mean, by channel.
     pub relative: [f64; 3],
 }
 
-/// The limit for one pixel channel. At 4.5 sigma one in 150,000 normal values lies outside; the sums of few samples have heavier
-/// tails, and channels of almost no variance (a constant sky, one rare path) have no normal distribution at all: so
-/// [`ZTest::passes`] allows 0.25 % of them (Mitsuba 3's z-test allows as many) and relies on the global mean for the rest.
+/// Maximum |z| of a pixel channel. One in 150,000 normal values is beyond 4.5 sigma. Sums of few
+/// samples have heavier tails, and channels of almost no variance (a constant sky, one rare path)
+/// have no normal distribution at all. So [`ZTest::passes`] allows 0.25 % of the channels beyond
+/// it, as Mitsuba 3's z-test does, and relies on the global mean for the rest.
 pub const PIXEL_LIMIT: f64 = 4.5;
 
-/// Sigmas that the global mean of a channel may be off: one in 16,000 by chance.
+/// Maximum deviation of the global mean of a channel, in sigma: one in 16,000 is beyond by chance.
 pub const GLOBAL_LIMIT: f64 = 4.0;
 
 impl ZTest {
-    /// Compares two renders drawn from different seeds, by the variances that their own films hold.
+    /// Compares two renders with different seeds by the variances of their films.
     pub fn new(a: &Film, b: &Film) -> Self {
         let (mut inside, mut total) = (0u64, 0u64);
         let mut sums = [[0.0; 3]; 3]; // mean of a, mean of b, variance of the difference
@@ -49,32 +50,34 @@ impl ZTest {
         }
     }
 
-    /// Whether the difference is noise.
+    /// Returns whether the difference is noise.
     pub fn passes(&self) -> bool {
         self.share >= 0.9975 && self.global.iter().all(|z| z.abs() < GLOBAL_LIMIT)
     }
 }
 
-/// Side of the blocks that [`Blocks`] averages, in pixels.
+/// Side of the blocks of [`Blocks`], in pixels.
 pub const BLOCK: u32 = 8;
 
-/// Means of blocks of pixels, and of all: many pixels' noise is nearer to normal than one's, and its variance better known.
+/// Means of blocks of pixels, and of all pixels. The noise of a block is nearer to normal than a
+/// pixel's, and its variance is better known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blocks {
-    /// Mean and its variance of each block by channel, row-major; blocks at the right and the bottom may be smaller.
+    /// Mean and variance of the mean of each block by channel, row-major; blocks at the right and
+    /// the bottom may be smaller.
     pub blocks: Vec<([f64; 3], [f64; 3])>,
-    /// Of the whole film.
+    /// Mean and variance of the mean of the whole film.
     pub whole: ([f64; 3], [f64; 3]),
 }
 
 impl Blocks {
-    /// Of a film with the variances that it holds.
+    /// Computes the blocks of a film with the film's own variances.
     pub fn new(film: &Film) -> Self {
         let pixels = film.pixels.iter().map(|p| (p.mean(), p.variance_of_mean()));
         Self::of(film.width, film.height, pixels.collect())
     }
 
-    /// Of means and their variances by pixel.
+    /// Computes the blocks of an image by each pixel's mean and variance of the mean.
     pub fn of(width: u32, height: u32, pixels: Vec<([f64; 3], [f64; 3])>) -> Self {
         let mean = |columns: std::ops::Range<u32>, rows: std::ops::Range<u32>| {
             let n = f64::from(columns.len() as u32 * rows.len() as u32);
@@ -99,7 +102,8 @@ impl Blocks {
         Self { blocks, whole: mean(0..width, 0..height) }
     }
 
-    /// How many sigmas the blocks and the whole are off by channel, beyond a relative difference of `rounding`.
+    /// Returns by how many sigma the blocks and the whole differ by channel, beyond a relative
+    /// difference of `rounding`.
     pub fn compare(&self, other: &Self, rounding: f64) -> BlockTest {
         let z = |a: &([f64; 3], [f64; 3]), b: &([f64; 3], [f64; 3])| -> [f64; 3] {
             std::array::from_fn(|c| {
@@ -118,26 +122,26 @@ impl Blocks {
     }
 }
 
-/// A mean against what it is known to be.
+/// Comparison of a mean with its known value.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
-    /// The mean, of the channel that is most off.
+    /// Mean of the channel that deviates most.
     pub mean: f64,
-    /// Its standard deviation, by the film's own variances.
+    /// Standard deviation of that mean, by the film's own variances.
     pub sigma: f64,
-    /// Sigmas that it is off, beyond [`Known::ROUNDING`].
+    /// Deviation in sigma, beyond [`Known::ROUNDING`].
     pub off: f64,
 }
 
 impl Known {
-    /// Relative: what 256 sums in f32 round at worst.
+    /// Maximum relative rounding error of 256 sums in f32.
     pub const ROUNDING: f64 = 256.0 / 16_777_216.0;
 
-    /// The mean of `pixels` for `want`.
+    /// Compares the mean of `pixels` with `want`.
     ///
     /// # Panics
     ///
-    /// If there is none, or a sample is missing.
+    /// If there is no pixel, or a sample is missing.
     pub fn of<'a>(pixels: impl IntoIterator<Item = &'a PixelTotals>, want: f64) -> Self {
         let (mut mean, mut variance, mut n) = ([0.0; 3], [0.0; 3], 0.0);
         for pixel in pixels {
@@ -158,27 +162,28 @@ impl Known {
         }
     }
 
-    /// Whether it is within [`GLOBAL_LIMIT`] sigmas.
+    /// Returns whether the mean is within [`GLOBAL_LIMIT`] sigma.
     pub fn holds(&self) -> bool {
         self.off < GLOBAL_LIMIT
     }
 }
 
-/// What [`Blocks::compare`] found.
+/// Result of [`Blocks::compare`].
 #[derive(Clone, Copy, Debug)]
 pub struct BlockTest {
-    /// Sigmas of the block and channel that is most off.
+    /// Deviation in sigma of the block and channel that differ most.
     pub worst: f64,
     /// Share of blocks and channels within [`PIXEL_LIMIT`].
     pub share: f64,
-    /// Sigmas of the whole, of the channel that is most off.
+    /// Deviation in sigma of the whole, of the channel that differs most.
     pub whole: f64,
-    /// Ratio of the wholes.
+    /// Ratio of the whole means, by channel.
     pub ratio: [f64; 3],
 }
 
 impl BlockTest {
-    /// Whether the difference is noise: each block within [`PIXEL_LIMIT`], the whole within [`GLOBAL_LIMIT`].
+    /// Returns whether the difference is noise: each block within [`PIXEL_LIMIT`], the whole within
+    /// [`GLOBAL_LIMIT`].
     pub fn passes(&self) -> bool {
         self.share == 1.0 && self.whole < GLOBAL_LIMIT
     }

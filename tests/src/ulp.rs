@@ -1,6 +1,6 @@
-//! Errors in units of the last place of an f32.
+//! Errors in units in the last place (ULP) of an f32.
 
-/// The distance between the f32 numbers around `x`: 2⁻¹⁴⁹ below the normal ones.
+/// Returns the distance between the f32 numbers around `x`: 2⁻¹⁴⁹ below the smallest normal number.
 pub fn ulp(x: f64) -> f64 {
     let x = x.abs();
     if x < f64::from(f32::MIN_POSITIVE) {
@@ -10,8 +10,8 @@ pub fn ulp(x: f64) -> f64 {
     2f64.powi(exponent - 23)
 }
 
-/// How far `got` is from the true value: 0.5 at most where it is correctly rounded; infinite for a NaN or infinity that should be
-/// a number, 0 for one that is right.
+/// Returns the error of `got` in ULP: at most 0.5 where it is correctly rounded; infinite where
+/// only one of both is finite; 0 for the right infinity or NaN.
 pub fn error(got: f32, want: f64) -> f64 {
     let rounded = want as f32;
     if got.to_bits() == rounded.to_bits() || got.is_nan() && rounded.is_nan() || got == rounded {

@@ -1,4 +1,4 @@
-//! Dielectric boundaries: 15 Fresnel, 16 the critical angle.
+//! Dielectric boundaries: Fresnel's equations (15) and the critical angle (16).
 
 use crate::materials;
 use crate::scattering::{answer, question, with_materials};
@@ -10,7 +10,7 @@ use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Reflectance and cos² of refraction by Fresnel's equations in f64.
+/// Returns reflectance and cos² of the refracted angle by Fresnel's equations in f64.
 fn exactly(cos: f64, eta: f64) -> (f64, f64) {
     let square = (1.0 - eta) * (1.0 + eta) + (eta * cos).powi(2);
     if square <= 0.0 {
@@ -22,8 +22,9 @@ fn exactly(cos: f64, eta: f64) -> (f64, f64) {
     (0.5 * (parallel.powi(2) + perpendicular.powi(2)), square)
 }
 
-/// Greatest error of the reflectance, where cos² of refraction is beyond 0.03 (of eta², if that is above 1) of the critical angle's 0, and near it; panics for one
-/// outside [0, 1].
+/// Returns the maximum errors of the reflectance: away from the critical angle, and near it, where
+/// |cos²| of the refracted angle is at most 0.03 max(eta², 1). Panics for a reflectance outside [0,
+/// 1].
 fn errors(questions: &[Input], outputs: &[Output]) -> (f64, f64) {
     let (mut away, mut near) = (0.0f64, 0.0f64);
     for (q, o) in questions.iter().zip(outputs) {
@@ -42,7 +43,7 @@ fn questions() -> Vec<Input> {
     let mut all = Vec::new();
     for ior in [1.0f32, 1.0001, 1.5, 4.0, 100.0] {
         for eta in [ior, 1.0 / ior] {
-            // Even in the cosine, and to grazing.
+            // Cosines in equal steps, and a geometric series down to grazing angles.
             let cosines = (1..=8192).map(|i| i as f32 / 8192.0).chain((0..200).map(|i| 0.9f32.powi(i)));
             all.extend(cosines.map(|cos| Input { a: row4(cos, eta, 0.0, 0.0), ..Input::default() }));
         }
@@ -50,25 +51,30 @@ fn questions() -> Vec<Input> {
     all
 }
 
-/// Reflectance is 0.5 (p² + s²), each a quotient of sums of two: at most 8 roundings of 2⁻²⁴, 5e-7, plus 2 quotients of 2.5 ULP on Vulkan: 1e-6
-/// holds there, too. Near the critical angle the square root turns an error e of cos² into sqrt(e).
+/// Reflectance is within 1e-6 of f64, except near the critical angle.
+///
+/// It is 0.5 (p² + s²), where p and s are quotients of sums of two terms: at most 8 roundings of
+/// 2⁻²⁴, which is 5e-7, and on Vulkan 2 quotients within 2.5 ULP, so that 1e-6 holds there, too.
+/// Near the critical angle the square root turns an error e of cos² into sqrt(e).
 fn t15_fresnel(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let questions = questions();
     let (away, near) = errors(&questions, &prober.ask("probe_fresnel", DIELECTRIC, &questions));
     assert!(away <= 1e-6, "{away}");
-    // cos² is wrong by a few eps of its terms, eta² at most: its root by their root.
+    // The error of cos² is a few eps of its terms, at most eta²; the error of its root is the root
+    // of that.
     let worst = (8.0 * f64::from(f32::EPSILON)).sqrt() * 4.0;
     assert!(near <= worst, "{near}, {worst} allowed");
     let (schlick, _) = errors(&questions, &prober.ask("probe_fresnel", SCHLICK, &questions));
-    assert!(schlick > 0.1, "a test that finds nothing: {schlick}");
+    assert!(schlick > 0.1, "negative control not detected: {schlick}");
     let figure = format!(
         "at most {away:.1e}; {near:.1e} nearer to the critical angle than cos² = 0.03; Schlick's {schlick:.2}"
     );
     report(15, subject, Outcome::Passed, figure);
 }
 
-/// Steps of an ulp around the cosine of the critical angle, from inside: what f64 decides outside of 2 ulp, and a unit direction always.
+/// Total reflection begins where f64 says, except within 2 ULP of the cosine of the critical angle,
+/// and each direction has unit length. The questions are 129 cosines in steps of an ULP.
 fn t16_critical_angle(subject: BackendUnderTest) {
     let indices = [1.0001f32, 1.1, 1.33, 1.5, 2.4, 4.0];
     let setups = indices.map(|ior| materials::glass(ior, false));
@@ -83,7 +89,8 @@ fn t16_critical_angle(subject: BackendUnderTest) {
             let square = exactly(f64::from(cos), eta).1;
             let ulps = (f64::from(cos) - critical) / trisect_tests::ulp::ulp(critical);
             let viewer = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-            // The reflectance is below 1 - 2^-24 a few ulp from the angle: this word passes whenever anything does.
+            // A few ULP from the angle the reflectance is below 1 - 2^-24: this word transmits if
+            // any word does.
             questions.push(question(index, viewer, Vec3::Z, false, UVec4::new(0, 0, u32::MAX, 0)));
             expected.push((ior, ulps, square > 0.0));
             cos = cos.next_up();
@@ -100,7 +107,7 @@ fn t16_critical_angle(subject: BackendUnderTest) {
         }
     }
     assert!(agreed_from <= 2.0, "another branch than f64's at {agreed_from} ulp");
-    // The twin: cos² by the form that cancels, against f64's sign.
+    // Negative control: the sign of cos² by the form that cancels, against f64's sign.
     let rows: Vec<Input> = questions
         .iter()
         .zip(&expected)
@@ -114,7 +121,7 @@ fn t16_critical_angle(subject: BackendUnderTest) {
         wrong(&prober.ask("probe_fresnel", DIELECTRIC, &rows)),
         wrong(&prober.ask("probe_fresnel", CANCELLING, &rows)),
     );
-    assert!(ours <= 2.0 && cancelling > 2.0, "a test that finds nothing: {ours}, {cancelling}");
+    assert!(ours <= 2.0 && cancelling > 2.0, "negative control not detected: {ours}, {cancelling}");
     let figure = format!(
         "f64's branch beyond {agreed_from:.1} ulp of the angle; the cancelling form: beyond {cancelling:.0}"
     );

@@ -1,5 +1,7 @@
-//! 41: every node's box contains its primitives, by double precision. There is no wide BVH, whose boxes would be decoded; these are
-//! the boxes of the binary one, made by the host: nothing to ask of a backend.
+//! Test 41: each node's box contains its primitives, by double precision.
+//!
+//! The boxes are those of the binary BVH, which the host builds, so no backend is asked. The CPU's
+//! wide BVH is made from it and is not covered here.
 
 use crate::construct;
 use crate::construct::{EPSILON, power, words};
@@ -14,8 +16,9 @@ use trisect_shared::triangle::Triangle;
 use trisect_tests::BackendUnderTest;
 use trisect_tests::report::{Outcome, report};
 
-/// Sizes of 10⁻²⁰ to 10²⁰ at places as far, the shapes beyond what a scene file may hold included. (Vertices reach 10¹² only: a
-/// product of three stays finite.)
+/// Returns a scene of `count` primitives with sizes of 10⁻²⁰ to 10²⁰ at distances of 10⁻²⁰ to 10²⁰
+/// from the origin, including shapes that a scene file may not hold. Vertices of triangles reach
+/// 10¹² only, so that a product of three stays finite.
 fn extremes(count: u32) -> Scene {
     let mut scene = construct::scene(Vec::new(), &[[Vec3::X, Vec3::Y, Vec3::Z]]);
     let shading = scene.shading[0];
@@ -46,7 +49,7 @@ fn extremes(count: u32) -> Scene {
     scene
 }
 
-/// By double precision, whose own rounding is 10⁻⁹ of f32's.
+/// Returns the box of a primitive by double precision, whose rounding error is 10⁻⁹ of f32's.
 fn exact_box(scene: &Scene, bvh: &Bvh, primitive: usize) -> (DVec3, DVec3) {
     let of = |points: &[DVec3]| {
         let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
@@ -72,10 +75,13 @@ fn exact_box(scene: &Scene, bvh: &Bvh, primitive: usize) -> (DVec3, DVec3) {
     of(&[exact(t.a), exact(t.b), exact(t.c)])
 }
 
-/// Of each node and child: whether the box holds all that is below it. The number of boxes that do not, and the narrowest room about a
-/// primitive, in ε of its farthest coordinate along the axis and its greatest extent; 2 are meant, before rounding.
+/// Returns the number of boxes that do not contain everything below them, and the narrowest margin
+/// between a leaf's box and its primitive.
+///
+/// The margin is in ε of the primitive's farthest coordinate along the axis plus its greatest
+/// extent; it is 2 before rounding.
 fn loose(scene: &Scene, bvh: &Bvh) -> (usize, f64) {
-    // Children come after their parents: from the last on, the exact box of what is below each node.
+    // Children come after their parents: in reverse order, the exact box below each child is known.
     let mut below = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bvh.nodes.len()];
     let (mut wrong, mut narrowest) = (0, f64::INFINITY);
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
@@ -103,7 +109,8 @@ fn loose(scene: &Scene, bvh: &Bvh) -> (usize, f64) {
 #[test]
 fn t41_containment() {
     let (mut boxes, mut narrowest) = (0, f64::INFINITY);
-    // Above 4096 primitives, the builder sees shifted boxes and the nodes get the true ones back.
+    // Above 4096 primitives the builder gets shifted boxes, and the nodes get the true boxes
+    // afterwards.
     for (count, quality) in [(2000, BvhQuality::High), (2000, BvhQuality::Fast), (6000, BvhQuality::Medium)] {
         let scene = extremes(count);
         let bvh = Bvh::build(&scene, Some(quality)).unwrap();
@@ -111,7 +118,8 @@ fn t41_containment() {
         assert_eq!(wrong, 0, "{count} primitives, {quality:?}");
         boxes += 2 * bvh.nodes.len();
         narrowest = narrowest.min(room);
-        // The twins: one box a little too small, a leaf's by 8 ε and the root's child's by a millionth.
+        // Negative controls: a leaf's box that is too small by 8 ε, and a box of the root by a
+        // millionth.
         let leaf = bvh.nodes.iter().position(|node| Child(node.first).is_leaf()).unwrap();
         let shrunk = |index: usize, by: f32| {
             let mut bvh = bvh.clone();
@@ -120,8 +128,8 @@ fn t41_containment() {
             node.y += Vec4::new(by * size, 0.0, 0.0, 0.0);
             loose(&scene, &bvh).0
         };
-        assert!(shrunk(leaf, 8.0 * f32::EPSILON) == 1, "a leaf's box too small passes");
-        assert!(shrunk(0, 1e-6) > 0, "an inner box too small passes");
+        assert!(shrunk(leaf, 8.0 * f32::EPSILON) == 1, "control not detected: a small leaf's box");
+        assert!(shrunk(0, 1e-6) > 0, "control not detected: a small inner box");
     }
     report(
         41,

@@ -1,4 +1,4 @@
-//! 18: the greatest error of each operation, and how often it is exact, over 2²⁰ stratified inputs.
+//! Test 18: maximum error of each operation, and how often it is exact, over 2²⁰ stratified inputs.
 
 use glam::UVec4;
 use trisect_probes::arithmetic::*;
@@ -10,20 +10,22 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Inputs of each operation.
+/// Number of inputs of each operation.
 const COUNT: u32 = 1 << 20;
 
 fn random(i: u32, salt: u32) -> Words {
     pcg4d(Words { x: i, y: salt, z: 18, w: 0 })
 }
 
-/// A number of each of 2²⁰ strata of bit patterns: every sign, exponent and upper mantissa; the lower bits at random.
+/// Returns a number of stratum `i` of 2²⁰ strata of bit patterns, which cover every sign, exponent
+/// and upper mantissa; the lower bits are random.
 fn pattern(i: u32, salt: u32) -> f32 {
     f32::from_bits(i << 12 | random(i, salt).x & 0xfff)
 }
 
-/// Two and three operands: the first of each stratum, the others of a stratum at random; every other time within 2⁶ of the first, where
-/// sums round and cancel.
+/// Returns three operands, of which an operation may use fewer. The first is of stratum `i`. The
+/// others are random bit patterns for even `i`, and within 2⁶ of the first for odd `i`, where sums
+/// round and cancel.
 fn operands(i: u32) -> [f32; 3] {
     let r = random(i, 1);
     let x = pattern(i, 0);
@@ -35,7 +37,7 @@ fn operands(i: u32) -> [f32; 3] {
     [x, y, z]
 }
 
-/// What an operation did to some class of inputs.
+/// Results of an operation for one class of inputs.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     count: u32,
@@ -57,15 +59,16 @@ impl Tally {
     }
 }
 
-/// What is asked of an operation.
+/// An operation and its expected results.
 struct Row {
     name: &'static str,
     operation: u32,
-    /// In f64, where + - * / and the square root of f32 numbers round to the f32 result as if from the true value (Figueroa, "When is
-    /// double rounding innocuous?", 1995).
+    /// The result in f64. For + - * / and the square root of f32 numbers it rounds to the same f32
+    /// as the true value (Figueroa, "When is double rounding innocuous?", 1995).
     exactly: fn([f32; 3]) -> f64,
-    /// Vulkan specification, "Precision of Core SPIR-V Instructions": greatest error in ULP for normal numbers. (A square root is
-    /// 1 / InverseSqrt, 2 ULP, so its bound is that of both.)
+    /// Maximum error in ULP for normal numbers (Vulkan specification, "Precision of Core SPIR-V
+    /// Instructions"). A square root is 1 / InverseSqrt (2 ULP), so its bound is that of both
+    /// operations.
     vulkan: f64,
 }
 
@@ -94,12 +97,12 @@ fn is_denormal(x: f32) -> bool {
     x != 0.0 && x.abs() < f32::MIN_POSITIVE
 }
 
-/// Classes of inputs, by what the specifications treat apart.
+/// Results by class of inputs, as the specifications distinguish them.
 #[derive(Debug, Default)]
 struct Classes {
     /// Operands, intermediate values and result are normal, or zero.
     normal: Tally,
-    /// One of them is denormal, or the divisor's reciprocal.
+    /// One of them is denormal, or the reciprocal of the divisor is.
     denormal: Tally,
     /// One of them is infinite or NaN.
     infinite: Tally,
@@ -122,7 +125,7 @@ fn classify(row: &Row, inputs: &[[f32; 3]], outputs: &[Output]) -> Classes {
         };
         let rounded = want as f32;
         let mut all = v[..arity].iter().copied().chain([between, rounded]);
-        // Beyond, Vulkan bounds no quotient: the divisor's reciprocal is denormal.
+        // Vulkan does not bound a quotient by a larger divisor, whose reciprocal is denormal.
         let divisor = match row.operation {
             DIVIDE => v[1].abs(),
             RECIPROCAL => v[0].abs(),
@@ -159,9 +162,12 @@ fn summary(tally: &Tally) -> String {
     if tally.is_exact() { "exact".to_owned() } else { format!("{:.3e} ulp, {share:.3} % exact", tally.worst) }
 }
 
-/// Vulkan's rules: sums and products of normal numbers are correctly rounded ("shall be correctly rounded" with either
-/// direction unless declared; every driver at hand rounds to nearest), quotients within 2.5 ULP where the divisor is in [2⁻¹²⁶, 2¹²⁶];
-/// denormals may be flushed, infinities and NaN may be anything. CPU and PTX: IEEE 754.
+/// Each operation rounds as the backend's specification says.
+///
+/// CPU and PTX: IEEE 754. Vulkan: sums and products of normal numbers are correctly rounded, in
+/// either direction by the specification and to nearest by every driver seen so far; quotients are
+/// within 2.5 ULP where the divisor is in [2⁻¹²⁶, 2¹²⁶]; denormals may be flushed; infinities and
+/// NaN may give anything.
 fn t18_census(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let ieee = matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda);
@@ -187,7 +193,7 @@ fn t18_census(subject: BackendUnderTest) {
             row.name
         );
         let exact = [classes.normal, classes.denormal, classes.infinite].iter().all(Tally::is_exact);
-        // naga writes no `NoContraction`: what a driver then makes of these two is not bounded.
+        // naga writes no `NoContraction`, so a driver's results for these two are not bounded.
         let open =
             matches!(row.operation, MULTIPLY_ADD | ADD_SUBTRACT) && subject == BackendUnderTest::WgpuNaga;
         if ieee {
@@ -200,12 +206,12 @@ fn t18_census(subject: BackendUnderTest) {
             worst = (row.name, classes.normal.worst);
         }
     }
-    // The twin: a product and sum as one fused operation is found.
+    // Negative control: a product and a sum as one fused operation.
     let fused: Vec<Output> = values
         .iter()
         .map(|v| Output { a: UVec4::splat(v[0].mul_add(v[1], v[2]).to_bits()), b: UVec4::ZERO })
         .collect();
-    assert!(!classify(&ROWS[6], &values, &fused).normal.is_exact(), "a census that finds nothing");
+    assert!(!classify(&ROWS[6], &values, &fused).normal.is_exact(), "negative control not detected");
     let figure = if all_exact {
         "each of 8 operations correctly rounded, with denormals, infinities and NaN".to_owned()
     } else {
@@ -214,7 +220,8 @@ fn t18_census(subject: BackendUnderTest) {
     report(18, subject, if all_exact { Outcome::Passed } else { Outcome::Bounded }, figure);
 }
 
-/// Integers, comparisons, minimum and maximum: exact everywhere for numbers; the crate's own functions within their stated bounds.
+/// Integer operations, comparisons, minimum and maximum are exact for numbers on every backend; the
+/// crate's own functions are within their stated bounds.
 fn t18_functions(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let ieee = matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda);
@@ -237,7 +244,8 @@ fn t18_functions(subject: BackendUnderTest) {
         line(subject, name, &summary(&tally));
         assert!(tally.is_exact(), "{name}: {tally:?}");
     }
-    // To integers, within their range: beyond, the CPU saturates and Vulkan leaves it open; the crate clamps before.
+    // Conversions to integers are exact within the integers' range. Beyond it the CPU saturates and
+    // Vulkan leaves the result open; the crate clamps first.
     let small = words(&|i| {
         let x = pattern(i, 3);
         UVec4::splat(if x.abs() < 2e9 { x } else { x.to_bits() as f32 * 0.4 }.to_bits())
@@ -258,7 +266,7 @@ fn t18_functions(subject: BackendUnderTest) {
     }
     line(subject, "floor", if flushed { "exact; denormals flushed" } else { "exact" });
 
-    // Minimum, maximum and comparisons of numbers; denormals may count as zero on Vulkan.
+    // Minimum, maximum and comparisons of numbers: on Vulkan, denormals may count as zero.
     let (values, pairs) = inputs();
     let mut denormals_compared = true;
     for (operation, name) in [(MINIMUM, "min"), (MAXIMUM, "max"), (COMPARE, "comparisons")] {
@@ -286,7 +294,8 @@ fn t18_functions(subject: BackendUnderTest) {
         }
         line(subject, name, if denormals_compared { "exact" } else { "exact; denormals flushed" });
     }
-    // Whether numbers are finite, by their bits: every pattern of the strata, and the edges, in each component.
+    // Tests for finite numbers by their bits: every stratum's pattern, and the edges in each
+    // component.
     let edges = [0x7f7f_ffff, 0x7f80_0000, 0x7f80_0001, 0xff7f_ffff, 0xff80_0000, 0xffff_ffff];
     let edges = edges.iter().flat_map(|&bits| {
         [UVec4::X, UVec4::Y, UVec4::Z].map(|axis| Input { a: axis * bits, ..Input::default() })
@@ -303,7 +312,8 @@ fn t18_functions(subject: BackendUnderTest) {
     }
     line(subject, "upper word of a product", "exact");
 
-    // Polynomials, in absolute error: each bound stands at the function. Vulkan's own sine would be within 2⁻¹¹.
+    // Polynomials, by absolute error; each function states its bound. Vulkan's own sine is within
+    // 2⁻¹¹.
     let greatest = |outputs: &[Output], inputs: &[Input], exactly: &dyn Fn(UVec4) -> [f64; 2]| {
         let mut worst = 0.0f64;
         for (input, output) in inputs.iter().zip(outputs) {
@@ -319,7 +329,8 @@ fn t18_functions(subject: BackendUnderTest) {
     };
     let circle = ask("probe_functions", functions::UNIT_CIRCLE, &stratified);
     let worst = greatest(&circle, &stratified, &|row| {
-        // The function's own map from bits to an angle: a quarter by the upper bits, mirrored at the y axis.
+        // The function's own map from bits to an angle: the upper two bits choose the quarter,
+        // which is mirrored at the y axis.
         let quarter = f64::from(row.x >> 6 & 0x00ff_ffff) / f64::from(1 << 24) - 0.5;
         let [mut cos, sin] = turned(0.25 * quarter);
         if row.x >> 31 == 1 {
@@ -335,7 +346,8 @@ fn t18_functions(subject: BackendUnderTest) {
     line(subject, "cos, sin of turns", &format!("{worst:.2e} absolute"));
     assert!(worst < 3e-7, "{worst}");
     let vectors = words(&|i| UVec4::new(random(i, 7).x >> 2, random(i, 8).x >> 2, random(i, 9).x >> 2, 0));
-    // A device that flushes denormals sees no direction in a vector of them, and half of one in a vector beside them.
+    // A device that flushes denormals sees no direction in a vector of denormals, and half of one
+    // where one component is denormal.
     let is_seen = |q: &Input| {
         let [y, x] = [q.a.x, q.a.y].map(|bits| f32::from_bits(bits).abs());
         ieee || y.max(x) >= 1e-30
@@ -356,7 +368,7 @@ fn t18_functions(subject: BackendUnderTest) {
     let worst = relative.fold(0.0, f64::max);
     line(subject, "cube root", &format!("{worst:.2e} relative"));
     assert!(worst < 5e-7, "{worst}");
-    // Every half that the host stores: normal ones and zero.
+    // Every half that the host stores: zero and positive normal numbers.
     let halves: Vec<Input> = (0..0x7c00)
         .filter(|&bits| bits == 0 || bits >= 0x0400)
         .map(|bits| Input { a: UVec4::splat(bits), ..Input::default() })

@@ -1,4 +1,5 @@
-//! Scenes whose rays could cost more than they return: for the cost tests, none of them tuned on.
+//! Scenes whose rays may cost more than their result is worth, for the cost tests. Trisect was
+//! tuned on none of them.
 
 use crate::construct::{self, quad, sphere, words};
 use crate::mesh::Mesh;
@@ -7,19 +8,20 @@ use trisect::scene::Scene;
 use trisect::scene::description::ShapeKind;
 use trisect_shared::math::{basis, normalize, unit_f32, unit_sphere};
 
-/// A scene by its name.
+/// A named scene of the cost tests.
 pub struct CostScene {
     pub name: &'static str,
     pub scene: Scene,
-    /// Origin of rays besides primitives; without it, they start outside.
+    /// Origin of a third of the rays; without it, those rays start outside the scene.
     pub eye: Option<Vec3>,
-    /// Each ray, however directed, visits thousands of nodes: few are traced.
+    /// Each ray visits thousands of nodes in whatever direction, so only few are traced.
     pub is_costly: bool,
-    /// All boxes are the same: obvhs' builder takes a pass for each of them.
+    /// All boxes are equal. obvhs' builder would take one pass per box, so it does not run on this
+    /// scene.
     pub is_coincident: bool,
 }
 
-/// All of them. Most have 10,000 to 30,000 primitives, the needles 100,000.
+/// Returns all cost scenes. Most have 10,000 to 30,000 primitives; the needles are 100,000.
 pub fn all() -> Vec<CostScene> {
     let new = |name, scene| CostScene { name, scene, eye: None, is_costly: false, is_coincident: false };
     let triangles = |name, triangles: Vec<[Vec3; 3]>| new(name, construct::scene(Vec::new(), &triangles));
@@ -49,13 +51,13 @@ fn signed(bits: u32) -> f32 {
     2.0 * unit_f32(bits) - 1.0
 }
 
-/// A point of the cube from -1 to 1.
+/// Returns a point of the cube from -1 to 1.
 fn point(stream: u32, i: u32) -> Vec3 {
     let w = words(stream, i);
     Vec3::new(signed(w.x), signed(w.y), signed(w.z))
 }
 
-/// A rugged ball of 8 · 4^`divisions` triangles.
+/// Returns a rugged ball of 8 · 4^`divisions` triangles.
 fn rock(divisions: u32, size: f32) -> Vec<[Vec3; 3]> {
     let mut mesh = Mesh::octahedron();
     for _ in 0..divisions {
@@ -68,12 +70,12 @@ fn rock(divisions: u32, size: f32) -> Vec<[Vec3; 3]> {
     mesh.faces.iter().map(|face| face.map(|i| mesh.vertices[i])).collect()
 }
 
-/// Two triangles of a parallelogram.
+/// Returns the two triangles of a parallelogram.
 fn halves(corner: Vec3, u: Vec3, v: Vec3) -> [[Vec3; 3]; 2] {
     [[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]]
 }
 
-/// A hill of `side` by `side` flat steps, with the walls between them.
+/// Returns a hill of `side` by `side` flat steps, with the walls between them.
 fn terraces(side: i32) -> Vec<[Vec3; 3]> {
     let height = |x: i32, z: i32| {
         let (x, z) = (x - side / 2, z - side / 2);
@@ -94,7 +96,7 @@ fn terraces(side: i32) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// `side`³ cubes at whole numbers, whose faces lie in the same planes.
+/// Returns the faces of `side`³ cubes at whole numbers; many faces lie in the same planes.
 fn grid(side: i32) -> Vec<ShapeKind> {
     let mut shapes = Vec::new();
     for i in 0..side * side * side {
@@ -107,7 +109,7 @@ fn grid(side: i32) -> Vec<ShapeKind> {
     shapes
 }
 
-/// Small quads that lie in axis planes, a few hundred of them in each.
+/// Returns small quads in axis planes, a few hundred of them in each plane.
 fn sheets(count: u32) -> Vec<ShapeKind> {
     let sheet = |i: u32| {
         let axis = i as usize % 3;
@@ -118,7 +120,7 @@ fn sheets(count: u32) -> Vec<ShapeKind> {
     (0..count).map(sheet).collect()
 }
 
-/// Triangles 10,000 times as long as wide, a tenth of the scene long.
+/// Returns triangles 10,000 times as long as wide, a tenth of the scene long.
 fn slivers(count: u32) -> Vec<[Vec3; 3]> {
     let sliver = |i: u32| {
         let (a, w) = (point(4402, i), words(4403, i));
@@ -128,7 +130,7 @@ fn slivers(count: u32) -> Vec<[Vec3; 3]> {
     (0..count).map(sliver).collect()
 }
 
-/// Triangles from one side of the scene to another, 1e-4 wide.
+/// Returns triangles from one side of the scene to another, 1e-4 wide.
 fn needles(count: u32) -> Vec<[Vec3; 3]> {
     let needle = |i: u32| {
         let (a, b) = (normalize(point(4404, i)), normalize(point(4405, i)));
@@ -137,7 +139,7 @@ fn needles(count: u32) -> Vec<[Vec3; 3]> {
     (0..count).map(needle).collect()
 }
 
-/// Triangles a third of the scene large.
+/// Returns triangles of up to a third of the scene's size.
 fn soup(count: u32) -> Vec<[Vec3; 3]> {
     let triangle = |i: u32| {
         let a = point(4406, i);
@@ -146,7 +148,8 @@ fn soup(count: u32) -> Vec<[Vec3; 3]> {
     (0..count).map(triangle).collect()
 }
 
-/// The triangles within six walls, each of two parallel to an axis plane and facing the other.
+/// Returns a scene of the triangles within six walls, each parallel to an axis plane and facing
+/// another.
 fn room(size: f32, triangles: &[[Vec3; 3]]) -> Scene {
     let half = 0.5 * size;
     let walls = Vec3::AXES.iter().enumerate().flat_map(|(axis, &normal)| {

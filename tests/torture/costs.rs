@@ -1,9 +1,10 @@
-//! Visits of rays at the extremes (44): nodes and leaves, counted, never timed.
+//! Test 44: visits of rays at the extremes. It counts nodes and leaves, and never measures time.
 //!
-//! A ray along an axis or in an axis plane may cost what the same ray costs when it is tilted by a
-//! thousandth, and no more primitives than obvhs tests by its own traversal of its own tree. `COST`
-//! lines on standard error make the table of
-//! `docs/accuracy.md`.
+//! A ray along an axis or in an axis plane may visit at most 2 times the mean (plus 8) and 4 times
+//! the maximum (plus 64) of the same ray tilted by a thousandth. On the binary BVH it may test at
+//! most 1.5 times as many primitives (plus 4) as obvhs does with its own BVH and traversal. `COST`
+//! lines on standard error make the table "Visits of rays at the extremes" of
+//! `docs/notebook/torture-tests.md`.
 
 use crate::construct::{ray, unit, words};
 use crate::cost_scenes::{self, CostScene};
@@ -30,14 +31,14 @@ use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Rays of one kind, and what the probe is asked.
+/// Rays of one kind, and the probe operation that traces them.
 struct Family {
     name: &'static str,
     operation: u32,
     rays: Vec<Input>,
 }
 
-/// Mean and maximum over rays.
+/// Mean and maximum of visits per ray.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cost {
     nodes: (f64, u32),
@@ -53,10 +54,12 @@ impl Cost {
         Self { nodes: over(|v| v.nodes), leaves: over(|v| v.leaves) }
     }
 
-    /// Whether this is at most what the tilted rays cost: `MEAN` times their mean, `MAXIMUM` times
-    /// their maximum. An exact ray runs in the planes that boxes share, so it may enter both boxes
-    /// at a plane, and all four at an edge, of which a tilted ray enters one; and it stays in them
-    /// where a tilted one leaves.
+    /// Returns whether this is at most `MEAN` times the tilted rays' mean plus 8, and `MAXIMUM`
+    /// times their maximum plus 64.
+    ///
+    /// An exact ray runs in the planes that boxes share. It may therefore enter both boxes at a
+    /// plane and all four at an edge, where a tilted ray enters one, and it stays in them where a
+    /// tilted ray leaves.
     fn is_bounded_by(&self, tilted: &Self) -> bool {
         const MEAN: f64 = 2.0;
         const MAXIMUM: f64 = 4.0;
@@ -67,8 +70,8 @@ impl Cost {
     }
 }
 
-/// Rays along axes, in axis planes, and of suns along axes, `count` of each: from outside or from
-/// the eye, from the middles of leaves' boxes and from their faces.
+/// Returns rays along axes, in axis planes, and to suns along axes, `count` of each. A third each
+/// starts outside or at the eye, at the middle of a leaf's box, and at a corner of one.
 fn families(scene: &CostScene, probe: &ProbeScene, count: u32) -> Vec<Family> {
     let boxes: Vec<(Vec3, Vec3)> = probe
         .bvh
@@ -114,7 +117,7 @@ fn families(scene: &CostScene, probe: &ProbeScene, count: u32) -> Vec<Family> {
     ]
 }
 
-/// The same rays, tilted by a thousandth along each axis, to either side.
+/// Returns the rays tilted by a thousandth along each axis, to either side.
 fn tilted(rays: &[Input]) -> Vec<Input> {
     let tilt = |(i, input): (u32, &Input)| {
         let w = words(4417, i);
@@ -124,7 +127,7 @@ fn tilted(rays: &[Input]) -> Vec<Input> {
     (0u32..).zip(rays).map(tilt).collect()
 }
 
-/// Visits of the wide tree by the best instructions that this processor has.
+/// Returns the visits of the wide BVH with the best instruction set of this processor.
 fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) -> Vec<Visits> {
     const ALL: Features = PLANAR | TRIANGLES | COUNTED | WIDE;
     let mut records = probe.records();
@@ -134,7 +137,7 @@ fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) 
     let visits = |input: &Input| -> (Hit, Visits) {
         let (origin, direction) = (vector(input.a), vector(input.b));
         let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
-        // SAFETY: the trees were proven; the processor was asked.
+        // SAFETY: the BVHs were validated, and the processor has these instructions.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         unsafe {
             match set {
@@ -149,13 +152,13 @@ fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) 
     rays.par_iter().map(|input| visits(input).1).collect()
 }
 
-/// The tree that obvhs builds by itself, with one primitive a leaf.
+/// Returns the BVH that obvhs builds from the primitives' boxes, with one primitive per leaf.
 fn obvhs_tree(probe: &ProbeScene) -> Bvh2 {
     let preset = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
     build_bvh2(&boxes(probe), preset, &mut Duration::default())
 }
 
-/// Mean number of primitives that obvhs tests for the closest hits of these rays.
+/// Returns the mean number of primitives that obvhs tests for the closest hits of these rays.
 fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
     let (records, params) = (probe.records(), probe.params());
     let tests = |input: &Input| {
@@ -180,7 +183,7 @@ fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
     rays.par_iter().map(tests).sum::<f64>() / rays.len() as f64
 }
 
-/// The boxes of the primitives by their numbers.
+/// Returns the box of each primitive, by its number.
 fn boxes(probe: &ProbeScene) -> Vec<Aabb> {
     let mut boxes = vec![Aabb::default(); probe.params().primitive_count as usize];
     for node in &probe.bvh.nodes {
@@ -199,7 +202,7 @@ fn probe_visits(prober: &mut Prober, operation: u32, rays: &[Input]) -> Vec<Visi
     answers.iter().map(|answer| Visits { nodes: answer.a.x, leaves: answer.a.y }).collect()
 }
 
-/// One line of the table.
+/// Prints one line of the table.
 fn tell(
     subject: BackendUnderTest,
     traversal: &str,
@@ -220,8 +223,8 @@ fn tell(
     );
 }
 
-/// Boxes that are endless along x and z: what a slab test sees that takes a ray along y for inside
-/// all of these slabs.
+/// Returns the scene with boxes that are endless along x and z. That is how a slab test sees them
+/// that counts a ray along y as inside of every slab of x and z.
 fn without_two_axes(probe: &ProbeScene) -> ProbeScene {
     let mut broken = probe.clone();
     for node in &mut broken.bvh.nodes {
@@ -233,7 +236,7 @@ fn without_two_axes(probe: &ProbeScene) -> ProbeScene {
 }
 
 fn t44_costs(subject: BackendUnderTest) {
-    // The scenes with their trees are made once for all backends.
+    // All backends share the scenes and their BVHs.
     static SCENES: OnceLock<Vec<(CostScene, ProbeScene)>> = OnceLock::new();
     let with_tree = |scene: CostScene| {
         let probe = ProbeScene::new(&scene.scene);
@@ -246,7 +249,7 @@ fn t44_costs(subject: BackendUnderTest) {
         let Some(mut prober) = Prober::with_scene(subject, probe) else { return };
         let on_cpu = subject == BackendUnderTest::Cpu;
         let obvhs = (on_cpu && !scene.is_coincident).then(|| obvhs_tree(probe));
-        let wide = on_cpu.then(|| Wide::new(&scene.scene, &probe.bvh).expect("a proven tree")).flatten();
+        let wide = on_cpu.then(|| Wide::new(&scene.scene, &probe.bvh).expect("a validated BVH")).flatten();
         let count = if scene.is_costly { 48 } else { 768 } / if subject.is_software() { 4 } else { 1 };
         for Family { name, operation, rays } in families(scene, probe, count) {
             let leaning = tilted(&rays);
@@ -260,15 +263,15 @@ fn t44_costs(subject: BackendUnderTest) {
             }
             for (traversal, costs) in traversals {
                 let [exact, leaning] = costs;
-                // Where the search ends at any hit, the order of both traversals decides, not the
-                // tree.
+                // A search for any hit depends on the order of both traversals, so only closest
+                // hits are compared with obvhs.
                 let theirs = obvhs.as_ref().filter(|_| traversal == "stack" && operation == CLOSEST);
                 let theirs = theirs.map(|tree| obvhs_tests(probe, tree, &rays));
                 tell(subject, traversal, scene.name, name, costs, theirs);
                 let what = format!("{}, {name}, {traversal}", scene.name);
                 assert!(exact.is_bounded_by(&leaning), "{what}: {exact:?}, tilted {leaning:?}");
-                // A tree of one primitive a leaf tests as many of them as obvhs' own, but for what
-                // padding lets in.
+                // Both BVHs have one primitive per leaf, so they test about as many, except for
+                // what the padding of boxes adds.
                 assert!(
                     theirs.is_none_or(|theirs| exact.leaves.0 <= 1.5 * theirs + 4.0),
                     "{what}: {exact:?}, obvhs {theirs:?}"
@@ -283,9 +286,9 @@ fn t44_costs(subject: BackendUnderTest) {
         if scene.name == "mesh" {
             let suns = families(scene, probe, 96).remove(2).rays;
             let leaning = Cost::of(&probe_visits(&mut prober, SHADOW, &tilted(&suns)));
-            let mut prober = Prober::with_scene(subject, &without_two_axes(probe)).expect("it was there");
+            let mut prober = Prober::with_scene(subject, &without_two_axes(probe)).expect("opened before");
             let control = Cost::of(&probe_visits(&mut prober, SHADOW, &suns));
-            assert!(!control.is_bounded_by(&leaning), "a bound that cannot fail: {control:?} {leaning:?}");
+            assert!(!control.is_bounded_by(&leaning), "control not detected: {control:?} {leaning:?}");
         }
     }
     let figure = format!(
@@ -297,7 +300,7 @@ fn t44_costs(subject: BackendUnderTest) {
 
 for_each_backend!(t44_costs);
 
-/// A hit is no primitive where a ray misses; so a count of nothing is none.
+/// An empty scene has no visits and no hit primitive.
 #[test]
 fn no_visits_without_a_scene() {
     let probe = ProbeScene::new(&crate::construct::scene(Vec::new(), &[]));

@@ -1,4 +1,4 @@
-//! The denoiser: what it must leave as it is, what it must not spread, and where it helps (37 to 40).
+//! The denoiser: what it must keep, what it must not spread, and where it helps (37 to 40).
 
 use glam::Vec3;
 use trisect::denoise::{DenoiseSettings, Filter};
@@ -14,11 +14,12 @@ use trisect_tests::renders::cpu;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Both filters.
+/// The two filters with their default settings.
 const FILTERS: [DenoiseSettings; 2] =
     [DenoiseSettings::new(Filter::Atrous), DenoiseSettings::new(Filter::Svgf)];
 
-/// An image of one sample a pixel of a plane that faces the camera, 5 units away, of this albedo.
+/// An image of a plane of this albedo that faces the camera at a distance of 5, with one sample per
+/// pixel.
 struct Wall {
     width: u32,
     height: u32,
@@ -42,7 +43,7 @@ impl Wall {
         let axis = camera.step_x.cross(camera.step_y).normalize();
         let sums = |radiance: &Vec3| PixelSums {
             radiance: *radiance,
-            // What a kernel would have left out.
+            // A kernel's firewall leaves out samples that are not finite.
             samples: u32::from(radiance.is_finite()),
             squares: *radiance * *radiance,
             segments: 1,
@@ -75,18 +76,18 @@ impl Wall {
     }
 }
 
-/// One for a whole test: a driver may tire of opening its device.
+/// Opens one renderer for a whole test, because a driver may fail after it has opened many.
 fn open(subject: BackendUnderTest) -> Option<Renderer> {
     subject.renderer(&scene("three_spheres.ron"))
 }
 
-/// Random light between 0 and 2.
+/// Returns random radiance between 0 and 2 for a pixel.
 fn noise(pixel: u32) -> Vec3 {
     let words = PathKey { seed: 37, pixel, sample: 0 }.words(0);
     Vec3::new(words.x as f32, words.y as f32, words.z as f32) * 2.0f32.powi(-31)
 }
 
-/// A constant image comes out with the bits of its one-pixel self, whatever its size.
+/// A constant image of any size has the bits of a constant image of one pixel.
 fn t37_constant_image(subject: BackendUnderTest) {
     let light = |_| Vec3::new(0.7, 0.1, 3.3);
     let Some(renderer) = &mut open(subject) else { return };
@@ -97,11 +98,11 @@ fn t37_constant_image(subject: BackendUnderTest) {
             let image = Wall::new(width, height, light).denoised(renderer, &denoise);
             assert!(image.pixels.iter().all(|&pixel| pixel == one.pixels[0]), "{denoise:?} {width}x{height}");
         }
-        // Back from the division by the albedo: two roundings.
+        // Multiplying by the albedo after dividing by it rounds twice.
         let off = one.pixels[0].iter().zip(light(0).to_array()).map(|(a, b)| (a / b - 1.0).abs());
         assert!(off.fold(0.0, f32::max) <= 2.0 * f32::EPSILON);
     }
-    // The twin: one pixel a hundredth brighter shows in its neighbours.
+    // Negative control: a pixel that is brighter by a hundredth shows in its neighbours.
     let spot = |pixel| light(pixel) * if pixel == 40 { 1.01 } else { 1.0 };
     let image = Wall::new(9, 9, spot).denoised(renderer, &FILTERS[0]);
     assert_ne!(image.pixels[41], image.pixels[0], "a filter that does nothing");
@@ -113,7 +114,7 @@ fn t37_constant_image(subject: BackendUnderTest) {
     );
 }
 
-/// The à-trous transform without stops, in f64.
+/// Returns the à-trous transform without edge stopping, in f64.
 fn blurred(wall: &Wall, levels: u32) -> Vec<[f64; 3]> {
     let (width, height) = (wall.width as i64, wall.height as i64);
     let mut image: Vec<[f64; 3]> = wall.radiance.iter().map(|r| r.to_array().map(f64::from)).collect();
@@ -137,7 +138,7 @@ fn blurred(wall: &Wall, levels: u32) -> Vec<[f64; 3]> {
     image
 }
 
-/// Stops at 0 leave the image as it is, infinite ones leave the B3 spline alone.
+/// Edge stopping of 0 leaves the image as it is; infinite edge stopping leaves the plain B3 spline.
 fn t38_stops(subject: BackendUnderTest) {
     let Some(renderer) = &mut open(subject) else { return };
     let wall = Wall::new(41, 29, noise);
@@ -156,18 +157,20 @@ fn t38_stops(subject: BackendUnderTest) {
         for (got, want) in open.pixels.iter().zip(&want) {
             (0..3).for_each(|c| worst = worst.max((f64::from(got[c]) - want[c]).abs()));
         }
-        // The twins: what one must be the other is not, nor the blur of a level less.
+        // Negative controls: the blurred image differs from the input, and from a blur of one level
+        // less.
         assert!(open.pixels.iter().zip(&wall.radiance).map(off).fold(0.0, f32::max) > 0.1);
         let less = blurred(&wall, denoise.levels - 1);
         let apart = want.iter().zip(&less).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max);
         assert!(apart > 1e-2);
     }
-    // Five levels of 25 sums of numbers up to 2, each off by half a unit in the last place: 125 * 1.2e-7, a tenth of which is seen.
+    // Five levels of 25 sums of numbers up to 2, each off by half a unit in the last place: 125 *
+    // 1.2e-7. A tenth of that occurs.
     assert!(worst < 1.5e-5, "{worst}");
     report(38, subject, Outcome::Passed, format!("0: as it was; infinite: B3 within {worst:.1e}"));
 }
 
-/// A pixel without a number, one of 1e30, and a black albedo stay what they are or vanish.
+/// NaN, infinity, fireflies of 1e30 and black albedo neither spread nor give NaN.
 fn t39_what_is_no_light(subject: BackendUnderTest) {
     const AT: u32 = 20 * 41 + 17;
     let Some(renderer) = &mut open(subject) else { return };
@@ -181,11 +184,11 @@ fn t39_what_is_no_light(subject: BackendUnderTest) {
             let hole = |pixel| if pixel == AT { Vec3::splat(value) } else { calm(pixel) };
             let wall = Wall::new(41, 31, hole);
             let image = wall.denoised(renderer, &denoise);
-            // The hole is filled from its neighbours, and the rest does not know of it.
+            // The hole is filled from its neighbours, and does not affect other pixels.
             for pixel in image.pixels.iter().flatten() {
                 assert!((0.49..0.53).contains(pixel), "{denoise:?} {value}: {pixel}");
             }
-            // The twin: the film has it.
+            // Negative control: the film holds the value.
             let raw = wall.film(renderer, &wall.settings()).image().pixels;
             assert!(!raw[AT as usize][0].is_finite() && raw[0][0].is_finite());
         }
@@ -196,15 +199,15 @@ fn t39_what_is_no_light(subject: BackendUnderTest) {
             let others = (0..).zip(&image.pixels).filter(|(pixel, _)| *pixel != AT && distant(*pixel));
             assert!(others.map(|(_, p)| p[0]).all(|p| (0.49..0.53).contains(&p)), "{denoise:?}: it spreads");
         }
-        // Black albedo: what it reflects is nothing, and stays so, without a division by 0.
+        // A black albedo reflects nothing and stays black, without a division by 0.
         let black = Wall { albedo: Vec3::ZERO, ..Wall::new(41, 31, |_| Vec3::ZERO) };
         let image = black.denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|&value| value == 0.0), "{denoise:?}: black");
-        // Light on it nevertheless, as of a rounding: finite.
+        // Light on a black albedo, as from rounding, stays finite.
         let lit = Wall { albedo: Vec3::ZERO, ..Wall::new(41, 31, calm) };
         let image = lit.denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|value| (0.4..0.6).contains(value)), "{denoise:?}: dark");
-        // No film at all.
+        // A film without any valid sample.
         let nothing = Wall::new(5, 4, |_| Vec3::NAN);
         let image = nothing.denoised(renderer, &denoise);
         assert!(image.pixels.iter().flatten().all(|value| value.is_nan()), "{denoise:?}: invented");
@@ -217,7 +220,8 @@ fn view(image: &Image) -> ImageView<'_> {
     ImageView::new(image.width as usize, image.height as usize, &image.pixels).unwrap()
 }
 
-/// The denoised image is nearer to the reference at few samples; from how many on it is not.
+/// The denoised image is nearer to the reference at few samples; the test reports from how many
+/// samples on it is not.
 fn t40_error_by_samples(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
     let size = Settings { width: 64, height: 64, samples: 1, seed: 5, guides: true, ..scene.settings() };
@@ -242,7 +246,8 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
                 harms = Some(samples);
             }
         }
-        // Measured: 2.7 (à-trous). The twin below is a filter that is shut: 1.
+        // `docs/notebook/torture-tests.md` has the gains. The negative control below, a closed
+        // filter, gains 1.
         assert!(gain_at_1 > 2.0, "{denoise:?}: {gain_at_1}");
         let from = harms.map_or("no number of samples tried".to_owned(), |spp| format!("{spp} samples"));
         figures.push(format!(
@@ -255,7 +260,7 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
     let shut = DenoiseSettings { color: 0.0, ..FILTERS[0] };
     let image = renderer.denoise(&film, &settings, &shut).unwrap().0;
     let gain = error(&film.image()) / error(&image);
-    assert!((gain - 1.0).abs() < 1e-3, "a filter that is shut gains {gain}");
+    assert!((gain - 1.0).abs() < 1e-3, "a closed filter gains {gain}");
     report(40, subject, Outcome::Passed, figures.join("; "));
 }
 

@@ -1,4 +1,4 @@
-//! From inside: closed spheres that emit, and cameras in and on things (2, 32, 36).
+//! Closed spheres that emit, seen from inside, and cameras inside and on things (2, 32, 36).
 
 use trisect::render::Settings;
 use trisect::scene::Scene;
@@ -9,7 +9,8 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Known;
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// The unit sphere around a camera at `from`, which looks along -z; its wall reflects `albedo` and emits `emission` on both sides.
+/// Returns the unit sphere around a camera at `from` that looks along -z. The wall reflects
+/// `albedo` and emits `emission` on both sides.
 fn enclosure(albedo: f32, emission: f32, from: &str) -> Scene {
     let text = format!(
         "Scene(version: 1, image: (width: 16, height: 16, samples: 1), \
@@ -26,12 +27,13 @@ fn enclosure(albedo: f32, emission: f32, from: &str) -> Scene {
     scene
 }
 
-/// E (1 + rho + ... + rho^(D - 1)) of D vertices.
+/// Returns the radiance E (1 + rho + ... + rho^(D - 1)) of a path of D vertices.
 fn radiance(albedo: f64, emission: f64, depth: u32) -> f64 {
     emission * (0..depth).rev().fold(0.0, |sum, _| 1.0 + albedo * sum)
 }
 
-/// 1 - 0.5^D for D vertices that reflect and emit 0.5, with and without light sampling.
+/// The radiance inside is 1 - 0.5^D for D vertices that reflect and emit 0.5, with and without
+/// light sampling.
 fn t02_closed_emissive_sphere(subject: BackendUnderTest) {
     let scene = enclosure(0.5, 0.5, "(0.3, 0.2, 0.1)");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -46,14 +48,14 @@ fn t02_closed_emissive_sphere(subject: BackendUnderTest) {
             worst = worst.max(known.off);
         }
     }
-    // The twin: 2 % more reflected. Without light sampling there is no noise to hide it.
+    // Negative control: 2 % more is reflected. Without light sampling no noise hides it.
     let mut renderer =
-        subject.renderer(&enclosure(0.51, 0.5, "(0.3, 0.2, 0.1)")).expect("it was there a moment ago");
+        subject.renderer(&enclosure(0.51, 0.5, "(0.3, 0.2, 0.1)")).expect("the backend opened before");
     for light_sampling in [true, false] {
         let samples = if subject.is_software() && light_sampling { 64 } else { samples };
         let settings = Settings { samples, depth: 8, light_sampling, ..scene.settings() };
         let known = Known::of(&film(&mut renderer, &settings).pixels, radiance(0.5, 0.5, 8));
-        assert!(!known.holds(), "a comparison that cannot fail: {known:?}");
+        assert!(!known.holds(), "negative control not detected: {known:?}");
     }
     report(
         2,
@@ -63,7 +65,8 @@ fn t02_closed_emissive_sphere(subject: BackendUnderTest) {
     );
 }
 
-/// Reflectances of 0.99 and 1: what a depth of D misses is rho^D of the whole, and nothing else is wrong.
+/// With reflectances of 0.99 and 1, a depth of D misses rho^D of the whole radiance and nothing
+/// else.
 fn t36_enclosures(subject: BackendUnderTest) {
     let mut worst = 0.0f64;
     for (albedo, emission, depths) in [
@@ -84,16 +87,18 @@ fn t36_enclosures(subject: BackendUnderTest) {
             let film = film(&mut renderer, &settings);
             assert_eq!(film.counts().segments, 2 * 16 * u64::from(depth), "a path ended early");
             let want = radiance(f64::from(albedo), f64::from(emission), depth);
-            // Each path is the same sum: its D products and D sums round by half an ulp each, 2^-24, and never the sky.
+            // Each path has the same sum. Its D products and D sums round by at most half an ULP
+            // each, 2^-24, and no path meets the sky.
             let bound = 2.0 * f64::from(depth) / 16_777_216.0 + Known::ROUNDING;
             for pixel in &film.pixels {
                 let off = (pixel.mean()[1] / want - 1.0).abs();
                 assert!(off <= bound, "rho {albedo}, depth {depth}: {} for {want}", pixel.mean()[1]);
                 worst = worst.max(off / bound);
             }
-            // The twin: one vertex more or less is more than the bound, as long as rho^D shows.
+            // Negative control: one vertex more exceeds the bound, as long as rho^D is large
+            // enough.
             let next = radiance(f64::from(albedo), f64::from(emission), depth + 1);
-            assert!(depth > 100 || (next / want - 1.0).abs() > bound, "a comparison that cannot fail");
+            assert!(depth > 100 || (next / want - 1.0).abs() > bound, "negative control not detected");
         }
     }
     report(
@@ -104,7 +109,8 @@ fn t36_enclosures(subject: BackendUnderTest) {
     );
 }
 
-/// A scene of `objects` under a sky of 1, by a camera with a field of view of `fov` degrees.
+/// Returns a scene of `objects` under a sky of 1, with the camera's position, target and field of
+/// view in degrees.
 fn from_within((from, to, fov): (&str, &str, u32), materials: &str, objects: &str) -> Scene {
     let text = format!(
         "Scene(version: 1, image: (width: 8, height: 8, samples: 16, depth: 200), \
@@ -114,14 +120,15 @@ fn from_within((from, to, fov): (&str, &str, u32), materials: &str, objects: &st
     Scene::parse(&text, "from within").unwrap()
 }
 
-/// A camera in glass, in a light, on surfaces: finite, and the known constant.
+/// A camera in glass, in a light, or on a surface sees the known constant, which is finite.
 fn t32_camera_within(subject: BackendUnderTest) {
     let glass = r#""a": Dielectric(ior: 1.5)"#;
     let white = r#""a": Lambertian(albedo: (1, 1, 1))"#;
     let light = r#""a": Emissive(radiance: (3, 3, 3), two_sided: true)"#;
     let sphere = r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"#;
     let ground = r#"Plane(point: (0, 0, 0), normal: (0, 1, 0), material: "a")"#;
-    // The view into glass from its wall stays within 27 degrees: beyond 42, total reflection holds a ray in the sphere for ever.
+    // A view into glass from its wall stays within 27 degrees: beyond 42, total reflection keeps a
+    // ray in the sphere for ever.
     let views = [
         ("in glass", from_within(("(0.2, 0.3, 0.1)", "(1, 0, 0)", 100), glass, sphere), 1.0),
         ("at the centre of glass", from_within(("(0, 0, 0)", "(1, 0, 0)", 100), glass, sphere), 1.0),
@@ -150,13 +157,14 @@ fn t32_camera_within(subject: BackendUnderTest) {
                 pixel.mean()
             );
         }
-        // The twin: a sky, a light or a wall that is 1 % brighter.
+        // Negative control: a sky, a light or a wall that is 1 % brighter.
         let faulty = lit(scene, 1.01);
-        let mut renderer = subject.renderer(&faulty).expect("it was there a moment ago");
+        let mut renderer = subject.renderer(&faulty).expect("the backend opened before");
         let known = Known::of(&film(&mut renderer, &settings).pixels, *want);
-        assert!(!known.holds(), "{name}: a comparison that cannot fail: {known:?}");
+        assert!(!known.holds(), "{name}: negative control not detected: {known:?}");
     }
-    // Where rounding decides on which side of a wall the camera is, it sees the one side or the other, not something between.
+    // Where rounding decides on which side of a wall the camera is, it sees one side or the other,
+    // and nothing in between.
     let scene = enclosure(0.5, 0.5, "(0.6, 0, 0.8)");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings =

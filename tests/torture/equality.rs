@@ -1,4 +1,4 @@
-//! One image on all backends: 17 the instructions, 19 bits, 20 first hits.
+//! One image on all backends: instructions (17), bits (19) and first hits (20).
 
 use crate::materials;
 use crate::scattering::{question, with_materials};
@@ -14,8 +14,9 @@ use trisect_tests::renders::{cpu, differing, film, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// What precise PTX must not hold: contraction, approximations, flushed denormals, functions that no driver has. But for the two
-/// instructions of box tests, which decide no result.
+/// Returns the first line of precise PTX that holds a forbidden instruction: contraction,
+/// approximation, flushing of denormals, or a call of an external function, which no driver has.
+/// Two instructions of box tests are allowed, as they decide no result.
 fn forbidden(ptx: &str) -> Option<&str> {
     let of_box_test = |line: &str| {
         ["fma.rn.ftz.f32", "rcp.approx.ftz.f32"]
@@ -31,7 +32,7 @@ fn t17_ptx() {
     for ptx in [trisect_kernels::PTX_PRECISE, trisect_probes::PTX_PRECISE] {
         assert_eq!(forbidden(ptx), None);
     }
-    assert!(forbidden(trisect_kernels::PTX_FAST).is_some(), "an audit that finds nothing");
+    assert!(forbidden(trisect_kernels::PTX_FAST).is_some(), "negative control not detected");
     report(
         17,
         BackendUnderTest::Cuda,
@@ -40,7 +41,8 @@ fn t17_ptx() {
     );
 }
 
-/// Arithmetic instructions of a SPIR-V module, and those of them that a driver may contract.
+/// Returns the number of arithmetic instructions of a SPIR-V module, and the number of those that a
+/// driver may contract.
 fn contractible(module: &[u8]) -> (usize, usize) {
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(module);
     let (mut decorated, mut results) = (HashSet::new(), Vec::new());
@@ -67,11 +69,11 @@ fn t17_spirv() {
         let (all, bare) = contractible(module);
         assert!(all > 0 && bare == 0, "{bare} of {all}");
     }
-    // The twin: one decoration of another kind.
+    // Negative control: one decoration of another kind.
     let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(probes[0]);
     let decoration = words.windows(3).position(|w| w[0] == 3 << 16 | 71 && w[2] == 42).unwrap();
     words[decoration + 2] = 0;
-    assert_eq!(contractible(bytemuck::cast_slice(&words)).1, 1, "an audit that finds nothing");
+    assert_eq!(contractible(bytemuck::cast_slice(&words)).1, 1, "negative control not detected");
     let all: usize = kernels.iter().map(|module| contractible(module).0).sum();
     report(
         17,
@@ -81,8 +83,11 @@ fn t17_spirv() {
     );
 }
 
-/// Every scene: first hits (primitive, distance, normal) and the radiance of one sample, bit by bit. CUDA must have the CPU's;
-/// Vulkan's division may be off by 2.5 ULP, so its bits are counted, and its primitives may differ in 0.01 %.
+/// Compares first hits (primitive, distance, normal) and the radiance of one sample with the CPU's,
+/// bit by bit, in each scene.
+///
+/// CUDA must have the CPU's bits. Vulkan's division may be off by 2.5 ULP, so differing bits are
+/// counted there, and 0.01 % of its hits may be of other primitives.
 fn t19_t20_bits(subject: BackendUnderTest) {
     let (mut rays, mut ids, mut hits, mut pixels, mut radiance) = (0, 0, 0, 0, 0);
     for path in scene_files() {
@@ -100,7 +105,7 @@ fn t19_t20_bits(subject: BackendUnderTest) {
         radiance += differing(&film(&mut renderer, &few), &film(&mut cpu, &few));
     }
     if subject == BackendUnderTest::Cpu {
-        // The twin: another sample's rays.
+        // Negative control: the rays of another sample.
         let scene = trisect_tests::scene("cornell_box.ron");
         let mut cpu = cpu(&scene);
         let few = Settings { width: 16, height: 12, samples: 1, ..scene.settings() };
@@ -120,7 +125,8 @@ fn t19_t20_bits(subject: BackendUnderTest) {
     report(20, subject, Outcome::Passed, format!("{ids} of {rays} first hits are of another primitive"));
 }
 
-/// The parts of a path one by one, bit by bit: what differs names itself.
+/// Compares sampling and evaluation of each material with the CPU's, bit by bit, and prints the
+/// ones that differ. It asserts nothing: it shows where a difference of images comes from.
 fn t19_functions(subject: BackendUnderTest) {
     let setups = [
         materials::lambertian(),

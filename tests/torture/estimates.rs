@@ -1,4 +1,4 @@
-//! Estimators: what must not show, and how noise falls (14, 35, 43).
+//! Estimators: invisible objects, unbiased estimates, and how noise falls (14, 35, 43).
 
 use trisect::film::Film;
 use trisect::render::{Fresnel, Settings};
@@ -8,7 +8,8 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known, ZTest};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// A sphere of index `ior` against a gradient; the window that it fills is inscribed in it.
+/// Returns a sphere of index `ior` in front of a gradient, through a square window that is
+/// inscribed in the sphere's outline.
 fn window(ior: f64, sky: &str, object: bool) -> Scene {
     let sphere = if object { r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"# } else { "" };
     let text = format!(
@@ -19,11 +20,13 @@ fn window(ior: f64, sky: &str, object: bool) -> Scene {
     Scene::parse(&text, "window").unwrap()
 }
 
-/// A sphere whose index is that of its surroundings cannot be seen with Fresnel's equations. Schlick's approximation reflects a mean
-/// of 1/21 of what comes from a hemisphere, whatever the index: a flaw of the approximation, which a scene asks for by name.
+/// A sphere whose index is that of its surroundings cannot be seen with Fresnel's equations.
+///
+/// Schlick's approximation reflects a mean of 1/21 of what comes from a hemisphere, whatever the
+/// index. That is a flaw of the approximation, which a scene must ask for by name.
 fn t14_index_matched_sphere(subject: BackendUnderTest) {
     let gradient = "Gradient(bottom: (1, 0.9, 0.2), top: (0.1, 0.3, 1))";
-    // Of 14 degrees, more than the sphere's 11.5: its rim is in the picture.
+    // 14 degrees are more than the sphere's 11.5, so that its rim is in the picture.
     let seen = |ior, object| -> Option<Film> {
         let mut scene = window(ior, gradient, object);
         scene.camera.vertical_fov = 14f64.to_radians();
@@ -33,7 +36,7 @@ fn t14_index_matched_sphere(subject: BackendUnderTest) {
     };
     let Some(without) = seen(1.0, false) else { return };
     let greatest = |ior| -> f64 {
-        let with = seen(ior, true).expect("it was there a moment ago");
+        let with = seen(ior, true).expect("the backend opened before");
         let off = |c: usize| {
             with.pixels.iter().zip(&without.pixels).map(move |(a, b)| (a.mean()[c] - b.mean()[c]).abs())
         };
@@ -41,18 +44,19 @@ fn t14_index_matched_sphere(subject: BackendUnderTest) {
     };
     let (matched, faulty) = (greatest(1.0), greatest(1.001));
     assert!(matched <= 1e-6, "it shows by {matched:e}");
-    assert!(faulty > 1e-6, "the sabotage twin, an index of 1.001, shows by {faulty:e}");
+    assert!(faulty > 1e-6, "negative control not detected: an index of 1.001 shows by {faulty:e}");
 
-    // Depth 2: what is reflected at once sees the sky, what enters meets the far side and ends. Parallel rays over the sphere's
-    // disc meet it under the cosines of a hemisphere: 2 ∫ (1 - c)^5 c dc = 1/21.
+    // With depth 2, a ray that is reflected at once sees the sky, and a ray that enters ends at the
+    // far side. Parallel rays over the sphere's disc meet it at the cosines of a hemisphere: 2 ∫ (1
+    // - c)^5 c dc = 1/21.
     let mut scene = window(1.0, "Uniform(radiance: (1, 1, 1))", true);
     scene.camera.look_from.z = 1000.0;
     scene.camera.vertical_fov = 2.0 * 1e-3f64.atan();
     let samples = if subject.is_software() { 256 } else { 4096 };
     let reflected = |fresnel| {
         let settings = Settings { samples, depth: 2, fresnel, ..scene.settings() };
-        let film = film(&mut subject.renderer(&scene).expect("it was there a moment ago"), &settings);
-        // Rays beside the sphere see the sky, and count as hits that reflect nothing: 1 - π/4 of the square.
+        let film = film(&mut subject.renderer(&scene).expect("the backend opened before"), &settings);
+        // Rays beside the sphere see the sky. They are 1 - π/4 of the square.
         let beside = 1.0 - std::f64::consts::FRAC_PI_4;
         let known = |want: f64| Known::of(&film.pixels, beside + want * std::f64::consts::FRAC_PI_4);
         let share = (known(0.0).mean - beside) / std::f64::consts::FRAC_PI_4;
@@ -68,8 +72,9 @@ fn t14_index_matched_sphere(subject: BackendUnderTest) {
     report(14, subject, Outcome::Passed, &figure);
 }
 
-/// Roulette changes the noise, not the mean: Welch's test for each pixel and for the whole. A clamp changes the mean, most where few samples bring most of the
-/// light: the same test flags it.
+/// Roulette changes the noise, not the mean, by Welch's test for each pixel and for the whole
+/// image. A clamp changes the mean, most where few samples bring most of the light, and the same
+/// test detects it.
 fn t35_roulette_keeps_the_mean(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -84,13 +89,14 @@ fn t35_roulette_keeps_the_mean(subject: BackendUnderTest) {
         let test = ZTest::new(&got, &want);
         assert!(test.passes(), "from segment {roulette_depth}: {test:?}");
         worst = test.global.iter().fold(worst, |worst, z| worst.max(z.abs()));
-        // The twin: paths that end at random without the others' weight for it would lose light; here 3 % of it.
-        let mut faulty = subject.renderer(&lit(&scene, 0.97)).expect("it was there a moment ago");
+        // Negative control: without the weight of the surviving paths, random ends would lose
+        // light; here 3 % of it.
+        let mut faulty = subject.renderer(&lit(&scene, 0.97)).expect("the backend opened before");
         let test = ZTest::new(&film(&mut faulty, &settings), &want);
-        assert!(!test.passes(), "a comparison that cannot fail: {test:?}");
+        assert!(!test.passes(), "negative control not detected: {test:?}");
     }
     let (free, clamped) = fireflies(subject);
-    assert!(free < GLOBAL_LIMIT, "{free} sigma between two seeds of the same");
+    assert!(free < GLOBAL_LIMIT, "{free} sigma between two seeds of one scene");
     assert!(clamped > 2.0 * GLOBAL_LIMIT, "{clamped} sigma: the clamp's bias is not flagged");
     let figure = format!(
         "roulette from segments 1 and 3: {worst:.1} of {GLOBAL_LIMIT} sigma of the mean; fireflies: {free:.1} sigma, clamped {clamped:.0}"
@@ -98,10 +104,11 @@ fn t35_roulette_keeps_the_mean(subject: BackendUnderTest) {
     report(35, subject, Outcome::Passed, &figure);
 }
 
-/// How many sigma two renders of a box whose lamp is found by chance are apart: by different seeds, and where one has a clamp.
+/// Returns by how many sigma two renders of a box differ whose lamp is found by chance: with two
+/// seeds, and with a clamp on one of them.
 fn fireflies(subject: BackendUnderTest) -> (f64, f64) {
     let scene = scene("cornell_box.ron");
-    let mut renderer = subject.renderer(&scene).expect("it was there a moment ago");
+    let mut renderer = subject.renderer(&scene).expect("the backend opened before");
     let samples = if subject.is_software() { 128 } else { 1024 };
     let plain =
         Settings { width: 16, height: 16, samples, depth: 6, light_sampling: false, ..scene.settings() };
@@ -114,8 +121,9 @@ fn fireflies(subject: BackendUnderTest) -> (f64, f64) {
     (apart(other.clone()), apart(Settings { clamp: Some(1.0), ..other }))
 }
 
-/// The top of a diffuse sphere under a gradient, through a window so narrow that the normal is +y: the mean of y over the cosine
-/// lobe is 2/3, so that the sky sends what it has at 5/6 of the way up.
+/// Returns a scene and its radiance: the top of a diffuse sphere under a gradient, through a window
+/// so narrow that the normal is +y. The mean of y over the cosine lobe is 2/3, so that the sky's
+/// mean radiance is that at 5/6 of its range.
 fn irradiance() -> (Scene, f64) {
     let text = r#"Scene(version: 1, image: (width: 16, height: 16, samples: 1, depth: 2),
         camera: (look_from: (0, 5, 0), look_at: (0, 0, 0), up: (0, 0, 1), vertical_fov: 0.001),
@@ -126,7 +134,8 @@ fn irradiance() -> (Scene, f64) {
     (Scene::parse(text, "irradiance").unwrap(), 0.75 * 5.0 / 6.0)
 }
 
-/// The slope of log2 of the root mean square error over log2 of the samples, by least squares.
+/// Returns the slope of log2 of the root mean square error over log2 of the samples, by least
+/// squares.
 fn slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
@@ -134,9 +143,11 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }
 
-/// The error of an unbiased estimate falls with the square root of the samples. 256 pixels of one mean are 256 estimates: the log2 of
-/// each root mean square is known within 0.064, the slope over 2^4 to 2^12 within 0.008; over 2^4 to 2^9, a software adapter's
-/// range, within 0.015.
+/// The error of an unbiased estimate falls with the square root of the number of samples.
+///
+/// 256 pixels of one mean are 256 estimates. The log2 of each root mean square is then known within
+/// 0.064, and the slope within 0.008 over 2^4 to 2^12 samples, or within 0.015 over a software
+/// adapter's 2^4 to 2^9.
 fn t43_convergence_slope(subject: BackendUnderTest) {
     let (scene, want) = irradiance();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -153,9 +164,9 @@ fn t43_convergence_slope(subject: BackendUnderTest) {
     let points = errors(0.0);
     let measured = slope(&points);
     assert!((measured + 0.5).abs() <= 0.05, "{measured}: {points:?}");
-    // The twin: an estimate with a bias of 3 % ends on a plateau.
+    // Negative control: the error of an estimate with a bias of 3 % reaches a plateau.
     let biased = slope(&errors(0.03 * want));
-    assert!((biased + 0.5).abs() > 0.05, "a comparison that cannot fail: {biased}");
+    assert!((biased + 0.5).abs() > 0.05, "negative control not detected: {biased}");
     report(
         43,
         subject,

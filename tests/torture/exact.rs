@@ -1,20 +1,21 @@
-//! Where a ray meets a primitive, by double precision, and by how much it does.
+//! Intersections of rays with primitives by double precision, with their margins.
 
 use glam::{DVec3, Vec3};
 use trisect_shared::planar::{DISC, Planar};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
 
-/// What double precision says.
+/// Intersection by double precision.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
-    /// Along the direction; infinite for a miss.
+    /// Distance in lengths of the direction; infinite for a miss.
     pub distance: f64,
-    /// The least move of the ray, at right angles to it, that makes a miss of a hit or the reverse, about; in scene units.
+    /// Smallest move of the ray, perpendicular to it, that turns a hit into a miss or a miss into a
+    /// hit; approximate, in scene units.
     pub margin: f64,
 }
 
-/// From outside the near root, from inside the far one.
+/// Intersects a sphere: at the near root from outside, at the far root from inside.
 pub fn sphere(sphere: &Sphere, origin: Vec3, direction: Vec3) -> Meeting {
     let (f, d) = (origin.as_dvec3() - sphere.center.as_dvec3(), direction.as_dvec3());
     let radius = f64::from(sphere.radius);
@@ -28,13 +29,14 @@ pub fn sphere(sphere: &Sphere, origin: Vec3, direction: Vec3) -> Meeting {
     Meeting { distance: if distance > 0.0 { distance } else { f64::INFINITY }, margin }
 }
 
-/// How far `line` passes from the line through `from` along `edge`, seen along `direction`.
+/// Returns the signed distance from the coordinate origin to the line through `from` along `edge`,
+/// seen along `direction`.
 fn beside(from: DVec3, edge: DVec3, direction: DVec3) -> f64 {
     let across = edge.cross(direction);
     if across.length_squared() > 0.0 { from.dot(across.normalize()) } else { 0.0 }
 }
 
-/// A parallelogram or disc.
+/// Intersects a parallelogram or a disc.
 pub fn flat(flat: &Planar, origin: Vec3, direction: Vec3) -> Meeting {
     let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
     let (corner, u, v) = (flat.origin.as_dvec3() - o, flat.edge_u.as_dvec3(), flat.edge_v.as_dvec3());
@@ -58,7 +60,7 @@ pub fn flat(flat: &Planar, origin: Vec3, direction: Vec3) -> Meeting {
     Meeting { distance: if inside && distance > 0.0 { distance } else { f64::INFINITY }, margin }
 }
 
-/// From either side.
+/// Intersects a triangle, from either side.
 pub fn triangle(t: &Triangle, origin: Vec3, direction: Vec3) -> Meeting {
     let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
     let [a, b, c] = [t.a, t.b, t.c].map(|v| v.as_dvec3() - o);

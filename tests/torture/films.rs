@@ -1,4 +1,4 @@
-//! Films: parts, chunks and their sums (6, 7, 21, 22).
+//! Films: parts, chunks and their sums (6, 7, 21).
 
 use std::ops::Range;
 use trisect::Error;
@@ -11,10 +11,10 @@ use trisect_tests::renders::film;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Three chunks, the last one not full.
+/// Number of samples: three chunks, the last of them not full.
 const SAMPLES: u32 = 2 * CHUNK_SAMPLES + 44;
 
-/// The hello world on the cheapest kernel.
+/// Returns the scene of three spheres, with settings for few pixels and short paths.
 fn hello() -> (Scene, Settings) {
     let scene = scene("three_spheres.ron");
     let settings = Settings { width: 7, height: 10, samples: SAMPLES, depth: 6, ..scene.settings() };
@@ -25,7 +25,8 @@ fn render(renderer: &mut Renderer, settings: &Settings, rows: Range<u32>, sample
     renderer.render_part(settings, &SampleBlock { rows, samples }, &mut ()).unwrap().film
 }
 
-/// The sum of `films`, two at a time as `seed` draws them: any order and any tree.
+/// Returns the sum of `films`, added two at a time in the random order that `seed` gives, which may
+/// form any tree.
 fn sum(films: &[Film], seed: u32) -> Result<Film, FilmError> {
     let mut films = films.to_vec();
     let mut step = 0;
@@ -39,7 +40,8 @@ fn sum(films: &[Film], seed: u32) -> Result<Film, FilmError> {
     Ok(films.remove(0))
 }
 
-/// Rows over 1, 2, 3, 7 and one more parts than rows; tiles of rows and chunks in any order, added up in any grouping.
+/// A film has the same bits whether its rows are rendered in 1, 2, 3, 7 or height + 1 parts, and in
+/// whatever order and grouping tiles of rows and chunks are added.
 fn t06_parts_chunks_and_groupings(subject: BackendUnderTest) {
     let (scene, settings) = hello();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -73,12 +75,12 @@ fn t06_parts_chunks_and_groupings(subject: BackendUnderTest) {
     for seed in 0..64 {
         assert!(sum(&tiles, seed).unwrap() == whole, "tiles, grouping {seed}");
     }
-    // The twins: a tile of other random numbers, one that is missing, one that is there twice.
+    // Negative controls: a tile of another seed, a missing tile, and a tile that is added twice.
     let other = Settings { seed: 1, ..settings.clone() };
     let fault = render(&mut renderer, &other, 1..6, 0..CHUNK_SAMPLES);
     let spoilt = [&tiles[..7], &[fault], &tiles[8..]].concat();
-    assert!(sum(&spoilt, 0).unwrap() != whole, "a comparison that cannot fail");
-    assert!(sum(&tiles[1..], 0).unwrap() != whole, "a comparison that cannot fail");
+    assert!(sum(&spoilt, 0).unwrap() != whole, "negative control not detected");
+    assert!(sum(&tiles[1..], 0).unwrap() != whole, "negative control not detected");
     assert!(matches!(sum(&[&tiles[..], &tiles[..1]].concat(), 0), Err(FilmError::Overlap { .. })));
     report(
         6,
@@ -88,8 +90,8 @@ fn t06_parts_chunks_and_groupings(subject: BackendUnderTest) {
     );
 }
 
-/// Samples over parts that do not divide them: the same bits as long as a part is made of whole chunks, and refused otherwise, since
-/// the f32 sum of a chunk in two pieces would be rounded twice.
+/// A film of whole chunks has the same bits over any number of parts. A part that splits a chunk is
+/// refused, because the f32 sum of a chunk in two pieces would be rounded twice.
 fn t07_samples_over_parts(subject: BackendUnderTest) {
     let (scene, settings) = hello();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -101,10 +103,10 @@ fn t07_samples_over_parts(subject: BackendUnderTest) {
             .map(|part| render(&mut renderer, &settings, 0..settings.height, bound(part)..bound(part + 1)))
             .collect();
         assert!(sum(&films, 7).unwrap() == whole, "{parts} parts");
-        // The twin: one part's samples taken by another seed.
+        // Negative control: one part's samples are of another seed.
         let other = Settings { seed: 1, ..settings.clone() };
         let fault = render(&mut renderer, &other, 0..settings.height, 0..bound(1));
-        assert!(sum(&[&[fault], &films[1..]].concat(), 7).unwrap() != whole, "a comparison that cannot fail");
+        assert!(sum(&[&[fault], &films[1..]].concat(), 7).unwrap() != whole, "negative control not detected");
     }
     let third = SAMPLES / 3;
     for samples in [0..third, third..2 * third, 2 * third..SAMPLES] {
@@ -120,17 +122,17 @@ fn t07_samples_over_parts(subject: BackendUnderTest) {
     );
 }
 
-/// An empty scene of one pixel under a sky that is the same everywhere.
+/// Returns an empty scene of one pixel under a uniform sky.
 fn void(radiance: f32) -> Scene {
     let text = "Scene(version: 1, image: (width: 1, height: 1, samples: 1), \
                 camera: (look_from: (0, 0, 1), look_at: (0, 0, 0), vertical_fov: 40), materials: {}, objects: [])";
     let mut scene = Scene::parse(text, "void").unwrap();
-    // In the records: no file has a negative radiance.
+    // Set in the records, because no file can have a negative radiance.
     (scene.sky.bottom, scene.sky.top) = (glam::Vec3::splat(radiance), glam::Vec3::splat(radiance));
     scene
 }
 
-/// What a kernel gathered in the only pixel in one chunk: its sums as the device had them.
+/// Returns the sums of the only pixel over one chunk, as the device had them.
 fn chunk(subject: BackendUnderTest, radiance: f32, samples: u32) -> Option<PixelSums> {
     let scene = void(radiance);
     let settings = Settings { samples, ..scene.settings() };
@@ -157,11 +159,13 @@ fn merged(chunks: impl IntoIterator<Item = PixelSums>) -> PixelTotals {
     film.pixels[0]
 }
 
-/// A chunk rounds once, by 2^-25 at most, and its samples are exact; an f32 sum of 256 is off by 2.4e-6.
+/// Maximum relative error of a chunk's sum, which rounds once by at most 2^-25 of exact samples. A
+/// plain f32 sum of 256 samples exceeds it.
 const CHUNK_ERROR: f64 = 1e-6;
 
-/// 2^25 samples of a constant 0.1: a device's chunk of 256, and the film's sum of 2^17 such chunks. Asked for is 1e-6; the film adds
-/// nothing to the error of one chunk, so that this is what the kernel's sum leaves.
+/// The mean of 2^25 samples of 0.1 is off by at most 1e-6. A device sums a chunk of 256 samples,
+/// and the film sums 2^17 such chunks without any error of its own, so that the error is that of
+/// the kernel's sum.
 fn t21_accumulator_ladder(subject: BackendUnderTest) {
     let Some(chunk) = chunk(subject, 0.1, CHUNK_SAMPLES) else { return };
     let error = |mean: f64| (mean / f64::from(0.1f32) - 1.0).abs();
@@ -170,11 +174,11 @@ fn t21_accumulator_ladder(subject: BackendUnderTest) {
         let totals = merged(std::iter::repeat_n(chunk, 1 << log2));
         let off = error(totals.mean()[0]);
         assert!(totals.samples == 256 << log2 && off <= CHUNK_ERROR, "2^{log2} chunks: {off:e}");
-        // Nothing on top of the chunk: sums of equal numbers are exact.
+        // Sums of equal numbers are exact, so the film adds nothing to the chunk's error.
         assert_eq!(off, one, "2^{log2} chunks");
     }
     let in_f32 = (0..1 << 17).fold(0.0f32, |sum, _| sum + chunk.radiance.x) / (1 << 25) as f32;
-    assert!(error(f64::from(in_f32)) > CHUNK_ERROR, "the sabotage twin, chunks summed in f32: {in_f32}");
+    assert!(error(f64::from(in_f32)) > CHUNK_ERROR, "not detected: chunks summed in f32: {in_f32}");
     let outcome = if one <= 1e-6 { Outcome::Passed } else { Outcome::Bounded };
     report(
         21,

@@ -1,4 +1,4 @@
-//! What is neither NaN nor infinite, and what is counted (3).
+//! The firewall: samples are finite, and those that are not are counted (3).
 
 use glam::Vec3;
 use trisect::film::FilmCounts;
@@ -8,7 +8,8 @@ use trisect_tests::renders::{film, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Counts of a scene with `apply` in its records, and whether each pixel with a sample is finite.
+/// Renders a scene that `plant` has changed, and returns its counts and whether each pixel with a
+/// sample is finite.
 fn with_mutant(subject: BackendUnderTest, plant: impl Fn(&mut Scene)) -> Option<(FilmCounts, bool)> {
     let mut scene = scene("three_spheres.ron");
     plant(&mut scene);
@@ -18,7 +19,7 @@ fn with_mutant(subject: BackendUnderTest, plant: impl Fn(&mut Scene)) -> Option<
     Some((film.counts(), finite))
 }
 
-/// No sample of any scene is NaN or infinite before the firewall, which counts each that is.
+/// No sample of any scene is NaN or infinite before the firewall, which counts each one that is.
 fn t03_nothing_is_caught(subject: BackendUnderTest) {
     let mut samples = 0;
     let files = scene_files();
@@ -32,25 +33,26 @@ fn t03_nothing_is_caught(subject: BackendUnderTest) {
         assert_eq!(counts.samples, settings.total_samples(), "{}", path.display());
         samples += counts.samples;
     }
-    // The twins: one bad channel of what scatters, of what emits, of the sky; an emission that overflows.
+    // Negative controls: one bad channel of a material's albedo, of the sky and of an emission.
     let bad = [f32::NAN, f32::INFINITY];
     for value in bad {
         let (counts, finite) =
-            with_mutant(subject, |s| s.materials[1].albedo.y = value).expect("it was there a moment ago");
+            with_mutant(subject, |s| s.materials[1].albedo.y = value).expect("the backend opened before");
         assert!(counts.rejected > 0 && finite, "albedo {value}: {counts:?}");
-        let (counts, finite) = with_mutant(subject, |s| s.sky.top.z = value).expect("as above");
+        let (counts, finite) = with_mutant(subject, |s| s.sky.top.z = value).expect("opened before");
         assert!(counts.rejected > 0 && finite, "sky {value}: {counts:?}");
         let glow = |s: &mut Scene| s.materials[1].emission = Vec3::new(1.0, value, 1.0);
-        let (counts, _) = with_mutant(subject, glow).expect("as above");
+        let (counts, _) = with_mutant(subject, glow).expect("opened before");
         assert!(counts.rejected > 0, "emission {value}: {counts:?}");
     }
     let total = 12 * 8 * 8;
-    // A firefly of f32::MAX is finite by itself, its square and its sum with another are not: counted, or seen in the picture.
+    // f32::MAX is finite, but its square and its sum with another are not: the sample is counted,
+    // or the pixel is infinite.
     let firefly = |s: &mut Scene| s.materials[1].emission = Vec3::splat(f32::MAX);
-    let (counts, finite) = with_mutant(subject, firefly).expect("as above");
-    assert!(counts.rejected > 0 || !finite, "a firefly that no one sees: {counts:?}");
+    let (counts, finite) = with_mutant(subject, firefly).expect("opened before");
+    assert!(counts.rejected > 0 || !finite, "an overflow is not detected: {counts:?}");
     let how = if counts.rejected > 0 { "counted" } else { "an infinite pixel" };
-    let (counts, finite) = with_mutant(subject, |_| ()).expect("as above");
+    let (counts, finite) = with_mutant(subject, |_| ()).expect("opened before");
     assert!(counts.rejected == 0 && counts.samples == total && finite);
     let figure = format!(
         "0 of {samples} samples of {} scenes; planted NaN and infinity are counted, f32::MAX is {how}",

@@ -1,4 +1,4 @@
-//! 23: axis-aligned parallelograms, rays along exact axes and in their plane.
+//! Test 23: axis-aligned parallelograms; rays exactly along axes, and rays in their planes.
 
 use crate::construct::{self, first, power, quad, ray, rounds_correctly, unit, words};
 use glam::{Vec3, Vec4};
@@ -14,8 +14,9 @@ use trisect_tests::{BackendUnderTest, for_each_backend};
 
 const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
 
-/// Quads perpendicular to each axis, front to either side, edges of 2 and 4: their numbers, and all that follows of them, are exact.
-/// Each stands in a column of its own along every axis. All times a power of two.
+/// Returns quads with edges of 2 and 4, two perpendicular to each axis with opposite fronts. All
+/// their numbers, and those derived from them, are exact. Each stands in its own column along every
+/// axis. `scale`, a power of two, multiplies all lengths.
 fn quads(scale: f32) -> Vec<Planar> {
     let shapes = (0..6u8).map(|i| {
         let (u, v) = (AXES[(usize::from(i) + 1) % 3] * 2.0, AXES[(usize::from(i) + 2) % 3] * 4.0);
@@ -26,7 +27,8 @@ fn quads(scale: f32) -> Vec<Planar> {
     construct::scene(shapes.collect(), &[]).flats
 }
 
-/// Rays along the axes, from either side, at the corners, the borders and the inside; with the true distance.
+/// Returns rays along the normal, from either side, at the corners, the border and the inside, as
+/// origin, direction and true distance.
 fn perpendicular(flat: &Planar) -> Vec<(Vec3, Vec3, f32)> {
     let mut rays = Vec::new();
     let size = flat.edge_u.abs().max_element();
@@ -35,7 +37,7 @@ fn perpendicular(flat: &Planar) -> Vec<(Vec3, Vec3, f32)> {
         let point = flat.origin + flat.edge_u * at(i) + flat.edge_v * at(i / 5);
         let (k, front) = (i / 25 % 6, i % 2 == 0);
         let height = size * [0.0625, 0.5, 1.0, 2.0, 4.0, 8.0][k as usize];
-        // Once with zeros of the other sign.
+        // The second half has zeros of the other sign.
         let sign = if i / 150 == 0 { 0.0 } else { -0.0 };
         let out = if front { flat.normal } else { -flat.normal };
         let direction = Vec3::from_array((-out).to_array().map(|x| if x == 0.0 { sign } else { x }));
@@ -44,7 +46,8 @@ fn perpendicular(flat: &Planar) -> Vec<(Vec3, Vec3, f32)> {
     rays
 }
 
-/// Rays in the plane, and out of it by next to nothing: from inside the quad, its border and beside it; some from a little above.
+/// Returns rays in the plane or out of it by next to nothing, as origin and direction: from inside
+/// the quad, its border and beside it, and some from a little above.
 fn along(flat: &Planar, stream: u32) -> Vec<(Vec3, Vec3)> {
     let size = flat.edge_u.abs().max_element();
     let ray = |i: u32| {
@@ -72,22 +75,23 @@ fn question(flat: &Planar, origin: Vec3, direction: Vec3) -> Input {
     }
 }
 
-/// What went wrong.
+/// Counts of wrong answers.
 #[derive(Debug, Default, PartialEq)]
 struct Failures {
-    /// Perpendicular rays that miss.
+    /// Number of perpendicular rays that miss.
     misses: u32,
-    /// The greatest error of a hit, in ULP.
+    /// Maximum error of a hit's distance, in ULP.
     ulps: f64,
-    /// Answers that are no number above 0, of all rays.
+    /// Number of answers to rays in or along the plane that are neither a distance nor a miss.
     undefined: u32,
-    /// The same, of rays that never meet the plane, or at a distance that is a number.
+    /// Number of those where the ray is parallel to the plane, or meets it at a distance below
+    /// 1e30.
     undefined_numbers: u32,
-    /// Rays exactly in the plane that hit.
+    /// Number of rays exactly in or parallel to the plane that hit.
     hits: u32,
 }
 
-/// Of the six quads at a scale, after `spoil`.
+/// Asks about the six quads at a scale, after `spoil` has changed them.
 fn failures(prober: &mut Prober, scale: f32, spoil: impl Fn(&mut Planar)) -> Failures {
     let mut faults = Failures::default();
     for (stream, mut flat) in (0..).zip(quads(scale)) {
@@ -116,9 +120,13 @@ fn failures(prober: &mut Prober, scale: f32, spoil: impl Fn(&mut Planar)) -> Fai
     faults
 }
 
-/// Perpendicular rays hit, corners and borders included; no ray in or along the plane gives a NaN. A direction that leaves the plane by
-/// 1e-38 meets it beyond the numbers: by IEEE 754 infinity times zero is a NaN that no comparison lets in; Vulkan says nothing of either
-/// without `SignedZeroInfNanPreserve`, so there such answers are counted, and the others hold.
+/// Perpendicular rays hit, corners and borders included, and no ray in or along the plane gives a
+/// NaN.
+///
+/// A direction that leaves the plane by 1e-38 meets it at a distance beyond the range of f32. By
+/// IEEE 754, infinity times zero is then a NaN that no comparison accepts. Vulkan without
+/// `SignedZeroInfNanPreserve` defines neither, so there such answers are counted, and all others
+/// must hold.
 fn t23_axis_aligned_quads(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let mut undefined = 0;
@@ -127,16 +135,16 @@ fn t23_axis_aligned_quads(subject: BackendUnderTest) {
         let found = failures(&mut prober, (k as f32).exp2(), |_| {});
         undefined += found.undefined;
         worst = worst.max(found.ulps);
-        // The quotient of the height and ±1.
+        // The distance is the quotient of the height and ±1.
         let bound = if rounds_correctly(subject) { 0.0 } else { 2.5 };
         assert!(found.misses == 0 && found.ulps <= bound && found.hits == 0, "2^{k}: {found:?}");
         assert!(found.undefined_numbers == 0, "2^{k}: {found:?}");
         assert!(found.undefined == 0 || !rounds_correctly(subject), "2^{k}: {found:?}");
-        // The twins: a quad that is a millionth too small, and one without a normal.
+        // Negative controls: a quad that is too small by a millionth, and a quad without a normal.
         let small = failures(&mut prober, (k as f32).exp2(), |flat| flat.dual_u *= 1.000_001);
-        assert!(small.misses > 0, "2^{k}: a smaller quad passes");
+        assert!(small.misses > 0, "2^{k}: negative control not detected: a smaller quad");
         let broken = failures(&mut prober, (k as f32).exp2(), |flat| flat.normal = Vec3::ZERO);
-        assert!(broken.misses > 0, "2^{k}: a quad without normal passes");
+        assert!(broken.misses > 0, "2^{k}: negative control not detected: no normal");
     }
     let outcome = if undefined == 0 { Outcome::Passed } else { Outcome::Bounded };
     report(
@@ -149,7 +157,8 @@ fn t23_axis_aligned_quads(subject: BackendUnderTest) {
     );
 }
 
-/// The same perpendicular rays through the BVH, whose boxes are as flat as the quads but for their pad.
+/// Perpendicular rays hit through the BVH, whose boxes are as flat as the quads except for their
+/// padding.
 fn t23_flat_boxes(subject: BackendUnderTest) {
     let flats = quads(1.0);
     let rays: Vec<(Vec3, Vec3, f32)> = flats.iter().flat_map(perpendicular).collect();
@@ -166,13 +175,13 @@ fn t23_flat_boxes(subject: BackendUnderTest) {
     };
     let Some(found) = wrong(&scene) else { return };
     assert_eq!(found, 0);
-    // The twin: boxes without their first tenth along y.
+    // Negative control: boxes without their first tenth along y.
     for node in &mut scene.bvh.nodes {
         let size = node.y.w - node.y.y;
         node.y += Vec4::new(0.0, 0.1 * size, 0.0, 0.0);
     }
     let lost = wrong(&scene).unwrap_or_default();
-    assert!(lost > 0, "a box too small passes");
+    assert!(lost > 0, "negative control not detected: boxes are too small");
     report(
         23,
         subject,

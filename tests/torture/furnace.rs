@@ -1,4 +1,4 @@
-//! The white furnace: what absorbs nothing cannot be seen (10, 31, 45).
+//! White furnace: what absorbs nothing cannot be seen (10, 31, 45).
 
 use crate::mesh::Mesh;
 use bytemuck::Zeroable;
@@ -12,8 +12,9 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// `objects` under a sky of 1, through a square window that the unit sphere around 0 fills: its corners are at the sphere's rim
-/// (`fov` of [`WINDOW`] or, at normal incidence, 0.001, within 0.7 degrees of it).
+/// Returns `objects` under a sky of 1, seen through a square window whose corners are at the rim of
+/// the unit sphere around 0 with a `fov` of [`WINDOW`]. With a `fov` of 0.001 all rays meet the
+/// sphere within 0.7 degrees of normal incidence.
 fn furnace(materials: &str, objects: &str, fov: f64) -> Scene {
     let text = format!(
         "Scene(version: 1, image: (width: 8, height: 8, samples: 16, depth: 400), \
@@ -23,7 +24,7 @@ fn furnace(materials: &str, objects: &str, fov: f64) -> Scene {
     Scene::parse(&text, "furnace").unwrap()
 }
 
-/// Degrees: tan(fov / 2) = 0.707 / 1000.
+/// Field of view in degrees: tan(fov / 2) = 0.707 / 1000.
 const WINDOW: f64 = 0.081;
 
 const LOSSLESS: [&str; 4] = [
@@ -33,7 +34,8 @@ const LOSSLESS: [&str; 4] = [
     "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0)",
 ];
 
-/// Each material that loses light, and what it keeps at normal incidence where that is known: GGX with Smith's G (see furnace.ron).
+/// Each material that loses light, with the share that it keeps at normal incidence where that is
+/// known: GGX with Smith's G (see `scenes/furnace.ron`).
 const LOSSY: [(&str, Option<f64>); 9] = [
     ("Metal(albedo: (1, 1, 1), fuzz: 0.3)", None),
     ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.1)", Some(0.9999)),
@@ -50,7 +52,7 @@ fn samples(subject: BackendUnderTest, cpu: u32, software: u32) -> u32 {
     if subject.is_software() { software } else { cpu }
 }
 
-/// The mean over the window for `depth`, against 1.
+/// Renders the scene to each depth and returns the means over the window, compared with 1.
 fn seen(subject: BackendUnderTest, scene: &Scene, depths: &[u32], samples: u32) -> Option<Vec<Known>> {
     let mut renderer = subject.renderer(scene)?;
     let at = |depth: &u32| {
@@ -62,12 +64,14 @@ fn seen(subject: BackendUnderTest, scene: &Scene, depths: &[u32], samples: u32) 
 
 const SPHERE: &str = r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"#;
 
-/// Whether no light is invented: 4 sigma above 1, and rounding.
+/// Returns whether the mean exceeds 1 by no more than 4 sigma and rounding, so that no light is
+/// created.
 fn at_most_one(known: &Known) -> bool {
     known.mean <= 1.0 + GLOBAL_LIMIT * known.sigma + Known::ROUNDING
 }
 
-/// A sphere of each material: those without loss show the furnace, the others no more; what they lose is reported by depth.
+/// A sphere of a lossless material shows the furnace's radiance of 1, and a sphere of any other
+/// material shows at most 1. The loss of each material is printed by depth.
 fn t10_white_furnace(subject: BackendUnderTest) {
     let depths: &[u32] = if samples(subject, 1, 0) == 1 { &[2, 3, 5, 9, 400] } else { &[3, 400] };
     let mut worst = 0.0f64;
@@ -78,11 +82,11 @@ fn t10_white_furnace(subject: BackendUnderTest) {
         assert!(whole.holds(), "{material}: {whole:?}");
         assert!(means.iter().all(at_most_one), "{material}: {means:?}");
         worst = worst.max((whole.mean - 1.0).abs());
-        // The twin: albedo + 1 %.
+        // Negative control: 1 % more albedo.
         let mut faulty = scene.clone();
         faulty.materials[0].albedo *= 1.01;
-        let found = &seen(subject, &faulty, &[400], samples(subject, 64, 8)).expect("it was there")[0];
-        assert!(!at_most_one(found), "{material}: a comparison that cannot fail: {found:?}");
+        let found = &seen(subject, &faulty, &[400], samples(subject, 64, 8)).expect("opened before")[0];
+        assert!(!at_most_one(found), "{material}: negative control not detected: {found:?}");
     }
     let mut table = format!("loss by depth {depths:?}:");
     let mut greatest = (0.0, "");
@@ -90,7 +94,7 @@ fn t10_white_furnace(subject: BackendUnderTest) {
         let scene = furnace(&format!("\"a\": {material}"), SPHERE, WINDOW);
         let Some(means) = seen(subject, &scene, depths, samples(subject, 256, 16)) else { return };
         assert!(means.iter().all(at_most_one), "{material}: {means:?}");
-        // The same random numbers: a longer path adds to a shorter one.
+        // The random numbers are the same, so a longer path only adds to a shorter one.
         assert!(means.windows(2).all(|m| m[1].mean >= m[0].mean - Known::ROUNDING), "{material}: {means:?}");
         let losses: Vec<String> = means.iter().map(|m| format!("{:.4}", 1.0 - m.mean)).collect();
         table += &format!("\n  {material}: {}", losses.join(" "));
@@ -98,13 +102,14 @@ fn t10_white_furnace(subject: BackendUnderTest) {
         if loss > greatest.0 {
             greatest = (loss, material);
         }
-        // A loss of 1e-4 is one event in 10,000: more samples than a software adapter has time for.
+        // A loss of 1e-4 is one event in 10,000, which needs more samples than a software adapter
+        // has time for.
         let Some(want) = normal.filter(|&n| n < 0.99 || samples(subject, 1, 0) == 1) else { continue };
         let scene = furnace(&format!("\"a\": {material}"), SPHERE, 0.001);
         let settings = Settings { samples: samples(subject, 1024, 32), ..scene.settings() };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let known = Known::of(&film(&mut renderer, &settings).pixels, want);
-        // 5e-5: the fourth digit of what is known.
+        // 5e-5 is half of the last known digit.
         assert!(
             known.off < GLOBAL_LIMIT || (known.mean - want).abs() < 5e-5 + GLOBAL_LIMIT * known.sigma,
             "{material}: {known:?}"
@@ -121,7 +126,8 @@ fn t10_white_furnace(subject: BackendUnderTest) {
     report(10, subject, Outcome::Passed, &figure);
 }
 
-/// Glass that is hollow by relative indices, glass in water around a white ball: nothing of it shows.
+/// Glass that is hollow by relative indices, and glass in water around a white ball, cannot be
+/// seen.
 fn t31_hollow_and_nested(subject: BackendUnderTest) {
     let hollow = r#""a": Dielectric(ior: 1.5), "b": Dielectric(ior: 0.6666667)"#;
     let nested =
@@ -135,19 +141,20 @@ fn t31_hollow_and_nested(subject: BackendUnderTest) {
         let scene = furnace(materials, &format!("{SPHERE}{inside}"), WINDOW);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let settings = Settings { samples: samples(subject, 64, 8), ..scene.settings() };
-        // No path has a weight but 1, so that there is no noise: each pixel is 1 but for rounding, unless a path is cut off.
+        // Each path has a weight of 1, so there is no noise: each pixel is 1 within rounding,
+        // unless a path is cut off.
         let got = film(&mut renderer, &settings);
         for pixel in &got.pixels {
             let off = (pixel.mean()[0] - 1.0).abs();
             assert!(off <= Known::ROUNDING, "{name}: {pixel:?}");
             worst = worst.max(off);
         }
-        // The twin: an inner surface that absorbs 1 %.
+        // Negative control: an inner surface that absorbs 1 %.
         let mut faulty = scene.clone();
         faulty.materials[1].albedo = Vec3::splat(0.99);
-        let mut renderer = subject.renderer(&faulty).expect("it was there a moment ago");
+        let mut renderer = subject.renderer(&faulty).expect("the backend opened before");
         let known = Known::of(&film(&mut renderer, &settings).pixels, 1.0);
-        assert!(!known.holds(), "{name}: a comparison that cannot fail: {known:?}");
+        assert!(!known.holds(), "{name}: negative control not detected: {known:?}");
     }
     report(
         31,
@@ -157,8 +164,8 @@ fn t31_hollow_and_nested(subject: BackendUnderTest) {
     );
 }
 
-/// A ball of 32 triangles with the normals of a sphere: at its silhouette they look away from the
-/// viewer.
+/// Returns a ball of 32 triangles with the normals of a sphere, which point away from the viewer at
+/// its silhouette.
 fn coarse_ball(material: &str) -> Scene {
     let objects = r#"Sphere(center: (0, 0, 0), radius: 1, material: "a")"#;
     let mut scene = furnace(&format!("\"a\": {material}"), objects, 0.13);
@@ -176,8 +183,9 @@ fn coarse_ball(material: &str) -> Scene {
     scene
 }
 
-/// Mirrors of few triangles in the furnace: a convex body sees nothing of itself, so each pixel is
-/// 1. A mirrored direction that ran into the surface would be lost, and the silhouette black.
+/// Each pixel of a mirror of few triangles is 1 in the furnace, as a convex body does not see
+/// itself. A mirrored direction that entered the surface would be lost, and the silhouette would be
+/// black.
 fn t45_coarse_mirrors(subject: BackendUnderTest) {
     let mirrors = [
         "Metal(albedo: (1, 1, 1), fuzz: 0)",
@@ -197,10 +205,10 @@ fn t45_coarse_mirrors(subject: BackendUnderTest) {
         // Negative control: a mirror that absorbs 1 %.
         let mut faulty = scene.clone();
         faulty.materials[0].albedo = Vec3::splat(0.99);
-        let mut renderer = subject.renderer(&faulty).expect("it was there a moment ago");
+        let mut renderer = subject.renderer(&faulty).expect("the backend opened before");
         let darkest =
             film(&mut renderer, &settings).pixels.iter().map(|p| p.mean()[0]).fold(1.0f64, f64::min);
-        assert!(1.0 - darkest > Known::ROUNDING, "{material}: a comparison that cannot fail: {darkest}");
+        assert!(1.0 - darkest > Known::ROUNDING, "{material}: negative control not detected: {darkest}");
     }
     let figure = format!("{} mirrors of 32 triangles: each pixel 1 within {worst:.1e}", mirrors.len());
     report(45, subject, Outcome::Passed, figure);

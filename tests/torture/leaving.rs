@@ -1,4 +1,5 @@
-//! 12: rays that leave a surface do not meet it again (after pbrt's test "Reintersect"), whatever its size and place.
+//! Test 12: a ray that leaves a surface does not meet it again, whatever its size and place (after
+//! pbrt's test "Reintersect").
 
 use crate::construct::{self, EPSILON, disc, power, ray, sphere, unit, words};
 use glam::{DVec3, Vec3};
@@ -12,12 +13,12 @@ use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Objects of each kind.
+/// Number of objects of each kind.
 const OBJECTS: u32 = 48;
-/// Rays that leave each.
+/// Number of rays that leave each object.
 const RAYS: u32 = 1000;
 
-/// A direction on the side of `normal`, one in four almost along the surface.
+/// Returns a direction on the side of `normal`; one in four runs almost along the surface.
 fn outward(normal: Vec3, i: u32, stream: u32) -> Vec3 {
     let w = words(stream, i);
     let d = unit_sphere(w.x, w.y);
@@ -25,14 +26,16 @@ fn outward(normal: Vec3, i: u32, stream: u32) -> Vec3 {
     unit(d - normal * d.dot(normal) + normal * (d.dot(normal).abs() * lift + 1e-6))
 }
 
-/// Spheres, quads, discs and triangles with sizes of 10⁻⁴ to 10⁴, 10⁻⁸ to 10⁸ from the origin.
+/// Returns spheres, quads, discs and triangles with sizes of 10⁻⁴ to 10⁴, at distances of 10⁻⁸ to
+/// 10⁸ from the origin.
 fn objects() -> ProbeScene {
     let (mut shapes, mut triangles) = (Vec::new(), Vec::new());
     for i in 0..OBJECTS {
         let [w, v] = [words(1200, i), words(1201, i)];
         let size = power(-4.0, 4.0, w.x);
         let place = unit_sphere(w.y, w.z) * power(-8.0, 8.0, w.w);
-        // Flat shapes along the axes, too: those have one coordinate for all their points.
+        // Some flat shapes are perpendicular to an axis, so that all their points have one
+        // coordinate in common.
         let axis = if i % 4 == 0 { Vec3::AXES[v.w as usize % 3] } else { unit_sphere(v.x, v.y) };
         let (a, b) = basis(axis);
         shapes.push(sphere(place, size));
@@ -43,7 +46,8 @@ fn objects() -> ProbeScene {
     ProbeScene::new(&construct::scene(shapes, &triangles))
 }
 
-/// Where on a primitive a ray is to arrive, and the normal there.
+/// Returns a point of a primitive for a ray to arrive at, the normal there, and the primitive's
+/// size.
 fn target(scene: &ProbeScene, primitive: u32, i: u32) -> (Vec3, Vec3, f32) {
     let (records, params, w) = (scene.records(), scene.params(), words(1202, i));
     let index = primitive as usize;
@@ -63,7 +67,8 @@ fn target(scene: &ProbeScene, primitive: u32, i: u32) -> (Vec3, Vec3, f32) {
     }
 }
 
-/// Rays that arrive from around, near and far, and go on to either side.
+/// Returns rays that arrive from all directions, near and far, with the direction in which they
+/// leave to either side.
 fn questions(scene: &ProbeScene, primitive: u32) -> Vec<Input> {
     let question = |i: u32| {
         let i = primitive * RAYS + i;
@@ -79,9 +84,12 @@ fn questions(scene: &ProbeScene, primitive: u32) -> Vec<Input> {
     (0..RAYS).map(question).collect()
 }
 
-/// Whether the second hit is of the same primitive, and not a sphere's far side. From a point about on the sphere the near root is less than half
-/// the chord -2 f·d, the far one more; and one that leaves outward has none to meet. b = -f·d takes 3 products and 2 sums of at most ε / 2 each, and
-/// f one rounding, so 4 ε |f| are room enough; on every backend, as t is b plus or minus a root.
+/// Returns whether the second hit is of the same primitive, and is not the far side of a sphere.
+///
+/// From a point close to a sphere, the near root is less than half of the chord -2 f·d, and the far
+/// root is more; a ray that leaves outward has no root to meet. b = -f·d takes 3 products and 2
+/// sums that round by at most ε / 2 each, and f rounds once, so 4 ε |f| allow for all of it. That
+/// holds on every backend, because t is b plus or minus a root.
 fn meets_again(scene: &ProbeScene, input: &Input, output: &Output) -> bool {
     if output.a.w == NO_PRIMITIVE || output.a.w != output.b.z {
         return false;
@@ -97,8 +105,9 @@ fn meets_again(scene: &ProbeScene, input: &Input, output: &Output) -> bool {
     t < 0.5 * chord - rounding || chord < -2.0 * rounding
 }
 
-/// No ray meets the primitive that it leaves, by its number and side, not by an offset: so on every backend. Each primitive is traced by itself, as
-/// the root of the tree: others would hide it.
+/// No ray meets the primitive that it leaves. The primitive is excluded by its number and side, not
+/// by an offset, so this holds on every backend. Each primitive is traced alone, as the root of the
+/// BVH, because others would hide it.
 fn t12_same_primitive(subject: BackendUnderTest) {
     let scene = objects();
     let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
@@ -127,8 +136,8 @@ fn t12_same_primitive(subject: BackendUnderTest) {
     }
     assert!(hits.iter().all(|&hits| hits > 10_000), "{hits:?}");
     assert_eq!(again, [0; 4], "of {hits:?}");
-    // The twin: from where the ray ended, as if in free space.
-    assert!(plainly.iter().all(|&again| again > 100), "without care: {plainly:?}");
+    // Negative control: rays that start at the hit as if in free space.
+    assert!(plainly.iter().all(|&again| again > 100), "negative control not detected: {plainly:?}");
     report(
         12,
         subject,
@@ -139,7 +148,7 @@ fn t12_same_primitive(subject: BackendUnderTest) {
     );
 }
 
-/// A box's faces, the top first, and its size.
+/// Returns the faces of `count` boxes, six for each with the top first, and the boxes' sizes.
 fn boxes(count: u32) -> (ProbeScene, Vec<f32>) {
     let (mut shapes, mut sizes) = (Vec::new(), Vec::new());
     for i in 0..count {
@@ -155,7 +164,7 @@ fn boxes(count: u32) -> (ProbeScene, Vec<f32>) {
         sizes.push(size);
     }
     let mut scene = ProbeScene::new(&construct::scene(shapes, &[]));
-    // A tree for each box: a chain that looks at all six.
+    // Each box has its own tree: a chain whose traversal tests all six faces.
     let everything = (Vec3::splat(-1e12), Vec3::splat(1e12));
     let chain = |i: u32| {
         let rest = if i % 6 == 4 { Child::leaf(i + 1) } else { Child::inner(i - i / 6 + 1) };
@@ -165,7 +174,7 @@ fn boxes(count: u32) -> (ProbeScene, Vec<f32>) {
     (scene, sizes)
 }
 
-/// Rays that leave the top outward near its border.
+/// Returns rays that leave the top of a box outward near its border.
 fn at_borders(scene: &ProbeScene, index: u32) -> Vec<Input> {
     let top = scene.records().planars[6 * index as usize];
     let question = |i: u32| {
@@ -183,14 +192,19 @@ fn at_borders(scene: &ProbeScene, index: u32) -> Vec<Input> {
     (0..RAYS).map(question).collect()
 }
 
-/// Rays that leave a face outward near its border may meet the side behind the border, closer to it than the border's own rounding. The offset
-/// of the start covers what rounds with the face's place. The rest is of the side's size s: its coordinate is a sum of three products of a difference and a
-/// dual, 5 roundings of at most √2 s ε / 2 (difference, dual, product, two sums), and corner and edge were rounded at load, √3 s ε / 2 each. So no meeting
-/// is higher over the face than (5 √2 / 2 + √3) ε s.
+/// A ray that leaves a face outward near its border may meet the side behind the border, but no
+/// farther above the face than the border's own rounding.
+///
+/// The offset of the ray's origin covers rounding that grows with the face's place. The rest grows
+/// with the side's size s: a coordinate is a sum of three products of a difference and a dual, with
+/// 5 roundings (difference, dual, product, two sums) of at most √2 s ε / 2 each, and corner and
+/// edge were rounded at load by √3 s ε / 2 each. So no such hit is higher above the face than (5 √2
+/// / 2 + √3) ε s.
 fn t12_box_borders(subject: BackendUnderTest) {
     let (scene, sizes) = boxes(70);
     let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
-    // Rays, those that meet a face, the highest meeting in ε of the size.
+    // Counts the rays, counts those that meet a face again, and finds the highest such hit in ε of
+    // the size.
     let mut sweep = |operation: u32| {
         let (mut count, mut met, mut highest) = (0, 0, 0.0f64);
         for (index, &size) in (0..).zip(&sizes) {
@@ -199,7 +213,7 @@ fn t12_box_borders(subject: BackendUnderTest) {
             let top = scene.records().planars[6 * index as usize];
             for (input, output) in questions.iter().zip(prober.ask("probe_trace", operation, &questions)) {
                 if output.b.z != 6 * index {
-                    continue; // a side, or past the box
+                    continue; // the ray arrives at a side, or misses the box
                 }
                 count += 1;
                 if output.a.w == NO_PRIMITIVE {
@@ -222,7 +236,7 @@ fn t12_box_borders(subject: BackendUnderTest) {
     let twin = sweep(LEAVE_WITHOUT_OFFSET);
     let bound = 5.0 * 0.5f64.sqrt() + 3f64.sqrt();
     assert!(count > 40_000 && highest <= bound, "{met} of {count}, {highest}");
-    assert!(twin.1 > 10 * met && twin.2 > bound, "without care: {twin:?}");
+    assert!(twin.1 > 10 * met && twin.2 > bound, "negative control not detected: {twin:?}");
     let outcome = if met == 0 { Outcome::Passed } else { Outcome::Bounded };
     report(
         12,

@@ -1,11 +1,12 @@
-//! The torture tests: numerical stability at the extremes, on every backend. `docs/accuracy.md` lists them by number, with what
-//! each found where.
+//! Torture tests: numerical stability at the extremes, on every backend.
 //!
-//! A test is one generic function, `tNN_name`, instantiated for each backend; it ends with a line from
-//! [`trisect_tests::report`]. Where a tolerance is a bound that a backend may use up, its rule is cited.
+//! `docs/reference/accuracy.md` lists them by number, and `docs/notebook/torture-tests.md` has
+//! their outcomes. Each test is one generic function, `tNN_name`, instantiated for each backend. It
+//! ends with a line of [`trisect_tests::report`]. Where a tolerance is a bound that a specification
+//! gives a backend, the rule is cited.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
-// Shared with the shared crate's own tests, which run on the CPU only and with checks.
+// Modules of the shared crate's own tests, which run on the CPU only, with debug assertions.
 #[path = "../../shared/tests/physics/chart.rs"]
 #[allow(dead_code, missing_docs, reason = "shared")]
 mod chart;

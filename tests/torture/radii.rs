@@ -1,4 +1,4 @@
-//! 27: spheres of impossible radius, at load and on the device.
+//! Test 27: spheres of impossible radius, in files and on the device.
 
 use crate::construct::{self, first, power, ray, rounds_correctly, sphere, unit, words};
 use crate::spheres::{Case, ask, residual};
@@ -14,7 +14,7 @@ use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// A scene file with this radius.
+/// Parses a scene file that has a sphere of this radius.
 fn load(radius: &str) -> Result<Scene, String> {
     let text = format!(
         "Scene(version: 1, image: (width: 1, height: 1), materials: {{\"a\": Lambertian(albedo: (1, 1, 1))}},
@@ -24,12 +24,13 @@ camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 60))"
     Scene::parse(&text, "sphere.ron").map_err(|error| error.to_string())
 }
 
-/// Whether an answer is a distance, or none: [`MISS`] or beyond, which no traversal takes for a hit.
+/// Returns whether an answer is a distance or a miss: [`MISS`] or beyond, which no traversal
+/// accepts as a hit.
 fn is_defined(t: f32) -> bool {
     t > 0.0
 }
 
-/// Rays at a sphere around 0, from its centre too.
+/// Returns rays around a sphere at 0; a quarter of them start at its centre.
 fn about(radius: f32) -> Vec<Case> {
     let case = |i: u32| {
         let (w, v) = (words(2700, i), words(2701, i));
@@ -41,10 +42,14 @@ fn about(radius: f32) -> Vec<Case> {
     (0..4096).map(case).collect()
 }
 
-/// A file with an impossible radius is refused with the reason. On the device, if one came there, answers stay defined: the square of
-/// the radius counts, so that a negative one is its opposite, and one of which no square is left meets rays through the centre only. Vulkan without
-/// `SignedZeroInfNanPreserve` lets a compiler assume that NaN and infinity never are ("SPIR-V Environment"): there, what has no finite
-/// square ends with some answer, which is all that can be asked; [`t27_bad_records`] is about the traversal.
+/// A file with an impossible radius is refused with the reason, and a device that gets such a
+/// record gives defined answers.
+///
+/// A device uses the square of the radius. A negative radius therefore acts as its absolute value,
+/// and a radius whose square underflows to 0 is met only by rays through the centre. Vulkan without
+/// `SignedZeroInfNanPreserve` lets a compiler assume that NaN and infinity do not occur ("SPIR-V
+/// Environment"). There, a radius without a finite square may give any answer; [`t27_bad_records`]
+/// shows that its traversal ends.
 fn t27_radii(subject: BackendUnderTest) {
     for (radius, reason) in [
         ("0", "0 is not a positive finite length between 1e-18 and 1e18"),
@@ -57,7 +62,7 @@ fn t27_radii(subject: BackendUnderTest) {
         let error = load(radius).expect_err(radius);
         assert!(error.contains(reason) && error.contains("sphere.ron:2:"), "{radius}: {error}");
     }
-    // The twin: what is in range is taken.
+    // Negative control: the ends of the range are accepted.
     assert!(load("1e-18").is_ok() && load("1e18").is_ok());
 
     let Some(mut prober) = Prober::new(subject) else { return };
@@ -80,7 +85,7 @@ fn t27_radii(subject: BackendUnderTest) {
     let outputs = ask(&mut prober, NAIVE_SPHERE, &about(f32::NAN));
     assert!(
         !rounds_correctly(subject) || outputs.iter().all(|output| !is_defined(first(output))),
-        "the naive form passes"
+        "negative control not detected: the naive form"
     );
     let outcome = if rounds_correctly(subject) { Outcome::Passed } else { Outcome::Bounded };
     report(
@@ -93,7 +98,7 @@ fn t27_radii(subject: BackendUnderTest) {
     );
 }
 
-/// Impossible records in a scene: every ray ends, and meets no NaN.
+/// With impossible records in a scene, each ray ends, and no distance is NaN.
 fn t27_bad_records(subject: BackendUnderTest) {
     let place = |i: u32| sphere(unit_sphere(words(2702, i).x, words(2702, i).y) * 10.0, 1.0);
     let mut scene = ProbeScene::new(&construct::scene((0..64).map(place).collect(), &[]));
@@ -111,7 +116,7 @@ fn t27_bad_records(subject: BackendUnderTest) {
     assert!(wrong(&outputs) == 0 || !rounds_correctly(subject), "{}", wrong(&outputs));
     let mut broken = outputs.clone();
     broken[7].b.x = f32::NAN.to_bits();
-    assert!(wrong(&broken) > wrong(&outputs), "the check passes a NaN");
+    assert!(wrong(&broken) > wrong(&outputs), "negative control not detected: a NaN");
     let hits = outputs.iter().filter(|output| output.a.w != NO_PRIMITIVE).count();
     assert!(hits > 100, "{hits}");
     let outcome = if rounds_correctly(subject) { Outcome::Passed } else { Outcome::Bounded };

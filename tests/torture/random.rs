@@ -1,4 +1,4 @@
-//! Random numbers: 4 parity, 5 extremes.
+//! Random numbers: parity (4) and extremes (5).
 
 use crate::materials;
 use crate::scattering::{answer, question, with_materials};
@@ -13,7 +13,8 @@ use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Words and numbers of 2²⁰ (seed, pixel, sample, block), small and large: the CPU's, bit for bit.
+/// Words and numbers of 2²⁰ tuples of seed, pixel, sample and block, small and large, have the
+/// CPU's bits.
 fn t04_parity(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let Some(mut cpu) = Prober::new(BackendUnderTest::Cpu) else { return };
@@ -32,7 +33,7 @@ fn t04_parity(subject: BackendUnderTest) {
         assert_eq!(differing, 0, "operation {operation}");
         assert!(got.iter().all(|o| o.b.to_array().iter().all(|&b| f32::from_bits(b) < 1.0)));
         if operation == INDEPENDENT {
-            // The CPU's own answer is the sampler's, and the twin, numbers of all 32 bits, differs.
+            // The CPU's answer is the sampler's. Negative control: numbers of all 32 bits differ.
             let first = PathKey { seed: questions[0].a.x, pixel: questions[0].a.y, sample: questions[0].a.z };
             assert_eq!(want[0].a.x, first.words(questions[0].a.w).x);
             let twin = prober.ask("probe_sampling", INDEPENDENT_TO_ONE, &questions);
@@ -57,7 +58,7 @@ fn extreme_words() -> Vec<UVec4> {
     words
 }
 
-/// How far vectors are from unit length, at most; infinite for one that is not finite.
+/// Returns the maximum deviation of vectors from unit length; infinite if a vector is not finite.
 fn off_unit<'a>(vectors: impl Iterator<Item = Vec3> + 'a) -> f64 {
     let off = |v: Vec3| (v.as_dvec3().length() - 1.0).abs();
     vectors.map(|v| if v.is_finite() { off(v) } else { f64::INFINITY }).fold(0.0, f64::max)
@@ -77,8 +78,9 @@ const LIT: &str = r#"Scene(version: 1, image: (width: 16, height: 9),
     lights: [Point(position: (1, 1, 1), intensity: (1, 1, 1)), Directional(direction: (0, -1, 0), irradiance: (1, 1, 1))],
 )"#;
 
-/// The ends of each word's range through each sampler: finite, in range, of unit length within 4 eps, 8 where the division and
-/// the square root may be off by 2.5 and 4.5 ULP (Vulkan specification, "Precision of Core SPIR-V Instructions").
+/// Each sampler is finite and in range at the ends of each word's range, and its directions have
+/// unit length within 4 eps, or within 8 where division and square root may be off by 2.5 and 4.5
+/// ULP (Vulkan specification, "Precision of Core SPIR-V Instructions").
 fn t05_extremes(subject: BackendUnderTest) {
     let limit =
         if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) { 4.0 } else { 8.0 } * EPSILON;
@@ -147,7 +149,8 @@ fn t05_extremes(subject: BackendUnderTest) {
         assert!(outputs.iter().all(is_good), "{point}: {:?}", outputs.iter().find(|o| !is_good(o)));
         check("a light", off_unit(outputs.iter().map(|o| vector(o.a))));
     }
-    // The twins: the last word as a number that is 1, a direction that is too long by 1e-6.
+    // Negative controls: a last word that gives the number 1, and directions that are too long by
+    // 1e-6.
     let top = |i: &u32| {
         let w = PathKey { seed: 1, pixel: *i, sample: 0 }.words(0);
         w.x.max(w.y).max(w.z).max(w.w) >= 0xffff_ff80
@@ -158,10 +161,10 @@ fn t05_extremes(subject: BackendUnderTest) {
         |outputs: &[Output]| outputs.iter().any(|o| o.b.to_array().iter().any(|&b| number_is_one(b)));
     assert!(
         reaches_one(&prober.ask("probe_sampling", INDEPENDENT_TO_ONE, &many)),
-        "a test that finds nothing"
+        "negative control not detected"
     );
     assert!(!reaches_one(&prober.ask("probe_sampling", INDEPENDENT, &many)));
-    assert!(off_unit(points.iter().map(|o| vector(o.a) * (1.0 + 1e-6))) > limit, "a test that finds nothing");
+    assert!(off_unit(points.iter().map(|o| vector(o.a) * (1.0 + 1e-6))) > limit, "control not detected");
     let figure = format!(
         "7^4 words through 10 materials, 5 lights, camera, sphere: length within {:.1} eps ({})",
         worst.1 / EPSILON,

@@ -1,4 +1,5 @@
-//! Rays against the BVH: 9 adversarial ones, 24 through thin slabs, 25 of tiny components; all against every primitive in turn.
+//! Rays through the BVH, compared with a test of each primitive: adversarial rays (9), rays through
+//! thin slabs (24), and rays with tiny components (25).
 
 use crate::construct::{self, EPSILON, disc, power, quad, ray, rounds_correctly, sphere, unit, words};
 use crate::exact::{self, Meeting};
@@ -12,13 +13,14 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// A number from -1 to 1.
+/// Returns a number from -1 to 1.
 fn signed(bits: u32) -> f32 {
     2.0 * unit_f32(bits) - 1.0
 }
 
-/// 20 of each kind within 8 of the origin, sizes from 0.003 to 3: at random; along the axes, on a grid, so that faces, edges and
-/// boxes coincide; every eighth twice.
+/// Returns 20 primitives of each kind within 8 of the origin, with sizes from 0.003 to 3. Half of
+/// them are random. The others are on a grid and along axes, so that faces, edges and boxes
+/// coincide. A quarter occurs twice at the same place.
 fn mixed() -> ProbeScene {
     let (mut shapes, mut triangles) = (Vec::new(), Vec::new());
     for i in 0..16 {
@@ -42,12 +44,13 @@ fn mixed() -> ProbeScene {
     ProbeScene::new(&construct::scene(shapes, &triangles))
 }
 
-/// The first or second child's box.
+/// Returns the box of a node's first or second child.
 fn child_box(node: &BvhNode, second: bool) -> (Vec3, Vec3) {
     node.boxes()[usize::from(second)]
 }
 
-/// Rays that start on faces of boxes, one in four on an edge; with direction components from `components`, made unit vectors.
+/// Returns rays that start on faces of boxes, one in four on an edge. Their directions have
+/// components from `components` and are normalised.
 fn adversarial(scene: &ProbeScene, count: u32, components: &[f32], stream: u32) -> Vec<Input> {
     let question = |i: u32| {
         let (w, v) = (words(stream, i), words(stream + 1, i));
@@ -71,7 +74,7 @@ fn adversarial(scene: &ProbeScene, count: u32, components: &[f32], stream: u32) 
     (0..count).map(question).collect()
 }
 
-/// What double precision says of a ray and a primitive.
+/// Intersects a ray with a primitive by double precision.
 fn exactly(scene: &ProbeScene, primitive: u32, input: &Input) -> Meeting {
     let (origin, direction) = (vector(input.a), vector(input.b));
     let (records, params) = (scene.records(), scene.params());
@@ -85,16 +88,17 @@ fn exactly(scene: &ProbeScene, primitive: u32, input: &Input) -> Meeting {
     }
 }
 
-/// How the BVH's answers compare with those of every primitive in turn.
+/// Counts of differences between the BVH's answers and those of a test of each primitive.
 #[derive(Clone, Copy, Debug, Default)]
 struct Comparison {
     hits: usize,
-    /// Another primitive at the same distance, to the bit.
+    /// Another primitive at the same distance, bit by bit.
     ties: usize,
-    /// Another answer, and the ray passes the border of a primitive that one of them names closer than 16 ε of the coordinates, or starts as close to
-    /// it; or it is the same primitive closer than that.
+    /// Another answer, where rounding may decide: the ray passes the border of a primitive that one
+    /// of them names, or starts at it, within 16 ε of the coordinates, or the distances differ by
+    /// less than that.
     borders: usize,
-    /// Any other.
+    /// Any other difference.
     wrong: usize,
 }
 
@@ -107,7 +111,7 @@ fn compare(scene: &ProbeScene, questions: &[Input], closest: &[Output], every: &
             continue;
         }
         let distances = [a.b.x, b.b.x].map(f32::from_bits);
-        // The distances of misses are too great to be equal.
+        // The distance of a miss is too large for this.
         let reach = vector(input.a).abs().max_element().max(8.0) + distances[0].min(distances[1]);
         let near = 16.0 * EPSILON * f64::from(reach);
         let named = [a.a.w, b.a.w].into_iter().filter(|&primitive| primitive != NO_PRIMITIVE);
@@ -118,7 +122,7 @@ fn compare(scene: &ProbeScene, questions: &[Input], closest: &[Output], every: &
     found
 }
 
-/// Asks both ways; `None` without the backend.
+/// Asks for closest hits with and without the BVH; `None` if the backend is missing.
 fn both(subject: BackendUnderTest, scene: &ProbeScene, questions: &[Input]) -> Option<Comparison> {
     let mut prober = Prober::with_scene(subject, scene)?;
     let closest = prober.ask("probe_trace", CLOSEST, questions);
@@ -126,9 +130,12 @@ fn both(subject: BackendUnderTest, scene: &ProbeScene, questions: &[Input]) -> O
     Some(compare(scene, questions, &closest, &every))
 }
 
-/// Compares rays of these components, and asserts: CPU and CUDA answer as without the BVH, to the bit. On Vulkan a reciprocal is off by up to 2.5
-/// ULP, more than the 2 by which the slab test moves a box's exit out, and naga's code may be contracted in one loop and not in the other:
-/// there a ray that passes a border by rounding may be answered either way; no other.
+/// Compares rays with and without the BVH, and asserts that CPU and CUDA have the same answers, bit
+/// by bit.
+///
+/// On Vulkan a reciprocal is off by up to 2.5 ULP, more than the 2 by which the slab test moves a
+/// box's exit out, and naga's code may be contracted in one loop and not in the other. There, a ray
+/// that passes a border within rounding may have either answer; no other may differ.
 fn same_as_brute_force(
     subject: BackendUnderTest,
     scene: &ProbeScene,
@@ -154,15 +161,16 @@ fn tell(number: u32, subject: BackendUnderTest, questions: &[Input], found: Comp
     );
 }
 
-/// A million rays.
+/// A million adversarial rays have the hits that a test of each primitive finds.
 fn t09_brute_force(subject: BackendUnderTest) {
     let scene = mixed();
     let questions = adversarial(&scene, 1_000_000, &[0.0, -0.0, 1e-8, 1e-38, 1.0, -1.0], 910);
     let Some(found) = same_as_brute_force(subject, &scene, &questions) else { return };
-    // The twins: a leaf is lost; the root's boxes lose half. (A ray that is perpendicular to an axis does not see what is cut along it.)
+    // Negative controls: a leaf is lost; the root's boxes lose half. (A ray that is perpendicular
+    // to an axis does not notice what is cut along it.)
     let few = &questions[..20_000];
     let mut lost = scene.clone();
-    let leaf = Child::leaf(scene.params().first_planar - 1).0; // a sphere that stands there once
+    let leaf = Child::leaf(scene.params().first_planar - 1).0; // a sphere without a copy
     for node in &mut lost.bvh.nodes {
         if node.first == leaf {
             node.first = node.second;
@@ -180,20 +188,21 @@ fn t09_brute_force(subject: BackendUnderTest) {
     tell(9, subject, &questions, found);
 }
 
-/// Takes the upper half of each axis from both boxes.
+/// Removes the upper half along each axis from both boxes.
 fn halve(node: &mut BvhNode) {
     for row in [&mut node.x, &mut node.y, &mut node.z] {
         *row = Vec4::new(row.x - 0.5 * row.z, row.y - 0.5 * row.w, 0.5 * row.z, 0.5 * row.w);
     }
 }
 
-/// Components that are zero, denormal or next to nothing.
+/// Rays with zero, denormal or tiny direction components have the hits that a test of each
+/// primitive finds.
 fn t25_tiny_components(subject: BackendUnderTest) {
     let scene = mixed();
     let components = [0.0, -0.0, 1e-45, -1e-45, 1e-20, -1e-20, 1.0, -0.6];
     let questions = adversarial(&scene, 100_000, &components, 920);
     let Some(found) = same_as_brute_force(subject, &scene, &questions) else { return };
-    // The twin: the boxes of the root's children without the upper half of each axis.
+    // Negative control: the boxes of the root's children without the upper half along each axis.
     let mut cut = scene.clone();
     let node = &mut cut.bvh.nodes[0];
     halve(node);
@@ -202,14 +211,16 @@ fn t25_tiny_components(subject: BackendUnderTest) {
     tell(25, subject, &questions, found);
 }
 
-/// A vector by its components along the axis of flight, across the slab, and along it; flight along the `axis`th.
+/// Returns a vector by its components along the flight, across the slab, and along the slab; the
+/// flight is along axis `axis`.
 fn turned(axis: usize, flight: f32, across: f32, along: f32) -> Vec3 {
     let mut v = Vec3::ZERO;
     (v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]) = (flight, across, along);
     v
 }
 
-/// One primitive of each kind at 100 along each axis, `half` thick to either side across.
+/// Returns one primitive of each kind at 100 along each axis, which extends by `half` to either
+/// side across.
 fn slabs(half: f32) -> ProbeScene {
     let (mut shapes, mut triangles) = (Vec::new(), Vec::new());
     for axis in 0..3 {
@@ -222,8 +233,9 @@ fn slabs(half: f32) -> ProbeScene {
     ProbeScene::new(&construct::scene(shapes, &triangles))
 }
 
-/// A ray along an axis, inside a slab of 2e-6 and less: it meets what stands in the slab at 100, where a reciprocal of zero that is only as
-/// large as 8.4e6 ends it at 8.4. Each kind's distance has few roundings; 16 ULP as for far spheres.
+/// A ray along an axis, inside a slab of 2e-6 or less, meets what stands in the slab at 100. A
+/// reciprocal of zero that is only as large as 8.4e6 would end it at 8.4. Each kind's distance has
+/// few roundings, so 16 ULP are allowed as for far spheres.
 fn t24_thin_slabs(subject: BackendUnderTest) {
     let (mut count, mut lost) = (0, 0);
     for half in [1e-6f32, 1e-12, 1e-14] {
@@ -244,7 +256,7 @@ fn t24_thin_slabs(subject: BackendUnderTest) {
         let Some(missed) = misses(&scene) else { return };
         assert_eq!(missed, 0, "half thickness {half:e}");
         count += questions.len();
-        // The twin: each primitive's box is behind the rays.
+        // Negative control: each primitive's box is behind the rays.
         for node in &mut scene.bvh.nodes {
             let [first, second] = [node.first, node.second].map(|child| Child(child).is_leaf());
             for row in [&mut node.x, &mut node.y, &mut node.z] {

@@ -16,11 +16,12 @@ fn scaled(path: &Path, k: i32) -> Scene {
     Scene::load_in(path, Rebase { origin: DVec3::ZERO, scale: 2f64.powi(k) }).unwrap()
 }
 
-/// The powers of two for a scene: all on one, some on each; and few through wgpu, where each image compiles its kernel anew.
+/// Returns the exponents of the powers of two for a scene: all for one scene, some for the others,
+/// and few for wgpu, which compiles the kernel for each image.
 fn powers(subject: BackendUnderTest, name: &str, index: usize) -> Vec<i32> {
     let first = name == "three_spheres.ron";
     match subject {
-        BackendUnderTest::Cpu | BackendUnderTest::Cuda if name == "mesh.ron" => vec![-20, 20], // 1.3 million triangles to put in a tree
+        BackendUnderTest::Cpu | BackendUnderTest::Cuda if name == "mesh.ron" => vec![-20, 20], // 1.3 million triangles
         BackendUnderTest::Cpu | BackendUnderTest::Cuda if first => (-20..=20).filter(|&k| k != 0).collect(),
         BackendUnderTest::Cpu | BackendUnderTest::Cuda => vec![-20, -13, -7, -1, 1, 7, 13, 20],
         _ if first => vec![-20, -7, 7, 20],
@@ -29,8 +30,9 @@ fn powers(subject: BackendUnderTest, name: &str, index: usize) -> Vec<i32> {
     }
 }
 
-/// A square of two triangles, `half` each way, seen from nearby, times 2^k: whether k of -20 or 20 changes its image. Where a
-/// triangle is dropped, as those with edges below 3e-10 or above 4e9 there may be, the loader says so.
+/// Returns whether the image of a square of two triangles changes when the scene is multiplied by
+/// 2^-20 or 2^20. The square extends by `half` to each side. Where the image changes, the loader
+/// must have warned of a dropped triangle, as it does for edges below 3e-10 or above 4e9.
 fn square_changes(subject: BackendUnderTest, half: f64) -> Option<bool> {
     let folder = folder("torture", &format!("{}-{half:e}", subject.label()));
     let points = [(-half, -half), (half, -half), (half, half), (-half, half)];
@@ -60,8 +62,9 @@ fn square_changes(subject: BackendUnderTest, half: f64) -> Option<bool> {
     Some(dropped)
 }
 
-/// A scene times 2^k has the same image, bit by bit: no number leaves f32's range, so that each operation scales exactly, and there is
-/// no absolute epsilon. (Vulkan may flush denormal numbers and round as it likes, but does so alike for numbers of either scale.)
+/// A scene times 2^k has the same image, bit by bit. No number leaves f32's range, so each
+/// operation scales exactly, and there is no absolute epsilon. (Vulkan may flush denormals and
+/// round differently, but does so alike at each scale.)
 fn t08_scaled_by_powers_of_two(subject: BackendUnderTest) {
     let (mut images, mut scenes) = (0, 0);
     let mut faults = Vec::new();
@@ -76,7 +79,7 @@ fn t08_scaled_by_powers_of_two(subject: BackendUnderTest) {
         let settings = Settings { width, height, samples, seed: 8, ..scene.settings() };
         let image = |scene: &Scene| Some(film(&mut subject.renderer(scene)?, &settings));
         let Some(want) = image(&scene) else { return };
-        let changed = |scene: &Scene| differing(&image(scene).expect("it was there a moment ago"), &want);
+        let changed = |scene: &Scene| differing(&image(scene).expect("the backend opened before"), &want);
         for &k in &powers {
             let changed = changed(&scaled(path, k));
             if changed > 0 {
@@ -86,19 +89,19 @@ fn t08_scaled_by_powers_of_two(subject: BackendUnderTest) {
         }
         scenes += 1;
         if name == "three_spheres.ron" {
-            // The twins: a factor that rounds; an eye that keeps an absolute distance of 1e-4.
+            // Negative controls: a factor that rounds; an eye that is moved by an absolute 1e-4.
             let by_three = Scene::load_in(path, Rebase { origin: DVec3::ZERO, scale: 3.0 }).unwrap();
-            assert!(changed(&by_three) > 0, "a comparison that cannot fail");
+            assert!(changed(&by_three) > 0, "negative control not detected");
             let mut faulty = scaled(path, -7);
             faulty.camera.look_from += 1e-4;
-            assert!(changed(&faulty) > 0, "a comparison that cannot fail");
+            assert!(changed(&faulty) > 0, "negative control not detected");
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
     let figure = format!("{images} images of {scenes} scenes times 2^k, k from -20 to 20: the same bits");
     assert_eq!(square_changes(subject, 1.0), Some(false));
     let bounded =
-        [5e-5, 2500.0].map(|half| square_changes(subject, half).expect("it was there a moment ago"));
+        [5e-5, 2500.0].map(|half| square_changes(subject, half).expect("the backend opened before"));
     if bounded == [false; 2] {
         report(8, subject, Outcome::Passed, &figure);
     } else {
@@ -107,13 +110,13 @@ fn t08_scaled_by_powers_of_two(subject: BackendUnderTest) {
     }
 }
 
-/// What moving a scene does to its first hits.
+/// Changes of the first hits of a moved scene.
 struct Moved {
-    /// Pixels that show another primitive.
+    /// Fraction of the pixels that show another primitive.
     changed: f64,
-    /// Median relative error of the distance, of the others.
+    /// Median relative error of the distance, over the other pixels.
     median: f64,
-    /// The greatest.
+    /// Maximum relative error of the distance, over the other pixels.
     greatest: f64,
 }
 
@@ -132,11 +135,12 @@ fn compare(hits: &[FirstHit], wanted: &[FirstHit]) -> Moved {
     }
 }
 
-/// The radius of the small spheres.
+/// Radius of the small spheres.
 const FEATURE: f64 = 0.5;
 
-/// The hello world moved by 2^k along each axis. Coordinates there are rounded to multiples of 2^(k - 23): the eye and each centre are
-/// off by 2^(k - 24) an axis at most, and so are hits, but at grazing angles.
+/// The errors of first hits grow as predicted when three spheres are moved by 2^k along each axis.
+/// Coordinates there are multiples of 2^(k - 23), so that the eye and each centre are off by at
+/// most 2^(k - 24) per axis, and so are hits, except at grazing angles.
 fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
     let path = root().join("scenes/three_spheres.ron");
     let scene = Scene::load(&path).unwrap();
@@ -148,10 +152,11 @@ fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
     let mut medians = Vec::new();
     for k in (0..=24).step_by(if subject.is_software() { 4 } else { 1 }) {
         let space = Rebase { origin: DVec3::splat(-2f64.powi(k)), scale: 1.0 };
-        let mut renderer = subject.renderer(&Scene::load_in(&path, space).unwrap()).expect("it was there");
+        let mut renderer = subject.renderer(&Scene::load_in(&path, space).unwrap()).expect("opened before");
         let moved = compare(&renderer.first_hits(&settings, 0).unwrap(), &wanted);
-        // Six roundings, of the eye's and a centre's coordinates, over the distance of the eye from the spheres. Half a unit in the
-        // last place each is the most: the median stays below twice that.
+        // Six roundings, of the coordinates of the eye and of a centre, over the distance between
+        // the eye and the spheres. Each is at most half a unit in the last place, so the median
+        // stays below twice this.
         let predicted = 2f64.powi(k - 24) * 6f64.sqrt() / 4.0;
         table += &format!(
             "\n{k:4} {:15.4} {:13.1e} {:15.1e} {predicted:10.1e}",
@@ -161,19 +166,21 @@ fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
         assert_eq!(counts.samples, settings.total_samples(), "2^{k}: {counts:?}");
         if k <= 20 {
             assert!(moved.median <= 2.0 * predicted + 1e-6, "2^{k}: {:e} for {predicted:e}", moved.median);
-            // Pixels at an edge: their share is the error over the size of the spheres, times the edges' length in the picture.
+            // Pixels at edges change. Their share is the error over the spheres' size, times the
+            // length of the edges in the picture.
             let limit = 4.0 * 2f64.powi(k - 23) / FEATURE + 0.001;
             assert!(moved.changed <= limit, "2^{k}: {} beyond {limit}", moved.changed);
         }
         medians.push((k, moved.median, moved.changed));
     }
     eprintln!("{}\n{table}", subject.label());
-    // It grows as predicted: 2^8 times the error for 2^8 times the distance, within a factor of 8.
+    // The error grows as predicted, within a factor of 8: 2^8 times the error for 2^8 times the
+    // distance.
     let at = |k: i32| medians.iter().find(|m| m.0 == k).map_or(f64::NAN, |m| m.1);
     let growth = at(20) / at(12);
     assert!((32.0..2048.0).contains(&growth), "{growth}");
-    // The knee is where coordinates are multiples of the spheres' radius, 2^(k - 23) = 0.5 at k = 22. (It is the twin, too: a comparison
-    // that could not fail would have none.)
+    // The knee is where coordinates are multiples of the spheres' radius, 2^(k - 23) = 0.5 at k =
+    // 22. It is also the negative control: negative control not detected would show no knee.
     let knee = medians.iter().find(|m| m.2 > 0.2).map_or(i32::MAX, |m| m.0);
     assert!((22..=24).contains(&knee), "{knee}");
     let figure = format!(
@@ -185,7 +192,8 @@ fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
     report(29, subject, Outcome::Passed, &figure);
 }
 
-/// Scenes of 1e-20 units: refused at load, with the reason, before any backend sees them; and what is smallest in range is right.
+/// Scenes of 1e-20 units are refused at load with the reason, before a backend gets them, and the
+/// smallest scene in range renders right.
 fn t42_denormal_scene(subject: BackendUnderTest) {
     let parse = |object: &str, scale: f64| {
         let text = format!(
@@ -211,20 +219,21 @@ fn t42_denormal_scene(subject: BackendUnderTest) {
         let refusal = Scene::load_in(&path, Rebase { origin: DVec3::ZERO, scale: 1e-20 });
         assert!(refusal.is_err(), "{name}");
     }
-    // What is smallest in range: the least radius is 1.7e-18 at 2^-58. Its square, 2^-118, is a normal number. Squares of offsets from
-    // the centre are denormal there: multiples of 2^-149, 2^-31 of it, on the CPU and CUDA; 0 up to 2^-8 of it where Vulkan flushes
-    // denormal numbers, as it may: then the image is another one, of the same scene.
+    // The smallest scene in range: the smallest radius is 1.7e-18 at 2^-58. Its square, 2^-118, is
+    // a normal number. Squares of offsets from the centre are denormal there. On the CPU and CUDA
+    // they are multiples of 2^-149, which is 2^-31 of the radius's square. Where Vulkan flushes
+    // denormals, as it may, those up to 2^-8 of it are 0, and the image differs within its noise.
     let path = root().join("scenes/three_spheres.ron");
     let scene = Scene::load(&path).unwrap();
     let settings = Settings { width: 24, height: 14, samples: 4, depth: 8, seed: 8, ..scene.settings() };
     let image = |scene: &Scene| Some(film(&mut subject.renderer(scene)?, &settings));
     let Some(want) = image(&scene) else { return };
-    let changed = |scene: &Scene| differing(&image(scene).expect("it was there a moment ago"), &want);
+    let changed = |scene: &Scene| differing(&image(scene).expect("the backend opened before"), &want);
     let pixels = want.pixels.len();
     for k in [-30, -50] {
         assert_eq!(changed(&scaled(&path, k)), 0, "2^{k}");
     }
-    let smallest = image(&scaled(&path, -58)).expect("it was there a moment ago");
+    let smallest = image(&scaled(&path, -58)).expect("the backend opened before");
     let lost = differing(&smallest, &want);
     if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
         assert!(lost * 100 <= pixels, "{lost} of {pixels}");
@@ -233,7 +242,7 @@ fn t42_denormal_scene(subject: BackendUnderTest) {
         assert!(test.passes(), "{test:?}");
     }
     let rounded = Scene::load_in(&path, Rebase { origin: DVec3::ZERO, scale: 3.0 * 2f64.powi(-50) }).unwrap();
-    assert!(changed(&rounded) > 0, "a comparison that cannot fail");
+    assert!(changed(&rounded) > 0, "negative control not detected");
     let outcome = if lost == 0 { Outcome::Passed } else { Outcome::Bounded };
     let figure =
         format!("1e-20 units are refused with the reason; at 2^-58, {lost} of {pixels} pixels differ");

@@ -1,4 +1,4 @@
-//! Directions: 5 for materials, lights and the camera, 33, 34.
+//! Scattered directions (33, 34), and probes of materials for other tests.
 
 use crate::chart::{CELLS, Chart};
 use crate::materials::{self, Setup};
@@ -16,7 +16,7 @@ use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// A prober whose scene has these materials.
+/// Opens a prober for a scene with these materials.
 pub fn with_materials(subject: BackendUnderTest, setups: &[Setup]) -> Option<Prober> {
     let mut scene = Scene::parse(
         "Scene(version: 1, image: (width: 1, height: 1), materials: {}, objects: [],
@@ -28,12 +28,12 @@ pub fn with_materials(subject: BackendUnderTest, setups: &[Setup]) -> Option<Pro
     Prober::with_scene(subject, &ProbeScene::new(&scene))
 }
 
-/// The question how material `index` scatters what comes from `viewer`.
+/// Returns the question how material `index` scatters light towards `viewer`.
 pub fn question(index: usize, viewer: Vec3, normal: Vec3, front: bool, words: UVec4) -> Input {
     Input { a: row(-viewer, index as u32), b: row(normal, u32::from(front)), c: words, ..Input::default() }
 }
 
-/// What [`question`] is answered with.
+/// Answer to a [`question`].
 #[derive(Clone, Copy, Debug)]
 pub struct Answer {
     pub direction: Vec3,
@@ -58,10 +58,12 @@ fn words(stream: u32, i: u32) -> UVec4 {
     UVec4::new(w.x, w.y, w.z, w.w)
 }
 
-/// Of a cell's quadrature in each direction: with 12, the horizon of a roughness of 1 shows among 2²⁰ samples.
+/// Quadrature points per cell in each direction. With 12 of them, the error at the horizon of a
+/// roughness of 1 is significant at 2²⁰ samples.
 const POINTS: usize = 40;
 
-/// p of Pearson's test of what a device drew (`outputs`) against the CPU's density of `by`.
+/// Returns p of Pearson's chi-square test: directions that a device drew for `of` (`outputs`)
+/// against the CPU's pdf of `by`.
 fn compare(outputs: &[Output], of: &Setup, by: &Setup, cos: f32) -> f64 {
     let (seen, density) = (of.view(cos), by.view(cos));
     let eta = match (of.material.kind == ROUGH_DIELECTRIC, of.front) {
@@ -99,7 +101,8 @@ fn compare(outputs: &[Output], of: &Setup, by: &Setup, cos: f32) -> f64 {
     chi_square(&observed, &expected)
 }
 
-/// 2²⁰ samples of each distribution against its density; p > 0.0025 over all by Šidák.
+/// 2²⁰ samples of each distribution follow its pdf: p > 0.0025 over all of them, by Šidák's
+/// correction.
 fn t34_chi_square(subject: BackendUnderTest) {
     const SAMPLES: u32 = 1 << 20;
     const COS: f32 = 0.6;
@@ -127,21 +130,22 @@ fn t34_chi_square(subject: BackendUnderTest) {
         assert!(p > least, "{}: p {p}", setup.name);
         lowest = lowest.min(p);
         if index == 3 {
-            // The twin: a lobe wider by a tenth.
+            // Negative control: a lobe that is wider by a tenth.
             let p = compare(&outputs, setup, &setup.with_alpha(1.1), COS);
-            assert!(p < 1e-9, "a test that finds nothing: {p}");
+            assert!(p < 1e-9, "negative control not detected: {p}");
         }
     }
     let figure = format!("9 distributions, 2^20 samples each: least p {lowest:.3}, {least:.1e} wanted");
     report(34, subject, Outcome::Passed, figure);
 }
 
-/// A diffuse point opposite the normal; a metal of fuzz 1 at grazing incidence.
+/// No scattered direction is zero, for diffuse points opposite the normal and for a metal of fuzz 1
+/// at grazing incidence; the metal absorbs the expected share.
 fn t33_no_zero_direction(subject: BackendUnderTest) {
     let setups = [materials::lambertian(), materials::metal(1.0)];
     let Some(mut prober) = with_materials(subject, &setups) else { return };
     let mut questions = Vec::new();
-    // The sphere's point of each word, as normal's opposite.
+    // The normal is opposite to the point on the sphere that the words give.
     for i in 0..4096 {
         let w = if i < 4 { UVec4::new([0, u32::MAX][i as usize & 1], i, 0, 0) } else { words(33, i) };
         let normal = -normalize(unit_sphere(w.x, w.y));
@@ -154,12 +158,13 @@ fn t33_no_zero_direction(subject: BackendUnderTest) {
     let outputs = prober.ask("probe_scatter", SAMPLE, &questions);
     let shortest = least(&outputs);
     assert!((shortest - 1.0).abs() < 1e-6, "{shortest}");
-    // The twin: the sum as it is, which is 0 or some rounding error.
+    // Negative control: the plain sum of normal and point, which is 0 or a rounding error.
     let sums = questions.iter().map(|q| vector(q.b) + unit_sphere(q.c.x, q.c.y));
     let sums: Vec<Output> = sums.map(|sum| Output { a: row(sum, 0), b: UVec4::ZERO }).collect();
-    assert!(least(&sums) < 1e-6, "a test that finds nothing");
+    assert!(least(&sums) < 1e-6, "negative control not detected");
 
-    // The ball around a mirrored direction of height c has (2 - 3 c + c^3) / 4 of its volume below the surface: absorbed.
+    // Of the ball around a mirrored direction of height c, (2 - 3 c + c^3) / 4 of the volume is
+    // below the surface and absorbed.
     let mut worst = 0.0f64;
     let count = 1u32 << 17;
     let mut shares = Vec::new();

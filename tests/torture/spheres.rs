@@ -1,4 +1,4 @@
-//! Spheres by themselves: 11 far away, 26 at their edge cases, 30 as a ground.
+//! Single spheres: far away (11), edge cases (26), and as a ground (30).
 
 use crate::construct::{EPSILON, first, power, rounds_correctly, unit, words};
 use crate::exact;
@@ -13,7 +13,7 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::{error, ulp};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// A ray that starts in free space, and a sphere.
+/// A sphere, and a ray that starts in free space.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     pub sphere: Sphere,
@@ -30,7 +30,8 @@ impl Case {
         exact::sphere(&self.sphere, self.origin, self.direction)
     }
 
-    /// For [`SPHERE`]; with `departs`, from the sphere itself, inward or outward.
+    /// Returns the question for [`SPHERE`]. With `departs` the ray leaves the sphere itself, inward
+    /// if true and outward if false.
     fn question(&self, departs: Option<bool>) -> Input {
         Input {
             a: row(self.sphere.center, self.sphere.radius.to_bits()),
@@ -42,14 +43,15 @@ impl Case {
     }
 }
 
-/// Their answers by one of the operations on spheres.
+/// Asks a sphere operation of the probe about all cases.
 pub fn ask(prober: &mut Prober, operation: u32, cases: &[Case]) -> Vec<Output> {
     let questions: Vec<Input> = cases.iter().map(|case| case.question(None)).collect();
     prober.ask("probe_shapes", operation, &questions)
 }
 
-/// Spheres of radius 1 in 10² to 10⁵, the ray or the sphere at 0, so that their difference is exact: rounding in it moves the sphere
-/// itself, which no intersection can mend.
+/// Returns spheres of radius 1 at distances of 10² to 10⁵. The ray's origin or the sphere's centre
+/// is 0, so that their difference is exact: rounding in it would move the sphere itself, and no
+/// intersection could correct that.
 fn far_spheres() -> Vec<Case> {
     let case = |i: u32| {
         let w = words(1100, i);
@@ -61,13 +63,14 @@ fn far_spheres() -> Vec<Case> {
         } else {
             Case::new(Vec3::ZERO, 1.0, -to_center, axis)
         };
-        // Of the rounded numbers.
+        // Both are exact for the rounded numbers.
         (case.exactly().distance.is_finite() && case.exactly().margin > 0.005).then_some(case)
     };
     (0..1 << 17).filter_map(case).collect()
 }
 
-/// Misses, and the greatest error of a hit in ULP of D.
+/// Returns the number of misses, and the maximum error of a hit in ULP of the distance D to the
+/// centre.
 fn far_errors(cases: &[Case], outputs: &[Output]) -> (u32, f64) {
     let (mut misses, mut worst) = (0, 0.0f64);
     for (case, output) in cases.iter().zip(outputs) {
@@ -82,8 +85,9 @@ fn far_errors(cases: &[Case], outputs: &[Output]) -> (u32, f64) {
     (misses, worst)
 }
 
-/// 16 ULP of D stand everywhere: c and q take some 10 roundings of half a unit; Vulkan's division adds 2.5 ULP of the quotient, and its
-/// square root's error is that of a number of the radius's size.
+/// No far sphere is missed, and the error of t is at most 16 ULP of D on every backend. c and q
+/// take about 10 roundings of half a unit. Vulkan's division adds 2.5 ULP of the quotient, and its
+/// square root's error is that of a number as large as the radius.
 fn t11_far_spheres(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let cases = far_spheres();
@@ -102,8 +106,8 @@ fn t11_far_spheres(subject: BackendUnderTest) {
     );
 }
 
-/// How far off the sphere an answer lies, or by how much a miss should have been a hit, in units of ε (R + |O - C|); infinite if it is
-/// no number in front of the ray.
+/// Returns by how much an answer lies off the sphere, or by how much a miss should have been a hit,
+/// in units of ε (R + |O - C|); infinite unless the answer is a number in front of the ray.
 pub fn residual(case: &Case, t: f32) -> f64 {
     let f = case.origin.as_dvec3() - case.sphere.center.as_dvec3();
     let (d, radius) = (case.direction.as_dvec3(), f64::from(case.sphere.radius));
@@ -115,7 +119,8 @@ pub fn residual(case: &Case, t: f32) -> f64 {
     if t > 0.0 && t < MISS { ((f + d * f64::from(t)).length() - radius).abs() / unit } else { f64::INFINITY }
 }
 
-/// Rays from the centre; from the surface inward, outward and along it; past the sphere at its radius, one ULP less and one more.
+/// Returns rays from the centre; from the surface inward, outward and along it; and past the sphere
+/// at its radius, one ULP less and one ULP more.
 fn edge_cases(prober: &mut Prober) -> Vec<Case> {
     let mut cases = Vec::new();
     for i in 0..1 << 14 {
@@ -124,7 +129,7 @@ fn edge_cases(prober: &mut Prober) -> Vec<Case> {
         let radius = power(-3.0, 3.0, w.w);
         let direction = unit_sphere(v.x, v.y);
         cases.push(Case::new(center, radius, center, direction));
-        // Exactly on the surface: along an axis, around 0.
+        // Exactly on the surface: along an axis of a sphere around 0.
         let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z][i as usize % 3];
         for way in [-axis, axis, unit(axis.cross(direction)), direction] {
             cases.push(Case::new(Vec3::ZERO, radius, axis * radius, way));
@@ -135,7 +140,7 @@ fn edge_cases(prober: &mut Prober) -> Vec<Case> {
             cases.push(Case::new(Vec3::ZERO, radius, back + side * impact, axis));
         }
     }
-    // On the surface as the path finds it.
+    // On the surface, as the path tracer projects hits.
     let project: Vec<Input> = (0..1 << 14)
         .map(|i| {
             let (w, v) = (words(2602, i), words(2603, i));
@@ -158,7 +163,8 @@ fn edge_cases(prober: &mut Prober) -> Vec<Case> {
     cases
 }
 
-/// Of the rays that go inward from exactly on the sphere, those that do not come out opposite.
+/// Returns how many rays that start exactly on the sphere and go inward do not leave it on the
+/// opposite side.
 fn not_inside(cases: &[Case], outputs: &[Output]) -> usize {
     let wrong = |case: &Case, t: f32| {
         let f = case.origin.as_dvec3() - case.sphere.center.as_dvec3();
@@ -168,9 +174,12 @@ fn not_inside(cases: &[Case], outputs: &[Output]) -> usize {
     cases.iter().zip(outputs).filter(|(case, output)| wrong(case, first(output))).count()
 }
 
-/// The documented root: a number in front of the ray that lies on the sphere, or [`MISS`] where no ray within rounding hits; an origin on
-/// the surface counts as inside. 8 units is what the roundings of b, the offset and c amount to; Vulkan's division and square root add 2.5
-/// and 4.5 ULP of t, which is at most twice a unit's size. Where a compiler may contract, c = f² - R² need not vanish on the surface.
+/// The answer is the documented root, a number in front of the ray that lies on the sphere, or
+/// [`MISS`] where no ray within rounding hits. An origin on the surface counts as inside.
+///
+/// The roundings of b, the offset and c amount to 8 units. Vulkan's division and square root add
+/// 2.5 and 4.5 ULP of t, which is at most twice as large as a unit. Where a compiler may contract,
+/// c = f² - R² need not vanish on the surface.
 fn t26_edges_of_spheres(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let cases = edge_cases(&mut prober);
@@ -183,12 +192,12 @@ fn t26_edges_of_spheres(subject: BackendUnderTest) {
     let bound = if rounds_correctly(subject) { 8.0 } else { 8.0 + 14.0 };
     assert!(robust <= bound, "{robust}");
     assert!(outside == 0 || subject == BackendUnderTest::WgpuNaga, "{outside} do not count as inside");
-    // The twin finds the near root where it is 0, or behind.
+    // Negative control: the naive form finds the near root where it is 0, or behind the origin.
     let outputs = ask(&mut prober, NAIVE_SPHERE, &cases);
-    assert!(worst(&outputs) > bound, "the naive form passes");
+    assert!(worst(&outputs) > bound, "negative control not detected: the naive form");
     assert!(
         not_inside(&cases, &outputs) == 0 || subject == BackendUnderTest::WgpuNaga,
-        "a twin that fails in another way"
+        "the negative control fails in another way"
     );
     let outcome = if outside == 0 { Outcome::Passed } else { Outcome::Bounded };
     let count = cases.len();
@@ -202,7 +211,8 @@ fn t26_edges_of_spheres(subject: BackendUnderTest) {
     );
 }
 
-/// Eyes 1 above the ground within `around` of the top of a sphere of radius `radius` below 0, looking down at various angles.
+/// Returns rays that look down at various angles from 1 above the ground, a sphere of radius
+/// `radius` below 0, within `around` of its top.
 fn grounds(radius: f32, around: f32) -> Vec<Case> {
     let case = |i: u32| {
         let (w, v) = (words(3000, i), words(3001, i));
@@ -216,10 +226,13 @@ fn grounds(radius: f32, around: f32) -> Vec<Case> {
     (0..1 << 14).map(case).collect()
 }
 
-/// The error of t at eye height 1 over a ground that is a sphere, against one that is a plane. The sphere's c = f² - R² is 2 R, what 4
-/// roundings of R² (ε / 2 each) leave of it: ε R relative to t; and the rounding of O - C, half an ulp of R, is ε R / 2 of the height. So 2 ε R
-/// bounds it; division and square root, on Vulkan too, add some ε. The plane's t is one quotient of the eye's height and the direction's
-/// y: correctly rounded, or within 2.5 ULP on Vulkan.
+/// The error of t from an eye at height 1 is at most 2 ε R over a spherical ground of radius R, and
+/// that of one quotient over a plane.
+///
+/// The sphere's c = f² - R² is about 2 R. Its 4 roundings of R² (ε / 2 each) give an error of ε R
+/// relative to t. The rounding of O - C, half an ULP of R, gives ε R / 2 of the height. Division
+/// and square root, on Vulkan too, add a few ε. The plane's t is the quotient of the eye's height
+/// and the direction's y: correctly rounded, or within 2.5 ULP on Vulkan.
 fn t30_ground(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let plane = {
@@ -258,10 +271,10 @@ fn t30_ground(subject: BackendUnderTest) {
             planes.iter().zip(&cases).map(|(output, case)| ulps(first(output), case)).fold(0.0, f64::max);
         let bound = if rounds_correctly(subject) { 0.5 } else { 2.5 };
         assert!(flat <= bound, "plane: {flat} ulp");
-        // The twin: the sphere does not pass for a plane.
+        // Negative control: the sphere is no substitute for a plane.
         let bent =
             spheres.iter().zip(&cases).map(|(output, case)| error(first(output), case.exactly().distance));
-        assert!(bent.fold(0.0, f64::max) > 100.0, "R = {radius:e}: the sphere is as good");
+        assert!(bent.fold(0.0, f64::max) > 100.0, "R = {radius:e}: control not detected");
         figures.push(format!(
             "R = {radius:.0e}: {top:.1e} at its top, {worst:.1e} within 50, plane {flat:.2} ulp"
         ));

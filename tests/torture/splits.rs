@@ -1,4 +1,5 @@
-//! Measures what spatial splits would gain where boxes overlap, for `docs/performance.md`.
+//! An experiment: what spatial splits would gain where boxes overlap. Its figures are in
+//! `docs/notebook/triangles-and-trees.md`, "Overlapping boxes".
 
 use crate::construct::{ray, words};
 use crate::cost_scenes;
@@ -17,7 +18,7 @@ use trisect_probes::record::vector;
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::triangle::Triangle;
 
-/// Mean number of triangles that obvhs tests for random rays through the scene.
+/// Returns the mean number of triangles that obvhs tests for random rays through the scene.
 fn tests(tree: &Bvh2, triangles: &[ObvhsTriangle]) -> f64 {
     const RAYS: u32 = 256;
     let mut tests = 0u64;
@@ -35,8 +36,8 @@ fn tests(tree: &Bvh2, triangles: &[ObvhsTriangle]) -> f64 {
     tests as f64 / f64::from(RAYS)
 }
 
-/// Cuts boxes of more than a tenth of the mean area, up to `rounds` times, where both halves have
-/// at most `gain` of the area.
+/// Splits boxes of more than a tenth of the mean area, up to `rounds` times, where each half has at
+/// most `gain` of the area. Returns the boxes and each box's triangle.
 fn split(triangles: &[ObvhsTriangle], gain: f32, rounds: u32) -> (Vec<Aabb>, Vec<u32>) {
     let mut boxes: Vec<Aabb> = triangles.iter().map(ObvhsTriangle::aabb).collect();
     let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();

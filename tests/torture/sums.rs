@@ -1,4 +1,5 @@
-//! A pixel's sums within a chunk, on the device, and over chunks, on the host: 21 (with `films`) and 22.
+//! A pixel's sums within a chunk, on the device, and over chunks, on the host: 21 (also in `films`)
+//! and 22.
 
 use glam::UVec4;
 use trisect::film::Film;
@@ -10,7 +11,7 @@ use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Chunks of 2²⁵ samples.
+/// Number of chunks of 2²⁵ samples.
 const CHUNKS: u32 = (1 << 25) / CHUNK_SAMPLES;
 
 fn mean(outputs: &[Output], samples: u32) -> f64 {
@@ -23,7 +24,8 @@ fn mean(outputs: &[Output], samples: u32) -> f64 {
     film.pixels[0].mean()[0]
 }
 
-/// 2²⁵ samples of 0.1: each chunk rounds once, 2⁻²⁵ relative, and 0.1 as an f32 is off by 1.5e-8.
+/// The mean of 2²⁵ samples of 0.1 is off by at most 1e-6. Each chunk rounds once, by 2⁻²⁵ relative,
+/// and 0.1 as an f32 is off by 1.5e-8.
 fn t21_carried_chunks(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let question = Input { a: UVec4::new(0.1f32.to_bits(), CHUNK_SAMPLES, 0, 0), ..Input::default() };
@@ -32,10 +34,10 @@ fn t21_carried_chunks(subject: BackendUnderTest) {
     assert!(outputs.iter().all(|output| output.a.w == CHUNK_SAMPLES));
     let off = (mean(&outputs, CHUNK_SAMPLES) / 0.1 - 1.0).abs();
     assert!(off <= 1e-6, "{off}");
-    // The twin: chunks in one plain f32.
+    // Negative control: chunks that are summed in f32 without compensation.
     let plain = prober.ask("probe_sums", PLAIN, &questions[..256]);
     let plain = (mean(&plain, CHUNK_SAMPLES) / 0.1 - 1.0).abs();
-    assert!(plain > 1e-6, "a test that finds nothing: {plain}");
+    assert!(plain > 1e-6, "negative control not detected: {plain}");
     report(
         21,
         subject,
@@ -44,21 +46,21 @@ fn t21_carried_chunks(subject: BackendUnderTest) {
     );
 }
 
-/// A large term and its negative with 1 between them.
+/// A large term, 1, and the negative of the large term leave the 1.
 fn t22_cancellation(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let large = 16_777_216.0;
     let question = Input { a: row4(large, 1.0, -large, 0.0), b: UVec4::new(3, 0, 0, 0), ..Input::default() };
     let within = mean(&prober.ask("probe_sums", LIST, &[question]), 3);
     assert_eq!(within as f32, 1.0 / 3.0);
-    // As three chunks, in each order.
+    // Three chunks of one term each, in each order.
     let singles = [large, 1.0, -large].map(|x| Input { a: row4(x, 0.0, 0.0, 0.0), b: UVec4::X, ..question });
     let outputs = prober.ask("probe_sums", LIST, &singles);
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         assert_eq!(mean(&order.map(|i| outputs[i]), 1) as f32, 1.0 / 3.0, "{order:?}");
     }
     let plain = mean(&prober.ask("probe_sums", PLAIN_LIST, &[question]), 3);
-    assert_ne!(plain as f32, 1.0 / 3.0, "a test that finds nothing");
+    assert_ne!(plain as f32, 1.0 / 3.0, "negative control not detected");
     report(22, subject, Outcome::Passed, "mean 0.33333334 within a chunk and over chunks in each order");
 }
 

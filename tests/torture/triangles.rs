@@ -1,4 +1,4 @@
-//! Triangles: 13 closed meshes without holes, 28 degenerate ones that do no harm.
+//! Triangles: closed meshes have no holes (13), and degenerate triangles do no harm (28).
 
 use crate::construct::{self, EPSILON, power, ray, rounds_correctly, unit, words};
 use crate::mesh::{Mesh, crystal, rays};
@@ -14,7 +14,7 @@ use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// A rugged rock of 2048 triangles.
+/// Returns a rugged rock of 2048 triangles.
 fn rock() -> Mesh {
     let mut mesh = Mesh::octahedron();
     for _ in 0..4 {
@@ -38,7 +38,8 @@ fn question(t: &Triangle, origin: Vec3, direction: Vec3) -> Input {
     }
 }
 
-/// How many rays meet none of the triangles by an operation of one triangle. Only those about the ray are asked: the others miss by far.
+/// Returns how many rays meet none of the triangles by an operation on single triangles. Only
+/// triangles near a ray are asked about; the ray misses the others by far.
 fn leaks(prober: &mut Prober, operation: u32, mesh: &Mesh, rays: &[(Vec3, Vec3)]) -> usize {
     let triangles = mesh.triangles();
     let around = |t: &Triangle| {
@@ -68,14 +69,18 @@ fn leaks(prober: &mut Prober, operation: u32, mesh: &Mesh, rays: &[(Vec3, Vec3)]
     met.iter().filter(|&&met| !met).count()
 }
 
-/// No ray from inside gets out, by the BVH and by each triangle. The products whose order decides about an edge are correctly rounded on
-/// every backend (Vulkan: "Precision of Core SPIR-V Instructions"), and neighbours shear a common vertex by the same instructions, whatever
-/// the shear's quotient is: so the rule of the edges holds without correct division and under contraction. Of the boxes, pad and exit leave
-/// 6 ε here, seen from within the mesh, where correct division takes 3; Vulkan's may take 7, so there it is this test that says so.
+/// No ray from inside a closed mesh leaves it, neither by the BVH nor by each triangle.
+///
+/// The products whose order decides on which side of an edge a ray passes are correctly rounded on
+/// every backend (Vulkan: "Precision of Core SPIR-V Instructions"), and neighbours shear a common
+/// vertex by the same instructions, whatever the shear's quotient is. So the rule for edges holds
+/// without correct division and under contraction. Padding and exit of the boxes leave 6 ε here,
+/// seen from within the mesh, of which correct division takes 3. Vulkan's division may take 7, so
+/// there only this test shows that the boxes lose nothing.
 fn t13_closed_meshes(subject: BackendUnderTest) {
     let (rock, crystal) = (rock(), crystal());
     let mut of = 0;
-    // A ball inside of the rock and of the crystal, |x| + |y| + |z| < 1.
+    // `inside` is the radius of a ball inside the rock, or inside the crystal |x| + |y| + |z| < 1.
     for (name, mesh, inside) in [("rock", &rock, 0.5), ("crystal", &crystal, 0.57)] {
         let triangles: Vec<[Vec3; 3]> = mesh.triangles().iter().map(|t| [t.a, t.b, t.c]).collect();
         let scene = ProbeScene::new(&construct::scene(Vec::new(), &triangles));
@@ -92,7 +97,7 @@ fn t13_closed_meshes(subject: BackendUnderTest) {
     let found = leaks(&mut prober, TRIANGLE, &rock, &rays);
     assert_eq!(found, 0, "leaks between triangles");
     let twin = leaks(&mut prober, LEAKY_TRIANGLE, &rock, &rays);
-    assert!(twin > 0, "the form without a rule for edges passes");
+    assert!(twin > 0, "negative control not detected: the form without a rule for edges");
     report(
         13,
         subject,
@@ -104,7 +109,8 @@ fn t13_closed_meshes(subject: BackendUnderTest) {
     );
 }
 
-/// The distance between a ray's line and a segment, and the line that it is of.
+/// Returns the distance between a ray's line and a segment, and between the ray's line and the
+/// segment's line.
 fn between(origin: DVec3, direction: DVec3, a: DVec3, b: DVec3) -> [f64; 2] {
     let seen = |v: DVec3| v - direction * (v.dot(direction) / direction.length_squared());
     let (from, along) = (seen(a - origin), seen(b - a));
@@ -113,11 +119,11 @@ fn between(origin: DVec3, direction: DVec3, a: DVec3, b: DVec3) -> [f64; 2] {
     [share.clamp(0.0, 1.0), share].map(|share| (from + along * share).length())
 }
 
-/// Collinear, doubled, needles of 10⁶ : 1.
+/// Returns triangles that are collinear, have a doubled vertex, or are needles of 10⁶ : 1.
 fn degenerate() -> Vec<[Vec3; 3]> {
     let (p, q) = (Vec3::new(0.3, -0.7, 2.1), Vec3::new(1.9, 0.4, 2.9));
     let side = unit((q - p).cross(Vec3::X)) * ((q - p).length() * 1e-6);
-    let (r, s) = (Vec3::new(-1.0, -1.0, 2.0), Vec3::new(1.0, 1.0, 4.0)); // exactly collinear with its middle
+    let (r, s) = (Vec3::new(-1.0, -1.0, 2.0), Vec3::new(1.0, 1.0, 4.0)); // exactly collinear with their middle
     vec![
         [p, p, p],
         [p, p, q],
@@ -131,7 +137,7 @@ fn degenerate() -> Vec<[Vec3; 3]> {
     ]
 }
 
-/// Rays at the triangles: half at the line that they are, half a hundredth beside it.
+/// Returns rays at a degenerate triangle's line; half of them pass it at a hundredth.
 fn at_degenerate(corners: &[Vec3; 3], salt: u32) -> Vec<(Vec3, Vec3)> {
     let ray = |k: u32| {
         let (w, v) = (words(2800 + salt, k), words(2850 + salt, k));
@@ -144,15 +150,16 @@ fn at_degenerate(corners: &[Vec3; 3], salt: u32) -> Vec<(Vec3, Vec3)> {
     (0..20_000).map(ray).collect()
 }
 
-/// What is wrong with answers about a degenerate triangle.
+/// Counts of wrong answers about a degenerate triangle.
 #[derive(Debug, Default)]
 struct False {
-    /// No numbers.
+    /// Number of answers that are not finite or not positive.
     undefined: usize,
     hits: usize,
-    /// How far the farthest hit is from the lines of the edges, in ε of the greatest distance.
+    /// Maximum distance of a hit from the nearest line of an edge, in ε of the largest coordinate
+    /// of a vertex relative to the origin.
     from_line: f64,
-    /// Hits that are near such a line but beyond its ends, by more than that.
+    /// Number of hits that are beyond the ends of the edges by more than the bound.
     beyond: usize,
 }
 
@@ -172,20 +179,24 @@ fn false_hits(questions: &[Input], outputs: &[Output], bound: f64) -> False {
         let nearest =
             |which: usize| edges.iter().map(|e| e[which]).fold(f64::MAX, f64::min) / (EPSILON * reach);
         found.from_line = found.from_line.max(nearest(1));
-        // Needles are a dozen ε thick: inside of one, an edge is as near as that.
+        // Needles are a dozen ε thick, so that an edge is within that distance inside of one.
         found.beyond += usize::from(nearest(0) > bound);
     }
     found
 }
 
-/// No answer but numbers, and no hit farther beside the triangle than rounding: a sheared coordinate is the difference of a vertex
-/// (1 rounding) and a product of the shear (3: quotient, product, and the depth's own), rounded: 5 roundings of ε / 2 in x and y each, √2 · 2.5 ε
-/// of the greatest distance. On Vulkan the quotient is off by 2.5 ULP, 2 more: √2 · 4.5. A triangle with a doubled vertex is never met
-/// where nothing is contracted: its edge functions are opposite to the bit.
+/// Each answer is a number, and no hit is farther beside the triangle than rounding explains.
 ///
-/// One thing is bounded only: the products of an edge function that round to the same number count as on the edge. Where all three do,
-/// because the triangle is a line, or seen edge-on, and the ray goes through that line, it may meet the triangle beyond its ends. Woop et al.
-/// take double precision there, an option on Vulkan.
+/// A sheared coordinate is the difference of a vertex (1 rounding) and a product of the shear (3:
+/// quotient, product, and the depth's own), rounded: 5 roundings of ε / 2 in x and y each, which is
+/// √2 · 2.5 ε of the largest distance. On Vulkan the quotient is off by 2.5 ULP, 2 more: √2 · 4.5.
+/// A triangle with a doubled vertex is never met where nothing is contracted, because its edge
+/// functions are opposite to the bit.
+///
+/// One outcome is only bounded. Products of an edge function that round to the same number count as
+/// on the edge. Where that is so for all three, because the triangle is a line or is seen edge-on
+/// and the ray passes through that line, the ray may meet the triangle beyond its ends. Woop et al.
+/// use double precision there, which is optional on Vulkan.
 fn t28_degenerate_triangles(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let bound = 2f64.sqrt() * if rounds_correctly(subject) { 2.5 } else { 4.5 };
@@ -204,13 +215,13 @@ fn t28_degenerate_triangles(subject: BackendUnderTest) {
         );
         (all.hits, of, all.beyond) = (all.hits + found.hits, of + questions.len(), all.beyond + found.beyond);
         all.from_line = all.from_line.max(found.from_line);
-        // The twin: a triangle a thousandth wider.
+        // Negative control: a triangle that is wider by a thousandth.
         let c = c + unit((b - a).cross(Vec3::X) + Vec3::Y * 1e-3) * 1e-3;
         let wider: Vec<Input> = rays.iter().map(|&(o, d)| question(&Triangle { c, ..t }, o, d)).collect();
         let outputs = prober.ask("probe_shapes", TRIANGLE, &wider);
         twin = twin.max(false_hits(&questions, &outputs, bound).from_line);
     }
-    assert!(twin > bound, "a wider triangle passes: {twin}");
+    assert!(twin > bound, "negative control not detected: a wider triangle, {twin}");
     let outcome = if all.beyond == 0 { Outcome::Passed } else { Outcome::Bounded };
     let False { hits, from_line, beyond, .. } = all;
     report(
@@ -223,8 +234,8 @@ fn t28_degenerate_triangles(subject: BackendUnderTest) {
     );
 }
 
-/// Triangles almost without area, at every size: collinear by rounding, needles, and such whose normal's square is near the least
-/// normal number.
+/// Returns triangles of every size that have almost no area: collinear within rounding, needles,
+/// and triangles whose normal's square is near the smallest normal number.
 fn slivers() -> Vec<[Vec3; 3]> {
     let sliver = |i: u32| {
         let (w, v) = (words(2870, i), words(2871, i));
@@ -238,8 +249,10 @@ fn slivers() -> Vec<[Vec3; 3]> {
     (0..4096).map(sliver).collect()
 }
 
-/// No NaN normal reaches shading: what has no area in single precision is dropped at load, aloud, and the rest has a unit normal wherever it is met.
-/// Where a backend flushes denormal numbers, as Vulkan lets it, a sum of three squares just above the least normal number may vanish.
+/// No NaN normal reaches shading. Triangles without area in single precision are dropped at load
+/// with a warning, and all others have a unit normal wherever they are met. Where a backend flushes
+/// denormals, as Vulkan allows, a sum of three squares just above the smallest normal number may
+/// vanish.
 fn t28_normals(subject: BackendUnderTest) {
     let slivers = slivers();
     let loaded = construct::scene(Vec::new(), &slivers);
@@ -247,12 +260,12 @@ fn t28_normals(subject: BackendUnderTest) {
     assert!(dropped > 100 && loaded.triangles.len() > 1000, "{dropped} dropped");
     let warning = format!("{dropped} triangles have no area");
     assert!(loaded.warnings.iter().any(|text| text.contains(&warning)), "{:?}", loaded.warnings);
-    // The twin: none dropped.
+    // Negative control: no triangle is dropped.
     let mut all = loaded.clone();
     let whole = |&[a, b, c]: &[Vec3; 3]| Triangle { a, material: 0, b, instance: 0, c, pad1: 0 };
     all.triangles = slivers.iter().map(whole).collect();
     all.shading = vec![<TriangleShading as bytemuck::Zeroable>::zeroed(); slivers.len()];
-    // A ray at each.
+    // Traces one ray at each triangle.
     let bad_normals = |scene: &trisect::scene::Scene| -> Option<(usize, usize)> {
         let scene = ProbeScene::new(scene);
         let triangles = &scene.bvh.triangles;
@@ -275,7 +288,8 @@ fn t28_normals(subject: BackendUnderTest) {
             let square = triangles[output.a.w as usize].normal().length_squared();
             let t = &triangles[output.a.w as usize];
             let extent = (t.b - t.a).abs().max_element().max((t.c - t.a).abs().max_element());
-            // Edges that are denormal, or whose reciprocal is infinite.
+            // Edges that are denormal, or whose reciprocal is infinite, where a device may flush
+            // denormals.
             let may_flush = !rounds_correctly(subject) && extent < 1e-30
                 || !rounds_correctly(subject) && square < Triangle::MIN_SQUARE && square > 0.0;
             let length = vector(output.a).as_dvec3().length();
@@ -286,8 +300,9 @@ fn t28_normals(subject: BackendUnderTest) {
     let Some((bad, hits)) = bad_normals(&loaded) else { return };
     assert!(bad == 0 && hits > 500, "{bad} normals of {hits}");
     let (bad, _) = bad_normals(&all).unwrap_or_default();
-    // (Where a compiler may contract, the product of parallel edges is a rounding error, not zero.)
-    assert!(bad > 0 || subject == BackendUnderTest::WgpuNaga, "the check passes triangles without area");
+    // Where a compiler may contract, the product of parallel edges is a rounding error instead of
+    // zero.
+    assert!(bad > 0 || subject == BackendUnderTest::WgpuNaga, "negative control not detected");
     report(
         28,
         subject,

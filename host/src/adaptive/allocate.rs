@@ -1,27 +1,28 @@
-//! Where samples bring most.
+//! Allocation of samples to tiles.
 
 use super::Tiles;
 use super::noise_map::{NoiseMap, TileNoise};
 use rayon::prelude::*;
 use trisect_shared::rng::PathKey;
 
-/// Samples of a tile over the mean, at least: what a survey found quiet may have hidden something.
+/// Minimum samples of a tile relative to the mean: what a noise map found quiet may hide something.
 const MIN_SHARE: f64 = 0.125;
 
-/// Samples of a tile over the mean, at most: one pass's worth of surprise.
+/// Maximum samples of a tile relative to the mean: limits what one noise map can cause.
 const MAX_SHARE: f64 = 32.0;
 
-/// Samples of each tile's pixels over the mean of all, for a half: by what the other half found. The error of so much work is least where they are as
-/// the root of the variance over the work (Neyman's allocation).
+/// Returns the samples of each tile's pixels relative to the mean over all pixels, for a half, from
+/// the noise of the other half. The error for a given amount of work is minimal if they are
+/// proportional to the root of variance over work (Neyman's allocation).
 pub(super) fn relative_samples(survey: &NoiseMap, half: usize, tiles: &Tiles) -> Vec<f64> {
     let other = 1 - half;
     let own: Vec<f64> = survey.tiles.iter().map(|tile| tile.variance[other]).collect();
     let around = tiles.around(&own);
-    // A quiet tile beside a loud one saw less than there is.
+    // A quiet tile beside a noisy one saw less than there is.
     let variance = own.iter().zip(&around).map(|(own, around)| own.max(*around));
     let work = survey.tiles.iter().map(|tile| tile.work[other].max(1.0));
     let mut wanted: Vec<f64> = variance.zip(work).map(|(v, w)| (v / w).sqrt()).collect();
-    // What the bounds take or give, the others share: a few rounds settle it.
+    // The bounds change the mean; a few rounds of normalisation settle it.
     for _ in 0..8 {
         let mean = mean(&wanted, tiles);
         if mean <= 0.0 {
@@ -32,7 +33,7 @@ pub(super) fn relative_samples(survey: &NoiseMap, half: usize, tiles: &Tiles) ->
     wanted
 }
 
-/// By pixels.
+/// Returns the mean over tiles, weighted by pixels.
 fn mean(values: &[f64], tiles: &Tiles) -> f64 {
     let (mut sum, mut pixels) = (0.0, 0.0);
     for (tile, value) in values.iter().enumerate() {
@@ -43,7 +44,7 @@ fn mean(values: &[f64], tiles: &Tiles) -> f64 {
     sum / pixels.max(1.0)
 }
 
-/// The squared error of an image whose halves' tiles have these numbers of samples.
+/// Returns the squared error of an image whose tiles have these sample counts in each half.
 pub(super) fn error(survey: &NoiseMap, tiles: &Tiles, counts: [&dyn Fn(usize) -> f64; 2]) -> f64 {
     let of = |tile: usize| {
         let variance = survey.tiles[tile].variance;
@@ -52,7 +53,7 @@ pub(super) fn error(survey: &NoiseMap, tiles: &Tiles, counts: [&dyn Fn(usize) ->
     mean(&(0..tiles.len()).map(of).collect::<Vec<_>>(), tiles)
 }
 
-/// Work of so many samples of each tile's pixels, for a half.
+/// Returns the work of `counts` samples of each tile's pixels, for a half, in segments.
 pub(super) fn work(survey: &NoiseMap, tiles: &Tiles, half: usize, counts: &dyn Fn(usize) -> f64) -> f64 {
     let of = |tile: usize, found: &TileNoise| {
         found.work[half].max(1.0) * counts(tile) * f64::from(tiles.size(tile))
@@ -60,8 +61,9 @@ pub(super) fn work(survey: &NoiseMap, tiles: &Tiles, half: usize, counts: &dyn F
     survey.tiles.iter().enumerate().map(|(tile, found)| of(tile, found)).sum()
 }
 
-/// How many times the work uniform samples take for the error that adaptive ones have. Each half's allocation comes from the other's noise, so
-/// that what is noise in it does not flatter it.
+/// Returns the work of uniform sampling over that of adaptive sampling for the same error. Each
+/// half's allocation comes from the other's noise, so the noise of the estimate does not overstate
+/// the gain.
 pub(super) fn gain(survey: &NoiseMap, tiles: &Tiles) -> f64 {
     let shapes = [0, 1].map(|half| relative_samples(survey, half, tiles));
     let one: &dyn Fn(usize) -> f64 = &|_| 1.0;
@@ -76,26 +78,29 @@ pub(super) fn gain(survey: &NoiseMap, tiles: &Tiles) -> f64 {
     if adaptive > 0.0 { all([one, one]) / adaptive } else { 1.0 }
 }
 
-/// Samples that each tile takes next, by the work that there is for them: those that bring all of them nearest to their shares, as water fills a vessel.
+/// Number of samples that each tile takes next for a given amount of work. Tiles fill up to a
+/// common level relative to their shares, as water fills a vessel.
 pub(super) struct Allocation<'a> {
     shape: &'a [f64],
     taken: &'a [u32],
     max_samples: f64,
-    /// Work by level, which is linear between these: one where a tile begins to take, and one where it has as many as it may.
+    /// Work by level, linear between steps: one where a tile begins to take samples, and one where
+    /// it has its maximum.
     steps: Vec<Step>,
 }
 
-/// From a level on.
+/// Step of the work as a function of the level.
 struct Step {
     level: f64,
-    /// Below it.
+    /// Work below the level.
     work: f64,
-    /// Of one more.
+    /// Work per unit of level above it.
     slope: f64,
 }
 
 impl<'a> Allocation<'a> {
-    /// Of a half's tiles, of which each has `taken` and takes `most` more, at most.
+    /// Builds the allocation for the tiles of a half. Each tile has `taken` samples and takes at
+    /// most `most` more.
     pub fn new(
         (survey, tiles): (&NoiseMap, &Tiles),
         half: usize,
@@ -103,7 +108,7 @@ impl<'a> Allocation<'a> {
         taken: &'a [u32],
         most: f64,
     ) -> Self {
-        // The other half's path lengths, too: a half's own samples decide nothing about it.
+        // Path lengths are the other half's, too: a half's own samples decide nothing about it.
         let each = |tile: usize| survey.tiles[tile].work[1 - half].max(1.0) * f64::from(tiles.size(tile));
         let begin = |tile: usize| {
             let slope = each(tile) * shape[tile];
@@ -128,12 +133,12 @@ impl<'a> Allocation<'a> {
         Self { shape, taken, max_samples: most, steps }
     }
 
-    /// How high so much work fills.
+    /// Returns the level up to which this work fills.
     fn level(&self, available: f64) -> f64 {
         let after = self.steps.partition_point(|step| step.work <= available);
         let Some(step) = after.checked_sub(1).and_then(|before| self.steps.get(before)) else { return 0.0 };
         let end = self.steps.get(after).map_or(f64::MAX, |next| next.level);
-        // Where no tile takes more, a level above says the same.
+        // If no tile takes more, any higher level gives the same counts.
         if step.slope > 0.0 {
             (step.level + (available - step.work) / step.slope).min(end)
         } else {
@@ -141,19 +146,20 @@ impl<'a> Allocation<'a> {
         }
     }
 
-    /// What each tile takes for so much work.
+    /// Returns the samples that each tile takes for this work.
     pub fn next(&self, available: f64) -> impl Fn(usize) -> f64 + use<'_, 'a> {
         let level = self.level(available);
         move |tile| (level * self.shape[tile] - f64::from(self.taken[tile])).clamp(0.0, self.max_samples)
     }
 
-    /// The same of all.
+    /// Returns the samples of all tiles for this work.
     pub fn counts(&self, available: f64) -> Vec<f64> {
         (0..self.shape.len()).map(self.next(available)).collect()
     }
 }
 
-/// Whole numbers of the same mean: the rest of each decides by chance whether it is rounded up.
+/// Rounds to whole numbers with the same mean: the fraction of each is the probability that it is
+/// rounded up.
 pub(super) fn round_stochastically(counts: &[f64], seed: u32, pass: u32) -> Vec<u32> {
     let word = |tile: usize| PathKey { seed, pixel: tile as u32, sample: pass }.words(0x5a).x;
     let round = |(tile, count): (usize, &f64)| {
@@ -173,7 +179,8 @@ mod tests {
         NoiseMap { error: 0.0, tiles }
     }
 
-    /// Two far-apart regions of variance 1 and 16: counts as 1 to 4, and 25 / 34 of the work for the same error.
+    /// Two far-apart regions of variance 1 and 16: sample counts of 1 to 4, and 25 / 34 of the work
+    /// for the same error.
     #[test]
     fn samples_go_where_the_noise_is() {
         let tiles = Tiles::new(8 * 200, 8);
@@ -188,7 +195,8 @@ mod tests {
         assert!((even - 1.0).abs() < 1e-9);
     }
 
-    /// What one half found noisy is where the other takes its samples, never itself: there it knows that it was bright by chance.
+    /// Noise that one half found attracts samples of the other half, never its own, because a half
+    /// that is bright by chance must not decide about itself.
     #[test]
     fn halves_steer_each_other() {
         let tiles = Tiles::new(8 * 200, 8);
@@ -206,7 +214,7 @@ mod tests {
         let next = |most, samples: f64| {
             Allocation::new((&survey, &tiles), 0, &[0.5, 1.5], &[10, 10], most).counts(64.0 * 2.0 * samples)
         };
-        // 10 and 30 would be 40 in all; 20 are there, of which none too many.
+        // Of 40 samples the tiles should have 10 and 30. Both have 10, so neither has too many.
         assert_eq!(next(f64::MAX, 20.0), [0.0, 20.0]);
         assert_eq!(next(f64::MAX, 40.0), [5.0, 35.0]);
         assert_eq!(next(15.0, 10.0), [0.0, 10.0]);
@@ -215,7 +223,7 @@ mod tests {
         assert_eq!(next(15.0, 0.0), [0.0, 0.0]);
     }
 
-    /// What is taken costs what there is, whatever tiles have.
+    /// The work of the counts equals the available work, whatever the tiles already have.
     #[test]
     fn work_is_what_there_is() {
         let tiles = Tiles::new(8 * 300, 8);
@@ -235,7 +243,7 @@ mod tests {
             assert!((spent / samples.min(all) - 1.0).abs() < 1e-9, "{most} {samples}: {spent}");
             assert!(counts.iter().all(|&count| (0.0..=most).contains(&count)));
         }
-        // The twin: some tiles have more than their share, and give nothing back.
+        // Negative control: some tiles have more than their share, and give nothing back.
         let filling = Allocation::new((&survey, &tiles), 1, &shape, &taken, f64::MAX);
         let counts = filling.counts(1e5);
         assert!(counts.contains(&0.0) && counts.iter().any(|&count| count > 1.0), "{counts:?}");

@@ -1,4 +1,4 @@
-//! The best image within a time.
+//! Rendering of the best image within a time budget.
 
 use super::filter::{Choice, Filter, Filtered};
 use super::goal::decide;
@@ -14,79 +14,86 @@ use crate::image::Image;
 use crate::render::{RenderObserver, Renderer, Settings, SettingsError};
 use std::time::{Duration, Instant};
 
-/// What of the time each way of sampling is tried for, once for each half.
+/// Share of the time for the trial of each strategy, once for each half.
 const TRIAL_SHARE: f64 = 0.004;
 
-/// The error above which a filter may help: below, its own is greater (docs/tradeoff.md).
+/// Error below which no filter is considered: its own error would be larger
+/// (docs/notebook/tradeoff-fronts.md).
 const FILTER_FROM: f64 = 0.01;
 
-/// What of the time goes by before where samples go is decided.
+/// Share of the time that has passed when adaptive sampling is decided.
 const FIRST: f64 = 0.08;
 
-/// Samples of each half before that, at most.
+/// Maximum samples of each half before that decision.
 const MAX_FIRST_SAMPLES: u32 = 64;
 
-/// Parts of the time after which the speed is measured anew: the last is short, so that it ends when it should.
+/// Shares of the time at which passes end. Each pass measures the speed for the next; the last one
+/// is short, so that it ends on time.
 const PARTS: &[f64] = &[0.5, 0.85, 0.96, 1.0];
 
-/// What of the time a pass costs the host, at least, where there are two passes only.
+/// Host cost of a pass, as a share of the time, above which there are only two passes, or three
+/// (see `MIDDLE`).
 const COSTLY: f64 = 0.01;
 
-/// What of the time the second of two is: so many times what a pass costs, within bounds.
+/// Share of the time for the last of few passes: this factor times the host cost of a pass, within
+/// these bounds.
 const LAST: (f64, [f64; 2]) = (3.0, [0.12, 0.4]);
 
-/// What of the time passes between these may cost, where tiles take their own numbers of samples: how fast that is, the first tells.
+/// For adaptive sampling: maximum host cost of a pass, as a share of the time, for which there are
+/// three passes, and the share at which the first ends. It measures the speed of tile launches.
 const MIDDLE: (f64, f64) = (0.1, 0.55);
 
-/// What launches in which tiles take their own numbers of samples cost the host, in passes for all pixels: where samples begin is written to the device, and no
-/// half is summed while the other is rendered.
+/// Host cost of a launch with a sample count for each tile, relative to a pass for all pixels:
+/// first sample indices are written to the device, and no half is summed while the other is
+/// rendered.
 const TILE_LAUNCH_COST: f64 = 3.0;
 
-/// What of a pass several launches for the tiles that take most may cost.
+/// Maximum share of a pass for launches for the tiles with the most samples.
 const LAUNCHES: f64 = 0.06;
 
-/// What of the time may be left at the end.
+/// Maximum share of the time that may stay unused at the end.
 const MAX_UNUSED_SHARE: f64 = 0.015;
 
-/// Passes of one sample that a time must have room for, for the noise to be looked at.
+/// Minimum number of passes of one sample that fit the time, for the noise to be measured.
 const MIN_PASSES_FOR_NOISE_MAP: f64 = 12.0;
 
-/// Passes, at most: each is closer to the end than the one before.
+/// Maximum number of passes; each ends closer to the end of the time.
 const MAX_PASSES: usize = 32;
 
-/// What was made in the time.
+/// Image made within the time.
 pub(super) struct BudgetResult<'a> {
     pub taker: AdaptiveRenderer<'a>,
     pub noise: Noise,
     pub adaptive: bool,
     pub gain: f64,
     pub trials: Vec<Trial>,
-    /// Filtered, if that was chosen.
+    /// Image, filtered if that was chosen.
     pub image: Image,
-    /// By what, if it was.
+    /// Filter, if the image was filtered.
     pub filtered: Option<Filtered>,
     pub filter: Option<FilterTrial>,
-    /// What the budget is of.
+    /// Time taken of the budget.
     pub time: Duration,
-    /// Compiling kernels, before it.
+    /// Time before the budget, to compile kernels.
     pub preparing: Duration,
 }
 
-/// What to do with the time.
+/// Budget, and what may be chosen.
 #[derive(Clone, Copy)]
 pub(super) struct BudgetPlan<'a> {
     pub time: Duration,
     pub adaptive: Adaptive,
     pub free: Free,
-    /// The filter, or what might be one.
+    /// Filter, or the one that may be chosen.
     pub denoise: Option<&'a DenoiseSettings>,
 }
 
-/// Samples for so long, and then the filter if it helps. The clock starts when the kernels are compiled.
+/// Takes samples for the given time, and then filters the image if that helps. The clock starts
+/// when the kernels are compiled.
 ///
 /// # Errors
 ///
-/// As rendering.
+/// Errors of rendering.
 pub(super) fn render_within<'a>(
     renderer: &'a mut Renderer,
     settings: &Settings,
@@ -98,7 +105,7 @@ pub(super) fn render_within<'a>(
     let mut known = Vec::new();
     warm_up(renderer, &plain, observer)?;
     for way in candidates(&plain, plan.free) {
-        // Nobody waits longer for a choice than for the image, or a second.
+        // Compiling alternatives must not take longer than the image, or a second.
         if preparing.elapsed() > plan.time.max(Duration::from_secs(1)) {
             break;
         }
@@ -112,7 +119,7 @@ pub(super) fn render_within<'a>(
         let ways = std::iter::once(&plain).chain(&known);
         let guided = ways.map(|way| Settings { guides: true, ..way.clone() }).collect::<Vec<_>>();
         filter = match prepare_filter(renderer, (settings, &guided), denoise, &mut halves, observer) {
-            // An image that only might have been filtered goes without.
+            // If the filter was only an option, the image goes without it.
             Err(error) if plan.free.denoise && is_too_large(&error) => None,
             ready => Some(ready?),
         };
@@ -144,7 +151,8 @@ pub(super) fn render_within<'a>(
     };
     let mut clock =
         PassCostModel { chunk: pass.beside, tile_launch: TILE_LAUNCH_COST * pass.beside, rate: 0.0 };
-    // Where the host takes long for each pass, there is time for a few only, and none for looking at them.
+    // If the host takes long for each pass, there are only few passes, and no time to measure the
+    // noise.
     let looks = plan.adaptive == Adaptive::On
         || pass.beside < pass.each
         || (pass.beside + pass.each) * MIN_PASSES_FOR_NOISE_MAP < whole;
@@ -174,7 +182,7 @@ pub(super) fn render_within<'a>(
     };
     clock.rate = of_one / pass.each;
     let first = parts.first().copied().unwrap_or(1.0) * whole - start.elapsed().as_secs_f64();
-    // One at least: else there is no image.
+    // At least one sample, or there is no image.
     if taker.halves.samples() == 0 && clock.fits(first, Launches { chunks: 1, tile_launches: 0 }) < of_one {
         taker.render_uniform(1)?;
     }
@@ -198,14 +206,14 @@ pub(super) fn render_within<'a>(
             true => Launches { tile_launches: 1, chunks: 0 },
             false => Launches { tile_launches: 0, chunks: 1 },
         };
-        // Less than one sample of one pixel in a hundred.
+        // Less than one sample in a hundred pixels.
         if left <= MAX_UNUSED_SHARE * whole || clock.fits(left, least) < 0.005 * of_one {
             if index + 1 < parts.len() {
                 continue;
             }
             break;
         }
-        // Not where looking takes as long as it may bring.
+        // Not if measuring the noise takes as long as it may gain.
         if index > 0 && adaptive && look < COSTLY * whole {
             survey = taker.noise_map();
         }
@@ -249,7 +257,7 @@ pub(super) fn render_within<'a>(
     Ok(BudgetResult { noise, taker, adaptive, gain, trials, image, filtered, filter: trial, time, preparing })
 }
 
-/// Compiles and measures what a filter needs, with each way of sampling.
+/// Compiles the kernels that a filter needs with each strategy, and measures the filter.
 fn prepare_filter<'a>(
     renderer: &mut Renderer,
     (settings, ways): (&Settings, &[Settings]),
@@ -269,7 +277,7 @@ fn is_too_large(error: &Error) -> bool {
     )
 }
 
-/// Making the image of the sums: a few nanoseconds a pixel.
+/// Returns the seconds to make the image from the sums, estimated at a few nanoseconds per pixel.
 fn image_seconds(taker: &AdaptiveRenderer) -> f64 {
     5e-9 * taker.settings.pixels() as f64
 }

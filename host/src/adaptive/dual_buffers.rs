@@ -1,4 +1,4 @@
-//! Two independent halves of an image: what one shows of the noise may steer the other without bias.
+//! Two independent halves of an image: the noise of one may steer the other without bias.
 
 use super::Tiles;
 use crate::film::{AovTotals, Film, PixelTotals, SampleCoverage, TASK};
@@ -7,28 +7,30 @@ use rayon::prelude::*;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
 
-/// Two films of the same scene, by different random numbers. The image is the mean of both, each counting half, whatever number of
-/// samples each has: so the number of one's samples, which the other's noise decides, does not weigh it (Rousselle et al., "Adaptive Sampling and
-/// Reconstruction using Greedy Error Minimization", 2011, keep two buffers for the same reason).
+/// Two films of the same scene with different random numbers. The image is the mean of both halves,
+/// each with weight 1/2, whatever its number of samples. So the number of samples of one half,
+/// which the noise of the other decides, does not change its weight (Rousselle et al., "Adaptive
+/// Sampling and Reconstruction using Greedy Error Minimization", 2011, keep two buffers for the
+/// same reason).
 #[derive(Clone, Debug)]
 pub struct DualBuffers {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
     tiles: Tiles,
     pixels: [Vec<PixelTotals>; 2],
-    /// Plain sums: a filter's edges need no more.
+    /// AOV sums in `f32`: the filter's edge stopping needs no more precision.
     aovs: [Vec<AovSums>; 2],
     /// Samples of each tile's pixels.
     taken: [Vec<u32>; 2],
 }
 
 impl DualBuffers {
-    /// Bytes that one pixel takes, with guides.
+    /// Memory per pixel in bytes, including AOV sums.
     pub const BYTES_PER_PIXEL: u64 = 2 * (size_of::<PixelTotals>() + size_of::<AovSums>()) as u64;
 
-    /// Without samples.
+    /// Creates halves without samples.
     pub fn new(width: u32, height: u32) -> Self {
         let tiles = Tiles::new(width, height);
         let pixels = width as usize * height as usize;
@@ -37,43 +39,44 @@ impl DualBuffers {
         Self { width, height, pixels: [empty(), empty()], aovs: [Vec::new(), Vec::new()], taken, tiles }
     }
 
-    /// The image's tiles.
+    /// Returns the tiles of the image.
     pub fn tiles(&self) -> &Tiles {
         &self.tiles
     }
 
-    /// Samples of the pixels of each tile of a half.
+    /// Returns the samples of the pixels of each tile, for a half.
     pub fn taken(&self, half: usize) -> &[u32] {
         &self.taken[half]
     }
 
-    /// The sums of a half.
+    /// Returns the sums of a half.
     pub fn pixels(&self, half: usize) -> &[PixelTotals] {
         &self.pixels[half]
     }
 
-    /// Samples of all pixels of both.
+    /// Returns the samples of all pixels of both halves.
     pub fn samples(&self) -> u64 {
         let of = |half: usize| (0..self.tiles.down()).map(move |row| (half, row));
         let rows = of(0).chain(of(1));
         rows.map(|(half, row)| self.tiles.samples_of_row(row, &self.taken[half])).sum()
     }
 
-    /// Adds sums over `samples` samples of each pixel.
+    /// Adds sums of `samples` samples of each pixel to a half.
     pub fn add(&mut self, half: usize, sums: &[PixelSums], samples: u32) {
         let pixels = self.pixels[half].par_iter_mut().zip(sums).with_min_len(TASK);
         pixels.for_each(|(total, sums)| total.merge(sums, samples));
         self.taken[half].iter_mut().for_each(|taken| *taken = taken.saturating_add(samples));
     }
 
-    /// Adds the guides of a pass of `samples` samples. They say what a pixel's own samples saw: a film has them of all its samples, or of none.
+    /// Adds the AOV sums of a pass of `samples` samples to a half. A film has the AOV sums of all
+    /// its samples or of none.
     pub fn add_aovs(&mut self, half: usize, guides: &[AovSums], samples: u32) {
         self.allocate_aovs();
         let pixels = self.aovs[half].par_iter_mut().zip(guides).with_min_len(TASK);
         pixels.for_each(|(total, guides)| merge(total, guides, samples));
     }
 
-    /// The same of a pass of which each tile has `counts` samples.
+    /// Adds the AOV sums of a pass in which each tile has its own number of samples, `counts`.
     pub fn add_tile_aovs(&mut self, half: usize, guides: &[AovSums], counts: &[u32]) {
         self.allocate_aovs();
         let tiles = &self.tiles;
@@ -86,7 +89,8 @@ impl DualBuffers {
         });
     }
 
-    /// Makes room for guides, if there is none: in parallel, as the first touch of fresh memory is what takes the time.
+    /// Allocates missing memory for AOV sums: in parallel, because the first touch of
+    /// fresh memory takes the time.
     pub fn allocate_aovs(&mut self) {
         let pixels = self.pixels[0].len().max(self.pixels[1].len());
         for guides in self.aovs.iter_mut().filter(|guides| guides.len() != pixels) {
@@ -94,7 +98,7 @@ impl DualBuffers {
         }
     }
 
-    /// Writes sums and guides of a half as kernels do, pixel by pixel.
+    /// Writes the sums and AOV sums of a half as kernels do, pixel by pixel.
     pub fn sums(&self, half: usize, sums: &mut [PixelSums], guides: &mut [AovSums]) {
         let pixels = sums.par_iter_mut().zip(&self.pixels[half]).with_min_len(TASK);
         pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
@@ -102,7 +106,7 @@ impl DualBuffers {
         pixels.for_each(|(to, guides)| *to = *guides);
     }
 
-    /// The same of both, as [`film`](Self::film) has them.
+    /// Writes the sums and AOV sums of both halves as [`film`](Self::film) combines them.
     pub fn all_sums(&self, sums: &mut [PixelSums], guides: &mut [AovSums]) {
         let [a, b] = &self.pixels;
         let pixels = sums.par_iter_mut().zip(a).zip(b).with_min_len(TASK);
@@ -115,13 +119,14 @@ impl DualBuffers {
         });
     }
 
-    /// Lets go of guides that no later pass will have; on another thread, as giving memory back takes time, too.
+    /// Frees AOV sums that no later pass will have: on another thread, because that takes time,
+    /// too.
     pub fn drop_aovs(&mut self) {
         let guides = std::mem::take(&mut self.aovs);
         rayon::spawn(move || drop(guides));
     }
 
-    /// Takes all samples out again; memory stays.
+    /// Removes all samples, and keeps the memory.
     pub fn clear(&mut self) {
         for half in 0..2 {
             self.pixels[half].par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
@@ -130,7 +135,8 @@ impl DualBuffers {
         }
     }
 
-    /// Adds sums of pixels of which each tile has `counts` samples. What is there for pixels without is left out.
+    /// Adds sums of a pass in which each tile has its own number of samples, `counts`. Sums of
+    /// tiles without samples are ignored.
     pub fn add_tile_samples(&mut self, half: usize, sums: &[PixelSums], counts: &[u32]) {
         let tiles = &self.tiles;
         let pixels = self.pixels[half].par_iter_mut().zip(sums).enumerate().with_min_len(TASK);
@@ -144,14 +150,14 @@ impl DualBuffers {
         taken.for_each(|(taken, count)| *taken = taken.saturating_add(*count));
     }
 
-    /// The image: linear radiance.
+    /// Returns the image in linear radiance.
     pub fn image(&self) -> Image {
         let pixels = (0..self.pixels[0].len()).into_par_iter().with_min_len(TASK);
         let pixels = pixels.map(|pixel| self.mean(pixel).map(|value| value as f32)).collect();
         Image { width: self.width, height: self.height, pixels }
     }
 
-    /// A pixel of the image; that of one half where the other has none.
+    /// Returns a pixel of the image; that of one half if the other has no samples.
     fn mean(&self, pixel: usize) -> [f64; 3] {
         let [a, b] = [0, 1].map(|half: usize| self.pixels[half][pixel].mean());
         match [0, 1].map(|half: usize| self.pixels[half][pixel].samples) {
@@ -161,8 +167,9 @@ impl DualBuffers {
         }
     }
 
-    /// The image as a film: sums over the samples of both halves whose mean and variance of the mean are those of the image. Where the halves
-    /// have as many samples each, they are the sums.
+    /// Returns the image as a film: sums over the samples of both halves, such that their mean and
+    /// its variance are those of the image. If the halves have equal numbers of samples, these are
+    /// the plain sums.
     pub fn film(&self) -> Film {
         let [a, b] = &self.pixels;
         let pixels = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b)).collect();
@@ -178,7 +185,7 @@ impl DualBuffers {
     }
 }
 
-/// Adds guides of `samples` samples; those that no kernel wrote make the sums NaN.
+/// Adds AOV sums of `samples` samples; sums that no kernel wrote make the total NaN.
 fn merge(total: &mut AovSums, guides: &AovSums, samples: u32) {
     if guides.hits > samples || guides.misses > samples {
         *total =
@@ -188,7 +195,7 @@ fn merge(total: &mut AovSums, guides: &AovSums, samples: u32) {
     total.add(*guides);
 }
 
-/// What has the mean of two means, and its variance.
+/// Returns totals with the mean of two means, and its variance.
 fn both(a: &PixelTotals, b: &PixelTotals) -> PixelTotals {
     let mut sum = *a;
     sum.add(b);
@@ -224,7 +231,7 @@ mod tests {
         sums
     }
 
-    /// Each half counts half, and the film says the variance of that.
+    /// Each half has weight 1/2, and the film has the variance of the mean.
     #[test]
     fn halves_weigh_the_same() {
         let mut halves = DualBuffers::new(1, 1);
@@ -237,11 +244,11 @@ mod tests {
         assert!((pixel.mean()[0] - 4.0).abs() < 1e-12);
         let want = 0.25 * (2.0 / 2.0 + (4.0 + 1.0 + 0.0 + 9.0) / 3.0 / 4.0);
         assert!((pixel.variance_of_mean()[0] - want).abs() < 1e-12, "{pixel:?}");
-        // The twin: the mean over all samples would be another.
+        // Negative control: the mean over all samples would differ.
         assert!(((1.0 + 3.0 + 4.0 + 5.0 + 6.0 + 9.0) / 6.0f64 - 4.0).abs() > 0.1);
     }
 
-    /// Of one sample only the other half tells the variance.
+    /// With one sample in a half, only the other half tells the variance.
     #[test]
     fn one_sample_has_no_variance() {
         let mut halves = DualBuffers::new(1, 1);

@@ -1,4 +1,4 @@
-//! Whether a denoiser makes an image better, by two halves of it.
+//! Decision whether a denoiser improves an image, from its two halves.
 
 use super::renderer::AdaptiveRenderer;
 use super::{DualBuffers, FilterTrial};
@@ -13,42 +13,44 @@ use std::time::Instant;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
 
-/// What of the time trials of the filter may take: of both halves, and of one.
+/// Maximum share of the time for trials of the filter: on both halves, and on one.
 const TRIALS: (f64, f64) = (0.12, 0.15);
 
-/// The error above which a filter is worth more of the time.
+/// Expected error above which a filter may take a larger share of the time.
 const NOISY: f64 = 0.04;
 
-/// What of the time the filter may cost an image that is less noisy, with what samples take longer that find the edges for it, until it is decided.
+/// Maximum share of the time that the filter may cost a less noisy image, including the cost of AOV
+/// sums until the decision.
 const SHARE: f64 = 0.06;
 
-/// What the filtered image's squared error must be at most, of the plain one's: an estimate is worth less than a film.
+/// Maximum squared error of the filtered image relative to the unfiltered one, for the filter to be
+/// taken: the error is only an estimate.
 const BETTER: f64 = 0.8;
 
-/// A filter on this device.
+/// Filter with its time on this device.
 pub(super) struct Filter<'a> {
     denoise: &'a DenoiseSettings,
-    /// For an image of the settings' size.
+    /// Time for an image of the settings' size, in seconds.
     seconds: f64,
     trials: u32,
 }
 
-/// How an image was filtered.
+/// Result of filtering an image.
 pub struct Filtered {
     pub denoise: DenoiseSettings,
-    /// The root of the relMSE that its halves let expect.
+    /// Expected root of the relMSE, from the halves.
     pub expected: f64,
-    /// By the device's timer.
+    /// Device time, in seconds.
     pub seconds: f64,
 }
 
-/// Whether an image gets filtered.
+/// Decision whether an image is filtered.
 pub(super) struct Choice {
-    /// Whatever it brings.
+    /// True if the image is filtered in any case.
     always: bool,
     taken: bool,
     decided: bool,
-    /// Squared, at the end: filtered, and as it is.
+    /// Expected squared errors at the end: filtered, and unfiltered (`plain`).
     expected: f64,
     plain: f64,
 }
@@ -67,10 +69,12 @@ impl Choice {
         self.taken || !self.decided
     }
 
-    /// Tries the filter on one half, or on both, and compares with the other. With `more` times the samples, what is noise becomes so many times less.
+    /// Tries the filter on one half or on both, and compares each with the other half. `more` is
+    /// the factor by which the samples will still grow; noise falls by it.
     ///
-    /// The squared difference of a filtered half from the other half is that half's noise and the error of the filter: the two are independent
-    /// (Rousselle et al. 2011, section 4, choose filters by the same).
+    /// The squared difference of a filtered half from the other half is that other half's noise
+    /// plus the error of the filter, because the two are independent (Rousselle et al. 2011,
+    /// section 4, choose filters in the same way).
     pub fn decide(&mut self, filter: &Filter, taker: &mut AdaptiveRenderer, more: f64) -> Result<(), Error> {
         if filter.trials == 0 {
             (self.decided, self.taken) = (true, self.always);
@@ -82,7 +86,8 @@ impl Choice {
             let fill = |sums: &mut [_], guides: &mut [_]| halves.sums(half, sums, guides);
             images.push(taker.renderer.denoise_sums(&fill, &taker.settings, filter.denoise)?.0);
         }
-        // Weights by the filtered images, whose noise is small, and by the samples, without which what only one half saw would count too much.
+        // Weights from the filtered images, whose noise is small, and from the samples: otherwise
+        // what only one half saw would count too much.
         let smooth = between(&images, &taker.halves.image());
         let apart = taker.apart();
         let halves = &taker.halves;
@@ -98,7 +103,7 @@ impl Choice {
         let difference = |image: &Image, half: usize| {
             relative(&smooth, |pixel, c| f64::from(image.pixels[pixel][c]) - mean(half, pixel)[c])
         };
-        // Half of the samples each: twice the error of both.
+        // Each half has half of the samples, and so twice the squared error of both.
         let raw = 0.25 * (noise[0] + noise[1]) / more;
         let errors: Vec<f64> = images
             .iter()
@@ -108,7 +113,7 @@ impl Choice {
         let error = errors.iter().sum::<f64>() / errors.len() as f64;
         let variance = match &images[..] {
             [a, b] => 0.5 * relative(&smooth, |p, c| f64::from(a.pixels[p][c]) - f64::from(b.pixels[p][c])),
-            _ => 0.0, // of one half, what is noise is not known: the error is taken for what it is now
+            _ => 0.0, // one half does not tell its noise: all of the error stays
         };
         self.expected = (error - variance).max(0.0) + variance / (2.0 * more);
         self.plain = raw;
@@ -118,7 +123,7 @@ impl Choice {
     }
 }
 
-/// Halfway from the mean of some images to another.
+/// Returns the image halfway between the mean of `images` and `plain`.
 fn between(images: &[Image], plain: &Image) -> Image {
     let share = 0.5 / images.len().max(1) as f32;
     let pixel = |pixel: usize| {
@@ -131,7 +136,8 @@ fn between(images: &[Image], plain: &Image) -> Image {
     Image { width: plain.width, height: plain.height, pixels }
 }
 
-/// Mean over pixels and channels of the square over mean² + 0.01; what is no number is left out.
+/// Returns the mean over pixels and channels of value² / (weight² + 0.01); values that are not
+/// finite are left out.
 fn relative(weights: &Image, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 {
     let of = |pixel: usize| {
         (0..3)
@@ -147,7 +153,7 @@ fn relative(weights: &Image, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 
 }
 
 impl<'a> Filter<'a> {
-    /// Compiles the filter and measures it on halves of nothing that have guides.
+    /// Compiles the filter, and measures it on empty halves with AOV sums.
     pub fn try_out(
         renderer: &mut Renderer,
         settings: &Settings,
@@ -166,30 +172,31 @@ impl<'a> Filter<'a> {
         Ok(Self { denoise, seconds: start.elapsed().as_secs_f64(), trials: 0 })
     }
 
-    /// Whether there could be time for it, however noisy the image.
+    /// Returns whether the filter may fit the time, for any noise.
     pub fn may_fit(&self, whole: f64, free: bool) -> bool {
         !free || self.seconds <= TRIALS.1 * whole
     }
 
-    /// Whether there is time for it; one that must be is never left out.
+    /// Returns whether there is time for the filter; one that is not free to choose always fits.
     pub fn fits(&self, whole: f64, free: bool, expected: f64, slower: f64) -> bool {
         let share = self.seconds / whole;
         let fits = if expected > NOISY { share <= TRIALS.1 } else { share + 0.5 * slower <= SHARE };
         !free || fits
     }
 
-    /// What it will take, with trials if there will be any.
+    /// Returns the seconds to reserve for the filter, including its trials if they are still to
+    /// come.
     pub fn reserve(&self, choice: &Choice) -> f64 {
         let trials = if choice.decided { 0 } else { self.trials };
         if choice.may_be() { self.seconds * f64::from(1 + trials) } else { 0.0 }
     }
 
-    /// What is to be decided.
+    /// Returns an open decision.
     pub fn choice(free: bool) -> Choice {
         Choice { always: !free, taken: !free, decided: false, expected: f64::NAN, plain: f64::NAN }
     }
 
-    /// As many halves as there is time for.
+    /// Sets on how many halves the filter is tried, as the time allows.
     pub fn with_trials(mut self, whole: f64) -> Self {
         self.trials = match () {
             () if 2.0 * self.seconds <= TRIALS.0 * whole => 2,
@@ -199,7 +206,7 @@ impl<'a> Filter<'a> {
         self
     }
 
-    /// Filters the image, if that was chosen.
+    /// Filters the image, if that was decided.
     pub fn finish(
         self,
         taker: &mut AdaptiveRenderer,

@@ -1,45 +1,49 @@
-//! Samples until the noise is as low as asked for.
+//! Rendering until the noise is below a target.
 
 use super::noise_map::NoiseMap;
 use super::renderer::{AdaptiveRenderer, PassBudget};
 use super::{Adaptive, Noise, allocate};
 use crate::Error;
 
-/// Samples of each half before anything is decided: the variance of fewer says little.
+/// Samples of each half before the first decision: the variance of fewer says little.
 const FIRST: u32 = 8;
 
-/// A gain below this is within what a survey may be off.
+/// Minimum estimated gain for adaptive sampling; a smaller one is within the error of a noise map.
 const MIN_GAIN: f64 = 1.15;
 
-/// The same for Sobol's points, which are no longer evenly spread where tiles take some of them.
+/// Minimum estimated gain with Sobol samples, which are no longer evenly spread if tiles take only
+/// some of them.
 const MIN_GAIN_SOBOL: f64 = 1.6;
 
-/// The part of the samples that are missing that a step takes.
+/// Share of the missing samples that a step takes.
 const STEP: f64 = 0.5;
 
-/// Samples of a step over those that were taken, at most.
+/// Maximum samples of a step, relative to those already taken.
 const MAX_STEP: f64 = 0.6;
 
-/// The same of one that goes all the way.
+/// Maximum samples of a step that takes all missing samples, relative to those already taken.
 const LAST_STEP: f64 = 0.1;
 
-/// What was reached.
+/// Result of a render with a target error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reached {
     pub noise: Noise,
     pub adaptive: bool,
-    /// By how much adaptive samples should beat uniform ones, by the last survey.
+    /// Estimated gain of adaptive over uniform sampling, by the last noise map.
     pub gain: f64,
 }
 
-/// Whether samples go where the noise is. `left`: what of the time that leaves for rendering, over what as many samples for each pixel would.
+/// Decides whether samples are distributed by noise; returns the decision and the estimated gain.
+/// `left` is the share of the time that adaptive passes leave for rendering, relative to uniform
+/// passes.
 pub(super) fn decide(
     wanted: Adaptive,
     survey: &NoiseMap,
     taker: &AdaptiveRenderer,
     left: f64,
 ) -> (bool, f64) {
-    // One sample has no variance: only the halves' difference tells the noise, by which a half would steer itself.
+    // One sample has no variance. Only the difference of the halves would tell the noise, and a
+    // half would steer itself by it.
     if (0..2).any(|half| taker.halves.taken(half).iter().any(|&taken| taken < 2)) {
         return (false, 1.0);
     }
@@ -52,19 +56,20 @@ pub(super) fn decide(
     (adaptive, gain)
 }
 
-/// Takes samples until the estimated error is at most `target`, or each pixel has `most` in the mean. Each survey is better than the last,
-/// and rare bright paths make early ones say too much: so no step goes all the way but a short one.
+/// Takes samples until the estimated error is at most `target`, or the mean samples per pixel reach
+/// `most`. Each noise map is better than the last, and rare bright paths make early ones
+/// overestimate. So only a short step takes all missing samples.
 ///
 /// # Errors
 ///
-/// As rendering.
+/// Errors of rendering.
 pub(super) fn reach(
     taker: &mut AdaptiveRenderer,
     target: f64,
     most: u32,
     adaptive: Adaptive,
 ) -> Result<Reached, Error> {
-    // So few that most of them go where the noise is, if that is to be known at all.
+    // Few, so that most samples are distributed by noise, but enough to estimate the noise.
     let first = FIRST.min(most / 4).max(2.min(most / 2)).max(1);
     taker.render_uniform(first)?;
     loop {
@@ -87,7 +92,8 @@ pub(super) fn reach(
     }
 }
 
-/// Work until the target, by a survey: at least a fiftieth of what was done by `now`, so that it is reached in a few steps.
+/// Returns the work that is missing until the target, by a noise map: at least a fiftieth of the
+/// work done, `now`, so that few steps reach the target.
 fn missing(survey: &NoiseMap, taker: &AdaptiveRenderer, target: f64, adaptive: bool, now: f64) -> f64 {
     let tiles = taker.halves.tiles();
     let ratio = (survey.error / target).powi(2);
@@ -104,7 +110,7 @@ fn missing(survey: &NoiseMap, taker: &AdaptiveRenderer, target: f64, adaptive: b
         let count = |half: usize, tile| f64::from(taker.halves.taken(half)[tile]) + next[half](tile);
         allocate::error(survey, tiles, [&|tile| count(0, tile), &|tile| count(1, tile)])
     };
-    // Relative to the survey's own sum, whose variances are those within halves.
+    // Relative to the noise map's own sum, which has the variances within halves.
     let wanted = after(0.0) / ratio;
     let (mut low, mut high) = (0.0, now * (ratio - 1.0).max(0.02));
     for _ in 0..12 {

@@ -1,14 +1,14 @@
-//! How those who watch a render see it, and how long it goes on for them.
+//! Observers of an adaptive render: progress in steps, and a grace period after a request to stop.
 
 use crate::Error;
 use crate::render::RenderObserver;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// Steps that an observer sees.
+/// Total number of progress steps that an observer sees.
 pub(super) const STEPS: u64 = 1000;
 
-/// An observer that is asked only whether to stop.
+/// Observer with constant progress, which only passes on requests to stop.
 pub(super) struct StopPoll<'a>(pub &'a mut dyn RenderObserver, pub u64);
 
 impl RenderObserver for StopPoll<'_> {
@@ -21,14 +21,15 @@ impl RenderObserver for StopPoll<'_> {
     }
 }
 
-/// How long what is being taken is waited for when the image should get no more.
+/// Time that a running pass may still take after a request to stop.
 const GRACE_PERIOD: Duration = Duration::from_secs(5);
 
-/// An observer that ends what is being taken where that takes too long, and there is an image without it.
+/// Observer that abandons a running pass if it takes too long after a request to stop, and there is
+/// an image without it.
 pub(super) struct GracePeriodObserver<'a, F> {
     observer: &'a mut dyn RenderObserver,
     at: u64,
-    /// When it was first asked to end.
+    /// Time of the first request to stop.
     asked: &'a mut Option<Instant>,
     has_any: F,
     abandoned: bool,
@@ -44,7 +45,7 @@ impl<'a, F: Fn() -> bool> GracePeriodObserver<'a, F> {
         Self { observer, at, asked, has_any, abandoned: false }
     }
 
-    /// What was taken, or nothing if it was this that ended it.
+    /// Returns the result of the pass, or `None` if this observer abandoned it.
     pub fn unless_abandoned<T>(&self, taken: Result<T, Error>) -> Result<Option<T>, Error> {
         match taken {
             Err(Error::Cancelled) if self.abandoned => Ok(None),

@@ -1,6 +1,8 @@
-//! How many samples an image takes, and where: until its noise is as low as asked for, or until a time is over.
+//! Adaptive sampling: decides how many samples an image takes, and where, until its noise is below
+//! a target or a time budget is over.
 //!
-//! The image is the mean of two [halves](DualBuffers) that share no random number. What one shows of the noise decides where the other takes its samples.
+//! The image is the mean of two [halves](DualBuffers) that share no random number. The noise of one
+//! half decides where the other takes its samples.
 
 mod allocate;
 mod budget;
@@ -29,164 +31,167 @@ use serde::Serialize;
 use std::time::{Duration, Instant};
 use thiserror::Error as ThisError;
 
-/// When an image has enough samples.
+/// Goal that ends a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// When the estimated root of its relMSE is at most this, or its pixels have so many samples in the mean.
+    /// Ends when the estimated root of the relMSE is at most `target`, or the mean samples per
+    /// pixel reach `max_samples`.
     Error {
-        /// Such as 0.01 for 1 %.
+        /// Target error as a fraction, such as 0.01 for 1 %.
         target: f64,
-        /// Samples a pixel.
+        /// Maximum samples per pixel.
         max_samples: u32,
     },
-    /// When this time is over: from the first sample after the kernels were compiled, to the image.
+    /// Ends after this time: from the first sample, after kernels were compiled, to the image.
     Time(Duration),
 }
 
-/// Whether pixels get samples by their noise.
+/// Distribution of samples over pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Adaptive {
-    /// As many samples for each pixel.
+    /// Equally many samples for each pixel.
     Off,
-    /// More where there is more noise.
+    /// More samples where there is more noise.
     On,
-    /// Where that should take clearly less work, by the image's own noise.
+    /// Samples by noise, if the image's own noise predicts clearly less work.
     Auto,
 }
 
-/// What [`Goal::Time`] may choose otherwise than the settings say.
+/// Settings that [`Goal::Time`] may choose itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Free {
-    /// Whether paths end at random.
+    /// Russian roulette: on or off.
     pub roulette: bool,
-    /// From which segment on.
+    /// First segment of Russian roulette.
     pub roulette_depth: bool,
-    /// Where random numbers come from.
+    /// Sampler.
     pub sampler: bool,
-    /// Whether the image is denoised.
+    /// Denoiser: on or off.
     pub denoise: bool,
 }
 
-/// How to sample.
+/// Goal of a render, and what may be chosen to reach it.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// When to stop.
+    /// Goal that ends the render.
     pub goal: Goal,
-    /// Where samples go.
+    /// Distribution of samples over pixels.
     pub adaptive: Adaptive,
-    /// What may be chosen.
+    /// Settings that may be chosen.
     pub free: Free,
-    /// The filter; one that may be, where that is free.
+    /// Denoiser; if that is free, the one that may be chosen.
     pub denoise: Option<DenoiseSettings>,
 }
 
-/// A request that cannot be met by any image.
+/// Goal that no image can meet.
 #[derive(Clone, Debug, PartialEq, Eq, ThisError)]
 pub enum SamplingError {
-    /// An error that is none.
+    /// The target error is out of range.
     #[error("--target-error is {target}; it must be above 0 and below 100 %")]
     Target {
-        /// What was asked for.
+        /// Requested error in percent.
         target: String,
     },
-    /// All that a seed has.
+    /// A pixel has had all samples of a seed.
     #[error("a pixel has had all 4294967295 samples of a seed: render parts with other seeds (--seed)")]
     TooMany,
-    /// A time too short for anything.
+    /// The time is out of range.
     #[error("--budget is {seconds} s; it must be from 1 ms to 1000000 s")]
     Time {
-        /// What was asked for.
+        /// Requested time in seconds.
         seconds: String,
     },
 }
 
-/// A way of sampling that was tried on some rows.
+/// Trial of a sampling strategy on some rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
-    /// In words.
+    /// Description of the strategy.
     pub way: String,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// By the device's timer.
+    /// Device time, in seconds.
     pub seconds: f64,
-    /// As [`Noise::error`].
+    /// Root of the estimated relMSE, as in [`Noise::error`].
     pub error: f64,
-    /// error² × seconds over the first way's, by this trial and by what is known of such ways: least is best.
+    /// error² × seconds relative to the first strategy, from this trial and the prior knowledge of
+    /// such strategies. The lowest is best.
     pub cost: f64,
 }
 
-/// What a filter was expected to bring, by the two halves of an image midway.
+/// Expected effect of the denoiser, from the two halves of the image during the render.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FilterTrial {
-    /// The root of the relMSE at the end, filtered.
+    /// Expected root of the relMSE at the end, denoised.
     pub filtered: f64,
-    /// The same of the samples as they are.
+    /// Expected root of the relMSE at the end, not denoised.
     pub plain: f64,
 }
 
-/// What samples were taken by, and what the image should be like.
+/// Report of how the samples were taken, and of the error to expect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sampling {
-    /// `error` or `time`.
+    /// Kind of the goal: `error` or `time`.
     pub goal: &'static str,
-    /// The error, or the seconds.
+    /// Requested error as a fraction, or time in seconds.
     pub asked: f64,
-    /// Whether it was met: an error at most, a time within 5 %.
+    /// True if the goal was met: an error at most the target, or a time within 5 %.
     pub met: bool,
-    /// Whether the observer ended it.
+    /// True if the observer ended the render.
     pub ended: bool,
-    /// Estimated, of the samples.
+    /// Estimated noise of the samples.
     pub noise: Noise,
-    /// The root of the relMSE that the image, as it was written, should have.
+    /// Expected root of the relMSE of the image as it was written.
     pub expected_error: f64,
-    /// Of all pixels.
+    /// Mean samples per pixel.
     pub mean_samples: f64,
-    /// Of the pixel that has least.
+    /// Minimum samples of a pixel.
     pub least_samples: u32,
-    /// Of the pixel that has most.
+    /// Maximum samples of a pixel.
     pub most_samples: u32,
-    /// Whether pixels got samples by their noise.
+    /// True if samples were distributed by noise.
     pub adaptive: bool,
-    /// Work that as many samples for each pixel would take for the same error, over that of adaptive ones: estimated.
+    /// Estimated work of uniform sampling over that of adaptive sampling for the same error.
     pub adaptive_gain: f64,
-    /// Which way was taken.
+    /// Strategy that was chosen.
     pub way: Strategy,
-    /// What trials of the filter let expect, if there were any.
+    /// Expected effect of the denoiser, if there was a trial.
     pub filter: Option<FilterTrial>,
-    /// What was tried.
+    /// Trials of strategies.
     pub trials: Vec<Trial>,
-    /// From the first sample to the image.
+    /// Seconds from the first sample to the image.
     pub seconds: f64,
-    /// Compiling kernels, before that.
+    /// Seconds before the first sample, to compile kernels.
     pub preparing_seconds: f64,
 }
 
-/// The way of sampling that was taken.
+/// Strategy of sampling and denoising.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Strategy {
-    /// Where random numbers come from.
+    /// Sampler.
     pub sampler: Sampler,
-    /// Whether paths end at random.
+    /// True if Russian roulette was on.
     pub roulette: bool,
-    /// How the image was denoised.
+    /// Denoiser, if the image was denoised.
     pub denoise: Option<DenoiseSettings>,
 }
 
-/// An image that met a request.
+/// Result of a render with a goal.
 pub struct Sampled {
-    /// The image's sums, and the two halves' in one.
+    /// Sums of the image: those of both halves in one film.
     pub film: Film,
-    /// The image: filtered where [`Goal::Time`] took a filter.
+    /// Image, denoised if [`Goal::Time`] chose a filter.
     pub image: Image,
-    /// What it took.
+    /// Statistics of the render.
     pub stats: RenderStats,
 }
 
-/// Renders until the goal is reached, or the observer says that it does not go on: then with what there is. `settings.samples` says nothing here.
+/// Renders until the goal is reached or the observer ends the render; then the image has the
+/// samples so far. `settings.samples` is ignored.
 ///
 /// # Errors
 ///
-/// [`SamplingError`] for a goal that is none, and as [`Renderer::render`].
+/// [`SamplingError`] for an invalid goal, and the errors of [`Renderer::render`].
 pub fn render(
     renderer: &mut Renderer,
     settings: &Settings,
@@ -227,7 +232,7 @@ pub fn render(
             let found = of(&made.taker, made.noise);
             let met = (seconds / time.as_secs_f64() - 1.0).abs() <= 0.05;
             let denoise = made.filtered.as_ref().map(|filtered| filtered.denoise);
-            // What no trial told is not known to be better than the samples.
+            // Without a trial, the filtered image is not known to be better than the samples.
             let expected = made.filtered.as_ref().map(|f| f.expected).filter(|e| e.is_finite());
             let sampling = Sampling {
                 goal: "time",
@@ -250,11 +255,12 @@ pub fn render(
     }
 }
 
-/// Renders until the goal is reached, and gives both halves with the estimated noise of their mean and the seconds that it took.
+/// Renders until the goal is reached. Returns both halves, the estimated noise of their mean, and
+/// the seconds taken.
 ///
 /// # Errors
 ///
-/// As [`render`].
+/// Same as [`render`].
 pub fn render_dual_buffers(
     renderer: &mut Renderer,
     settings: &Settings,
@@ -280,11 +286,11 @@ pub fn render_dual_buffers(
     Ok((taker.halves, noise, start.elapsed().as_secs_f64()))
 }
 
-/// Refuses a goal that is none.
+/// Checks that a goal is valid.
 ///
 /// # Errors
 ///
-/// [`SamplingError`] names it.
+/// [`SamplingError`] names the invalid value.
 pub fn check(goal: Goal) -> Result<(), SamplingError> {
     match goal {
         Goal::Error { target, .. } if !(target > 0.0 && target < 1.0) => {
@@ -297,7 +303,7 @@ pub fn check(goal: Goal) -> Result<(), SamplingError> {
     }
 }
 
-/// What an image's samples say by themselves.
+/// Returns the report as far as the image's samples determine it.
 fn of(taker: &AdaptiveRenderer, noise: Noise) -> Sampling {
     let both = taker.halves.taken(0).iter().zip(taker.halves.taken(1)).map(|(a, b)| a.saturating_add(*b));
     let Settings { sampler, roulette, .. } = taker.settings;
@@ -342,7 +348,7 @@ fn sampled(
 }
 
 impl Sampling {
-    /// Lines for people.
+    /// Returns a summary for people.
     pub fn summary(&self) -> String {
         let percent = |error: f64| format!("{:.3} %", 100.0 * error);
         let way = self.way;
@@ -374,7 +380,7 @@ impl Sampling {
         text
     }
 
-    /// What was not as asked for.
+    /// Returns a warning if the goal was not met.
     pub fn warning(&self) -> Option<String> {
         let percent = |error: f64| format!("{:.3} %", 100.0 * error);
         match self.goal {
@@ -391,7 +397,7 @@ impl Sampling {
 }
 
 impl Renderer {
-    /// Of a render that someone else counts.
+    /// Returns the statistics of a render, without counts and times.
     fn stats_of(&self, settings: &Settings, kernel: &'static str) -> RenderStats {
         let variant = trisect_kernels::variant_by_name(kernel).unwrap_or(trisect_kernels::VARIANTS[0]);
         RenderStats::new(self.backend().device(), settings, variant, self.phases().clone())

@@ -1,4 +1,4 @@
-//! How much noise an image has, and where, by its own samples.
+//! Estimates of the noise of an image, in total and by tiles, from its own samples.
 
 use super::{DualBuffers, Tiles};
 use crate::film::{PixelTotals, TASK};
@@ -6,35 +6,36 @@ use crate::metrics::REL_MSE_EPSILON as EPSILON;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// The noise of an image.
+/// Noise of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Noise {
-    /// The root of the estimated relMSE: of the mean over pixels and channels of variance / (mean² + 0.01).
+    /// Root of the estimated relMSE: of the mean over pixels and channels of variance / (mean² +
+    /// 0.01).
     pub error: f64,
-    /// The same of the pixel that 99 of 100 are below.
+    /// Error that 99 of 100 pixels are below.
     pub percentile_99: f64,
 }
 
-/// What a survey found of a tile, by half.
+/// Noise of a tile; arrays are by half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TileNoise {
     /// Mean over pixels and channels of the variance of one sample over mean² + 0.01.
     pub variance: [f64; 2],
-    /// Segments of a sample.
+    /// Segments per sample.
     pub work: [f64; 2],
     /// Mean over pixels of the squared error.
     pub error: f64,
 }
 
-/// An image's noise, by tiles.
+/// Noise of an image, by tiles.
 pub(super) struct NoiseMap {
-    /// As [`Noise::error`].
+    /// Root of the estimated relMSE, as in [`Noise::error`].
     pub error: f64,
     pub tiles: Vec<TileNoise>,
 }
 
 impl Noise {
-    /// Of an image; `apart` as in [`NoiseMap::new`].
+    /// Returns the noise of an image; `apart` as in [`NoiseMap::new`].
     pub(super) fn of(halves: &DualBuffers, apart: bool) -> Self {
         let [first, second] = [0, 1].map(|half| halves.pixels(half));
         let pixels = first.par_iter().zip(second).with_min_len(TASK);
@@ -49,17 +50,20 @@ impl Noise {
 }
 
 impl NoiseMap {
-    /// Of an image that was not looked at: all tiles alike.
+    /// Returns the map of an image that was not measured: all tiles are equal.
     pub fn uniform(tiles: &Tiles) -> Self {
         let tile = TileNoise { variance: [1.0; 2], work: [1.0; 2], error: 1.0 };
         Self { error: f64::NAN, tiles: vec![tile; tiles.len()] }
     }
 
-    /// Of an image. The variance of independent samples is that within each half; `apart`: samples are not independent (Sobol's), or each half
-    /// has one, and only the halves' difference tells it.
+    /// Measures an image. The variance of independent samples is that within each half. With
+    /// `apart`, samples are not independent (Sobol), and only the difference of the halves tells
+    /// the variance; so does it for a pixel with fewer than two samples in a half.
     ///
-    /// The error stands over the mean of both halves; what steers, over its own half's. (Over the other half's mean alone, pixels of a few bright samples count tenfold: where one half has such a
-    /// sample, the other is dark. Measured on the Cornell box at 16 samples: 1.4 times the true error, against 0.9 to 1.1.)
+    /// The error is relative to the mean of both halves, the variances that steer samples to the
+    /// mean of their own half. Relative to the other half's mean, pixels with a few bright samples
+    /// would count far too much: where one half has such a sample, the other is dark
+    /// (docs/notebook/samplers-and-adaptive.md).
     pub fn new(halves: &DualBuffers, apart: bool) -> Self {
         let tiles = halves.tiles();
         let of_tile = |index: usize| {
@@ -91,7 +95,7 @@ impl NoiseMap {
     }
 }
 
-/// A pixel: its error, and of each half's samples the relative variance and the work.
+/// Squared error of a pixel, and the relative variance and work of each half's samples.
 struct PixelNoise {
     error: f64,
     variance: [f64; 2],
@@ -101,7 +105,7 @@ struct PixelNoise {
 impl PixelNoise {
     fn at(totals: [&PixelTotals; 2], apart: bool) -> Self {
         let counts = totals.map(|total| total.samples as f64);
-        // Few divisions: two million pixels have many of them.
+        // Few divisions, because this runs for every pixel.
         let inverse = counts.map(|count| 1.0 / count);
         let rest = counts.map(|count| 1.0 / (count - 1.0));
         let apart = apart || counts.iter().any(|&count| count < 2.0);
@@ -113,7 +117,7 @@ impl PixelNoise {
             let both = weight(0.5 * (means[0] + means[1]));
             let mut within = 0.0;
             for half in 0..2 {
-                // What decides about the other half must know nothing of it.
+                // A variance that decides about the other half must not depend on it.
                 let (variance, own) = match counts[half] < 2.0 {
                     true => (2.0 * difference, both),
                     false => {
@@ -128,7 +132,7 @@ impl PixelNoise {
             look.error += both * if apart { difference } else { 0.25 * within };
         }
         look.work = [0, 1].map(|half| totals[half].segments as f64 * inverse[half].min(1.0));
-        // A pixel without a number has no noise that samples would lower.
+        // More samples would not lower the noise of a pixel that is not finite.
         if !look.error.is_finite() || !look.variance.iter().all(|v| v.is_finite()) {
             look = Self { error: 0.0, variance: [0.0; 2], ..look };
         }
@@ -144,7 +148,8 @@ mod tests {
     use trisect_shared::math::unit_f32;
     use trisect_shared::rng::PathKey;
 
-    /// Halves of uniform samples around 1, of half-width `width` in the left tile and twice that in the right one.
+    /// Halves of uniform samples around 1, of half-width `width` in the left tile and twice that in
+    /// the right tile.
     fn halves(samples: u32, width: f32, seed: u32) -> DualBuffers {
         let mut halves = DualBuffers::new(16, 8);
         for half in 0..2 {
@@ -164,7 +169,7 @@ mod tests {
         halves
     }
 
-    /// Uniform samples of half-width w have variance w²/3; 0.01 in the weight.
+    /// Uniform samples of half-width w have variance w² / 3; the weight is 1 / 1.01.
     #[test]
     fn the_noise_of_known_samples() {
         let samples = 64;
@@ -173,14 +178,15 @@ mod tests {
         for apart in [false, true] {
             let survey = NoiseMap::new(&halves(samples, 0.5, 1), apart);
             let off = survey.error / expected - 1.0;
-            // 128 pixels: of the variance within 1 %, of the halves' difference 9 %.
+            // 128 pixels: the variance within halves is within 1 %, that of their difference within
+            // 9 %.
             assert!(off.abs() < if apart { 0.3 } else { 0.05 }, "{off}");
             let noise = Noise::of(&halves(samples, 0.5, 1), apart);
             assert!(noise.percentile_99 > noise.error && noise.error == survey.error);
             let ratio = survey.tiles[1].variance[0] / survey.tiles[0].variance[0];
             assert!((ratio / 4.0 - 1.0).abs() < 0.1, "{ratio}");
         }
-        // The twin: with a quarter of the samples it is twice.
+        // Negative control: a quarter of the samples doubles the error.
         let quarter = NoiseMap::new(&halves(samples / 4, 0.5, 1), false).error / expected;
         assert!((quarter / 2.0 - 1.0).abs() < 0.1, "{quarter}");
     }

@@ -1,4 +1,4 @@
-//! What passes of samples take, so that the last ends when it should.
+//! Model of the time of passes, so that the last one ends on time.
 
 use super::DualBuffers;
 use super::renderer::{AdaptiveRenderer, Launches, PassCost};
@@ -7,17 +7,17 @@ use crate::backend::DeviceKind;
 use crate::render::{RenderObserver, Renderer, Settings};
 use std::time::Instant;
 
-/// What a pass of samples for all pixels takes.
+/// Time of a pass over all pixels.
 #[derive(Clone, Copy)]
 pub(super) struct PassTime {
-    /// Seconds, by the device's timer: those of one sample.
+    /// Device time of one sample of each pixel and half, in seconds.
     pub each: f64,
-    /// What else it takes, however many samples it has.
+    /// Additional host time in seconds, independent of the number of samples.
     pub beside: f64,
 }
 
 impl PassTime {
-    /// Takes one sample.
+    /// Measures a pass of one sample.
     pub fn of_one(taker: &mut AdaptiveRenderer) -> Result<Self, Error> {
         let (start, before) = (Instant::now(), taker.totals.device);
         taker.render_uniform(1)?;
@@ -26,17 +26,17 @@ impl PassTime {
     }
 }
 
-/// Passes that are thrown away, at most.
+/// Maximum number of calibration passes, whose samples are discarded.
 const MAX_CALIBRATION_PASSES: usize = 12;
 
-/// What a pass takes over the one before, at least, if the device is as fast as it gets.
+/// Minimum time of a pass relative to the one before, if the device is at full speed.
 const STEADY: f64 = 0.9;
 
-/// What passes took before a budget began.
+/// Times of passes, measured before a budget begins.
 #[derive(Clone, Copy)]
 pub(super) struct Calibration {
     pub plain: PassTime,
-    /// With guides, if there will be any.
+    /// Pass with AOV sums, if there will be any.
     pub with_aovs: Option<PassTime>,
 }
 
@@ -45,13 +45,15 @@ impl Calibration {
         if with_guides { self.with_aovs } else { Some(self.plain) }
     }
 
-    /// What of a sample's time with guides they take.
+    /// Returns the share of AOV sums in a sample's time.
     pub fn aov_share(&self) -> f64 {
         self.with_aovs.map_or(0.0, |guided| (1.0 - self.plain.each / guided.each).max(0.0))
     }
 }
 
-/// On a GPU, where the first touch of memory takes longer than samples: touches all by passes that are thrown away. Returns what the last ones took.
+/// Calibrates a GPU, where the first touch of memory takes longer than samples: runs passes whose
+/// samples are discarded, until all memory is touched and the device is at full speed. Returns the
+/// times of the last passes; `None` for other devices.
 pub(super) fn calibrate(
     renderer: &mut Renderer,
     plain: &Settings,
@@ -87,13 +89,13 @@ pub(super) fn calibrate(
     Ok((halves, Some(Calibration { plain: pass, with_aovs: guided })))
 }
 
-/// How long passes take.
+/// Model of the time of passes.
 pub(super) struct PassCostModel {
-    /// Seconds of a chunk of both halves, whatever it renders.
+    /// Host seconds of a chunk of both halves, independent of its size.
     pub chunk: f64,
-    /// The same of a launch in which tiles take their own numbers of samples.
+    /// Host seconds of a launch with a sample count for each tile.
     pub tile_launch: f64,
-    /// Work a second, beside that.
+    /// Work per second of device time.
     pub rate: f64,
 }
 
@@ -102,12 +104,12 @@ impl PassCostModel {
         f64::from(launches.chunks) * self.chunk + f64::from(launches.tile_launches) * self.tile_launch
     }
 
-    /// Work that fits a time.
+    /// Returns the work that fits a time besides the cost of `launches`.
     pub fn fits(&self, seconds: f64, launches: Launches) -> f64 {
         ((seconds - self.beside(launches)) * self.rate).max(0.0)
     }
 
-    /// From a pass.
+    /// Fits the model to a pass.
     pub fn learn(&mut self, spent: &PassCost) {
         if spent.work <= 0.0 || spent.device <= 0.0 {
             return;
@@ -118,7 +120,8 @@ impl PassCostModel {
             return;
         }
         let ratio = (spent.seconds - spent.device).max(0.0) / expected;
-        // What took less than ever before may not do so again: a pass that ends early leaves time for another.
+        // A pass that was faster than expected may stay an exception: it counts half. A pass that
+        // ends early leaves time for another.
         let ratio = ratio.max(0.5 * (1.0 + ratio));
         for (launches, seconds) in
             [(spent.launches.chunks, &mut self.chunk), (spent.launches.tile_launches, &mut self.tile_launch)]

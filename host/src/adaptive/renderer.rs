@@ -1,4 +1,5 @@
-//! Takes samples for both halves of an image: for all pixels as many, or for each tile its own.
+//! Rendering of both halves of an image: the same number of samples for all pixels, or a number for
+//! each tile.
 
 use super::grace_period::{GracePeriodObserver, STEPS};
 use super::noise_map::NoiseMap;
@@ -12,10 +13,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// Of the second half's random numbers: the first's with these bits turned.
+/// Mask of the seed for the second half.
 const OTHER_SEED: u32 = 0x9e37_79b9;
 
-/// What samples took.
+/// Totals over all samples taken.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RenderTotals {
     pub device: Duration,
@@ -23,35 +24,35 @@ pub(super) struct RenderTotals {
     pub kernel: &'static str,
 }
 
-/// Launches for each half.
+/// Number of launches for each half.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Launches {
     /// Chunks of all pixels.
     pub chunks: u32,
-    /// Those in which tiles take their own numbers of samples, at most a chunk each.
+    /// Launches with a sample count for each tile, of at most a chunk.
     pub tile_launches: u32,
 }
 
-/// What a pass may take.
+/// Limits of a pass.
 pub(super) struct PassBudget<'a> {
-    /// Work that there is time for beside so many launches.
+    /// Work that fits the time besides these launches.
     pub work: &'a dyn Fn(Launches) -> f64,
-    /// [`Launches::own`], at most.
+    /// Maximum of [`Launches::tile_launches`].
     pub max_tile_launches: u32,
 }
 
-/// What a pass took.
+/// Cost of a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PassCost {
     pub launches: Launches,
-    /// By the survey.
+    /// Work by the noise map, in segments.
     pub work: f64,
     pub seconds: f64,
-    /// By the device's timer.
+    /// Device time, in seconds.
     pub device: f64,
 }
 
-/// An image in the making.
+/// Image that is being rendered.
 pub(super) struct AdaptiveRenderer<'a> {
     pub renderer: &'a mut Renderer,
     pub settings: Settings,
@@ -59,16 +60,17 @@ pub(super) struct AdaptiveRenderer<'a> {
     pub totals: RenderTotals,
     /// Index of the next sample of either half.
     next: u32,
-    /// Passes that tiles took by themselves.
+    /// Number of passes with a sample count for each tile.
     tile_passes: u32,
     observer: &'a mut dyn RenderObserver,
-    /// When it was first asked to end.
+    /// Time of the first request to stop.
     ending: Option<Instant>,
-    /// How far the image is, of 1.
+    /// Progress of the image, from 0 to 1.
     pub progress: f64,
 }
 
-/// The most samples from `first` on, and in how many chunks, where `fit` tells how many there is time for beside so many chunks.
+/// Returns the maximum number of samples from index `first` on, and the number of their chunks.
+/// `fit` returns how many samples fit the time besides that many chunks.
 fn max_samples_within(first: u32, fit: &dyn Fn(u32) -> u32) -> (u32, u32) {
     let all = first..first.saturating_add(fit(0));
     let mut most = (0, 0);
@@ -85,7 +87,7 @@ fn max_samples_within(first: u32, fit: &dyn Fn(u32) -> u32) -> (u32, u32) {
     most
 }
 
-/// Settings of a half. The number of samples is only known at the end.
+/// Returns the settings of a half. The number of samples is only known at the end.
 pub(super) fn of_half(settings: &Settings, half: usize) -> Settings {
     let seed = settings.seed ^ if half == 0 { 0 } else { OTHER_SEED };
     Settings { seed, samples: u32::MAX, ..settings.clone() }
@@ -104,7 +106,7 @@ impl<'a> AdaptiveRenderer<'a> {
         Self::with(renderer, settings, halves, observer)
     }
 
-    /// With memory that was made before.
+    /// Creates the renderer with memory that was allocated before.
     pub fn with(
         renderer: &'a mut Renderer,
         settings: &Settings,
@@ -126,7 +128,7 @@ impl<'a> AdaptiveRenderer<'a> {
         }
     }
 
-    /// Whether only the difference of the halves tells the noise.
+    /// Returns whether only the difference of the halves tells the noise.
     pub fn apart(&self) -> bool {
         self.settings.sampler == Sampler::Sobol
     }
@@ -139,7 +141,7 @@ impl<'a> AdaptiveRenderer<'a> {
         Noise::of(&self.halves, self.apart())
     }
 
-    /// Samples of a pixel in both halves, if all had the same.
+    /// Returns the mean samples per pixel, over both halves together.
     pub fn mean_samples(&self) -> f64 {
         self.halves.samples() as f64 / self.settings.pixels() as f64
     }
@@ -156,7 +158,7 @@ impl<'a> AdaptiveRenderer<'a> {
         }
     }
 
-    /// Whether the image should get more samples.
+    /// Returns whether the image should get more samples.
     pub fn should_continue(&self) -> bool {
         self.observer.should_continue()
     }
@@ -165,18 +167,19 @@ impl<'a> AdaptiveRenderer<'a> {
         let _ = self.observer.progress(STEPS, STEPS);
     }
 
-    /// Goes on without guides.
+    /// Continues without AOV sums.
     pub fn drop_aovs(&mut self) {
         self.settings.guides = false;
         self.halves.drop_aovs();
     }
 
-    /// The index of the sample after so many more.
+    /// Returns the index of the sample after `samples` more.
     fn after(&self, samples: u32) -> Result<u32, SamplingError> {
         self.next.checked_add(samples).ok_or(SamplingError::TooMany)
     }
 
-    /// Takes `samples` more of each pixel, for each half, or whole chunks of them if it should not go on; returns how many chunks.
+    /// Takes `samples` more of each pixel for each half, or fewer whole chunks if the observer ends
+    /// the render. Returns the number of chunks.
     pub fn render_uniform(&mut self, samples: u32) -> Result<u32, Error> {
         self.check()?;
         let end = self.after(samples)?;
@@ -199,7 +202,7 @@ impl<'a> AdaptiveRenderer<'a> {
             taken.fetch_add(1, Ordering::Release);
             Ok(())
         };
-        // Both halves of a chunk, of one at least.
+        // An image exists once both halves have a chunk.
         let has_any = self.halves.samples() > 0;
         let at = self.asked();
         let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || {
@@ -226,13 +229,14 @@ impl<'a> AdaptiveRenderer<'a> {
         let done = self.renderer.for_each_chunk(&parts, &mut watch, state, &take).map(|_| ());
         patient.unless_abandoned(done)?;
         let taken = taken.into_inner();
-        // Of the last one there may be one half.
+        // The last chunk may be that of one half only.
         let chunks = &chunks[..taken.div_ceil(2).min(chunks.len())];
         self.next = chunks.last().map_or(self.next, |last| last.end);
         Ok(chunks.len() as u32)
     }
 
-    /// Takes these numbers of samples of each tile's pixels, rounded by chance; returns in how many launches of each half.
+    /// Takes these numbers of samples of each tile's pixels, rounded stochastically. Returns the
+    /// number of launches for each half.
     pub fn render_per_tile(&mut self, counts: [&[f64]; 2]) -> Result<u32, Error> {
         self.tile_passes += 1;
         let seed = self.settings.seed;
@@ -261,7 +265,7 @@ impl<'a> AdaptiveRenderer<'a> {
                 let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || has_any);
                 let sums = self.renderer.render_tile_samples(&settings, &own, &mut patient);
                 let Some(sums) = patient.unless_abandoned(sums)? else {
-                    // The other half may have taken its.
+                    // The other half may have taken its samples.
                     self.next = end;
                     return Ok(launches);
                 };
@@ -277,7 +281,7 @@ impl<'a> AdaptiveRenderer<'a> {
         }
     }
 
-    /// Takes as much as there is room for: where a survey found noise, or evenly.
+    /// Takes as many samples as the budget allows: by noise, or evenly.
     pub fn run_pass(
         &mut self,
         survey: &NoiseMap,
@@ -309,7 +313,7 @@ impl<'a> AdaptiveRenderer<'a> {
             });
             let most = f64::from(each) + f64::from(launches.tile_launches) * f64::from(CHUNK_SAMPLES);
             let mut counts = within(launches, most);
-            // With less time, what all take is less, too.
+            // With less time, the samples that all tiles take are fewer, too.
             let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
             let each = each.min(greatest as u32);
             work = work_of(0, &counts[0], f64::from(each)) + work_of(1, &counts[1], f64::from(each));
@@ -329,7 +333,8 @@ impl<'a> AdaptiveRenderer<'a> {
             if samples > 0 {
                 self.render_uniform(samples)?;
             }
-            // A part of a sample is one for some tiles; beside many it is not worth a launch.
+            // A fraction of a sample is a whole sample for some tiles; beside many samples it is
+            // not worth a launch.
             let rest = (fit(Launches { tile_launches: 1, ..launches }) - whole).min(f64::from(CHUNK_SAMPLES));
             let is_worth = rest > 0.01 * whole;
             work = one * if is_worth { whole + rest } else { whole };
@@ -342,8 +347,10 @@ impl<'a> AdaptiveRenderer<'a> {
         Ok(PassCost { launches, work, seconds: start.elapsed().as_secs_f64(), device })
     }
 
-    /// How many samples all tiles take before those with more take the rest by themselves: launches for all bring more than a chunk at once and are read
-    /// while the next is rendered, but some tiles get more than they should. `cost` is that of so many, with their launches.
+    /// Returns how many samples all tiles take before those with more take the rest in tile
+    /// launches, and the launches. Launches for all tiles bring more than one chunk, and are read
+    /// while the next is rendered, but give some tiles more than they need. `cost` returns the cost
+    /// of such a number and its launches.
     fn for_all(
         &self,
         most: u32,
@@ -375,7 +382,7 @@ impl<'a> AdaptiveRenderer<'a> {
 mod tests {
     use super::*;
 
-    /// Where another chunk would cost more than it brings, the samples end with the chunk before.
+    /// If another chunk would cost more than it brings, the samples end with the chunk before.
     #[test]
     fn as_many_as_fit() {
         let within = |first, room: u32, chunk: u32| {

@@ -1,4 +1,4 @@
-//! Which way of sampling is best in this scene: each is tried on some rows.
+//! Choice of the best sampling strategy for a scene, by trials on some rows.
 
 use super::dual_buffers::DualBuffers;
 use super::grace_period::StopPoll;
@@ -13,42 +13,47 @@ use crate::statistics::mean_and_error;
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// Rows whose kernels are compiled: those of a tile.
+/// Rows rendered to compile the kernels: those of a tile.
 const WARM_UP_ROWS: u32 = 8;
 
-/// Rows that are tried, at least.
+/// Minimum number of rows of a trial.
 const MIN_TRIAL_ROWS: u32 = 4;
 
-/// The segment from which on roulette is tried: from the first one it makes more noise than it saves (docs/tradeoff.md).
+/// First segment of roulette in a trial: from the first segment on, roulette makes more noise than
+/// it saves (docs/notebook/tradeoff-fronts.md).
 const ROULETTE_FROM: u32 = 4;
 
-/// Of a trial's random numbers: the image's with these bits turned.
+/// Mask of the seed for trials, so that they share no random numbers with the image.
 const TRIAL_SEED: u32 = 0x85eb_ca6b;
 
-/// Pixels that keep a GPU busy.
+/// Number of pixels that keep a GPU busy.
 const BUSY_PIXELS: u64 = 150_000;
 
-/// What another way must cost at most, of what the first does: less is not worth its doubts.
+/// Maximum cost of another strategy relative to the first; a smaller gain is not worth the
+/// uncertainty.
 const BETTER: f64 = 0.95;
 
-/// What is known of a way before it is tried: the logarithm of its noise over the first way's at as many samples (relMSE), and how far scenes spread around that.
+/// Prior knowledge of a strategy: mean of the logarithm of its relMSE over that of the first
+/// strategy at equal samples, and its standard deviation over scenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Prior {
     mean: f64,
     spread: f64,
 }
 
-/// Of Sobol's points: 1.0 to 5 times less noise on the scenes of docs/tradeoff.md, 2.2 in the (geometric) mean.
+/// Prior of Sobol samples. The mean is the geometric mean over the test scenes
+/// (docs/notebook/tradeoff-fronts.md).
 const SOBOL: Prior = Prior { mean: -0.8, spread: 0.5 };
 
-/// How far the logarithm of a trial of one sample is off for other points than the first way's.
+/// Standard error of the logarithm of a trial with one sample, if its sampler differs from that of
+/// the first strategy.
 const EARLY: f64 = 1.5;
 
-/// Of roulette from the fourth segment on: a little more, for fewer segments.
+/// Prior of roulette from the fourth segment on: slightly more noise, for fewer segments.
 const ROULETTE: Prior = Prior { mean: 0.1, spread: 0.2 };
 
 impl Prior {
-    /// Of a way beside the first.
+    /// Returns the prior of a strategy relative to the first one.
     fn of(first: &Settings, way: &Settings) -> Self {
         let mut known = Self { mean: 0.0, spread: 0.0 };
         for (differs, on, what) in [
@@ -63,7 +68,8 @@ impl Prior {
         known
     }
 
-    /// The mean when a trial has shown a logarithm with a standard error. Where a few bright pixels make all the noise, a trial says nothing.
+    /// Returns the mean after a trial has shown a logarithm with a standard error. A trial in which
+    /// a few bright pixels make all the noise says nothing.
     fn after(self, shown: f64, error: f64) -> f64 {
         let (before, now) = (self.spread.powi(-2), error.powi(-2));
         match (now.is_finite() && shown.is_finite(), before.is_finite()) {
@@ -73,7 +79,7 @@ impl Prior {
     }
 }
 
-/// The ways that are free to choose, beside that of the settings.
+/// Returns the strategies that may be chosen besides that of the settings.
 pub(super) fn candidates(settings: &Settings, free: Free) -> Vec<Settings> {
     let mut ways = Vec::new();
     for turn in 1..4u8 {
@@ -111,12 +117,14 @@ fn name(way: &Settings) -> String {
     format!("{sampler}, {roulette}")
 }
 
-/// Settings of a trial's half: by random numbers that the image has none of, or the way whose noise they flatter would be taken with that noise.
+/// Returns the settings of a trial's half. The image uses other random numbers: otherwise a
+/// strategy that looks good by the noise of its trial would be chosen together with that noise.
 fn of_trial(way: &Settings, half: usize) -> Settings {
     of_half(&Settings { seed: way.seed ^ TRIAL_SEED, ..way.clone() }, half)
 }
 
-/// Compiles what a way needs. The image's size is that of the render, so that its memory is there, too.
+/// Compiles the kernels of a strategy. The image has the size of the render, so that its memory is
+/// allocated, too.
 pub(super) fn warm_up(
     renderer: &mut Renderer,
     way: &Settings,
@@ -126,7 +134,7 @@ pub(super) fn warm_up(
     renderer.render_chunk(&of_half(way, 0), &rows, 0..1, &mut StopPoll(observer, 0)).map(|_| ())
 }
 
-/// Some rows of the image, evenly spread.
+/// Returns rows for trials, evenly spread over the image.
 fn trial_rows(renderer: &Renderer, settings: &Settings) -> RowSet {
     let least = match renderer.backend().device().kind {
         DeviceKind::Gpu => BUSY_PIXELS.div_ceil(u64::from(settings.width)) as u32,
@@ -136,7 +144,8 @@ fn trial_rows(renderer: &Renderer, settings: &Settings) -> RowSet {
     RowSet::interleaved(settings.height, 0, of / 2, of)
 }
 
-/// The logarithm of the ratio of two means over tiles, and its standard error (first order in what tiles are off).
+/// Returns the logarithm of the ratio of two means over tiles, and its standard error (to first
+/// order in the deviations of the tiles).
 fn log_ratio(of: &[f64], to: &[f64]) -> (f64, f64) {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let (of_mean, to_mean) = (mean(of), mean(to));
@@ -144,8 +153,8 @@ fn log_ratio(of: &[f64], to: &[f64]) -> (f64, f64) {
     ((of_mean / to_mean).ln(), mean_and_error(&off).1)
 }
 
-/// Tries the first way and the others for about `slice` each. Returns the best, what each showed, and the error that the best should have
-/// after `time`.
+/// Tries the first strategy and the others for about `slice` each. Returns the best one, the
+/// trials, and the expected error of the best after `time`.
 pub(super) fn choose_strategy(
     renderer: &mut Renderer,
     (first, others): (&Settings, &[Settings]),
@@ -153,7 +162,8 @@ pub(super) fn choose_strategy(
     observer: &mut dyn RenderObserver,
 ) -> Result<(Settings, Vec<Trial>, f64), Error> {
     let rows = trial_rows(renderer, first);
-    // As many samples for each: what Sobol's points gain depends on it. By the device's time: a launch has its own, which more samples do not take again.
+    // The same number of samples for all strategies, because the gain of Sobol samples depends on
+    // it. By device time: the host's cost of a launch does not grow with the samples.
     let mut samples = 1;
     let mut beside;
     loop {
@@ -167,14 +177,15 @@ pub(super) fn choose_strategy(
         }
         let fits = slice.as_secs_f64() / 2.0 / took.as_secs_f64().max(1e-6);
         let grown = f64::from(samples) * fits.clamp(1.0, 16.0);
-        // A power of two, for Sobol's points.
+        // A power of two, for Sobol samples.
         let grown = 1 << (grown.max(1.0).log2() as u32).min(CHUNK_SAMPLES.ilog2());
         if grown <= samples {
             break;
         }
         samples = grown;
     }
-    // Where launches take longer than what they render, one way alone shows how noisy the image is.
+    // If launches take longer than their rendering, only the first strategy is tried, to see how
+    // noisy the image is.
     let others = if beside > 4 * slice { &[] } else { others };
     let ways: Vec<&Settings> = std::iter::once(first).chain(others).collect();
     let mut trials = Vec::new();
@@ -189,7 +200,7 @@ pub(super) fn choose_strategy(
             *device = sums.device;
             halves.add(half, sums.pixels, samples);
         }
-        // As much work: what took longer was disturbed.
+        // Both halves are equal work: the slower one was disturbed.
         let seconds = 2.0 * device[0].min(device[1]).as_secs_f64();
         let survey = NoiseMap::new(&halves, way.sampler == Sampler::Sobol);
         let error = survey.error;
@@ -199,14 +210,14 @@ pub(super) fn choose_strategy(
     let base = (trials[0].seconds.max(1e-9), trials[0].error * trials[0].error);
     for ((trial, noise), way) in trials.iter_mut().zip(&noises).zip(&ways) {
         let (shown, error) = log_ratio(noise, &noises[0]);
-        // What Sobol's points gain grows with samples: few say little of many.
+        // The gain of Sobol samples grows with their number: few samples say little about many.
         let early = if way.sampler == first.sampler { 0.0 } else { EARLY / f64::from(samples).sqrt() };
         let ratio = Prior::of(first, way).after(shown, error.hypot(early)).exp();
         trial.cost = ratio * trial.seconds / base.0;
     }
     let best = (0..ways.len()).min_by(|&a, &b| trials[a].cost.total_cmp(&trials[b].cost)).unwrap_or(0);
     let taken = if trials[best].cost < BETTER { best } else { 0 };
-    // Of the whole image after `time`, if noise falls as noise does.
+    // Error of the whole image after `time`, if it falls as that of independent samples.
     let of_image = f64::from(first.height) / f64::from(rows.len().max(1));
     let passes = time.as_secs_f64() / (base.0 * of_image);
     let expected = (base.1 * trials[taken].cost / passes.max(1e-9)).sqrt();
@@ -217,7 +228,7 @@ pub(super) fn choose_strategy(
 mod tests {
     use super::*;
 
-    /// A clear trial counts, one of chance does not.
+    /// A clear trial counts, one that may be chance does not.
     #[test]
     fn what_is_known_and_what_is_shown() {
         assert!((SOBOL.after(0.3, 0.01) - 0.3).abs() < 0.01);
@@ -227,7 +238,7 @@ mod tests {
         assert_eq!(same.after(0.0, 0.0), 0.0);
         let (ratio, error) = log_ratio(&[2.0, 4.0, 6.0], &[1.0, 2.0, 3.0]);
         assert!((ratio - 2.0f64.ln()).abs() < 1e-12 && error < 1e-12);
-        // One tile makes all of it: off by as much as it is.
+        // One tile makes all the noise: the standard error is as large as the value.
         let mut lamp = vec![0.0; 99];
         lamp.push(100.0);
         assert!(log_ratio(&lamp, &[1.0; 100]).1 > 0.9);

@@ -1,12 +1,13 @@
-//! The tiles of an image that decide together how many samples they take.
+//! Tiles of an image, which are the units of adaptive sampling.
 
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pixels along a tile's edge: those of a work group.
+/// Edge length of a tile in pixels: that of a work group.
 pub const TILE: u32 = 8;
 
-/// An image cut into squares of [`TILE`] pixels, row-major; those at the right and the bottom may be smaller.
+/// Image divided into squares of [`TILE`] pixels, row-major; those at the right and bottom edges
+/// may be smaller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tiles {
     width: u32,
@@ -16,33 +17,33 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// Of an image of so many pixels across and down.
+    /// Divides an image of `width` by `height` pixels.
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, across: width.div_ceil(TILE), down: height.div_ceil(TILE) }
     }
 
-    /// How many.
+    /// Returns the number of tiles.
     pub fn len(&self) -> usize {
         self.across as usize * self.down as usize
     }
 
-    /// Whether the image has no pixel.
+    /// Returns whether the image has no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// How many rows of them.
+    /// Returns the number of rows of tiles.
     pub fn down(&self) -> u32 {
         self.down
     }
 
-    /// The tile of a pixel, by its index in the image.
+    /// Returns the tile of a pixel, given by its index in the image.
     pub fn of_pixel(&self, pixel: usize) -> usize {
         let (x, y) = (pixel % self.width as usize, pixel / self.width as usize);
         y / TILE as usize * self.across as usize + x / TILE as usize
     }
 
-    /// Its pixels, by their indices in the image.
+    /// Returns the indices of a tile's pixels in the image.
     pub fn pixels(&self, tile: usize) -> impl Iterator<Item = usize> + use<> {
         let (width, [x, y]) = (self.width as usize, self.place(tile));
         let columns = x * TILE..((x + 1) * TILE).min(self.width);
@@ -50,7 +51,7 @@ impl Tiles {
         rows.flat_map(move |y| columns.clone().map(move |x| y as usize * width + x as usize))
     }
 
-    /// How many pixels it has.
+    /// Returns the number of pixels of a tile.
     pub fn size(&self, tile: usize) -> u32 {
         let [x, y] = self.place(tile);
         (self.width - x * TILE).min(TILE) * (self.height - y * TILE).min(TILE)
@@ -61,19 +62,20 @@ impl Tiles {
         [(tile % across) as u32, (tile / across) as u32]
     }
 
-    /// Rows of the image of some rows of tiles.
+    /// Returns the image rows of some rows of tiles.
     pub fn rows(&self, tiles: Range<u32>) -> Range<u32> {
         tiles.start * TILE..(tiles.end * TILE).min(self.height)
     }
 
-    /// Samples of a row of tiles that take so many a pixel each.
+    /// Returns the samples of a row of tiles, where `counts` are the samples per pixel of each
+    /// tile.
     pub fn samples_of_row(&self, row: u32, counts: &[u32]) -> u64 {
         let first = row as usize * self.across as usize;
         let tiles = first..first + self.across as usize;
         tiles.map(|tile| u64::from(self.size(tile)) * u64::from(counts[tile])).sum()
     }
 
-    /// The mean over a tile and those around it, by pixels.
+    /// Returns the mean over each tile and its neighbours (3 x 3 tiles), weighted by pixels.
     pub fn around(&self, values: &[f64]) -> Vec<f64> {
         let mean = |tile: usize| {
             let [x, y] = self.place(tile);

@@ -1,4 +1,4 @@
-//! A file that one process replaces again and again, and that no other may.
+//! File that one process replaces repeatedly, and that no other process may replace.
 
 use super::write_atomic_by;
 use crate::input;
@@ -7,32 +7,32 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// The file that this process wrote last under a name. It is kept open between writes, so that no
-/// other file gets its inode number.
+/// Claim to the file that this process wrote last under a name. The file is kept open between
+/// writes, so that no other file gets its inode number.
 #[derive(Debug, Default)]
 pub struct Claim {
     file: Option<File>,
 }
 
 impl Claim {
-    /// Returns a claim to the file that is there, or to the name if none is.
+    /// Returns a claim to an existing file, or to the name if there is no file.
     pub fn of(path: &Path) -> Self {
         Self { file: input::open(path).ok() }
     }
 
-    /// Replaces the file as [`replace`](super::replace) does, if it is the one of this claim or if
-    /// none is there.
+    /// Replaces the file like [`write_atomic`](super::write_atomic), if it is the one of this claim
+    /// or if there is no file.
     ///
     /// # Errors
     ///
-    /// Returns [`ErrorKind::AlreadyExists`] if another file is there, which stays as it is; else as
-    /// [`replace`](super::replace).
+    /// Returns [`ErrorKind::AlreadyExists`] if another file is there, which stays unchanged;
+    /// otherwise the errors of [`write_atomic`](super::write_atomic).
     pub fn replace(
         &mut self,
         path: &Path,
         write: impl FnOnce(&mut File) -> io::Result<()>,
     ) -> io::Result<()> {
-        // Before the work of writing; `persist` checks again.
+        // Checked before the content is written; `persist` checks again.
         if fs::metadata(path).is_ok_and(|there| there.is_file() && !self.is(&there)) {
             return Err(ErrorKind::AlreadyExists.into());
         }
@@ -50,7 +50,7 @@ impl Claim {
         if !self.is(&there) {
             return Err(ErrorKind::AlreadyExists.into());
         }
-        // Closed first: NFS would move a file aside that is open when another takes its name.
+        // Closed first: NFS would move an open file aside when another one takes its name.
         self.file = None;
         temporary.persist(path).map_err(|error| {
             let reopened = Self::of(path);
@@ -61,18 +61,18 @@ impl Claim {
         })
     }
 
-    /// Returns whether a file is that of this claim.
+    /// Returns whether a file is the one of this claim.
     fn is(&self, there: &Metadata) -> bool {
         let Some(file) = &self.file else { return false };
         file.metadata().is_ok_and(|own| is_one(&own, there))
     }
 }
 
-/// Moves a file to a name that none has.
+/// Moves a file to a name that does not exist.
 fn persist_new(temporary: NamedTempFile, path: &Path) -> io::Result<File> {
     temporary.persist_noclobber(path).or_else(|refused| match refused.error.kind() {
         ErrorKind::AlreadyExists => Err(refused.error),
-        // File systems without hard links, on kernels that cannot rename so.
+        // File systems without hard links, on kernels that cannot rename without replacing.
         _ if !path.exists() => Ok(refused.file.persist(path)?),
         _ => Err(ErrorKind::AlreadyExists.into()),
     })
@@ -84,7 +84,7 @@ fn is_one(a: &Metadata, b: &Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Files cannot be told apart: only the first write is checked.
+/// Files cannot be told apart here: only the first write is checked.
 #[cfg(not(unix))]
 fn is_one(_: &Metadata, _: &Metadata) -> bool {
     true

@@ -7,18 +7,18 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 use thiserror::Error;
 
-/// An output that cannot be written.
+/// Output that cannot be written.
 #[derive(Debug, Error)]
 enum SpecialError {
-    /// A socket, a block device, or a pipe by its name.
+    /// A socket, a block device, or a named pipe.
     #[error(
         "this is {kind}, and outputs go to regular files, to character devices such as /dev/null, and to pipes that are open already, such as /dev/stdout; name one of these"
     )]
     Unsupported {
-        /// With its article.
+        /// Kind of the file, with its article.
         kind: &'static str,
     },
-    /// A pipe whose reader ended, or never began.
+    /// A pipe whose reader has ended, or never began.
     #[cfg(unix)]
     #[error("no one reads this pipe; name a regular file, or start its reader first")]
     NoReader,
@@ -44,7 +44,7 @@ fn is_writable(_: &Path, _: &Metadata) -> bool {
     true
 }
 
-/// Returns whether a path, or a link that it leads over, names a descriptor of this process. A
+/// Returns whether a path, or a link that it leads through, names a descriptor of this process. A
 /// shell's `>(command)` is such a path.
 fn is_descriptor(path: &Path) -> bool {
     let mut path = path.to_owned();
@@ -60,7 +60,7 @@ fn is_descriptor(path: &Path) -> bool {
     false
 }
 
-/// Writes to a special file. Does not wait for the reader of a pipe that no one has open.
+/// Writes to a special file. Fails at once for a pipe that no one has open for reading.
 #[cfg(unix)]
 pub(super) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
@@ -76,7 +76,7 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         }
         opened => opened?,
     };
-    // A reader that is slow is waited for.
+    // Waits for a slow reader from here on.
     fcntl_setfl(&file, fcntl_getfl(&file)? - OFlags::NONBLOCK)?;
     file.write_all(bytes)
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 use tempfile::TempDir;
 
-/// EACCES, EROFS and ENOSPC by their numbers.
+/// Returns the error of EACCES (13), EROFS (30) or ENOSPC (28).
 fn libc_error(number: i32) -> ErrorKind {
     io::Error::from_raw_os_error(number).kind()
 }
@@ -20,7 +20,7 @@ fn names(folder: &TempDir) -> Vec<String> {
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
 
-/// The earlier file stays whole until the new one is, and nothing else is left.
+/// The earlier file stays whole until the new one is complete, and nothing else is left.
 #[test]
 fn whole_or_not_at_all() {
     let folder = new_folder();
@@ -38,7 +38,7 @@ fn whole_or_not_at_all() {
     assert_eq!(fs::read(&path).unwrap(), b"second");
     assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
     assert_eq!(names(&folder), ["a.png"]);
-    // Negative control: written in place, half of it would be there.
+    // Negative control: written in place, half of the content would be there.
     fs::write(&path, b"sec").unwrap();
     assert_ne!(fs::read(&path).unwrap(), b"second");
 }
@@ -52,19 +52,19 @@ fn what_cannot_be_replaced_is_written_to() {
     write_atomic_or_in_place(&link, b"second").unwrap();
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     assert_eq!(fs::read(&path).unwrap(), b"second");
-    // A link to a link to nothing yet.
+    // A link to a link to a file that does not exist yet.
     fs::remove_file(&path).unwrap();
     let far = folder.path().join("far.png");
     symlink("link.png", &far).unwrap();
     write_atomic_or_in_place(&far, b"again").unwrap();
     assert!([&link, &far].iter().all(|link| fs::symlink_metadata(link).unwrap().is_symlink()));
     assert_eq!(fs::read(&path).unwrap(), b"again");
-    // One file of two names stays one.
+    // A file with two names stays one file.
     let other = folder.path().join("other.png");
     fs::hard_link(&path, &other).unwrap();
     write_atomic_or_in_place(&path, b"both").unwrap();
     assert_eq!(fs::read(&other).unwrap(), b"both");
-    // The longest name.
+    // A name of the maximum length.
     let long = folder.path().join("a".repeat(251) + ".png");
     write_atomic_or_in_place(&long, b"long").unwrap();
     write_atomic_or_in_place(&long, b"longer").unwrap();
@@ -78,7 +78,7 @@ fn what_cannot_be_replaced_is_written_to() {
     assert!(write_atomic_or_in_place(&folder.path().join("none/a.png"), b"").is_err());
 }
 
-/// Writers of one process id, as in two containers, have a temporary file each.
+/// Writers with the same process id, as in two containers, have their own temporary files.
 #[test]
 fn two_writers_share_nothing() {
     let folder = new_folder();
@@ -94,7 +94,7 @@ fn two_writers_share_nothing() {
     assert_eq!(names(&folder), ["a.png"]);
 }
 
-/// A file or a link at the name of a process's temporary file is left alone.
+/// A file or link at a guessable name of a temporary file is left alone.
 #[test]
 fn planted_names_are_not_followed() {
     let folder = new_folder();
@@ -109,7 +109,7 @@ fn planted_names_are_not_followed() {
     assert!(fs::symlink_metadata(&planted).unwrap().is_symlink());
 }
 
-/// Temporary files that were left are removed once they are old, and nothing else is.
+/// Temporary files that were left behind are removed once they are old, and nothing else is.
 #[test]
 fn leftovers_are_swept() {
     let folder = new_folder();
@@ -125,7 +125,7 @@ fn leftovers_are_swept() {
     assert_eq!(left.map(|left| left.exists()), [false, true, true]);
 }
 
-/// A probe shows no one a file that is not there, and removes none that someone wrote meanwhile.
+/// A probe creates no visible file, and removes none that another process wrote meanwhile.
 #[test]
 fn probes_leave_no_trace() {
     let folder = new_folder();
@@ -191,7 +191,7 @@ fn one_file_of_many_names() {
     }
 }
 
-/// Returns whether a claim refuses to replace the file that is there, which stays.
+/// Returns whether a claim refuses to replace an existing file, which stays unchanged.
 fn is_refused(claim: &mut Claim, path: &Path) -> bool {
     let before = fs::read(path).unwrap();
     let written = claim.replace(path, |file| file.write_all(b"not this"));
@@ -203,7 +203,7 @@ fn a_claim_is_to_ones_own_file() {
     let folder = new_folder();
     let path = folder.path().join("a.ckpt");
     let mut claim = Claim::default();
-    // A file that comes while the first is written.
+    // A file that appears while the first one is written.
     let written = claim.replace(&path, |file| {
         write_atomic_or_in_place(&path, b"other")?;
         file.write_all(b"own")
@@ -216,10 +216,10 @@ fn a_claim_is_to_ones_own_file() {
         claim.replace(&path, |file| file.write_all(bytes)).unwrap();
         assert_eq!(fs::read(&path).unwrap(), bytes);
     }
-    // A write that fails does not lose the claim.
+    // A failed write does not lose the claim.
     assert!(claim.replace(&path, |_| Err(io::Error::other("the disk is full"))).is_err());
     claim.replace(&path, |file| file.write_all(b"own")).unwrap();
-    // Other files, some of which would have its inode number if it were not kept open.
+    // Other files, some of which would get its inode number if it were not kept open.
     for _ in 0..8 {
         write_atomic_or_in_place(&path, b"other").unwrap();
         assert!(is_refused(&mut claim, &path));
@@ -230,7 +230,7 @@ fn a_claim_is_to_ones_own_file() {
     assert_eq!(names(&folder), ["a.ckpt"]);
 }
 
-/// A pipe that no one reads is refused at once, by a probe and by a writer that found none before.
+/// A pipe without a reader is refused at once, by a probe and by a writer.
 #[test]
 fn pipes_do_not_hang() {
     let folder = new_folder();
@@ -244,7 +244,7 @@ fn pipes_do_not_hang() {
         let error = write_atomic_or_in_place(path, b"first").unwrap_err();
         assert!(error.to_string().contains("no one reads"), "{error}");
     }
-    // More than a pipe holds, to a reader that is slow.
+    // More than a pipe holds, to a slow reader.
     let reader = std::thread::spawn({
         let pipe = pipe.clone();
         move || {
@@ -263,7 +263,7 @@ fn pipes_do_not_hang() {
     let socket = folder.path().join("socket");
     let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
     assert!(probe(&socket).unwrap_err().to_string().contains("a socket"));
-    // A pipe that is open already.
+    // A pipe that is already open.
     let (_reader, writer) = io::pipe().unwrap();
     let open = PathBuf::from(format!("/dev/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&writer)));
     let open_link = folder.path().join("open");

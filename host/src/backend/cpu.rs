@@ -1,4 +1,4 @@
-//! The CPU: the shared crate, natively, over a pool of threads.
+//! CPU backend: runs the shared crate's code natively, on a pool of threads.
 
 mod denoise;
 mod instructions;
@@ -30,10 +30,10 @@ use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 use trisect_shared::wide::{SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
 
-/// Pixels that a thread takes at a time.
+/// Number of pixels in a task of the thread pool.
 const TASK: usize = 64;
 
-/// Threads of this machine.
+/// CPU of this machine, with a thread pool and the film of the current render.
 pub struct Cpu {
     device: Device,
     instructions: InstructionSet,
@@ -41,21 +41,21 @@ pub struct Cpu {
     scene: SceneCopy,
     kernel: Kernel,
     film: Vec<PixelSums>,
-    /// One for each pixel.
+    /// Rounding errors of each pixel's unfinished chunk.
     compensations: Vec<Compensation>,
-    /// The same, for a kernel that writes them.
+    /// AOV sums of each pixel; empty if the kernel does not write them.
     aovs: Vec<AovSums>,
     denoiser: denoise::Denoiser,
 }
 
 impl Cpu {
-    /// A pool of `threads`, or of as many as `RAYON_NUM_THREADS` says, or of one for each logical
-    /// core.
+    /// Opens the CPU with a pool of `threads` threads. `None` takes `RAYON_NUM_THREADS`, or else
+    /// one thread for each logical core.
     pub fn open(threads: Option<usize>) -> Result<Self, BackendError> {
         Self::with_instructions(threads, InstructionSet::best())
     }
 
-    /// The same with this instruction set. The image does not depend on it.
+    /// Opens the CPU with kernels for this instruction set. The image does not depend on it.
     ///
     /// # Errors
     ///
@@ -83,12 +83,12 @@ impl Cpu {
     }
 }
 
-/// A scene's arrays.
+/// Copy of a scene's arrays.
 #[derive(Default)]
 struct SceneCopy {
     spheres: Vec<Sphere>,
     nodes: Vec<BvhNode>,
-    /// Without those of the view.
+    /// Number of the scene's own nodes; nodes of tile entries follow them.
     scene_nodes: usize,
     materials: Vec<Material>,
     flats: Vec<Planar>,
@@ -147,7 +147,7 @@ impl SceneCopy {
     }
 }
 
-/// This machine's processor, with the best of its instruction sets.
+/// Describes this machine's processor, with the best of its instruction sets.
 pub fn describe(threads: usize) -> Device {
     describe_with(threads, InstructionSet::best())
 }
@@ -166,36 +166,37 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> Device {
     }
 }
 
-/// Guides that all tasks write, each those of its own pixels.
+/// AOV sums that all tasks write, each those of its own pixels.
 #[derive(Clone, Copy)]
 struct SharedAovs {
     first: *mut AovSums,
     length: usize,
 }
 
-// SAFETY: whoever asks for the slots promises to touch other pixels than other threads.
+// SAFETY: callers of `slots` promise that no two threads touch the same pixel.
 #[allow(unsafe_code, reason = "a pointer for several threads")]
 unsafe impl Sync for SharedAovs {}
 
-#[allow(unsafe_code, reason = "see buffer")]
+#[allow(unsafe_code, reason = "see trisect_shared::buffer")]
 impl SharedAovs {
     /// # Safety
     ///
-    /// No two threads touch the same at the same time, and the vector is there while they do.
+    /// No two threads touch the same pixel at the same time, and the vector outlives the slice.
     unsafe fn slots<'a>(&self) -> SharedSlice<'a, AovSums> {
         // SAFETY: the caller's promise.
         unsafe { SharedSlice::new(self.first, self.length) }
     }
 }
 
-/// Takes rows of what an image's pixels hold, and leaves `nothing` there.
+/// Moves rows of an image's per-pixel records to `to`, packed, and fills their place with
+/// `nothing`.
 fn take<T: Copy>(rows: &RowSet, of: &mut [T], to: &mut [T], nothing: T) -> Result<(), BackendError> {
     let width = to.len() / (rows.len() as usize).max(1);
     let mut done = 0;
     for block in rows.blocks() {
         let from = of.get_mut(block.start as usize * width..block.end as usize * width);
         let (Some(from), Some(to)) = (from, to.get_mut(done..done + block.len() * width)) else {
-            return Err(failed("rows that were not prepared"));
+            return Err(failed("the rows are outside the prepared film"));
         };
         to.copy_from_slice(from);
         from.fill(nothing);
@@ -267,15 +268,15 @@ impl Backend for Cpu {
             })
             .collect();
         if wanted.next().is_some() {
-            return Err(failed(&format!("rows beyond the film's {height}")));
+            return Err(failed(&format!("the launch has rows beyond the film's {height}")));
         }
         let guides = SharedAovs { first: self.aovs.as_mut_ptr(), length: self.aovs.len() };
         self.pool.install(|| {
             tasks.into_par_iter().for_each(|(first, y, (pixels, carries))| {
-                // SAFETY: a task touches the guides of its own pixels.
+                // SAFETY: a task touches the AOV sums of its own pixels only.
                 let mut guides = unsafe { guides.slots() };
                 for (slot, x) in (0u32..).zip(first..).take(pixels.len()) {
-                    // SAFETY: a scene and a launch come from a renderer, which proved the indices.
+                    // SAFETY: scene and launch come from a renderer, which checked the indices.
                     unsafe { render(params, scene, x, y, pixels, carries, slot, &mut guides) };
                 }
             });
@@ -293,7 +294,7 @@ impl Backend for Cpu {
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         if film.len() != self.film.len() || guides.len() != self.aovs.len() {
-            return Err(failed("sums of another image"));
+            return Err(failed("the sums are for an image of another size"));
         }
         self.film.copy_from_slice(film);
         self.aovs.copy_from_slice(guides);
@@ -302,7 +303,7 @@ impl Backend for Cpu {
 
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
         if self.aovs.len() != self.film.len() {
-            return Err(failed("no guides were prepared"));
+            return Err(failed("the film was prepared without AOV sums"));
         }
         let Self { pool, film, aovs: guides, denoiser, .. } = self;
         pool.install(|| denoiser.run(passes, film, guides))
@@ -317,13 +318,13 @@ impl Backend for Cpu {
         pool.install(|| denoiser.display(frame, film, to))
     }
 
-    #[allow(unsafe_code, reason = "as above")]
+    #[allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
         let (scene, params) = (self.scene.borrow(), launch.params());
         self.pool.install(|| {
             hits.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(pixel, hit)| {
                 let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
-                // SAFETY: a scene and a launch come from a renderer, which proved the indices.
+                // SAFETY: scene and launch come from a renderer, which checked the indices.
                 *hit = unsafe { path::first_hit(params, scene, x, y) };
             });
         });

@@ -1,31 +1,31 @@
-//! Why a backend is not there, or failed.
+//! Error of a backend.
 
 use crate::memory;
 use crate::render::SettingsError;
 use crate::threads::ThreadError;
 use thiserror::Error;
 
-/// A backend that cannot be used, or that failed.
+/// Error of a backend that cannot be used, or that failed.
 #[derive(Debug, Error)]
 pub enum BackendError {
-    /// It is not on this machine.
+    /// The backend is not available on this machine.
     #[error("backend {backend} is not available: {reason}\n  {remedy}")]
     Unavailable {
-        /// Its name.
+        /// Name of the backend.
         backend: &'static str,
-        /// Why.
+        /// Reason.
         reason: String,
-        /// What would help.
+        /// Remedy.
         remedy: String,
     },
-    /// `--device` names none.
+    /// `--device` names a device that does not exist.
     #[error("--device {index}: {backend} has {}; `trisect info` lists devices", count(*.devices))]
     NoSuchDevice {
-        /// The backend.
+        /// Name of the backend.
         backend: &'static str,
-        /// What was asked for.
+        /// Requested index.
         index: usize,
-        /// How many there are.
+        /// Number of devices.
         devices: usize,
     },
     /// The device cannot hold the scene or the film.
@@ -34,30 +34,30 @@ pub enum BackendError {
         memory::display(*needed), memory::display(*limit)
     )]
     TooLarge {
-        /// The backend.
+        /// Name of the backend.
         backend: &'static str,
-        /// Which buffer.
+        /// Buffer that is too large.
         what: &'static str,
-        /// Bytes.
+        /// Bytes that it needs.
         needed: u64,
-        /// Bytes.
+        /// Maximum number of bytes.
         limit: u64,
     },
-    /// More pixels along a side than one launch can have.
+    /// A side of the image has more pixels than one launch allows.
     #[error(
         "an image of {width}x{rows} has a side of more than {limit} pixels, which {backend} does not allow; choose a smaller --resolution or another --backend"
     )]
     TooLong {
-        /// The backend.
+        /// Name of the backend.
         backend: &'static str,
-        /// Pixels across.
+        /// Width of the image in pixels.
         width: u32,
-        /// Rows of the launch.
+        /// Number of rows of the launch.
         rows: u32,
-        /// Pixels.
+        /// Maximum number of pixels along a side.
         limit: u64,
     },
-    /// The backend does not have what the settings ask for.
+    /// The backend does not support the settings.
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// Threads of the CPU could not be started.
@@ -66,22 +66,24 @@ pub enum BackendError {
     /// The driver reported an error.
     #[error("{backend}: {action}: {message}")]
     Device {
-        /// The backend.
+        /// Name of the backend.
         backend: &'static str,
-        /// What was being done.
+        /// Action that failed.
         action: &'static str,
-        /// What the driver said.
+        /// Message of the driver.
         message: String,
     },
 }
 
 impl BackendError {
-    /// Whether it is for want of a device that works or is large enough: another backend may do.
+    /// Returns whether the device is missing, failed or too small, so that another backend may
+    /// succeed.
     pub fn is_of_device(&self) -> bool {
         !matches!(self, Self::Settings(_) | Self::NoSuchDevice { .. })
     }
 
-    /// Whether another machine or another `--device` would help, rather than another try.
+    /// Returns whether the backend or device does not exist here, so that another machine or
+    /// another `--device` would help, but not another try.
     pub fn is_unavailable(&self) -> bool {
         matches!(self, Self::Unavailable { .. } | Self::NoSuchDevice { .. })
     }

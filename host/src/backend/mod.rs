@@ -1,4 +1,7 @@
-//! Backends: the CPU, wgpu and CUDA behind one trait.
+//! Backends: CPU, wgpu and CUDA behind one trait.
+//!
+//! A [`Backend`] holds a scene and a film on a device, and launches kernels. A
+//! [`Renderer`](crate::render::Renderer) drives it. [`open`] chooses one as `--backend` does.
 
 pub mod cpu;
 pub mod cuda;
@@ -29,13 +32,13 @@ use trisect_shared::path::FirstHit;
 use trisect_shared::scene::Scene;
 use trisect_shared::wide::WideTree;
 
-/// What sort of device, which decides how work is cut.
+/// Kind of a device, which decides how work is divided into submissions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DeviceKind {
-    /// Threads of this machine.
+    /// Threads of this machine's CPU.
     Cpu,
-    /// Hardware.
+    /// A hardware GPU.
     Gpu,
     /// A graphics driver that computes on the CPU, such as Mesa's lavapipe.
     SoftwareGpu,
@@ -46,25 +49,26 @@ pub enum DeviceKind {
 pub struct Device {
     /// `cpu`, `wgpu` or `cuda`.
     pub backend: &'static str,
-    /// For `--device`.
+    /// Index for `--device`.
     pub index: usize,
-    /// As the driver names it.
+    /// Name that the driver gives.
     pub name: String,
-    /// What sort.
+    /// Kind of the device.
     pub kind: DeviceKind,
-    /// Driver, threads, memory: for people.
+    /// Driver, threads and memory, for people.
     pub details: String,
-    /// What [`Backend::render`]'s times are: `wall pass_cost`, `CUDA events`, `timestamp queries`.
+    /// Timer of [`Backend::render`]: `wall clock`, `CUDA events` or `timestamp queries`.
     pub timer: &'static str,
 }
 
-/// The arrays of a scene, as kernels read them: without bounds checks. Only a [`Renderer`](crate::render::Renderer) makes one,
-/// after it proved the indices.
+/// Arrays of a scene as kernels read them, without bounds checks. Only a
+/// [`Renderer`](crate::render::Renderer) makes this, after it has checked the indices.
 #[derive(Clone, Copy)]
 pub struct SceneRecords<'a>(Scene<'a>);
 
 impl<'a> SceneRecords<'a> {
-    /// Of a proven scene, the trees and the light table that were made for it.
+    /// Collects the arrays of a validated scene, and the trees and the light table that were made
+    /// for it.
     pub(crate) fn new(
         scene: &'a scene::Scene,
         bvh: &'a Bvh,
@@ -86,14 +90,14 @@ impl<'a> SceneRecords<'a> {
         })
     }
 
-    /// What the kernels get.
+    /// Returns the arrays that the kernels get.
     pub fn scene(&self) -> Scene<'a> {
         self.0
     }
 }
 
-/// A launch of the scene that was uploaded, within the film that was prepared. Only a [`Renderer`](crate::render::Renderer)
-/// makes one: kernels trust its root and its size.
+/// Launch over the scene that was uploaded, within the film that was prepared. Only a
+/// [`Renderer`](crate::render::Renderer) makes one, because kernels trust its root and its size.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch(RenderParams);
 
@@ -102,42 +106,46 @@ impl Launch {
         Self(params)
     }
 
-    /// What the kernels get.
+    /// Returns the parameters that the kernels get.
     pub fn params(&self) -> &RenderParams {
         &self.0
     }
 }
 
-/// What stays the same over all submissions of a frame.
+/// Description of a film: what stays the same over all submissions of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilmDesc {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Which kernel.
+    /// Kernel variant.
     pub variant: Variant,
-    /// Which build of the kernels.
+    /// Math build of the kernels.
     pub math: MathMode,
 }
 
 impl FilmDesc {
-    /// `width * height`.
+    /// Returns `width * height`.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 }
 
-/// A device with a scene and a film on it. Data stays there between calls.
+/// Device with a scene and a film on it, which stay there between calls.
 ///
-/// Calls come in this order: `upload` once, then for each frame `prepare`, `view` where the launches name a view that is not there yet, and, for each
-/// chunk of samples, any number of `render` and one `read_film`.
+/// Calls come in this order: [`upload`](Self::upload) once; then, for each frame,
+/// [`begin_film`](Self::begin_film), [`upload_tile_entries`](Self::upload_tile_entries) if the
+/// launches use tile entries that are not there yet, and, for each chunk of samples, any number of
+/// [`render`](Self::render) and one [`read_film`](Self::read_film).
 pub trait Backend: Send {
-    /// The device in use.
+    /// Returns the device in use.
     fn device(&self) -> &Device;
 
-    /// What is fastest here for this build of a kernel with these features, by docs/performance.md. With [`Traversal::Wide`], each kernel that
-    /// traces the binary tree can trace the wide one instead, which is then made.
+    /// Returns the fastest traversal and schedule for a kernel with these features in this math
+    /// build (docs/notebook/kernels-and-schedules.md, docs/notebook/vulkan.md). With
+    /// [`Traversal::Wide`] a wide BVH is built, and each kernel that traces the binary BVH can
+    /// trace it instead.
     fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
         (Traversal::Stack, Schedule::Regenerate)
     }
@@ -145,47 +153,57 @@ pub trait Backend: Send {
     /// Copies a scene to the device.
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError>;
 
-    /// Puts these nodes after those of the scene, in place of earlier ones: the tree as the [camera](trisect_shared::tile_entry) sees it.
+    /// Writes the nodes of [tile entries](trisect_shared::tile_entry) after those of the scene, in
+    /// place of earlier ones.
     fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError>;
 
-    /// Chooses the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
+    /// Selects the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
     fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError>;
 
-    /// Renders one submission into the film and waits for it. Returns the device's own measure of its time.
+    /// Renders one submission into the film and waits for it. Returns the device's own measure of
+    /// its time.
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError>;
 
-    /// Copies these rows of the film, one below the other, to `film` (as long as they have pixels) and resets the film to
-    /// [`PixelSums::UNWRITTEN`], in these rows at least.
+    /// Copies these rows of the film, packed, to `film`, which has a record for each of their
+    /// pixels. Resets the film to [`PixelSums::UNWRITTEN`], in these rows at least.
     fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError>;
 
-    /// The same of the guides, for a kernel that writes them: resets them to [`AovSums::UNWRITTEN`].
+    /// Copies these rows of the AOV sums, packed, to `guides`, for a kernel that writes them.
+    /// Resets them to [`AovSums::UNWRITTEN`], in these rows at least.
     fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError>;
 
-    /// Writes sums and guides (as long as the job has pixels) where a kernel that writes guides has them.
+    /// Writes the sums of all pixels to the film, and their AOV sums if its kernel writes them;
+    /// otherwise `guides` is empty.
     fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError>;
 
-    /// Denoises what film and guides hold, which stay as they are. Returns the device's own measure of each pass.
+    /// Runs the passes of the denoiser over the film and its AOV sums, which stay as they are.
+    /// Returns the device's own measure of the time of each pass.
     fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError>;
 
-    /// Copies one of the denoiser's two images, after its passes, to `pixels` (as long as the job has pixels).
+    /// Copies one of the denoiser's two images, after its passes, to `pixels`, which has a record
+    /// for each pixel of the film.
     fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError>;
 
-    /// Makes rows of the last frame's image for a screen and copies them to the host. Returns the device's own measure of making them.
+    /// Converts rows of the last frame's image for a display and copies them to the host. Returns
+    /// the device's own measure of the time of the conversion.
     fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError>;
 
-    /// Another one of the same device with the same scene, which renders while this one does: where one waits for its last lanes or for the host, the other's
-    /// lanes fill the device. None where that brings nothing.
+    /// Returns another backend on the same device with the same scene, which renders while this one
+    /// does: where one waits for its last lanes or for the host, the other's lanes fill the device.
+    /// Returns `None` if that gains nothing.
     fn second_stream(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
         Ok(None)
     }
 
-    /// Keeps this memory from being swapped out, so that the device copies to it without a detour: [`display`](Self::display) and
-    /// [`read_film`](Self::read_film) are faster then. Where that cannot be done, they stay as fast as they are.
+    /// Pins this memory (locks its pages), so that the device copies to it directly:
+    /// [`display`](Self::display) and [`read_film`](Self::read_film) are then faster. If that is
+    /// not possible, their speed stays the same.
     fn pin(&mut self, _memory: &Arc<HostMemory>) {}
 
-    /// Lets go of it.
+    /// Undoes [`pin`](Self::pin).
     fn unpin(&mut self, _memory: &Arc<HostMemory>) {}
 
-    /// Writes the first hit of each pixel's first sample of the launch to `hits` (as long as the job has pixels).
+    /// Writes the first hit of each pixel's first sample of the launch to `hits`, which has a
+    /// record for each pixel of the film.
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError>;
 }

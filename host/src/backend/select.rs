@@ -1,30 +1,30 @@
-//! Which backend and device to use.
+//! Selection of a backend and a device.
 
 use super::{Backend, BackendError, Device, cpu, cuda, wgpu};
 
-/// What the user asks for.
+/// Backend that the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// The fastest that works: cuda, then a hardware wgpu adapter, then cpu.
+    /// Fastest that works: CUDA, then a hardware wgpu adapter, then the CPU.
     Auto,
-    /// Threads of this machine.
+    /// Threads of this machine's CPU.
     Cpu,
-    /// Vulkan, Metal or Direct3D 12.
+    /// Vulkan, Metal or Direct3D 12, through wgpu.
     Wgpu,
     /// CUDA.
     Cuda,
 }
 
-/// A backend, and why it was taken.
+/// Backend that was opened, with the reason for its choice.
 pub struct Selection {
-    /// Ready for a scene.
+    /// Backend, ready for a scene.
     pub backend: Box<dyn Backend>,
-    /// For people; empty where the user named the backend.
+    /// Reason, for people; empty if the user named the backend.
     pub why: String,
 }
 
-/// Opens what the user asks for. `device` is an index of that backend, and of none with [`Choice::Auto`]; `threads` are for
-/// the CPU.
+/// Opens the backend that the user asks for. `device` is an index among that backend's devices, and
+/// ignored with [`Choice::Auto`]; `threads` is the number of threads of the CPU backend.
 pub fn open(
     choice: Choice,
     device: Option<usize>,
@@ -63,7 +63,7 @@ fn first_line(error: &BackendError) -> String {
     error.to_string().lines().next().unwrap_or_default().to_owned()
 }
 
-/// Every backend with its devices, or why it has none.
+/// Returns every backend with its devices, or why it has none.
 pub fn list() -> Vec<(&'static str, Result<Vec<Device>, BackendError>)> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     vec![("cuda", cuda::devices()), ("wgpu", wgpu::devices()), ("cpu", Ok(vec![cpu::describe(threads)]))]

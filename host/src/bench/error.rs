@@ -1,33 +1,33 @@
-//! What can go wrong beside rendering.
+//! Errors of benchmarks, besides those of rendering.
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A benchmark that cannot be set up or written down.
+/// A benchmark that cannot be set up or written to files.
 #[derive(Debug, Error)]
 pub enum BenchError {
-    /// The file system refused.
+    /// A file or folder could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
     /// A chart that the plotting library could not draw.
     #[error("{}: drawing the chart: {message}", path.display())]
     Draw {
-        /// The file it was for.
+        /// File that it was for.
         path: PathBuf,
-        /// What the library said.
+        /// Message of the library.
         message: String,
     },
     /// Data that cannot be written as JSON or CSV.
     #[error("{}: writing the data: {message}", path.display())]
     Encode {
-        /// The file it was for.
+        /// File that it was for.
         path: PathBuf,
-        /// What the encoder said.
+        /// Message of the encoder.
         message: String,
     },
     /// A report without any scene.
@@ -36,9 +36,9 @@ pub enum BenchError {
     /// A sphere scene that cannot be made.
     #[error("a scene of {count} spheres: the number must be 1 to {greatest}")]
     SphereCount {
-        /// What was asked for.
+        /// Requested number of spheres.
         count: u32,
-        /// The most.
+        /// Maximum.
         greatest: u32,
     },
 }

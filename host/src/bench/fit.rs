@@ -1,26 +1,27 @@
-//! A straight line through measurements.
+//! Straight line through measurements, by least squares.
 
 use serde::{Deserialize, Serialize};
 
-/// `y = intercept + slope x`, by least squares.
+/// A line `y = intercept + slope x`, fitted by least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// At x = 0.
+    /// y at x = 0.
     pub intercept: f64,
-    /// A unit of x.
+    /// Change of y per unit of x.
     pub slope: f64,
-    /// The coefficient of determination R²: the share of the variance of y that the line explains, 1 for points on a line.
+    /// Coefficient of determination R²: the share of the variance of y that the line explains; 1
+    /// for points on a line.
     pub r_squared: f64,
 }
 
 impl Line {
-    /// Through these points (x, y); `None` where they say nothing about a slope or a variance: fewer than two of different x, or all y
-    /// the same, or a value that is not finite.
+    /// Fits a line through the points (x, y). `None` if they do not define a slope and a variance:
+    /// fewer than two different x, all y equal, or a value that is not finite.
     pub fn through(points: &[(f64, f64)]) -> Option<Self> {
         let count = points.len() as f64;
         let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / count;
         let (mean_x, mean_y) = (mean(|point| point.0), mean(|point| point.1));
-        // Sums about the means: those of the squares themselves would cancel.
+        // Sums are taken about the means: sums of the squares themselves would cancel.
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
         for &(x, y) in points {
             let (x, y) = (x - mean_x, y - mean_y);
@@ -35,7 +36,7 @@ impl Line {
         [line.intercept, line.slope, line.r_squared].iter().all(|value| value.is_finite()).then_some(line)
     }
 
-    /// Its y at x.
+    /// Returns y at x.
     pub fn at(&self, x: f64) -> f64 {
         self.intercept + self.slope * x
     }
@@ -47,7 +48,8 @@ mod tests {
 
     use super::*;
 
-    /// Anscombe, "Graphs in Statistical Analysis", 1973, first set: intercept 3.0001, slope 0.5001, R² 0.6665 (as R prints them).
+    /// First set of Anscombe, "Graphs in Statistical Analysis", 1973: intercept 3.0001, slope
+    /// 0.5001, R² 0.6665 (as R prints them).
     const ANSCOMBE: [(f64, f64); 11] = [
         (10.0, 8.04),
         (8.0, 6.95),
@@ -73,7 +75,7 @@ mod tests {
     #[test]
     fn a_known_fit() {
         assert!(is_anscombes(&Line::through(&ANSCOMBE).unwrap()));
-        // Sabotage: one y off by its last digit, x and y exchanged, R for R².
+        // Negative control: one y off by its last digit, x and y exchanged, R for R².
         let mut wrong = ANSCOMBE;
         wrong[8].1 += 0.01;
         assert!(!is_anscombes(&Line::through(&wrong).unwrap()));
@@ -86,7 +88,7 @@ mod tests {
     #[test]
     fn points_on_a_line() {
         let points: Vec<(f64, f64)> = (0..5).map(f64::from).map(|x| (x, 2.0 - 0.5 * x)).collect();
-        // These sums are exact in binary.
+        // The sums are exact in binary.
         let line = Line::through(&points).unwrap();
         assert_eq!(line, Line { intercept: 2.0, slope: -0.5, r_squared: 1.0 });
         assert_eq!(line.at(10.0), -3.0);

@@ -1,4 +1,4 @@
-//! Frames after a warm-up.
+//! Measures frames after a warm-up.
 
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
@@ -6,39 +6,41 @@ use crate::stats::RenderStats;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// What frames took.
+/// Statistics of measured frames.
 #[derive(Clone, Debug)]
 pub struct FrameStats {
-    /// The very first, with what happens once: mostly one of the warm-up.
+    /// Statistics of the first frame, which includes what happens once. Usually a frame of the
+    /// warm-up.
     pub first: RenderStats,
-    /// How many did not count.
+    /// Number of warm-up frames.
     pub warm_up: u32,
-    /// Those that count.
+    /// Statistics of each frame after the warm-up.
     pub counted: Vec<RenderStats>,
 }
 
-/// What is rendered before anything counts: clocks settle, caches fill, and the scheduler learns its pace.
+/// Warm-up before frames count: clocks settle, caches fill, and submissions get their size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WarmUp {
-    /// So many frames at least; with 0 even the first counts.
+    /// Minimum number of frames; with 0 even the first frame counts.
     pub frames: u32,
-    /// And frames until so long after the first: a GPU that idled while its driver compiled for seconds is slow for a while.
+    /// Minimum time after the first frame: a GPU that was idle while its driver compiled is slow at
+    /// first.
     pub time: Duration,
 }
 
 impl WarmUp {
-    /// So many frames, however long they take.
+    /// Returns a warm-up of `frames` frames, however long they take.
     pub fn of(frames: u32) -> Self {
         Self { frames, time: Duration::ZERO }
     }
 }
 
-/// Renders frames to warm up, and then `frames` that count: what each of those took. At least one is rendered. `observer` watches all of
-/// them.
+/// Renders warm-up frames and then `frames` that count, and returns their statistics. At least one
+/// frame is rendered. `observer` watches all frames.
 ///
 /// # Errors
 ///
-/// As [`Renderer::render`].
+/// Errors of [`Renderer::render`].
 pub fn measure(
     renderer: &mut Renderer,
     settings: &Settings,
@@ -65,10 +67,10 @@ pub fn measure(
     Ok(FrameStats { first, warm_up: done, counted })
 }
 
-/// Notes when the first submission that it sees has ended.
+/// Records when the first submission that it observes ended.
 #[derive(Debug, Default)]
 pub struct FirstSubmission {
-    /// Then; `None` before.
+    /// Time at which the first submission ended; `None` before.
     pub ended: Option<Instant>,
 }
 
@@ -96,7 +98,7 @@ mod tests {
         let frames = measure(&mut renderer, &settings, WarmUp::of(2), 3, &mut first).unwrap();
         assert_eq!((frames.warm_up, frames.counted.len()), (2, 3));
         assert!(frames.counted.iter().all(|stats| stats.samples == 8 * 4 * 2));
-        // Without a warm-up the first counts, too.
+        // Without a warm-up the first frame counts, too.
         let none = WarmUp { frames: 0, time: Duration::from_secs(9) };
         let cold = measure(&mut renderer, &settings, none, 2, &mut ()).unwrap();
         assert_eq!((cold.warm_up, cold.counted.len(), &cold.counted[0]), (0, 2, &cold.first));

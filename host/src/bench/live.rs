@@ -1,4 +1,4 @@
-//! Frames that are traced, denoised and stay on the device.
+//! Measures live frames, which are traced, denoised and kept on the device.
 
 use super::{Row, Summary, WarmUp};
 use crate::Error;
@@ -7,14 +7,15 @@ use crate::render::{LiveFrame, Renderer, Settings};
 use crate::view::FrameTiming;
 use std::time::{Duration, Instant};
 
-/// One frame: its rows' names and units, and values.
+/// Names, units and values of one frame's rows.
 type Values = Vec<(String, &'static str, f64)>;
 
-/// What tracing, each pass of the denoiser, both together and the frame as the host sees it take.
+/// Measures tracing, each pass of the denoiser, both together, and the frame as seen by the host.
+/// Returns one row per quantity, in milliseconds, and the frame rate.
 ///
 /// # Errors
 ///
-/// As [`Renderer::live`].
+/// Errors of [`Renderer::live`].
 pub fn measure_live(
     renderer: &mut Renderer,
     settings: &Settings,
@@ -37,7 +38,8 @@ pub fn measure_live(
     Ok(rows(&counted))
 }
 
-/// What frames that a viewer shows took: as [`measure_live`], and making them fit for a screen and copying them to the host.
+/// Returns the rows for frames of the viewer: those of [`measure_live`], and the time to convert a
+/// frame for display and to copy it to the host.
 pub fn rows_of_timings(shots: &[FrameTiming]) -> Vec<Row> {
     let frame = |shot: &FrameTiming| {
         let mut values = values(&shot.live, shot.whole.as_secs_f64());
@@ -49,7 +51,7 @@ pub fn rows_of_timings(shots: &[FrameTiming]) -> Vec<Row> {
     rows(&shots.iter().map(frame).collect::<Vec<_>>())
 }
 
-/// Of values that all frames have.
+/// Summarises each value of the first frame over all frames that have it.
 fn rows(frames: &[Values]) -> Vec<Row> {
     let Some(first) = frames.first() else { return Vec::new() };
     let row = |(name, unit, _): &(String, &'static str, f64)| {

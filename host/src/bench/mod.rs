@@ -1,6 +1,7 @@
-//! Measuring: repeated frames and their statistics, scenes of any number of spheres, and a report with charts.
+//! Benchmarks: repeated frames with their statistics, live frames, scenes of any number of spheres,
+//! the charts of a report, and ranks of a cluster. Used by `trisect bench`.
 //!
-//! What is measured and how it is summarised are apart, so that everything but the time itself can be tested.
+//! Measuring is separate from summarising, so that everything but the time itself can be tested.
 
 pub mod cluster;
 mod error;

@@ -1,4 +1,4 @@
-//! What a benchmark found: as versioned JSON, and as a table.
+//! Result of a benchmark, as versioned JSON and as a table.
 
 use super::Summary;
 use crate::stats::RenderStats;
@@ -6,35 +6,36 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fmt::Write;
 
-/// Version of the JSON that `trisect bench --json` writes. A field that changes its meaning, or goes, raises it.
+/// Version of the JSON that `trisect bench --json` writes. It is raised when a field changes its
+/// meaning or is removed.
 pub const FORMAT: u32 = 1;
 
-/// What was measured, and where.
+/// Program, scene, device, kernel and settings of a benchmark.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Subject {
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
     /// Name of the scene.
     pub scene: String,
     /// `cpu`, `wgpu` or `cuda`.
     pub backend: String,
-    /// As the driver names it.
+    /// Name that the driver gives the device.
     pub device: String,
-    /// Driver, threads, memory.
+    /// Driver, threads and memory of the device.
     pub details: String,
-    /// What measured the device's times.
+    /// Timer that measured device times.
     pub timer: String,
-    /// The kernel's name.
+    /// Name of the kernel.
     pub kernel: String,
-    /// How it finds the closest hit.
+    /// Method of finding the closest hit.
     pub traversal: Value,
-    /// What its lanes work on.
+    /// Assignment of work to lanes.
     pub schedule: Value,
-    /// What was asked for: as in `--stats`.
+    /// Requested settings, as in `--stats`.
     pub settings: Value,
 }
 
-/// What happens once, before the first frame is done, in seconds of wall clock.
+/// Wall-clock seconds of what happens once, before the first frame is done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Once {
     /// Reading and validating the scene file.
@@ -47,43 +48,43 @@ pub struct Once {
     pub upload_seconds: f64,
     /// Compiling the kernel and allocating the film.
     pub prepare_seconds: f64,
-    /// Pruning the tree for the camera.
+    /// Pruning the BVH for the camera.
     pub view_seconds: f64,
-    /// From the start of `main` to the end of the first submission: all of the above, and that submission.
+    /// From the start of `main` to the end of the first submission. Includes all of the above.
     pub start_to_first_kernel_seconds: f64,
 }
 
-/// A quantity over the frames.
+/// One measured quantity, summarised over the frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// What.
+    /// Name of the quantity.
     pub name: String,
-    /// In which unit.
+    /// Unit of the quantity.
     pub unit: String,
-    /// Over the frames that count.
+    /// Summary over the frames that count.
     pub summary: Summary,
 }
 
-/// A benchmark.
+/// Result of a benchmark.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Benchmark {
-    /// See [`FORMAT`].
+    /// Version of the JSON, [`FORMAT`].
     pub format: u32,
-    /// What was measured, and where.
+    /// Program, scene, device, kernel and settings.
     pub subject: Subject,
-    /// What happened once.
+    /// Seconds of what happens once.
     pub once: Once,
-    /// Frames that do not count.
+    /// Number of warm-up frames, which do not count.
     pub warm_up: u32,
-    /// Launches of the last frame.
+    /// Kernel launches of the last frame.
     pub submissions: u64,
-    /// Path segments (rays) of a sample.
+    /// Mean number of path segments (rays) of a sample.
     pub segments_per_sample: f64,
-    /// What was measured of each frame.
+    /// Quantities measured in each frame.
     pub rows: Vec<Row>,
 }
 
-/// A row of the table: its name, its unit, and the quantity of one frame.
+/// Name, unit and value for one frame of a row of the table.
 type Quantity = (&'static str, &'static str, fn(&RenderStats) -> f64);
 
 const QUANTITIES: [Quantity; 6] = [
@@ -96,7 +97,7 @@ const QUANTITIES: [Quantity; 6] = [
 ];
 
 impl Benchmark {
-    /// Of the frames that count; `None` of none.
+    /// Summarises the frames that count; `None` if there are none.
     pub fn new(frames: &[RenderStats], once: Once, warm_up: u32) -> Option<Self> {
         let last = frames.last()?;
         let row = |(name, unit, quantity): Quantity| {
@@ -127,7 +128,7 @@ impl Benchmark {
         })
     }
 
-    /// For people.
+    /// Returns a table for people.
     pub fn table(&self) -> String {
         let Self { subject, once, .. } = self;
         let setting = |name: &str| match &subject.settings[name] {
@@ -165,7 +166,7 @@ impl Benchmark {
             ("build the BVH", once.bvh_seconds),
             ("upload", once.upload_seconds),
             ("prepare (compile the kernel)", once.prepare_seconds),
-            ("prune the tree for the camera", once.view_seconds),
+            ("prune the BVH for the camera", once.view_seconds),
             ("start to the first kernel's end", once.start_to_first_kernel_seconds),
         ] {
             let _ = writeln!(text, "{name:<34} {:>10.3}", seconds * 1e3);
@@ -176,12 +177,12 @@ impl Benchmark {
     }
 }
 
-/// Rows for people, below a title.
+/// Returns a table of rows below a title, for people.
 pub fn table(title: &str, rows: &[Row]) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{title:<34} {:>10} {:>10} {:>10} {:>10}", "median", "least", "greatest", "IQR");
     for Row { name, unit, summary } in rows {
-        // A rate is known by its unit, which scripts look for; a time by what took it.
+        // A rate is identified by its unit, which scripts look for; a time by its name.
         let name = if unit == "ms" { format!("{name}, ms") } else { unit.clone() };
         let _ = writeln!(
             text,
@@ -225,7 +226,8 @@ mod tests {
         let text = serde_json::to_string_pretty(&benchmark).unwrap();
         assert_eq!(serde_json::from_str::<Benchmark>(&text).unwrap(), benchmark);
         assert!(text.contains("\"format\": 1"), "{text}");
-        // Sabotage: a digit that a file lost would show, and so would a field.
+        // Negative control: a lost digit in the file changes the result, and a renamed field is an
+        // error.
         let cut = serde_json::from_str::<Benchmark>(&text.replace("0.125", "0.12")).unwrap();
         assert_ne!(cut, benchmark);
         assert!(serde_json::from_str::<Benchmark>(&text.replace("\"once\"", "\"twice\"")).is_err());
@@ -237,7 +239,7 @@ mod tests {
         let row = |name: &str| benchmark.rows.iter().find(|row| row.name == name).unwrap().summary;
         let kernels = row("device time");
         assert_eq!((kernels.median, kernels.least, kernels.greatest, kernels.count), (3.0, 1.0, 5.0, 3));
-        // What is merged is what is left of reading and merging.
+        // The merge time is the rest of reading and merging.
         assert_eq!((row("read-back").median, row("merge").median), (500.0, 250.0));
         let table = benchmark.table();
         for words in ["8x4, 2 spp", "roulette off", "3 frames after 2", "125.000", "250.000", "segments  "] {

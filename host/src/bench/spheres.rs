@@ -1,4 +1,4 @@
-//! Scenes of any number of spheres, all with the same view.
+//! Makes scenes of any number of spheres, all seen by the same camera.
 
 use super::BenchError;
 use crate::render::Fresnel;
@@ -6,25 +6,28 @@ use crate::scene::description::{Alpha, Description, Material, Shape, ShapeKind, 
 use crate::scene::{CameraPose, ImageSettings, Rebase, SceneDocument};
 use glam::DVec3;
 
-/// The most spheres of a scene.
+/// Maximum number of spheres of a scene.
 pub const MAX_COUNT: u32 = 10_000_000;
 
-/// Half of the side of the square on which the small spheres stand, as in the book.
+/// Half the side of the square on which the small spheres stand, as in the book ("Ray Tracing in
+/// One Weekend").
 const HALF_SIDE: f64 = 11.0;
 
-/// Radius of the ground.
+/// Radius of the ground sphere.
 const GROUND: f64 = 1000.0;
 
-/// Materials of the small spheres: always the same table, so that its size plays no part.
+/// Number of materials of the small spheres. It is fixed, so that the size of the table does not
+/// vary with the number of spheres.
 const PALETTE: u64 = 256;
 
-/// The large spheres stand on the ground in a row: place along x.
+/// Positions along x of the three large spheres, which stand on the ground in a row.
 const LARGE: [f64; 3] = [0.0, -4.0, 4.0];
 
-/// `count` spheres like the final scene of "Ray Tracing in One Weekend": the ground, three large ones (glass, diffuse, metal), and small
-/// ones on a jittered grid, four fifths diffuse, the others metal and glass. The more there are the smaller they are: those on the same
-/// square cover the same share of it, and the camera is the book's, so the picture's parts stay about as large and a
-/// path has about as many segments. The same `count` makes the same scene, bit by bit.
+/// Returns a scene of `count` spheres like the final scene of "Ray Tracing in One Weekend": the
+/// ground, three large spheres (glass, diffuse, metal), and small ones on a jittered grid, four
+/// fifths diffuse, the others metal and glass. More spheres are smaller ones on the same square
+/// that cover the same share of it, and the camera is the book's. So the parts of the image keep
+/// their size, and a path has about as many segments. Equal counts make equal scenes, bit by bit.
 ///
 /// # Errors
 ///
@@ -39,7 +42,7 @@ pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
     shapes.truncate(count as usize);
     let small = count as usize - shapes.len();
     let places = places(small);
-    // Every so many: those that are left out are spread over the square.
+    // Takes places at even distances in the list, so that unused places are spread over the square.
     for index in 0..small {
         let (center, radius, cell) = places[index * places.len() / small];
         let material = fixed_materials().len() + (hash(cell, 2) % PALETTE) as usize;
@@ -59,7 +62,8 @@ pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
     Ok(SceneDocument { name, description, image, space: Rebase::IDENTITY, notes })
 }
 
-/// Centre, radius and cell of at least `count` small spheres: on the coarsest grid that has as many clear of the large ones.
+/// Returns centre, radius and cell of at least `count` small spheres: on the coarsest grid on which
+/// as many do not touch the large ones.
 fn places(count: usize) -> Vec<(DVec3, f64, u64)> {
     let mut side = (count as f64).sqrt().ceil() as u64;
     loop {
@@ -67,7 +71,7 @@ fn places(count: usize) -> Vec<(DVec3, f64, u64)> {
         let radius = 0.2 * cell;
         let mut places = Vec::with_capacity((side * side) as usize);
         for index in 0..side * side {
-            // The jitter keeps a sphere within its cell, as in the book.
+            // The jitter keeps each sphere within its cell, as in the book.
             let place =
                 |column: u64, draw| (column as f64 + 0.2 + 0.6 * unit(index, draw)) * cell - HALF_SIDE;
             let center = on_ground(place(index % side, 0), place(index / side, 1), radius);
@@ -83,13 +87,13 @@ fn places(count: usize) -> Vec<(DVec3, f64, u64)> {
     }
 }
 
-/// The centre of a sphere that touches the ground below (x, z).
+/// Returns the centre of a sphere that touches the ground sphere below (x, z).
 fn on_ground(x: f64, z: f64, radius: f64) -> DVec3 {
     let reach = GROUND + radius;
     DVec3::new(x, (reach * reach - x * x - z * z).sqrt() - GROUND, z)
 }
 
-/// Ground, glass, brown, mirror: the book's.
+/// Returns the book's four fixed materials: ground, glass, brown, mirror.
 fn fixed_materials() -> Vec<Material> {
     vec![
         material("ground", Surface::Lambertian, DVec3::splat(0.5)),
@@ -99,9 +103,10 @@ fn fixed_materials() -> Vec<Material> {
     ]
 }
 
-/// The book's shares: 80 % diffuse, 15 % metal, 5 % glass.
+/// Returns the material `index` of the small spheres, in the book's shares: 80 % diffuse, 15 %
+/// metal, 5 % glass.
 fn palette(index: u64) -> Material {
-    let seed = index + (1 << 40); // none that a cell has
+    let seed = index + (1 << 40); // differs from the seed of each cell
     let random = |draw| DVec3::new(unit(seed, draw), unit(seed, draw + 1), unit(seed, draw + 2));
     let (surface, color) = match index as f64 / PALETTE as f64 {
         share if share < 0.8 => (Surface::Lambertian, random(0) * random(3)),
@@ -136,12 +141,13 @@ fn camera() -> CameraPose {
     }
 }
 
-/// Uniform in 0 to 1: a function of two numbers.
+/// Returns a uniform number in [0, 1) that depends on nothing but `index` and `draw`.
 fn unit(index: u64, draw: u64) -> f64 {
     (hash(index, draw) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// SplitMix64's output function (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014), eight draws an index.
+/// Returns a hash of `index` and `draw`, with eight draws per index: SplitMix64's output function
+/// (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
 fn hash(index: u64, draw: u64) -> u64 {
     let mut z = (8 * index + draw + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -2,25 +2,26 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Order statistics: no assumption about how times are distributed, and an outlier moves the median and the quartiles little.
+/// Order statistics of measurements. They assume no distribution, and an outlier moves the median
+/// and the quartiles little.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// How many values.
+    /// Number of values.
     pub count: usize,
-    /// Half of them are below.
+    /// Median: half of the values are below.
     pub median: f64,
-    /// The least.
+    /// Minimum.
     pub least: f64,
-    /// The greatest.
+    /// Maximum.
     pub greatest: f64,
-    /// A quarter of them is below.
+    /// Lower quartile: a quarter of the values is below.
     pub lower_quartile: f64,
-    /// Three quarters of them are below.
+    /// Upper quartile: three quarters of the values are below.
     pub upper_quartile: f64,
 }
 
 impl Summary {
-    /// Of no values.
+    /// Summary of no values.
     pub const NOTHING: Self = Self {
         count: 0,
         median: f64::NAN,
@@ -30,7 +31,7 @@ impl Summary {
         upper_quartile: f64::NAN,
     };
 
-    /// Of finite values, in any order; `None` of none, or where one is NaN or infinite.
+    /// Summarises values, in any order. `None` if there are none, or one is NaN or infinite.
     pub fn of(values: &[f64]) -> Option<Self> {
         if values.is_empty() || values.iter().any(|value| !value.is_finite()) {
             return None;
@@ -47,13 +48,14 @@ impl Summary {
         })
     }
 
-    /// The interquartile range: the robust spread. The middle half of the values lies within it.
+    /// Returns the interquartile range, within which the middle half of the values lies.
     pub fn spread(&self) -> f64 {
         self.upper_quartile - self.lower_quartile
     }
 }
 
-/// Linear between the values (Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996, definition 7).
+/// Returns the quantile at `share` of sorted values, interpolated linearly between them (Hyndman
+/// and Fan, "Sample Quantiles in Statistical Packages", 1996, definition 7).
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
@@ -68,7 +70,7 @@ mod tests {
 
     use super::*;
 
-    /// As R computes them: quantile(c(9, 1, 4, 16), type = 7).
+    /// Quartiles as R computes them: quantile(c(9, 1, 4, 16), type = 7).
     #[test]
     fn known_quartiles() {
         let summary = Summary::of(&[9.0, 1.0, 4.0, 16.0]).unwrap();
@@ -79,7 +81,7 @@ mod tests {
         assert_eq!((one.least, one.median, one.greatest, one.spread()), (2.5, 2.5, 2.5, 0.0));
     }
 
-    /// One frame in ten that something else slowed down moves neither median nor spread, but the mean and the greatest.
+    /// One slow frame in ten changes neither median nor spread, but the mean and the maximum.
     #[test]
     fn robust() {
         let mut values = vec![1.0; 10];

@@ -1,4 +1,4 @@
-//! A tree whose depth has a bound, for input that PLOC makes a chain of: many boxes at one place.
+//! BVH of bounded depth, for input from which PLOC makes a chain: many boxes at one place.
 
 use super::Bvh;
 use super::bounds::Bounds;
@@ -6,10 +6,12 @@ use glam::Vec3A;
 use std::ops::Range;
 use trisect_shared::bvh::{BvhNode, Child};
 
-/// Where a node's index goes: the parent, and whether it is the second child; none for the root.
+/// Slot for a node's index: the parent node, and whether it is the second child; `None` for the
+/// root.
 type Slot = Option<(usize, bool)>;
 
-/// Splits at the median of the axis along which the centres spread most: ⌈log₂ n⌉ levels for n ≥ 2 boxes, whatever they are.
+/// Builds a BVH by splitting at the median along the axis of the widest spread of centres. It has
+/// ⌈log₂ n⌉ levels for any n ≥ 2 boxes.
 pub(super) fn build(bounds: &[Bounds]) -> Bvh {
     let mut order: Vec<u32> = (0u32..).take(bounds.len()).collect();
     let mut nodes: Vec<BvhNode> = Vec::with_capacity(bounds.len());

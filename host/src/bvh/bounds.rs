@@ -1,4 +1,4 @@
-//! The boxes of primitives.
+//! Bounding boxes of primitives.
 
 use crate::scene::Scene;
 use glam::{Vec3, Vec3A};
@@ -10,7 +10,8 @@ use trisect_shared::rng::PathKey;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::Triangle;
 
-/// A box. The builder's own has the vectors of another version of glam where someone builds without this project's lock file: between both go numbers.
+/// Axis-aligned box. The builder's own type may have the vectors of another version of glam, if
+/// someone builds without this project's lock file, so conversions pass plain numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     pub min: Vec3A,
@@ -18,15 +19,15 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// What is in no box.
+    /// Box that contains nothing.
     const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
 
-    /// Of the builder's.
+    /// Converts a box of the builder.
     pub fn of(aabb: &Aabb) -> Self {
         Self { min: Vec3A::from_array(aabb.min.to_array()), max: Vec3A::from_array(aabb.max.to_array()) }
     }
 
-    /// As nodes have them.
+    /// Returns the minimum and the maximum corner, as nodes store them.
     pub fn corners(&self) -> (Vec3, Vec3) {
         (self.min.into(), self.max.into())
     }
@@ -35,7 +36,7 @@ impl Bounds {
         (self.max + self.min) * 0.5
     }
 
-    /// Of several.
+    /// Returns the union of several boxes.
     pub fn union(all: impl Iterator<Item = Self>) -> Self {
         all.fold(Self::EMPTY, |a, b| Self { min: a.min.min(b.min), max: a.max.max(b.max) })
     }
@@ -47,8 +48,9 @@ impl Boundable for Bounds {
     }
 }
 
-/// A box padded so that it contains the primitive whatever rounding does to its corners and to a ray that touches
-/// one: by 2 ULP of the farthest coordinate, and of the greatest extent, which keeps the pad above zero at the origin.
+/// Returns a box padded so that it contains the primitive whatever rounding does to its corners and
+/// to a ray that touches one. The padding is 2 ULP of the farthest coordinate plus the largest
+/// extent, which keeps it above zero at the origin.
 fn padded(low: Vec3, high: Vec3) -> Bounds {
     let (low, high) = (Vec3A::from(low), Vec3A::from(high));
     let extent = Vec3A::splat((high - low).max_element());
@@ -75,8 +77,9 @@ fn triangle_bounds(t: &Triangle) -> Bounds {
     padded(t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c))
 }
 
-/// The box moved by up to a 1000th of its size, each by another amount: PLOC joins boxes that are each other's best neighbours, and
-/// in a row of equal ones only the first two are, so that it would take a pass for each.
+/// Returns the box moved by up to 1/1000 of its size, each box by another amount. PLOC merges boxes
+/// that are each other's best neighbours; in a row of equal boxes only the first two are, so the
+/// row would take a pass for each box.
 pub(super) fn shifted(index: u32, bounds: &Bounds) -> Bounds {
     let size = bounds.max - bounds.min;
     let w = PathKey { seed: 0, pixel: index, sample: 0 }.words(0);
@@ -84,7 +87,7 @@ pub(super) fn shifted(index: u32, bounds: &Bounds) -> Bounds {
     Bounds { min: bounds.min + shift, max: bounds.max + shift }
 }
 
-/// One box for each primitive, in their order.
+/// Returns one box for each primitive, in primitive order.
 pub(super) fn bounds(scene: &Scene) -> Vec<Bounds> {
     let spheres = scene.spheres.iter().map(sphere_bounds);
     let flats = scene.flats.iter().map(flat_bounds);

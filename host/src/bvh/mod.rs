@@ -1,5 +1,8 @@
-//! Builds the BVH: obvhs (PLOC with reinsertion) makes the tree, this module turns it into device records and proves
-//! what kernels rely on when they read without bounds checks.
+//! BVH construction: obvhs (PLOC with reinsertion) builds the tree. This module converts it to
+//! device records, and validates what kernels rely on when they read without bounds checks.
+//!
+//! A [`Renderer`](crate::render::Renderer) builds a [`Bvh`] of a scene, a [`Wide`] BVH from it for
+//! the CPU, and [tile entries](build_tile_entries) for its camera.
 
 mod balanced;
 mod bounds;
@@ -21,41 +24,45 @@ use serde::Serialize;
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// How much work goes into the tree.
+/// Quality of the BVH, which takes time to build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BvhQuality {
-    /// Built soon.
+    /// Fastest to build.
     Fast,
-    /// Between.
+    /// Between the other two.
     Medium,
-    /// Traced soon.
+    /// Fastest to trace.
     High,
 }
 
-/// A scene of at most so many primitives gets [`BvhQuality::High`] unless told otherwise: it builds within a second.
+/// Maximum number of primitives for which the default is [`BvhQuality::High`]; larger scenes would
+/// take long to build with it.
 const MAX_HIGH_QUALITY_PRIMITIVES: usize = 100_000;
 
-/// A tree over the primitives of a scene.
+/// BVH over the primitives of a scene.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// Inner nodes, parents before children.
     pub nodes: Vec<BvhNode>,
-    /// A leaf for a scene with one primitive, [`Child::EMPTY`] for one with none.
+    /// Root: a leaf for a scene with one primitive, [`Child::EMPTY`] for one with none.
     pub root: Child,
-    /// Levels of inner nodes, at most [`STACK_SIZE`].
+    /// Number of levels of inner nodes, at most [`STACK_SIZE`].
     pub depth: usize,
-    /// The scene's triangles as the leaves name them: in the order of the tree, so that neighbours in space are neighbours in memory.
+    /// Triangles of the scene as the leaves number them: in BVH order, so that neighbours in space
+    /// are neighbours in memory.
     pub triangles: Vec<Triangle>,
-    /// One for each triangle.
+    /// Shading data of each triangle, in the same order.
     pub shading: Vec<TriangleShading>,
 }
 
-/// From so many primitives on, boxes are shifted for the builder.
+/// Minimum number of primitives for which boxes are shifted for the builder.
 const MIN_SHIFTED_PRIMITIVES: usize = 4096;
 
-/// The tree that obvhs's `build_bvh2` makes where a primitive stands in one leaf: its test costs about as much as that of its box. Without what that function
-/// checks in debug builds: that its own traversal, which is not used here, has room for a tree that reinsertion made deep.
+/// Builds the tree that obvhs's `build_bvh2` builds if each primitive has one leaf: testing a
+/// primitive costs about as much as testing its box. Unlike that function in debug builds, it does
+/// not check that obvhs's own traversal, which is not used here, has a stack for a tree that
+/// reinsertion made deep.
 fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
     let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } = *preset;
     let indices = (0..boxes.len() as u32).collect();
@@ -71,12 +78,12 @@ fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
 }
 
 impl Bvh {
-    /// Builds the tree, with one primitive a leaf, and puts the triangles in its order.
+    /// Builds the BVH, with one primitive in a leaf, and puts the triangles in its order. If
+    /// `quality` is `None`, it follows from the number of primitives.
     ///
     /// # Errors
     ///
-    /// A tree that the memory or a traversal's stack cannot hold, or that is broken: kernels rely
-    /// on it.
+    /// [`SceneError`] for a BVH that exceeds the memory or the traversal stack, or that is broken.
     pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
         let count = scene.spheres.len() + scene.flats.len() + scene.triangles.len();
         memory::check(count, &scene.name, available)?;
@@ -112,7 +119,7 @@ impl Bvh {
         Ok(bvh)
     }
 
-    /// Gives the nodes the boxes of what is below them.
+    /// Sets the boxes of all nodes to those of what is below them.
     fn refit(&mut self, boxes: &[Bounds]) {
         let of = |nodes: &[BvhNode], child: Child| {
             let index = child.index() as usize;
@@ -134,7 +141,7 @@ impl Bvh {
         Self { nodes: Vec::new(), root, depth: 0, triangles: Vec::new(), shading: Vec::new() }
     }
 
-    /// Renumbers the triangles by the nodes that name them.
+    /// Numbers the triangles in the order of the nodes that refer to them.
     fn order_triangles(&mut self, scene: &Scene) {
         let first = scene.spheres.len() + scene.flats.len();
         if self.nodes.is_empty() {
@@ -156,11 +163,11 @@ impl Bvh {
         }
     }
 
-    /// Depth-first, so that a subtree's nodes lie together.
+    /// Converts the builder's tree, depth-first, so that a subtree's nodes lie together.
     fn flatten(tree: &Bvh2) -> Self {
         let mut nodes = Vec::with_capacity(tree.nodes.len() / 2);
         let mut depth = 0;
-        // A node of the tree, the parent slot that waits for its index, its level.
+        // A node of the tree, the slot in its parent that waits for its index, and its level.
         let mut pending = vec![(0usize, None::<(usize, bool)>, 1usize)];
         while let Some((index, slot, level)) = pending.pop() {
             let first = tree.nodes[index].first_index as usize;
@@ -190,12 +197,12 @@ impl Bvh {
         Self { nodes, depth, ..Self::leaf(Child::inner(0)) }
     }
 
-    /// Checks what [`trisect_shared::buffer`] promises: indices in range, each node and primitive reached once, depth within the
-    /// traversal stack.
+    /// Checks what [`trisect_shared::buffer`] requires: indices in range, each node and primitive
+    /// reached once, depth within the traversal stack.
     fn validate(&self, primitives: usize) -> Result<(), String> {
         if self.depth > STACK_SIZE {
             return Err(format!(
-                "the BVH has {} levels, traversal has room for {STACK_SIZE}: too many objects at nearly one place",
+                "the BVH has {} levels, and traversal supports {STACK_SIZE}: too many objects at nearly one place",
                 self.depth
             ));
         }
@@ -278,7 +285,7 @@ mod tests {
         assert_eq!(Bvh::build(&scene, None).unwrap().root, Child::EMPTY);
     }
 
-    /// Boxes at one place: PLOC merges them into a chain, deeper than the traversal stack.
+    /// Boxes at one place, which PLOC merges into a chain deeper than the traversal stack.
     #[test]
     fn coincident_spheres_get_a_balanced_tree() {
         let mut scene = Scene::hello_world().unwrap();
@@ -296,7 +303,8 @@ mod tests {
         }
     }
 
-    /// Equal boxes in a row, of which PLOC joins a pair a pass: seconds, not minutes; and each node holds what is below it.
+    /// Equal boxes in a row, of which PLOC merges one pair a pass, are built quickly; and each
+    /// node's boxes fit what is below it.
     #[test]
     fn a_long_row_is_refitted() {
         let mut scene = Scene::hello_world().unwrap();
@@ -312,7 +320,8 @@ mod tests {
                     let [a, b] = bvh.nodes[child as usize].boxes();
                     (a.0.min(b.0), a.1.max(b.1))
                 };
-                // The 4 ULP of half the extent that a node adds, and the roundings of centre, half and both corners.
+                // The 4 ULP of half the extent that a node adds, and the rounding of centre, half
+                // extent and both corners.
                 let room = 16.0 * f32::EPSILON * least.x.abs().max(greatest.x.abs());
                 assert!(low.x <= least.x && least.x <= low.x + room, "{low} {least}");
                 assert!(high.x >= greatest.x && greatest.x >= high.x - room, "{high} {greatest}");

@@ -1,24 +1,27 @@
-//! Room in the boxes for rays from anywhere in the scene, which makes them cheaper to test.
+//! Padding of the boxes for rays from anywhere in the scene, which makes the box test cheaper.
 
 use super::Bvh;
 use glam::{Vec3, Vec4};
 use trisect_shared::bvh::Child;
 use trisect_shared::slabs::box_padding;
 
-/// Of the middle box of a primitive, the part by which it may grow: rays then enter 1 % more boxes.
+/// Maximum padding, relative to the median half extent of a primitive's box: rays then enter few
+/// more boxes (docs/notebook/camera-ray-tiles.md).
 const MAX_GROWTH: f32 = 1.0 / 64.0;
 
 impl Bvh {
-    /// Widens all boxes for rays that start in them or at `eye`, within `lens` along each axis. Not where that would make the boxes of
-    /// the primitives much larger: in a scene with fine detail that reaches far. Returns how
-    /// far from the world's origin along each axis a ray may start for which the boxes have room now.
+    /// Pads all boxes for rays that start in them, or within `lens` of `eye` along each axis.
+    /// Returns the maximum distance of a ray's origin from the world's origin, along each axis, for
+    /// which the boxes are padded. Returns `None` and leaves the boxes as they are if the padding
+    /// would make the primitives' boxes much larger, as in a scene with fine detail that reaches
+    /// far.
     pub fn pad_boxes(&mut self, eye: Vec3, lens: f32) -> Option<Vec3> {
         let root = self.nodes.first()?;
         let mut reach = eye.abs() + lens;
         for (low, high) in root.boxes() {
             reach = reach.max(low.abs()).max(high.abs());
         }
-        reach *= 1.0 + 1e-5; // points of surfaces, and where rays leave them, lie in the boxes within rounding
+        reach *= 1.0 + 1e-5; // surface points, and the origins of rays that leave them, lie in the boxes within rounding
         if box_padding(0.0, 0.0, reach.max_element()) > MAX_GROWTH * self.middle_extent() {
             return None;
         }
@@ -31,7 +34,7 @@ impl Bvh {
         Some(reach)
     }
 
-    /// The median of half the mean extent of the primitives' boxes.
+    /// Returns the median, over the primitives, of the mean half extent of their boxes.
     fn middle_extent(&self) -> f32 {
         let mut extents = Vec::new();
         for node in &self.nodes {
@@ -52,7 +55,8 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    /// The built-in scene has room; the same scene far from the origin has not, and keeps its boxes.
+    /// The boxes of the built-in scene are padded; for an eye far from the origin they stay as they
+    /// are.
     #[test]
     fn room_where_it_is_small() {
         let scene = Scene::hello_world().unwrap();

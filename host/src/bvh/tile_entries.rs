@@ -1,22 +1,29 @@
-//! The tree as each tile of the image sees it: without what none of its camera rays can meet.
+//! Tile entries: for each tile of the image, the BVH pruned to what the camera rays of the tile may
+//! hit.
 
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
 
-/// Levels of branching nodes that a tile has of its own; below, it shares the scene's.
+/// Maximum number of levels of branching nodes that a tile has of its own; below them it shares the
+/// scene's nodes.
 const LEVELS: u32 = 8;
 
-/// Tiles along the edge of a block, as a power of two: blocks are pruned first, then their quarters, down to tiles.
+/// Tiles along the edge of a block, as a power of two. Blocks are pruned first, then their
+/// quarters, down to tiles.
 const BLOCK_SHIFT: u32 = 3;
 
-/// For each tile of the image, where its camera rays begin in the tree: at a node of the scene, or at one made for the tile. (Reshetov, Soupikov
-/// and Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, find the deepest common node; nodes of a tile's own also drop what is
-/// beside the tile's rays further down.)
+/// Builds the entry into the BVH for the camera rays of each tile of the image: a node of the
+/// scene, or one made for the tile.
 ///
-/// The nodes to add to those of `tree`, for an image of `width` times `height` pixels in tiles of 2^`shift`: the one with a tile's
-/// number (row by row) holds the tile's entry, too. `None` if there are more than can be named.
+/// Returns the nodes to append to those of `tree`, for an image of `width` x `height` pixels in
+/// tiles of 2^`shift` pixels a side. Node t of them has the entry of tile t, row by row, in
+/// `tile_entry`, besides its own children. Returns `None` if there are more nodes than a [`Child`]
+/// can number.
+///
+/// Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, find the
+/// deepest common node. A tile's own nodes also drop what is beside the tile's rays further down.
 pub fn build_tile_entries(
     tree: &[BvhNode],
     root: Child,
@@ -65,19 +72,20 @@ pub fn build_tile_entries(
     Some(nodes)
 }
 
-/// Tiles that one task prunes for.
+/// Block of tiles that one task prunes the BVH for.
 struct TileBlock<'a> {
     tree: &'a [BvhNode],
     lens: &'a Lens,
     shift: u32,
     size: (u32, u32),
-    /// Numbered after the scene's.
+    /// Nodes of the block, numbered after the scene's.
     nodes: Vec<BvhNode>,
+    /// Entry of each tile of the block, by the tile's column and row.
     entries: Vec<((u32, u32), Child)>,
 }
 
 impl TileBlock<'_> {
-    /// Prunes for the block of 2^`level` tiles a side with this number, and for what is in it.
+    /// Prunes the subtree for square (`x`, `y`) of 2^`level` tiles a side, and for all tiles in it.
     fn descend(&mut self, root: (Child, ChildBox), (x, y): (u32, u32), level: u32) {
         let edge = self.shift + level;
         let (x0, y0) = (x << edge, y << edge);
@@ -103,7 +111,8 @@ impl TileBlock<'_> {
         if index < self.tree.len() { self.tree[index] } else { self.nodes[index - self.tree.len()] }
     }
 
-    /// What is left of the subtree, and its box: smaller than the one of `place` where only a part of it is left.
+    /// Prunes a subtree. Returns what is left of it and the box of that, which is smaller than
+    /// `place` if only a part is left.
     fn prune(&mut self, child: Child, place: ChildBox, frustum: &Frustum, levels: u32) -> (Child, ChildBox) {
         if child.is_leaf() || levels == 0 {
             return (child, place);
@@ -134,12 +143,12 @@ impl TileBlock<'_> {
     }
 }
 
-/// A child's box in a node: for each axis its centre and half its extent.
+/// Box of a child in its node: centre and half extent along each axis.
 #[derive(Clone, Copy)]
 struct ChildBox([(f32, f32); 3]);
 
 impl ChildBox {
-    /// Of a root: each frustum meets it.
+    /// Box of a root, which each frustum intersects.
     const ALL: Self = Self([(0.0, f32::INFINITY); 3]);
 
     fn of(node: &BvhNode, which: usize) -> Self {
@@ -163,17 +172,20 @@ impl ChildBox {
     }
 }
 
-/// A camera's image plane in its own axes: right, down and forward, from the lens's centre.
+/// Lens and image plane of a camera in the camera's own axes (right, down, forward), relative to
+/// the centre of the lens.
 struct Lens {
     origin: DVec3,
     axes: [DVec3; 3],
-    /// Distance of the image plane.
+    /// Distance of the image plane from the lens.
     focus: f64,
-    /// Its top left corner.
+    /// Top left corner of the image plane.
     corner: (f64, f64),
+    /// Width and height of a pixel on the image plane.
     pixel: (f64, f64),
+    /// Radius of the lens; 0 for a pinhole.
     radius: f64,
-    /// A length to which rounding on a device is proportional.
+    /// Length to which a device's rounding errors are proportional.
     scale: f64,
 }
 
@@ -196,7 +208,8 @@ impl Lens {
         }
     }
 
-    /// The rays through `size` pixels a side from this one on.
+    /// Returns the frustum of the rays through `size` x `size` pixels, of which (`x`, `y`) is the
+    /// top left one.
     fn frustum(&self, (x, y): (u32, u32), size: u32) -> Frustum<'_> {
         let [right, down, forward] = self.axes;
         let mut planes = Vec::with_capacity(8);
@@ -206,8 +219,9 @@ impl Lens {
             (down, self.corner.1 + self.pixel.1 * f64::from(y), 1.0),
             (down, self.corner.1 + self.pixel.1 * (f64::from(y) + f64::from(size)), -1.0),
         ];
-        // A ray from l on the lens through p in the image plane is at (1 - s) l + s p at depth s · focus. So all rays are beyond
-        // s p0 - |1 - s| r along an axis, if p is beyond p0: a box is on the other side if it is of both of these planes.
+        // A ray from l on the lens through p in the image plane is at (1 - s) l + s p at depth s ·
+        // focus. So if p is beyond p0 along an axis, the ray is beyond s p0 - |1 - s| r. A box is
+        // outside if it is outside both of these planes.
         for (axis, border, sign) in sides {
             for radius in [self.radius, -self.radius] {
                 let normal = (axis - forward * ((border * sign + radius) * sign / self.focus)) * sign;
@@ -221,10 +235,12 @@ impl Lens {
     }
 }
 
-/// The rays of some pixels.
+/// Frustum of the rays through some pixels.
 struct Frustum<'a> {
     lens: &'a Lens,
-    /// Normal, its size, and offset: rays are where normal · p + offset is at least 0 for one of each two.
+    /// Normal, its magnitude by component, and offset of each plane. Planes come in pairs, or
+    /// single for a pinhole; a ray's points have normal · p + offset ≥ 0 for at least one of each
+    /// pair.
     planes: Vec<(DVec3, DVec3, f64)>,
 }
 
@@ -249,8 +265,9 @@ impl Frustum<'_> {
     }
 }
 
-/// What rays on a device differ by from those of real numbers, and boxes from what a traversal enters, in units of the lengths that take part: 80 times
-/// the rounding of one operation.
+/// Bound of the difference between a device's rays and exact ones, and between boxes and what a
+/// traversal enters, relative to the lengths that take part: 80 times the rounding of one
+/// operation.
 const TOLERANCE: f64 = 1e-5;
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! The wide tree: the binary one, eight children a node, up to eight primitives of a kind a leaf.
+//! Wide BVH of the CPU: the binary one collapsed to eight children a node, with up to eight
+//! primitives of one kind in a leaf.
 
 mod validate;
 
@@ -9,42 +10,44 @@ use trisect_shared::bvh::{Child, Corners};
 use trisect_shared::simd::{LANES, SimdRow};
 use trisect_shared::wide::{LeafKind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
 
-/// What a subtree costs at best, and how. Costs are expected visits: a node's area relative to the root's, a leaf being as much as a node
-/// (ratios from 1 to 4 trace as fast).
+/// Cheapest way to collapse a subtree, and its cost. Costs are expected visits: a node's area
+/// relative to the root's; a leaf costs as much as a node (docs/notebook/triangles-and-trees.md).
 #[derive(Clone, Copy)]
 struct CollapsePlan {
-    /// As a forest of at most 1, 2, ..., 7 trees.
+    /// Cost as a forest of at most 1, 2, ..., 7 trees.
     cost: [f32; LANES - 1],
-    /// For the tree, of how many trees of its eight are the first child's, or 0 for a leaf; for a forest of k + 1 trees the same, or 0
-    /// where a tree less is as good.
+    /// Entry 0, for the subtree as one tree: how many of its node's eight children lie below the
+    /// first child, or 0 for a leaf. Entry k, for a forest of k + 1 trees: how many of them lie
+    /// below the first child, or 0 if k trees cost no more.
     first: [u8; LANES - 1],
-    /// Primitives, at most one more than a leaf holds.
+    /// Number of primitives, at most one more than a leaf holds.
     count: u8,
-    /// None if they are of several.
+    /// Kind of the primitives; `None` if they are of several kinds.
     kind: Option<LeafKind>,
 }
 
-/// A tree that the CPU traces, over the primitives of a [`Bvh`] as it numbers them.
+/// Wide BVH, which the CPU traces, over the primitives of a [`Bvh`] as that numbers them.
 #[derive(Clone, Debug)]
 pub struct Wide {
-    /// Of the tree.
+    /// Root of the tree: a node or a leaf.
     pub root: WideChild,
-    /// Parents before children, depth-first.
+    /// Inner nodes, parents before children, depth-first.
     pub nodes: Vec<WideNode>,
-    /// Leaves.
+    /// Leaves of spheres.
     pub spheres: Vec<SpherePacket>,
-    /// Leaves.
+    /// Leaves of triangles.
     pub triangles: Vec<TrianglePacket>,
 }
 
 impl Wide {
-    /// Collapses the binary tree so that the area of nodes and leaves is least (Ylitie, Karras and Laine, "Efficient Incoherent Ray
-    /// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.2, with leaves of up to eight). `None` for more than
-    /// 2²⁶ nodes, leaves of a kind, or spheres and flats, which [`WideChild`] cannot name.
+    /// Collapses the binary BVH so that the total area of nodes and leaves is smallest (Ylitie,
+    /// Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
+    /// HPG 2017, section 3.2, with leaves of up to eight). Returns `None` for more than 2²⁶ nodes,
+    /// leaves of a kind, or spheres, quads and discs, which [`WideChild`] cannot number.
     ///
     /// # Errors
     ///
-    /// A tree that is broken: the traversal relies on it.
+    /// [`SceneError`] for a tree that is broken, because the traversal relies on it.
     pub fn new(scene: &Scene, bvh: &Bvh) -> Result<Option<Self>, SceneError> {
         let builder = Builder::new(scene, bvh);
         let Some(wide) = builder.build() else { return Ok(None) };
@@ -54,7 +57,7 @@ impl Wide {
         Ok(Some(wide))
     }
 
-    /// What kernels get.
+    /// Returns the tree as kernels get it.
     pub fn tree(&self) -> WideTree<'_> {
         let Self { root, nodes, spheres, triangles } = self;
         WideTree { root: *root, nodes, spheres, triangles }
@@ -70,7 +73,8 @@ struct Builder<'a> {
     wide: Wide,
 }
 
-/// Half the surface of a box, in double precision: f32's range is too small for the squares of its own numbers.
+/// Returns half the surface area of a box, in f64: the squares of large f32 numbers exceed the
+/// range of f32.
 fn area((low, high): Corners) -> f64 {
     let size = high.as_dvec3() - low.as_dvec3();
     size.x * size.y + size.y * size.z + size.z * size.x
@@ -122,7 +126,7 @@ impl<'a> Builder<'a> {
         Some(self.wide)
     }
 
-    /// The plan of a child whose box is so large, relative to the root's.
+    /// Returns the plan of a child whose box has this area, relative to the root's.
     fn of(&self, child: Child, area: f32) -> CollapsePlan {
         if child.is_leaf() {
             let kind = Some(self.kind(child.index()));
@@ -132,7 +136,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// From the leaves up: children come after their parents.
+    /// Computes the plans from the leaves up: children come after their parents.
     fn plan(&mut self) {
         let nodes = &self.bvh.nodes;
         let none = CollapsePlan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
@@ -145,7 +149,8 @@ impl<'a> Builder<'a> {
             let [a, b] = node.boxes();
             let [area, area_a, area_b] = [union(a, b), a, b].map(|b| (area(b) / root) as f32);
             let (a, b) = (self.of(Child(node.first), area_a), self.of(Child(node.second), area_b));
-            // The cheapest way to have both children as `trees` trees; some way even if no cost is a number.
+            // The cheapest division of `trees` trees between both children; some division even if
+            // no cost is a number.
             let share = |trees: usize| {
                 let cost = |first: usize| a.cost[first - 1] + b.cost[trees - first - 1];
                 let least = (trees + 1).saturating_sub(LANES).max(1);
@@ -171,9 +176,10 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// From the root down.
+    /// Makes the nodes and leaves, from the root down.
     fn emit(&mut self) {
-        // A child of the binary tree that becomes one of the wide tree, and the slot that waits for it.
+        // A child of the binary BVH that becomes one of the wide BVH, and the slot that waits for
+        // it.
         let mut pending = vec![(self.bvh.root, None::<(usize, usize)>)];
         let mut list = Vec::with_capacity(LANES);
         while let Some((child, slot)) = pending.pop() {
@@ -201,7 +207,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The trees that the subtree of an inner node is cut into, `first` of them its first child's, of `trees` in all at most.
+    /// Appends the trees that an inner node's subtree is divided into: `first` below its first
+    /// child, of `trees` in all, at most.
     fn forest(&self, node: Child, first: usize, trees: usize, list: &mut Vec<(Child, Corners)>) {
         let node = &self.bvh.nodes[node.index() as usize];
         let [a, b] = node.boxes();
@@ -224,7 +231,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// A leaf with all primitives below a child, at most eight.
+    /// Makes a leaf of all primitives below a child, of which there are at most eight.
     fn leaf(&mut self, child: Child) -> WideChild {
         let mut primitives = Vec::with_capacity(LANES);
         let mut pending = vec![child];
@@ -269,7 +276,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// A node with these children's boxes; their words come later.
+/// Returns a node with the boxes of these children, whose words are set later.
 fn node(list: &[(Child, Corners)]) -> WideNode {
     let (low, high) = (SimdRow([f32::INFINITY; LANES]), SimdRow([f32::NEG_INFINITY; LANES]));
     let mut node = WideNode {
@@ -287,7 +294,7 @@ fn node(list: &[(Child, Corners)]) -> WideNode {
         let sign =
             Vec3::from_array(std::array::from_fn(|axis| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 }));
         let mut lanes: [(f32, u32); LANES] = std::array::from_fn(|lane| {
-            // Halves, whose sum stays within f32's range.
+            // Half the centre: the sum over its axes stays within the range of f32.
             let along = list.get(lane).map(|(_, (low, high))| (*low * 0.25 + *high * 0.25).dot(sign));
             (along.unwrap_or(f32::INFINITY), lane as u32)
         });

@@ -1,4 +1,4 @@
-//! What can be wrong with a checkpoint.
+//! Errors of checkpoints.
 
 use super::FORMAT;
 use super::identity::Difference;
@@ -7,77 +7,79 @@ use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A checkpoint that cannot be read, written or used.
+/// Checkpoint that cannot be read, written or used.
 #[derive(Debug, Error)]
 pub enum CheckpointError {
-    /// The file system refused.
+    /// The file system reported an error.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: io::Error,
     },
-    /// Not a checkpoint, or no longer.
+    /// The file is not a checkpoint, or it is damaged.
     #[error("{}: not a checkpoint: {message}", path.display())]
     NotACheckpoint {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the fault.
         message: String,
     },
-    /// Of another version of the program.
+    /// The checkpoint was written by another version of the program.
     #[error(
-        "{}: a checkpoint of format {format}, and this program reads {FORMAT}; go on with the version that wrote it",
+        "{}: a checkpoint of format {format}, but this program reads format {FORMAT}; use the version of the program that wrote it",
         path.display()
     )]
     Format {
         /// The file.
         path: PathBuf,
-        /// What it says.
+        /// Format of the file.
         format: u32,
     },
-    /// Of another image.
-    #[error("{}: {difference}; only what is the same image goes together", path.display())]
+    /// The checkpoint belongs to another image.
+    #[error("{}: {difference}; only parts of the same image can be continued or merged", path.display())]
     Differs {
         /// The file.
         path: PathBuf,
-        /// In what.
+        /// First field that differs.
         difference: Difference,
     },
-    /// A film that cannot be added.
+    /// The films cannot be added.
     #[error("{}: {source}", path.display())]
     Film {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Reason, such as samples that both have.
         source: FilmError,
     },
-    /// A goal, whose samples depend on all before.
+    /// The option does not work with a goal, whose samples depend on all earlier ones.
     #[error(
-        "{what} does not go with --budget, --target-error and --quality, whose samples depend on all before; name --spp instead"
+        "{what} cannot be combined with --budget, --target-error or --quality, whose samples depend on all earlier ones; use --spp instead"
     )]
     Unsupported {
         /// The option.
         what: &'static str,
     },
-    /// Text that a file cannot hold.
-    #[error("--checkpoint holds the command that began it, and {what} is no Unicode text; name it otherwise")]
+    /// Part of the command that is no Unicode text, so that the file cannot hold it.
+    #[error(
+        "--checkpoint stores the command that began the render, and {what} is not Unicode text; rename it"
+    )]
     NoText {
-        /// What.
+        /// The part of the command.
         what: String,
     },
     /// Another process wrote the file since this render began, or since this render wrote it last.
     #[error(
-        "{}: another process wrote this file meanwhile, and it stays as it is; name a --checkpoint of its own for each render",
+        "{}: another process wrote this file meanwhile, so it was not replaced; use a different --checkpoint for each render",
         path.display()
     )]
     Taken {
         /// The file.
         path: PathBuf,
     },
-    /// A render that begins would write over what another one has.
-    #[error("{}: is there already; go on with it (trisect resume), or remove it", path.display())]
+    /// A new render would overwrite the checkpoint of another one.
+    #[error("{}: already exists; continue it (trisect resume), or remove it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

@@ -1,4 +1,4 @@
-//! What films must have in common that are of one image.
+//! Identity of an image: what films must have in common to belong to it.
 
 use crate::backend::Device;
 use crate::bvh::BvhQuality;
@@ -7,34 +7,36 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fmt;
 
-/// Between the roundings of a film of several devices.
+/// Separator between the arithmetics of a film that several devices rendered.
 const AND: &str = " and ";
 
-/// All that decides the bits of a pixel's chunks.
+/// All properties that decide the bits of a pixel's chunks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
-    /// SHA-256 of the scene with all that it refers to; its first half.
+    /// First half of the SHA-256 of the scene with all files that it refers to.
     pub scene: String,
-    /// The same of the kernels.
+    /// First half of the SHA-256 of the kernels.
     pub kernels: String,
-    /// CRC-32 of what the host makes of the scene: the camera's record, trees and lights, of which libraries have a part.
+    /// CRC-32 of the data that the host prepares from the scene, which depends on libraries:
+    /// camera, BVHs and lights.
     pub prepared: String,
-    /// Whose rounding: devices that round alike have the same. Of several, where one went on for another.
+    /// Arithmetic: equal for devices that round alike. A film that a device with other rounding
+    /// continued has several.
     pub arithmetic: String,
-    /// Those of the settings that the image depends on.
+    /// Settings that the image depends on.
     pub settings: Value,
 }
 
-/// A field in which two differ.
+/// First field in which two identities differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Its path.
+    /// Path of the field.
     pub field: String,
-    /// What the first has.
+    /// Value of the first identity.
     pub one: String,
-    /// What the other has.
+    /// Value of the other identity.
     pub other: String,
 }
 
@@ -46,16 +48,16 @@ impl Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(to, "{} is {} there, and {} here", self.field, self.other, self.one)
+        write!(to, "{} is {} in this file, but {} here", self.field, self.other, self.one)
     }
 }
 
-/// Whose rounding a device has: those that round alike have the same.
+/// Returns the name of a device's arithmetic: devices that round alike have the same.
 pub fn arithmetic(device: &Device, math: MathMode) -> String {
     match (device.backend, math) {
         // The CPU's bits, on any device.
         ("cpu" | "cuda", MathMode::Precise) => "precise".to_owned(),
-        // What a driver makes of the rest, another may make otherwise.
+        // Another driver may compile the same kernels to other instructions.
         (backend, MathMode::Precise) => {
             format!("{backend}, precise, by {} ({})", device.name, device.details)
         }
@@ -65,8 +67,8 @@ pub fn arithmetic(device: &Device, math: MathMode) -> String {
 
 impl Identity {
     /// Returns the [fingerprint](Fingerprint) of a render of a scene with this
-    /// [digest](crate::scene::Scene::digest), with what a file must say besides, as it outlives
-    /// program and device: what was made of the scene, and the arithmetic.
+    /// [digest](crate::scene::Scene::digest), and what a file must also record because it outlives
+    /// program and device: the prepared data and the arithmetic.
     pub fn new(
         scene: &[u8; 32],
         settings: &Settings,
@@ -83,7 +85,8 @@ impl Identity {
         Self { version, scene, kernels, prepared, arithmetic, settings: settings.into() }
     }
 
-    /// Who goes on rounds otherwise: then the film is what either of both goes on with.
+    /// Records that a device with other rounding continued this film: either arithmetic may
+    /// continue it then.
     pub fn add_rounding(&mut self, arithmetic: &str) {
         for new in arithmetic.split(AND) {
             if !self.arithmetic.split(AND).any(|one| one == new) {
@@ -92,14 +95,14 @@ impl Identity {
         }
     }
 
-    /// Whether one of both has no rounding that the other has not.
+    /// Returns whether all arithmetics of one film are among those of the other.
     fn rounds_like(&self, other: &Self) -> bool {
         let among =
             |some: &str, all: &str| some.split(AND).all(|one| all.split(AND).any(|other| one == other));
         among(&self.arithmetic, &other.arithmetic) || among(&other.arithmetic, &self.arithmetic)
     }
 
-    /// Whether another is of the same image.
+    /// Checks that another identity is that of the same image.
     ///
     /// # Errors
     ///
@@ -118,7 +121,7 @@ impl Identity {
         let empty = serde_json::Map::new();
         let of = |value: &Value| value.as_object().cloned().unwrap_or_else(|| empty.clone());
         let (one, two) = (of(&self.settings), of(&other.settings));
-        let text = |value: Option<&Value>| value.map_or_else(|| "nothing".to_owned(), Value::to_string);
+        let text = |value: Option<&Value>| value.map_or_else(|| "not set".to_owned(), Value::to_string);
         match one.keys().chain(two.keys()).find(|key| one.get(*key) != two.get(*key)) {
             Some(key) => Err(Difference::new(key, &text(one.get(key)), &text(two.get(key)))),
             None => Ok(()),

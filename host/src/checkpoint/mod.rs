@@ -1,7 +1,9 @@
-//! Renders that survive: a film in a file, with what it is of, from which a render goes on, or to which others are added.
+//! Checkpoints: a file with a film and the identity of its image, from which a render continues, or
+//! which is merged with others.
 //!
-//! [`Checkpoint`] is the file, [`Identity`] what films must have in common that belong together, [`Saver`] writes while the render goes on. The film that is
-//! complete in the end has the same bits as that of a render that was never interrupted ([`Renderer::render_missing`](crate::render::Renderer::render_missing)).
+//! [`Checkpoint`] is the content of the file, [`Identity`] what films of one image have in common,
+//! and [`Saver`] writes while the render continues. The complete film has the same bits as that of
+//! an uninterrupted render ([`Renderer::render_missing`](crate::render::Renderer::render_missing)).
 
 mod error;
 mod identity;
@@ -25,37 +27,37 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// First bytes of a file.
+/// First bytes of a checkpoint file.
 const MAGIC: &[u8; 8] = b"TRISCKP1";
 
-/// Of a sample: what more would a path have that was traced.
+/// Maximum segments of a sample: a traced path has at most as many.
 const MAX_SEGMENTS: u64 = MAX_DEPTH as u64;
 
-/// Version of the header. A field that changes its meaning, or goes, raises it.
+/// Version of the header. It is raised when a field changes its meaning or is removed.
 pub const FORMAT: u32 = 1;
 
-/// What a film is of.
+/// Header of a checkpoint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// See [`FORMAT`].
+    /// Version of the header: see [`FORMAT`].
     pub format: u32,
-    /// What others must have in common with it.
+    /// Identity of the image; films of one image have the same.
     pub identity: Identity,
     /// Name of the scene.
     pub scene: String,
-    /// Arguments of the command that began it, without the program's name.
+    /// Arguments of the command that began the render, without the program's name.
     pub command: Vec<String>,
-    /// Where relative paths among them begin.
+    /// Folder to which relative paths in `command` refer.
     pub folder: PathBuf,
-    /// Samples a pixel of the whole image.
+    /// Samples per pixel of the complete image.
     pub spp: u32,
-    /// Those that the command was to render.
+    /// Sample indices that the command was to render.
     pub samples: Range<u32>,
-    /// That rendering has taken so far.
+    /// Rendering time so far, in seconds.
     pub seconds: f64,
 }
 
-/// The same in the file, with what the bytes after it are.
+/// Header as it is stored, with the size and parts of the film.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     width: u32,
@@ -66,21 +68,22 @@ struct Stored {
     header: Header,
 }
 
-/// A film and what it is of.
+/// Film with its header.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// What.
+    /// Header of the film.
     pub header: Header,
-    /// All samples so far.
+    /// Film with all samples so far.
     pub film: Film,
 }
 
 impl Checkpoint {
-    /// Reads one.
+    /// Reads a checkpoint.
     ///
     /// # Errors
     ///
-    /// [`CheckpointError`] names the file: one that is none, was cut off or damaged, or is of another version.
+    /// [`CheckpointError`] names the file: one that is not a checkpoint, was truncated or damaged,
+    /// or has another version.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let io = |source| CheckpointError::Io { path: path.to_owned(), source };
         match checksummed_file::read(path, MAGIC) {
@@ -92,11 +95,11 @@ impl Checkpoint {
         }
     }
 
-    /// The same of a file's bytes; `path` is its name, for errors.
+    /// Decodes the bytes of a checkpoint file; `path` is its name in errors.
     ///
     /// # Errors
     ///
-    /// As [`read`](Self::read).
+    /// Same as [`read`](Self::read).
     pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Self, CheckpointError> {
         let wrong = |message: String| CheckpointError::NotACheckpoint { path: path.to_owned(), message };
         Self::of(checksummed_file::open(bytes, MAGIC).map_err(|error| wrong(error.to_string()))?, path)
@@ -114,7 +117,7 @@ impl Checkpoint {
         Ok(Self { header: stored.header, film })
     }
 
-    /// Writes it in place of an earlier one, which stays until this one is complete.
+    /// Writes the checkpoint to `path`. An earlier file stays until this one is complete.
     ///
     /// # Errors
     ///
@@ -123,11 +126,12 @@ impl Checkpoint {
         write(path, &self.header, &self.film)
     }
 
-    /// Adds what another of the same image holds.
+    /// Adds the film of another checkpoint of the same image.
     ///
     /// # Errors
     ///
-    /// [`CheckpointError::Differs`] names the field in which they differ, [`CheckpointError::Film`] what both hold; then nothing is added.
+    /// [`CheckpointError::Differs`] names the field in which they differ, [`CheckpointError::Film`]
+    /// the samples that both have. Nothing is added then.
     pub fn merge(&mut self, path: &Path, other: &Self) -> Result<(), CheckpointError> {
         let path = || path.to_owned();
         self.header
@@ -147,25 +151,25 @@ impl Checkpoint {
     }
 }
 
-/// The film of a file's data, or what is wrong with it.
+/// Returns the film in a file's data, or a description of what is wrong with it.
 fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     let Stored { width, height, guides, ref parts, .. } = *stored;
     let pixels = u64::from(width) * u64::from(height);
     let each = size_of::<PixelTotals>() + if guides { size_of::<AovTotals>() } else { 0 };
     if pixels == 0 || pixels.checked_mul(each as u64) != Some(data.len() as u64) {
-        return Err(format!("{} bytes are no film of {width}x{height}", data.len()));
+        return Err(format!("{} bytes of data do not match a film of {width}x{height}", data.len()));
     }
     let (spp, of) = (stored.header.spp, &stored.header.samples);
     if of.is_empty() || of.end > spp {
-        return Err(format!("samples {} to {} of {spp} are none", of.start, of.end));
+        return Err(format!("samples {} to {} are not a valid range of {spp}", of.start, of.end));
     }
-    // As they are written: then each row's are added at its end.
+    // Parts are written in this order, so the parts of each row are appended in order.
     if !parts.is_sorted_by_key(|part| (part.samples.start, part.rows.start)) {
-        return Err("its parts are in another order".to_owned());
+        return Err("its parts are not sorted".to_owned());
     }
     let rows: u64 = parts.iter().map(|part| part.rows.len() as u64).sum();
     if rows > data.len() as u64 {
-        return Err(format!("it is in {} parts", parts.len()));
+        return Err(format!("it has too many parts: {}", parts.len()));
     }
     let mut coverage = SampleCoverage::new(height);
     for part in parts {
@@ -173,7 +177,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
         let whole = start % CHUNK_SAMPLES == 0 && (end % CHUNK_SAMPLES == 0 || end == spp) && end <= spp;
         let inside = part.rows.start < part.rows.end && part.rows.end <= height && start < end;
         if !inside || !whole || coverage.insert(part).is_err() {
-            return Err(format!("it cannot hold {part:?}"));
+            return Err(format!("a part is invalid or overlaps another: {part:?}"));
         }
     }
     let (totals, of_guides) = data.split_at(pixels as usize * size_of::<PixelTotals>());
@@ -190,7 +194,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     };
     let rows = totals.par_chunks(width as usize).enumerate();
     if let Some(row) = rows.position_first(|row| !is_sound(row)) {
-        return Err(format!("row {row} does not have the samples that it says"));
+        return Err(format!("row {row}: sample counts do not match the parts"));
     }
     let guides: Vec<AovTotals> = bytemuck::pod_collect_to_vec(of_guides);
     let rows = guides.par_chunks(width as usize).enumerate();
@@ -199,7 +203,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
         pixels.iter().any(|guides| guides.hits.checked_add(guides.misses).is_none_or(|count| count > held))
     };
     if let Some(row) = rows.position_first(wrong) {
-        return Err(format!("row {row} has guides of more samples than it has"));
+        return Err(format!("row {row} has AOV sums of more samples than it holds"));
     }
     Ok(Film { width, height, pixels: totals, aovs: guides, coverage })
 }
@@ -209,8 +213,8 @@ struct Format {
     format: u32,
 }
 
-/// Checks that [`write()`] can write `path`. Creates nothing under that name, and changes nothing
-/// that is there.
+/// Checks that [`write()`] can write `path`. Creates nothing under that name, and leaves an
+/// existing file unchanged.
 ///
 /// # Errors
 ///
@@ -219,18 +223,19 @@ pub fn probe(path: &Path) -> Result<(), CheckpointError> {
     atomic_file::probe_atomic(path).map_err(|source| CheckpointError::Io { path: path.to_owned(), source })
 }
 
-/// As [`Checkpoint::write`], of a film that someone else has.
+/// Writes a checkpoint of a film that is borrowed. An earlier file stays until this one is
+/// complete.
 ///
 /// # Errors
 ///
-/// As there.
+/// [`CheckpointError::Io`] names the file.
 pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), CheckpointError> {
     let io = |source: io::Error| CheckpointError::Io { path: path.to_owned(), source };
     let header = stored(header, film).map_err(io)?;
     checksummed_file::write(path, MAGIC, &header, &data(film)).map_err(io)
 }
 
-/// Writes a checkpoint in place of the one of `claim`, or where none is.
+/// Writes a checkpoint if no file is there, or if the file is that of `claim`.
 fn write_claimed(
     path: &Path,
     claim: &mut Claim,
@@ -245,7 +250,7 @@ fn write_claimed(
     checksummed_file::write_claimed(path, claim, MAGIC, &header, &data(film)).map_err(io)
 }
 
-/// Returns the header of a film's file.
+/// Returns the stored header of a film.
 fn stored(header: &Header, film: &Film) -> io::Result<Vec<u8>> {
     let stored = Stored {
         width: film.width,
@@ -257,12 +262,12 @@ fn stored(header: &Header, film: &Film) -> io::Result<Vec<u8>> {
     Ok(serde_json::to_vec(&stored)?)
 }
 
-/// Returns the data of a film's file.
+/// Returns the stored data of a film.
 fn data(film: &Film) -> [&[u8]; 2] {
     [cast_slice(&film.pixels), cast_slice(&film.aovs)]
 }
 
-/// Numbers are written as this processor has them.
+/// Numbers are stored as they are in memory.
 const _: () = assert!(cfg!(target_endian = "little"), "checkpoints are little-endian");
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The file of a checkpoint, which two processes must not write.
+//! File of a checkpoint, protected against writes of two processes.
 
 use super::{CheckpointError, Header, write_claimed};
 use crate::atomic_file::Claim;
@@ -6,7 +6,7 @@ use crate::film::Film;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The file of a checkpoint as this process read it or wrote it last. It replaces no other.
+/// File of a checkpoint as this process read it or wrote it last. Other files are never replaced.
 #[derive(Clone, Debug)]
 pub struct Place {
     path: PathBuf,
@@ -14,12 +14,12 @@ pub struct Place {
 }
 
 impl Place {
-    /// Returns the place of a file that is not there yet.
+    /// Returns the place of a file that does not exist yet.
     pub fn new(path: &Path) -> Self {
         Self { path: path.to_owned(), claim: Arc::default() }
     }
 
-    /// Returns the place of the file that is there. Call it before the file is read, so that what
+    /// Returns the place of an existing file. Call it before the file is read, so that a file that
     /// another process writes in between is not replaced.
     pub fn of(path: &Path) -> Self {
         Self { path: path.to_owned(), claim: Arc::new(Mutex::new(Claim::of(path))) }
@@ -30,11 +30,11 @@ impl Place {
         &self.path
     }
 
-    /// Writes the file, in place of the one that this process read or wrote last.
+    /// Writes the file. Replaces only the file that this process read or wrote last.
     ///
     /// # Errors
     ///
-    /// [`CheckpointError::Taken`] if another process wrote the file, which stays as it is;
+    /// [`CheckpointError::Taken`] if another process wrote the file, which stays unchanged;
     /// [`CheckpointError::Io`] as [`write`](super::write()).
     pub fn write(&self, header: &Header, film: &Film) -> Result<(), CheckpointError> {
         let mut claim = self.claim.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Writes a film now and then while it grows, on a thread of its own.
+//! Saver of checkpoints: writes a film at intervals while it grows, on its own thread.
 
 use super::{CheckpointError, Header, Place};
 use crate::film::{Film, SampleBlock, SampleCoverage};
@@ -11,12 +11,12 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How often.
+/// Interval between checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SaveInterval {
-    /// After so long.
+    /// Time since the last checkpoint.
     Time(Duration),
-    /// After so many samples of each pixel.
+    /// Mean samples per pixel since the last checkpoint.
     Samples(u32),
 }
 
@@ -29,14 +29,14 @@ impl Default for SaveInterval {
 impl FromStr for SaveInterval {
     type Err = String;
 
-    /// `30s`, `5m`, `2h`, `500ms` or `1024spp`.
+    /// Parses `30s`, `5m`, `2h`, `500ms` or `1024spp`.
     fn from_str(text: &str) -> Result<Self, String> {
         let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
         let (number, unit) = (text[..split].trim(), text[split..].trim());
         if unit == "spp" {
             return match number.parse::<u32>() {
                 Ok(samples) if samples > 0 => Ok(Self::Samples(samples)),
-                _ => Err(format!("{number} is no number of samples")),
+                _ => Err(format!("{number} is not a positive number of samples")),
             };
         }
         let unit = match unit {
@@ -49,31 +49,32 @@ impl FromStr for SaveInterval {
         let seconds = number.parse::<f64>().map_err(|error| error.to_string())? * unit;
         match Duration::try_from_secs_f64(seconds) {
             Ok(time) if time > Duration::ZERO => Ok(Self::Time(time)),
-            _ => Err(format!("{text} is no time")),
+            _ => Err(format!("{text} is not a valid time")),
         }
     }
 }
 
-/// A copy of a film on its way to the disk, and its way back.
+/// Thread that writes copies of the film, with the channels to it and back.
 struct Writer {
     to: Option<Sender<(Film, Header)>>,
     back: Receiver<(Film, Result<(), CheckpointError>)>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// When the last one was, and memory for the next.
+/// State of the last checkpoint, and memory for the next one.
 struct State {
     path: PathBuf,
     writer: Writer,
-    /// None while it is being written.
+    /// Memory for a copy of the film; `None` while a copy is being written.
     spare: Option<Film>,
     last: Instant,
     samples: f64,
     failed: Option<CheckpointError>,
 }
 
-/// Writes checkpoints of a render. A film is copied, which takes a few milliseconds for a million pixels, and written while the render goes on; what was not yet
-/// written when the next one is due is waited for, not for the render. A file that another process wrote meanwhile is not replaced.
+/// Writes checkpoints of a render. The film is copied, and the copy is written while the render
+/// continues. If a copy is still being written when the next checkpoint is due, the checkpoint
+/// waits, not the render. A file that another process wrote meanwhile is not replaced.
 pub struct Saver {
     place: Place,
     header: Mutex<Header>,
@@ -83,12 +84,13 @@ pub struct Saver {
 }
 
 impl Saver {
-    /// Returns one for a render that begins now, and replaces no file that is there.
+    /// Returns the saver of a new render; it replaces no existing file.
     pub fn new(path: &Path, header: Header, every: SaveInterval) -> Self {
         Self::with(Place::new(path), header, every)
     }
 
-    /// Returns one for a render that continues from the file of `place`, and replaces it.
+    /// Returns the saver of a render that continues from the file of `place`; it replaces that
+    /// file.
     pub fn resume(place: Place, header: Header, every: SaveInterval) -> Self {
         Self::with(place, header, every)
     }
@@ -97,7 +99,7 @@ impl Saver {
         let (to, films) = channel::<(Film, Header)>();
         let (done, back) = channel();
         let own = place.clone();
-        let thread = threads::spawn("thread that writes checkpoints", move || {
+        let thread = threads::spawn("checkpoint thread", move || {
             for (film, header) in films {
                 let written = own.write(&header, &film);
                 if done.send((film, written)).is_err() {
@@ -105,7 +107,7 @@ impl Saver {
                 }
             }
         });
-        // Without it, the thread that renders writes them.
+        // If the thread cannot be started, the rendering thread writes the checkpoints.
         let writer = Writer { to: Some(to), back, thread: thread.ok() };
         let state = State {
             path: place.path().to_owned(),
@@ -119,23 +121,24 @@ impl Saver {
         Self { place, header, every, start, state: Mutex::new(state) }
     }
 
-    /// Where.
+    /// Returns the path of the checkpoint.
     pub fn path(&self) -> &Path {
         self.place.path()
     }
 
-    /// What it writes.
+    /// Returns the header for the next checkpoint, with the time until now.
     pub fn header(&self) -> Header {
         let header = self.header.lock().unwrap_or_else(PoisonError::into_inner).clone();
         Header { seconds: header.seconds + self.start.elapsed().as_secs_f64(), ..header }
     }
 
-    /// From now on what is rendered is rounded so, too.
+    /// Adds the arithmetic of a device that continues the render.
     pub fn add_rounding(&self, arithmetic: &str) {
         self.header.lock().unwrap_or_else(PoisonError::into_inner).identity.add_rounding(arithmetic);
     }
 
-    /// Copies the film and has it written, if that is due and the last one is on the disk.
+    /// Copies the film and starts writing the copy, if a checkpoint is due and the last one was
+    /// written.
     pub fn save_if_due(&self, film: &Film) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let samples = || mean_samples(&film.coverage);
@@ -155,24 +158,26 @@ impl Saver {
             && let Err(lost) = to.send((copy, self.header()))
         {
             let (film, header) = lost.0;
-            // Without that thread, by this one.
+            // Without the thread, this one writes.
             state.failed = self.place.write(&header, &film).err().or(state.failed.take());
             state.spare = Some(film);
         }
     }
 
-    /// What went wrong since this was asked last: the render goes on, and tries again when the next is due.
+    /// Returns the error since the last call, if there was one. The render continues, and the saver
+    /// tries again when the next checkpoint is due.
     pub fn failure(&self) -> Option<CheckpointError> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.take_back(false);
         state.failed.take()
     }
 
-    /// Waits for what is being written, and writes the film as it is at the end.
+    /// Waits for the copy that is being written, and then writes the final film.
     ///
     /// # Errors
     ///
-    /// [`CheckpointError::Io`]; the one before is still there, if there was one. [`CheckpointError::Taken`] if another process wrote the file.
+    /// [`CheckpointError::Io`]: an earlier checkpoint is still there then.
+    /// [`CheckpointError::Taken`] if another process wrote the file.
     pub fn finish(&self, film: &Film) -> Result<(), CheckpointError> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.take_back(true);
@@ -182,7 +187,7 @@ impl Saver {
     }
 }
 
-/// Samples of a pixel, in the mean.
+/// Returns the mean samples per pixel.
 fn mean_samples(coverage: &SampleCoverage) -> f64 {
     let samples: u64 = coverage.parts().iter().map(SampleBlock::size).sum();
     samples as f64 / f64::from(coverage.height().max(1))
@@ -203,7 +208,7 @@ impl State {
                 Err(TryRecvError::Empty) => return,
                 Err(TryRecvError::Disconnected) => {
                     self.spare = Some(Film::new(0, 0));
-                    let source = io::Error::other("the thread that writes it ended");
+                    let source = io::Error::other("the thread that writes it has ended");
                     self.failed = Some(CheckpointError::Io { path: self.path.clone(), source });
                 }
             }
@@ -213,7 +218,7 @@ impl State {
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        // No more films: the thread ends after the one that it has.
+        // Without a sender, the thread ends after the current film.
         self.to = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();

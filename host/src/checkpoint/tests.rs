@@ -13,7 +13,7 @@ fn part(rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
     SampleBlock { rows, samples }
 }
 
-/// A film of 3x4 pixels with some parts.
+/// Returns a film of 3x4 pixels with some parts.
 fn film(parts: &[SampleBlock]) -> Film {
     let mut film = Film::new(3, 4);
     for part in parts {
@@ -57,7 +57,7 @@ fn what_was_written_comes_back() {
         let one = checkpoint(&parts);
         one.write(&path).unwrap();
         let other = Checkpoint::read(&path).unwrap();
-        // Bits: a pixel without samples is NaN.
+        // Compared as bits, because a pixel without samples is NaN.
         let bits = |film: &Film| cast_slice::<_, u8>(&film.pixels).to_vec();
         assert_eq!((&other.header, &other.film.coverage), (&one.header, &one.film.coverage));
         assert_eq!(bits(&other.film), bits(&one.film));
@@ -65,7 +65,7 @@ fn what_was_written_comes_back() {
     fs::remove_file(path).unwrap();
 }
 
-/// Cut anywhere, or with a bit flipped, none is read.
+/// A file that is cut off anywhere, or with a flipped bit, is not read.
 #[test]
 fn damage_shows() {
     let path = path("damage");
@@ -88,7 +88,7 @@ fn damage_shows() {
     fs::remove_file(path).unwrap();
 }
 
-/// Whole files that say what cannot be.
+/// Undamaged files with impossible contents are refused.
 #[test]
 fn what_cannot_be_is_refused() {
     let path = path("cannot");
@@ -135,7 +135,7 @@ fn parts_that_belong_together() {
     one.merge(of, &other).unwrap();
     assert_eq!((one.header.samples.clone(), one.header.seconds), (0..1024, 3.0));
     assert_eq!(one.film.coverage.missing(&(0..1024)), []);
-    // Of several roundings, all are kept, in any order.
+    // Several arithmetics are all kept, in any order.
     for (a, b) in [("precise", "precise and fast"), ("fast and precise", "precise")] {
         let mut both = checkpoint(&[part(0..4, 0..512)]);
         let mut rest = checkpoint(&[part(0..4, 512..1024)]);
@@ -144,7 +144,7 @@ fn parts_that_belong_together() {
         let all = both.header.identity.arithmetic;
         assert!(all.contains("fast") && all.matches("precise").count() == 1, "{all}");
     }
-    // Once more is twice.
+    // A second merge would add the samples twice.
     let before = one.clone();
     let twice = one.merge(of, &other);
     assert!(matches!(twice, Err(CheckpointError::Film { source: FilmError::Overlap { .. }, .. })));
@@ -168,7 +168,7 @@ fn parts_that_belong_together() {
     }
 }
 
-/// A saver writes when it is due, and at the end what there is.
+/// A saver writes when a checkpoint is due, and at the end.
 #[test]
 fn a_saver_writes() {
     let path = path("saver");
@@ -181,7 +181,7 @@ fn a_saver_writes() {
     assert!(!path.exists(), "256 samples are not due");
     let saver = Saver::new(&path, header.clone(), SaveInterval::Samples(256));
     saver.save_if_due(&film);
-    drop(saver); // waits
+    drop(saver); // waits for the thread
     assert_eq!(Checkpoint::read(&path).unwrap().film, film);
     let more = self::film(&[part(0..4, 0..256), part(0..4, 256..512)]);
     let saver = Saver::resume(Place::of(&path), header.clone(), SaveInterval::default());
@@ -193,7 +193,8 @@ fn a_saver_writes() {
     fs::remove_file(path).unwrap();
 }
 
-/// Of two renders with one checkpoint the first that writes has it, and the other loses nothing.
+/// The first of two renders with one checkpoint that writes owns the file; the other one does not
+/// overwrite it.
 #[test]
 fn two_savers_replace_none_of_each_other() {
     let folder = tempfile::tempdir().unwrap();
@@ -211,7 +212,7 @@ fn two_savers_replace_none_of_each_other() {
     one.finish(&films[0]).unwrap();
     let message = is_taken(other.finish(&films[1]));
     assert!(message.contains("a.ckpt") && message.contains("--checkpoint"), "{message}");
-    // Nor on the thread that writes while the render goes on.
+    // The thread that writes during the render does not overwrite it either.
     other.save_if_due(&films[1]);
     let failure = (0..1000).find_map(|_| {
         std::thread::sleep(std::time::Duration::from_millis(10));
@@ -219,25 +220,25 @@ fn two_savers_replace_none_of_each_other() {
     });
     is_taken(failure.map_or(Ok(()), Err));
     assert!(has(&films[0]));
-    // Its own is replaced, and so is one that is gone.
+    // A saver replaces its own file, and creates one that was removed.
     one.finish(&films[1]).unwrap();
     fs::remove_file(&path).unwrap();
     one.finish(&films[0]).unwrap();
-    // The same where both resume it.
+    // Two renders that resume the same file.
     let resume = || Saver::resume(Place::of(&path), header.clone(), SaveInterval::default());
     let (one, other) = (resume(), resume());
     one.finish(&films[1]).unwrap();
     one.finish(&films[2]).unwrap();
     is_taken(other.finish(&films[1]));
     assert!(has(&films[2]));
-    // Negative control: who does not ask replaces it.
+    // Negative control: a write without a claim replaces the file.
     write(&path, &header, &films[0]).unwrap();
     assert!(has(&films[0]));
     is_taken(one.finish(&films[2]));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// What cannot be written is said, and the render goes on.
+/// A failed write is reported, and the render continues.
 #[test]
 fn a_saver_fails_aloud() {
     let path = path("nowhere").join("file");
@@ -246,7 +247,7 @@ fn a_saver_fails_aloud() {
     saver.save_if_due(&film);
     let error = saver.finish(&film).unwrap_err();
     assert!(matches!(&error, CheckpointError::Io { path: named, .. } if *named == path), "{error}");
-    // As soon as the folder is there, the next is written.
+    // Once the folder exists, the next checkpoint is written.
     fs::create_dir_all(path.parent().unwrap()).unwrap();
     saver.finish(&film).unwrap();
     assert_eq!(Checkpoint::read(&path).unwrap().film, film);

@@ -1,4 +1,4 @@
-//! `trisect bench` and `trisect bench report`.
+//! Arguments of `trisect bench`, `trisect bench report` and `trisect bench cluster`.
 
 use super::{
     BackendArg, DenoiseArgs, IncludeArgs, JobArgs, MathArg, RankArgs, parse_count, parse_resolution,
@@ -6,135 +6,143 @@ use super::{
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// `trisect bench`.
+/// Arguments of `trisect bench`.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
-    /// Something else than a scene's frames.
+    /// Measurement other than the frames of one scene.
     #[command(subcommand)]
     pub command: Option<BenchCommand>,
 
-    /// What and where.
+    /// Scene, settings and device.
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// Denoising, of frames that stay on the device: trace and each pass.
+    /// Filter: live frames with it are measured, too, with the time of each pass.
     #[command(flatten)]
     pub denoise: DenoiseArgs,
 
-    /// Frames to measure, after two, on a GPU those of half a second, that are not.
+    /// Number of measured frames, after a warm-up of two frames, on a GPU of at least half a
+    /// second.
     #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
     pub frames: u32,
 
-    /// Write what was measured as JSON, too; `-` prints it in place of the table.
+    /// Also write the measurements as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 }
 
-/// What `trisect bench` does beside measuring a scene's frames.
+/// Measurements of `trisect bench` other than the frames of one scene.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// Measure this machine and draw charts: time against spp, methods against the number of spheres, device against one CPU thread.
+    /// Measure this machine and draw charts: time over samples per pixel, traversals and schedules
+    /// over the number of spheres, device against one CPU thread.
     Report(ReportArgs),
-    /// Measure, under mpirun, what ranks bring, and draw charts: frames by rows and averaged images against the number of ranks, beside an
-    /// all-reduce of the whole image.
+    /// Measure how renders scale with the ranks of mpirun and draw charts: frames shared by rows
+    /// and averaged images over the number of ranks, with an all-reduce of the whole image for
+    /// comparison.
+    #[command(hide = cfg!(not(feature = "mpi")))]
     Cluster(Box<ClusterBenchArgs>),
 }
 
-/// `trisect bench cluster`.
+/// Arguments of `trisect bench cluster`.
 #[derive(Clone, Debug, Args)]
 pub struct ClusterBenchArgs {
-    /// What and where.
+    /// Scene, settings and device.
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// How ranks work.
+    /// Options of each rank.
     #[command(flatten)]
     pub ranks: RankArgs,
 
-    /// How many ranks, in turn, with commas between; without it, 1, 2, 4 and so on, and all.
+    /// Numbers of ranks to measure, separated by commas (default: 1, 2, 4 and so on, and all
+    /// ranks).
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = parse_count)]
     pub counts: Vec<u32>,
 
-    /// Samples a pixel of frames by rows, with commas between; at most 256.
+    /// Samples per pixel of frames shared by rows, separated by commas; at most 256.
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "1,100", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub frame_spp: Vec<u32>,
 
-    /// Samples a pixel of an averaged image, over all ranks.
+    /// Samples per pixel of an averaged image, over all ranks.
     #[arg(long, value_name = "N", default_value = "256", value_parser = parse_count)]
     pub average_spp: u32,
 
-    /// Samples a pixel that each rank adds where the noise is measured.
+    /// Samples per pixel that each rank adds in the measurement of noise over ranks.
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub noise_spp: u32,
 
-    /// How pixels come together, with commas between.
+    /// Methods of gathering the pixels of all ranks, separated by commas.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "gather,allreduce")]
     pub sync: Vec<SyncArg>,
 
-    /// Frames to measure, after five that are not.
+    /// Number of measured frames, after a warm-up of five frames.
     #[arg(long, value_name = "N", default_value = "30", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub frames: u32,
 
-    /// Folder for charts and data; made if need be.
+    /// Folder for charts and data; created if it does not exist.
     #[arg(short, long, value_name = "DIR", default_value = "cluster")]
     pub out: PathBuf,
 }
 
-/// How pixels of several ranks come together.
+/// Method of gathering the pixels of several ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum SyncArg {
-    /// What this program does: what each rank has, to the root.
+    /// Ranks send their pixels to the root, as in `render`.
     Gather,
-    /// The report's way, for comparison: an all-reduce of the whole image in f32 over all ranks.
+    /// All-reduce of the whole image in f32, the method of "Parallelizing Ray Tracing"; for
+    /// comparison.
     Allreduce,
 }
 
-/// `trisect bench report`.
+/// Arguments of `trisect bench report`.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Scenes to render on the device and on one CPU thread, beside the built-in ones.
+    /// Scenes to render on the device and on one CPU thread, in addition to the generated ones.
     pub scenes: Vec<PathBuf>,
 
-    /// Files that the scenes may name.
+    /// Permitted locations of files that the scenes name.
     #[command(flatten)]
     pub includes: IncludeArgs,
 
-    /// What to measure.
+    /// Backend to measure.
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
 
-    /// Index of the device, as `trisect info` lists it; needs --backend wgpu, cuda or cpu.
+    /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu (default: the
+    /// first, for wgpu the best GPU).
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
 
-    /// Number of threads of the cpu backend, and of what else is computed on the CPU (default:
-    /// RAYON_NUM_THREADS, else one a logical core).
+    /// Number of threads of the cpu backend and of other work on the CPU (default:
+    /// RAYON_NUM_THREADS, else one per logical core).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
-    /// Which build of the kernels; fast exists for cuda and wgpu.
+    /// Build of the kernels; fast is available on cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
     pub math: MathArg,
 
-    /// Folder for charts and data; made if need be.
+    /// Folder for charts and data; created if it does not exist.
     #[arg(short, long, value_name = "DIR", default_value = "report")]
     pub out: PathBuf,
 
-    /// Smaller images and fewer frames: minutes on two cores.
+    /// Render smaller images and fewer frames: takes minutes on two cores.
     #[arg(long)]
     pub quick: bool,
 
-    /// Pixels across and down; without it, 1280x720 on a GPU and fewer on a CPU.
+    /// Size of the images in pixels (default: 1280x720 on a GPU, smaller on a CPU).
     #[arg(long, value_name = "WxH", value_parser = parse_resolution)]
     pub resolution: Option<(u32, u32)>,
 
-    /// The most spheres of a scene.
+    /// Maximum number of spheres of a generated scene.
     #[arg(long, value_name = "N", default_value = "1000000", value_parser = parse_count)]
     pub spheres: u32,
 
-    /// Seconds that a point without a BVH may take, all its frames together; it gets fewer samples and frames, and is left out, by
-    /// name, where even one takes longer.
+    /// Maximum time of a point without a BVH, in seconds for all its frames (default: less with
+    /// --quick). A slower point gets fewer samples and frames; if one frame of one sample takes
+    /// longer, the point is left out and named.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub time_limit: Option<f64>,
 }

@@ -1,4 +1,5 @@
-//! What keeps a render from being lost.
+//! Options of checkpoints and of the end of a render, and the arguments of `trisect resume` and
+//! `trisect merge`.
 
 use clap::{Args, ValueEnum};
 use std::ops::Range;
@@ -6,40 +7,45 @@ use std::path::PathBuf;
 use std::time::Duration;
 use trisect::checkpoint::SaveInterval;
 
-/// Checkpoints, and when to end.
+/// Options of checkpoints and of the end of a render.
 #[derive(Clone, Debug, Default, Args)]
 pub struct CheckpointArgs {
-    /// Write all samples to this file now and then, and at the end: `trisect resume FILE` goes on from there, to the same bits.
+    /// Write all samples to this file at intervals and at the end; `trisect resume FILE` continues
+    /// from it, to the same bits (default: no checkpoint).
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// With --checkpoint: how often, as 30s, 5m, 2h or 1024spp; without it 30s.
+    /// With --checkpoint: interval between writes, as a time (30s, 5m, 2h) or in samples per pixel
+    /// (1024spp) (default: 30s).
     #[arg(long, value_name = "TIME|Nspp", requires = "checkpoint")]
     pub every: Option<SaveInterval>,
 
-    /// Render some samples of --spp only, as FIRST..END, both multiples of 256 or the end: `trisect merge` adds those of others.
+    /// With --checkpoint: render only the samples from FIRST to END - 1. FIRST is a multiple of 256;
+    /// END is one, too, or equals --spp. `trisect merge` combines the parts (default: all samples).
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
     pub samples: Option<Samples>,
 
-    /// End after so long, as 30s, 5m or 2h, with what there is then: exit code 7.
+    /// Stop after this time, such as 30s, 5m or 2h, write what was rendered, and exit with code 7
+    /// (default: no limit).
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub time_limit: Option<Duration>,
 
-    /// Who goes on where the device is not there, is too small or fails.
+    /// Device that takes over if the chosen one is not available, is too small or fails (default:
+    /// none).
     #[arg(long, value_enum)]
     pub fallback: Option<FallbackArg>,
 }
 
-/// `--fallback`.
+/// Values of `--fallback`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FallbackArg {
-    /// This machine's threads.
+    /// Threads of this machine.
     Cpu,
 }
 
 #[cfg(feature = "mpi")]
 impl CheckpointArgs {
-    /// The first of them that is given: then the root keeps a film.
+    /// Returns the first given option for which the root of several ranks keeps a film.
     pub fn given(&self) -> Option<&'static str> {
         let given =
             [("--checkpoint", self.checkpoint.is_some()), ("--time-limit", self.time_limit.is_some())];
@@ -47,7 +53,7 @@ impl CheckpointArgs {
     }
 }
 
-/// `--samples`.
+/// Value of `--samples`: range of sample indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Samples(pub Range<u32>);
 
@@ -65,76 +71,81 @@ fn parse_time(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// `trisect resume`.
+/// Arguments of `trisect resume`.
 #[derive(Debug, Args)]
 pub struct ResumeArgs {
-    /// The checkpoint.
+    /// Checkpoint to continue; the render keeps writing to it.
     pub file: PathBuf,
 
-    /// The scene, if it is elsewhere now.
+    /// Scene file, if it was moved (default: that of the first command).
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
 
-    /// Which files the scene may name: more than the first command said.
+    /// Permitted locations of files that the scene names, in addition to those of the first
+    /// command.
     #[command(flatten)]
     pub includes: super::IncludeArgs,
 
-    /// Image file; without it, that of the first command, if that is in or below the checkpoint's
-    /// folder or the current one.
+    /// Image file (default: that of the first command, if it is in or below the checkpoint's folder
+    /// or the current one).
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Exposure of the image file: each stop doubles the light; without it, as the first command.
+    /// Exposure of the image file in stops; each doubles the radiance (default: as the first
+    /// command).
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
     pub exposure: Option<f32>,
 
-    /// Where to render; without it, where the first command did.
+    /// Backend to render on; it must round as the first one did (default: as the first command).
     #[arg(long, value_enum)]
     pub backend: Option<super::BackendArg>,
 
-    /// Index of the device; needs --backend wgpu, cuda or cpu.
+    /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu.
     #[arg(long, value_name = "N", requires = "backend")]
     pub device: Option<usize>,
 
-    /// Threads of the cpu backend; without it, as the first command.
+    /// Number of threads of the cpu backend (default: as the first command).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
-    /// How often the checkpoint is written, as 30s, 5m, 2h or 1024spp; without it, as the first command.
+    /// Interval between writes of the checkpoint, as a time (30s, 5m, 2h) or in samples per pixel
+    /// (1024spp) (default: as the first command).
     #[arg(long, value_name = "TIME|Nspp")]
     pub every: Option<SaveInterval>,
 
-    /// End after so long, as 30s, 5m or 2h, with what there is then: exit code 7.
+    /// Stop after this time, such as 30s, 5m or 2h, write what was rendered, and exit with code 7
+    /// (default: no limit).
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub time_limit: Option<Duration>,
 
-    /// Who goes on where the device is not there, is too small or fails.
+    /// Device that takes over if the chosen one is not available, is too small or fails (default:
+    /// as the first command).
     #[arg(long, value_enum)]
     pub fallback: Option<FallbackArg>,
 
-    /// What is said of it.
+    /// Messages and statistics.
     #[command(flatten)]
     pub log: super::LogArgs,
 
-    /// Over several processes.
+    /// Options for several processes.
     #[command(flatten)]
     pub cluster: super::ClusterArgs,
 }
 
-/// `trisect merge`.
+/// Arguments of `trisect merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Checkpoints of one image, none with samples of another.
+    /// Checkpoints of one image, without samples in common.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
 
-    /// A checkpoint of all of them, or an image: .png (sRGB), .exr, .hdr or .pfm (linear). Not one
-    /// of FILES.
+    /// Output file, not one of FILES: an image for .png (sRGB), .exr, .hdr or .pfm (linear), else a
+    /// checkpoint.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 
-    /// Exposure of an image: each stop doubles the light; without it, as the command of the first
-    /// checkpoint.
+    /// Exposure of an image in stops; each doubles the radiance (default: as the command of the
+    /// first checkpoint).
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
     pub exposure: Option<f32>,
 }

@@ -1,54 +1,57 @@
-//! `--cluster` and its parameters.
+//! Options for several processes: `--distribute` and those of ranks.
+//!
+//! A build without MPI parses them, to refuse them with the reason, and hides them in its help.
 
 use clap::{Args, ValueEnum};
 #[cfg(feature = "mpi")]
 use trisect::cluster::{Balance, ClusterPlan, DistributionMode, devices::NoGpuPolicy};
 
-/// How ranks render together.
+/// Options of renders over several processes.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Over several processes (mpirun)")]
 pub struct ClusterArgs {
-    /// Share the image over all ranks that mpirun started: rows of it, samples of it, or what is faster by a short measurement. Rank 0 alone
-    /// prints and writes.
-    #[arg(long, value_enum)]
+    /// Share the image over all ranks that mpirun started; rank 0 prints and writes. view takes
+    /// rows, with --headless (default: one process).
+    #[arg(long, value_enum, hide = cfg!(not(feature = "mpi")))]
     pub distribute: Option<DistributeArg>,
 
-    /// Which rows a rank gets: interleaved blocks, or what the root hands out, for ranks that differ in speed.
-    #[arg(long, value_enum, default_value_t = BalanceArg::Static, requires = "distribute")]
+    /// With --distribute rows: assignment of rows to ranks.
+    #[arg(long, value_enum, default_value_t = BalanceArg::Static, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
     pub balance: BalanceArg,
 
-    /// Where a rank is lost or the job is ended, write what is there of the image.
-    #[arg(long, requires = "distribute")]
+    /// If a rank is lost or the job is told to end, write the part of the image that is complete.
+    #[arg(long, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
     pub write_partial: bool,
 
-    /// What each rank does.
+    /// Options of each rank.
     #[command(flatten)]
     pub ranks: RankArgs,
 }
 
-/// How ranks work.
+/// Options of each rank.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Over several processes (mpirun)")]
 pub struct RankArgs {
-    /// Rows of a block that one rank renders: a power of two; 8 without it.
-    #[arg(long, value_name = "ROWS", value_parser = parse_block)]
+    /// Rows of a block, which one rank renders: a power of two up to 1024 (default: 8).
+    #[arg(long, value_name = "ROWS", value_parser = parse_block, hide = cfg!(not(feature = "mpi")))]
     pub block: Option<u32>,
 
-    /// What a rank does for which its host has no GPU left; without it, it refuses.
-    #[arg(long, value_enum)]
+    /// Action of a rank if its host has more ranks than GPUs (default: refuse).
+    #[arg(long, value_enum, hide = cfg!(not(feature = "mpi")))]
     pub spare: Option<SpareArg>,
 
-    /// Read the scene on rank 0 and send it to the others: for hosts without a common file system.
-    #[arg(long)]
+    /// Read the scene on rank 0 and send it to the others, for hosts without a common file system
+    /// (default: each rank reads it).
+    #[arg(long, hide = cfg!(not(feature = "mpi")))]
     pub broadcast_scene: bool,
 
-    /// Seconds after which a silent rank counts as lost; 6 without it.
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(2..=86_400))]
+    /// Seconds without a message after which a rank counts as lost (default: 6).
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(2..=86_400), hide = cfg!(not(feature = "mpi")))]
     pub patience: Option<u64>,
 }
 
 impl ClusterArgs {
-    /// The first parameter of ranks that is given, where there are none.
+    /// Returns the first given option of ranks, if `--distribute` is not given.
     pub fn without_ranks(&self) -> Option<&'static str> {
         let RankArgs { block, spare, broadcast_scene, patience } = &self.ranks;
         let given = [
@@ -61,40 +64,40 @@ impl ClusterArgs {
     }
 }
 
-/// `--cluster`.
+/// Values of `--distribute`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DistributeArg {
     /// Each rank renders all samples of some rows.
     Rows,
-    /// Each rank renders some samples of all rows.
+    /// Each rank renders some samples of all rows; not with --checkpoint, --time-limit or resume.
     Average,
-    /// The one that a model of this job says to be faster.
+    /// The faster of both, predicted from a short measurement.
     Auto,
 }
 
-/// `--balance`.
+/// Values of `--balance`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BalanceArg {
-    /// Known from the start.
+    /// Interleaved blocks, fixed at the start.
     Static,
-    /// On demand.
+    /// Rank 0 hands out rows on demand, for ranks of different speed.
     Dynamic,
 }
 
-/// `--spare`.
+/// Values of `--spare`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SpareArg {
-    /// Ends the job.
+    /// End the job.
     Refuse,
-    /// Uses the CPU.
+    /// Use the CPU.
     Cpu,
-    /// Shares a GPU with another rank.
+    /// Share a GPU with another rank.
     Share,
 }
 
 #[cfg(feature = "mpi")]
 impl ClusterArgs {
-    /// For the library; by rows where that is still to be chosen.
+    /// Returns the plan for the library: by rows if `auto` has still to choose.
     pub fn plan(&self) -> ClusterPlan {
         ClusterPlan {
             mode: match self.distribute {
@@ -112,12 +115,12 @@ impl ClusterArgs {
 
 #[cfg(feature = "mpi")]
 impl RankArgs {
-    /// As a power of two.
+    /// Returns the binary logarithm of the rows of a block.
     pub fn block_shift(&self) -> u32 {
         self.block.map_or(trisect::cluster::plan::BLOCK_SHIFT, u32::ilog2)
     }
 
-    /// For the library.
+    /// Returns the policy for a rank without a GPU.
     pub fn spare(&self) -> NoGpuPolicy {
         match self.spare {
             Some(SpareArg::Refuse) | None => NoGpuPolicy::Refuse,
@@ -126,7 +129,7 @@ impl RankArgs {
         }
     }
 
-    /// For the library.
+    /// Returns the time without a message after which a rank counts as lost.
     pub fn patience(&self) -> std::time::Duration {
         self.patience.map_or(trisect::cluster::DEFAULT_PATIENCE, std::time::Duration::from_secs)
     }

@@ -1,50 +1,57 @@
-//! `--denoise` and its parameters.
+//! `--denoise` and the options of its filter.
 
 use clap::{Args, ValueEnum};
 use trisect::denoise::{DenoiseError, DenoiseSettings, Filter};
 
-/// Whether and how to denoise.
+/// Filter of the image and its parameters.
 #[derive(Clone, Debug, Args)]
 pub struct DenoiseArgs {
-    /// Filter the image, stopping at edges of normals and depth; textures stay sharp. Without it, off; for view, svgf.
+    /// Filter of the image, which keeps edges of normals and depth, and textures (default: off;
+    /// with --budget: off or svgf, the better one; for view: svgf).
     #[arg(long, value_enum)]
     pub denoise: Option<DenoiseArg>,
 
-    /// Passes of the filter; each reaches twice as far as the one before.
+    /// With a filter: number of passes; each reaches twice as far as the one before (defaults:
+    /// docs/how-to/denoise.md).
     #[arg(long, value_name = "N")]
     pub denoise_levels: Option<u32>,
 
-    /// What of a difference in light is noise: in radiance (atrous), or in standard deviations of the pixel (svgf). Smaller is sharper.
+    /// With a filter: difference in light at which a neighbour has a quarter of its weight, in
+    /// radiance (atrous) or standard deviations of the pixel (svgf). Smaller is sharper; inf
+    /// ignores light (defaults: docs/how-to/denoise.md).
     #[arg(long, value_name = "X")]
     pub denoise_color: Option<f32>,
 
-    /// Which angle between normals is an edge, in degrees.
+    /// With a filter: angle between normals at which a neighbour has a quarter of its weight, in
+    /// degrees; inf ignores normals (defaults: docs/how-to/denoise.md).
     #[arg(long, value_name = "DEGREES")]
     pub denoise_normal: Option<f32>,
 
-    /// Which distance from a pixel's surface is an edge, as a share of its depth.
+    /// With a filter: distance from the pixel's tangent plane at which a neighbour has a quarter
+    /// of its weight, as a share of the pixel's depth; inf ignores depth (defaults:
+    /// docs/how-to/denoise.md).
     #[arg(long, value_name = "X")]
     pub denoise_depth: Option<f32>,
 }
 
-/// `--denoise`.
+/// Values of `--denoise`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DenoiseArg {
-    /// No filter.
+    /// Image without a filter.
     Off,
-    /// The edge-avoiding à-trous wavelet transform, with fixed stops.
+    /// Edge-avoiding à-trous wavelet transform; a fixed difference in light counts as noise.
     Atrous,
-    /// The same with stops by the variance of each pixel.
+    /// Edge-avoiding à-trous wavelet transform; noise is judged by the variance of each pixel.
     Svgf,
 }
 
 impl DenoiseArgs {
-    /// For the library: checked.
+    /// Returns the checked settings of the filter, or `None` without a filter.
     pub fn denoise(&self) -> Result<Option<DenoiseSettings>, DenoiseError> {
         self.denoise_or(DenoiseArg::Off)
     }
 
-    /// The same, with another filter where none was named.
+    /// Returns the checked settings of the filter, which is `default` if none is given.
     pub fn denoise_or(&self, default: DenoiseArg) -> Result<Option<DenoiseSettings>, DenoiseError> {
         let filter = match self.denoise.unwrap_or(default) {
             DenoiseArg::Off => {

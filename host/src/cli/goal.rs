@@ -1,4 +1,4 @@
-//! `--budget`, `--target-error`, `--quality`: when an image has enough samples.
+//! Goals of a render other than a number of samples: `--budget`, `--target-error`, `--quality`.
 
 use super::{JobArgs, RenderArgs};
 use clap::{Args, ValueEnum};
@@ -6,62 +6,66 @@ use std::time::Duration;
 use trisect::adaptive::{Adaptive, Free, Goal, Request};
 use trisect::denoise::{DenoiseError, DenoiseSettings, Filter};
 
-/// When an image has enough samples, where --spp does not say it.
+/// Goal of a render in place of `--spp`.
 #[derive(Clone, Debug, Args)]
 pub struct GoalArgs {
-    /// The best image within this time, such as 500ms, 2s or 1.5m: from the first sample, when kernels are compiled, to the image. Chooses roulette, sampler,
-    /// denoiser and where samples go, as far as they are not given.
+    /// Render the best image within this time, such as 500ms, 2s or 1.5m, counted from the first
+    /// sample after compiling the kernels to the finished image. Chooses roulette, sampler,
+    /// denoiser and adaptive sampling if they are not given.
     #[arg(long, value_name = "TIME", value_parser = parse_time, conflicts_with_all = ["target_error", "quality", "spp"])]
     pub budget: Option<Duration>,
 
-    /// Samples until the estimated relative error of the image, the root of its relMSE, is at most this, such as 1%.
+    /// Render until the estimated relative error of the image, the root of its relMSE, is at most
+    /// this percentage, such as 1%.
     #[arg(long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with_all = ["quality", "spp"])]
     pub target_error: Option<f64>,
 
-    /// A goal by name.
+    /// Goal by name: a time or an error.
     #[arg(long, value_enum, conflicts_with = "spp")]
     pub quality: Option<QualityGoal>,
 
-    /// With --budget, --target-error or --quality: more samples where there is more noise. Without it, where that should pay.
+    /// With --budget, --target-error or --quality: distribution of samples over the image (default:
+    /// auto).
     #[arg(long, value_enum)]
     pub adaptive: Option<AdaptiveArg>,
 
-    /// With --target-error: samples a pixel in the mean, at most.
+    /// With --target-error or --quality final: maximum mean samples per pixel; the last pass may
+    /// exceed it by one sample or a few percent (default: docs/how-to/samples-and-budgets.md).
     #[arg(long, value_name = "N", value_parser = super::parse_count)]
     pub max_spp: Option<u32>,
 }
 
-/// `--quality`.
+/// Values of `--quality`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum QualityGoal {
-    /// --budget 1s.
+    /// Short for --budget 1s.
     Draft,
-    /// --budget 10s.
+    /// Short for --budget 10s.
     Preview,
-    /// --target-error 1%.
+    /// Short for --target-error 1%.
     Final,
 }
 
-/// `--adaptive`.
+/// Values of `--adaptive`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AdaptiveArg {
-    /// As many samples for each pixel.
+    /// Equal number of samples for each pixel.
     Off,
-    /// More where there is more noise.
+    /// More samples in tiles with more noise.
     On,
-    /// Where that should pay.
+    /// On if the noise so far says that it pays.
     Auto,
 }
 
-/// Samples a pixel at most, where nothing else is said.
+/// Maximum mean samples per pixel, unless `--max-spp` is given.
 const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
 
 impl RenderArgs {
-    /// The goal, if there is one.
+    /// Returns the goal with what it may choose, or `None` if the command line has no goal.
     ///
     /// # Errors
     ///
-    /// [`DenoiseError`] for a filter that is none.
+    /// [`DenoiseError`] for invalid parameters of the filter.
     pub fn request(&self) -> Result<Option<Request>, DenoiseError> {
         let args = &self.goal;
         let error = |target| Goal::Error { target, max_samples: args.max_spp.unwrap_or(DEFAULT_MAX_SAMPLES) };

@@ -1,4 +1,4 @@
-//! What and where to render: the options of all commands that do.
+//! Scene, settings and device: the options of all commands that render.
 
 use super::{parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
@@ -10,164 +10,176 @@ use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
 use trisect::scene::Includes;
 use trisect::scene::import::is_model;
 
-/// What and where to render.
+/// Scene, settings and device of a render.
 #[derive(Clone, Debug, Args)]
 pub struct JobArgs {
-    /// Scene file; without one, the built-in hello world.
+    /// Scene file or model (default: the built-in scene with three spheres).
     pub scene: Option<PathBuf>,
 
-    /// Files that the scene may name.
+    /// Permitted locations of files that the scene names.
     #[command(flatten)]
     pub includes: IncludeArgs,
 
-    /// Where to render.
+    /// Backend to render on.
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
 
-    /// Index of the device, as `trisect info` lists it; needs --backend wgpu, cuda or cpu.
+    /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu (default: the
+    /// first, for wgpu the best GPU).
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
 
-    /// Number of threads of the cpu backend, and of what else is computed on the CPU (default:
-    /// RAYON_NUM_THREADS, else one a logical core).
+    /// Number of threads of the cpu backend and of other work on the CPU (default:
+    /// RAYON_NUM_THREADS, else one per logical core).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
-    /// Pixels across; alone, the height follows the scene's aspect.
+    /// Image width in pixels; without --height, the height follows the scene's aspect ratio
+    /// (default: the scene's).
     #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
     pub width: Option<u32>,
 
-    /// Pixels down; alone, the width follows the scene's aspect.
+    /// Image height in pixels; without --width, the width follows the scene's aspect ratio
+    /// (default: the scene's).
     #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
     pub height: Option<u32>,
 
-    /// Pixels across and down.
+    /// Image width and height in pixels (default: the scene's; in a window of view, the window's).
     #[arg(long, value_name = "WxH", value_parser = parse_resolution, conflicts_with_all = ["width", "height"])]
     pub resolution: Option<(u32, u32)>,
 
-    /// Samples a pixel.
+    /// Samples per pixel (default: the scene's). For view: of one frame (default: 1). For tradeoff:
+    /// the highest of three levels, unless --levels is given.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub spp: Option<u32>,
 
-    /// Segments a path, at most.
+    /// Maximum segments per path; the camera ray is the first (default: the scene's).
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub depth: Option<u32>,
 
-    /// Of the random numbers.
+    /// Random seed; images with different seeds have independent noise (default: 0).
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// End paths at random by their throughput, from --roulette-depth on: the same mean, fewer segments, more noise. Without it, off; with
-    /// --budget, what is better.
+    /// End paths at random by their throughput, from segment --roulette-depth on: the same mean,
+    /// fewer segments, more noise (default: off; with --budget: the better one).
     #[arg(long, value_enum)]
     pub roulette: Option<Switch>,
 
-    /// With --roulette on: from which segment of a path; 1 is the one from the camera.
+    /// With --roulette on: first segment at which a path may end; the camera ray is segment 1
+    /// (default: 1; with --budget: chosen).
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
 
-    /// Whether a goal (--budget and others) may turn roulette on.
+    /// True if a goal, such as that of `--budget`, may turn roulette on. Set by the program.
     #[arg(skip)]
     pub may_roulette: bool,
 
-    /// Where random numbers come from. Without it, independent; with --budget, what is better.
+    /// Source of random numbers (default: independent; with --budget: the better one).
     #[arg(long, value_enum)]
     pub sampler: Option<SamplerArg>,
 
-    /// Connect paths to lights (next-event estimation with multiple importance sampling); off finds lights by chance, and lights
-    /// without extent never.
+    /// Connect paths to lights (next-event estimation with multiple importance sampling). Off,
+    /// paths find lights by chance, and lights without extent stay dark.
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub light_sampling: Switch,
 
-    /// The most that a channel of a sample is: less noise from rare bright paths, and a darker image.
+    /// Maximum radiance of a sample per channel, above 0: less noise from rare bright paths, but a
+    /// darker image (biased; default: none).
     #[arg(long, value_name = "X")]
     pub clamp: Option<f32>,
 
-    /// How much work goes into the BVH; without it, high up to 100,000 primitives, else medium.
+    /// Effort of building the BVH (default: high up to 100,000 primitives, else medium).
     #[arg(long, value_enum)]
     pub bvh_quality: Option<QualityArg>,
 
-    /// How the closest hit is found, of which the image does not depend; without it, by what is fastest on the backend.
+    /// Method of finding the closest hit; does not affect the image (default: the fastest on the
+    /// backend).
     #[arg(long, value_enum)]
     pub traversal: Option<TraversalArg>,
 
-    /// What a lane of the device works on, of which the image does not depend; without it, what is fastest on the backend.
+    /// Assignment of samples to the lanes of the device; does not affect the image (default: the
+    /// fastest on the backend).
     #[arg(long, value_enum)]
     pub schedule: Option<ScheduleArg>,
 
-    /// Edge of the tiles for whose camera rays the tree is pruned, of which the image does not depend: a power of two from 4 to 1024, or
-    /// 0 for none; without it, 8 from 64 samples on, else 16, and none where there are lights.
+    /// Tile size in pixels for camera-ray BVH pruning: a power of two from 4 to 1024, or 0 for
+    /// none; does not affect the image (default: 8 from 64 samples per pixel on, else 16; none with
+    /// planar shapes, triangles, lights, environment maps or textures, and none while the camera
+    /// moves).
     #[arg(long, value_name = "PIXELS")]
     pub tile: Option<u32>,
 
-    /// The kernel, by name; without it, the cheapest that the scene can do with (--stats names it).
+    /// Kernel variant by name (default: the cheapest that supports scene and options; --stats names
+    /// it).
     #[arg(long, value_name = "NAME", value_parser = parse_variant)]
     pub variant: Option<&'static str>,
 
-    /// Which build of the kernels; fast exists for cuda and wgpu.
+    /// Build of the kernels; fast is available on cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathArg::Precise)]
     pub math: MathArg,
 }
 
-/// `--allow-outside`.
+/// Option `--allow-outside`.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct IncludeArgs {
-    /// Also read files outside the scene's folder if the scene or its models name them.
+    /// Also read files outside the scene's folder that the scene or its models name (default:
+    /// refuse them).
     #[arg(long)]
     pub allow_outside: bool,
 }
 
 impl IncludeArgs {
-    /// For the library.
+    /// Returns the permitted locations for the library.
     pub fn includes(self) -> Includes {
         if self.allow_outside { Includes::Anywhere } else { Includes::Below }
     }
 }
 
-/// `--backend`.
+/// Values of `--backend`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackendArg {
     /// cuda, else a hardware wgpu adapter, else cpu.
     Auto,
-    /// This machine's threads.
+    /// Threads of this machine.
     Cpu,
-    /// Vulkan, Metal or Direct3D 12.
+    /// GPU through Vulkan, Metal or Direct3D 12.
     Wgpu,
-    /// NVIDIA's driver.
+    /// NVIDIA GPU through CUDA.
     Cuda,
 }
 
-/// `on` or `off`.
+/// Switch of an option: `on` or `off`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
-    /// Yes.
+    /// Enabled.
     On,
-    /// No.
+    /// Disabled.
     Off,
 }
 
-/// `--sampler`.
+/// Values of `--sampler`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SamplerArg {
-    /// A hash: each number independent of each other.
+    /// Hash: all numbers are independent.
     Independent,
-    /// The Owen-scrambled Sobol sequence.
+    /// Owen-scrambled Sobol sequence.
     Sobol,
 }
 
-/// `--bvh-quality`.
+/// Values of `--bvh-quality`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum QualityArg {
-    /// Built soon.
+    /// Fastest to build.
     Fast,
-    /// Between.
+    /// Compromise between both.
     Medium,
-    /// Traced soon.
+    /// Fastest to trace.
     High,
 }
 
 impl QualityArg {
-    /// For the library.
+    /// Returns the library's value.
     pub fn quality(self) -> BvhQuality {
         match self {
             Self::Fast => BvhQuality::Fast,
@@ -177,30 +189,30 @@ impl QualityArg {
     }
 }
 
-/// `--traversal`.
+/// Values of `--traversal`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TraversalArg {
-    /// By a test of each primitive.
+    /// Test of each primitive.
     Linear,
-    /// In a binary tree, with a stack a ray.
+    /// Binary BVH, with a stack for each ray.
     Stack,
-    /// In a wide tree.
+    /// Wide BVH, on the CPU only.
     Wide,
 }
 
-/// `--schedule`.
+/// Values of `--schedule`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ScheduleArg {
-    /// A pixel, one sample after the other.
+    /// One pixel per lane, one sample after the other; lanes of a warp wait for its longest path.
     Pixel,
-    /// A pixel; the next sample starts as soon as a path ends.
+    /// One pixel per lane; its next sample starts as soon as a path ends.
     Regenerate,
-    /// The device is filled once; each lane takes pixels from a queue.
+    /// All lanes that the device holds; each takes pixels from a queue.
     Persistent,
 }
 
 impl TraversalArg {
-    /// For the library.
+    /// Returns the library's value.
     pub fn traversal(self) -> Traversal {
         match self {
             Self::Linear => Traversal::Linear,
@@ -211,7 +223,7 @@ impl TraversalArg {
 }
 
 impl ScheduleArg {
-    /// For the library.
+    /// Returns the library's value.
     pub fn schedule(self) -> Schedule {
         match self {
             Self::Pixel => Schedule::Pixel,
@@ -221,17 +233,17 @@ impl ScheduleArg {
     }
 }
 
-/// `--math`.
+/// Values of `--math`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MathArg {
-    /// Each operation rounded by itself; the CPU's bits on cuda.
+    /// Each operation is rounded separately; cuda gives the bits of the CPU.
     Precise,
-    /// Fused and approximate.
+    /// Fused multiply-add; on cuda also approximate division and square root.
     Fast,
 }
 
 impl MathArg {
-    /// For the library.
+    /// Returns the library's value.
     pub fn mode(self) -> MathMode {
         match self {
             Self::Precise => MathMode::Precise,
@@ -241,7 +253,7 @@ impl MathArg {
 }
 
 impl BackendArg {
-    /// For the library.
+    /// Returns the library's value.
     pub fn choice(self) -> Choice {
         match self {
             Self::Auto => Choice::Auto,
@@ -253,12 +265,12 @@ impl BackendArg {
 }
 
 impl JobArgs {
-    /// Returns whether the scene is a model by itself.
+    /// Returns whether the scene is a model without a scene file.
     pub fn shows_model(&self) -> bool {
         self.scene.as_deref().is_some_and(is_model)
     }
 
-    /// Returns how the exposure is chosen where `given` is what the command line says.
+    /// Returns the choice of the exposure; `given` is the value of `--exposure`, in stops.
     pub fn exposure(&self, given: Option<f32>) -> Exposure {
         match given {
             Some(stops) => Exposure::Stops(stops),
@@ -267,7 +279,7 @@ impl JobArgs {
         }
     }
 
-    /// The scene's settings with what the command line says instead.
+    /// Returns the scene's settings with those of the command line in their place.
     pub fn settings(&self, scene: Settings) -> Settings {
         let follow = |given: u32, from: u32, to: u32| {
             let scaled = f64::from(given) * f64::from(to) / f64::from(from);
@@ -307,6 +319,6 @@ impl JobArgs {
 fn parse_variant(text: &str) -> Result<&'static str, String> {
     trisect_kernels::variant_by_name(text).map(|variant| variant.name).ok_or_else(|| {
         let names: Vec<&str> = trisect_kernels::VARIANTS.iter().map(|variant| variant.name).collect();
-        format!("there are {}", names.join(", "))
+        format!("unknown kernel variant; available: {}", names.join(", "))
     })
 }

@@ -1,4 +1,4 @@
-//! `trisect render`.
+//! Arguments of `trisect render`.
 
 use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, parse_stops};
 use clap::Args;
@@ -6,27 +6,28 @@ use std::path::PathBuf;
 use trisect::output::exposure::Exposure;
 use trisect::output::layers::Aov;
 
-/// `trisect render`.
+/// Arguments of `trisect render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// What and where.
+    /// Scene, settings and device.
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// Denoising.
+    /// Filter of the image.
     #[command(flatten)]
     pub denoise: DenoiseArgs,
 
-    /// When to stop.
+    /// Goal in place of a number of samples.
     #[command(flatten)]
     pub goal: GoalArgs,
 
-    /// Not to lose it.
+    /// Checkpoints, time limit and fallback.
     #[command(flatten)]
     pub checkpointing: CheckpointArgs,
 
-    /// Layers of what the pixels see, beside the image, in an .exr: normal, position, albedo, depth, id, variance, samples; several
-    /// with commas between.
+    /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
+    /// variance, samples. Position and depth are in the space of the renderer, which differs from
+    /// the scene's if the scene has the field `space` (default: none).
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
 
@@ -34,22 +35,22 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", default_value = "out.png")]
     pub output: PathBuf,
 
-    /// Exposure of the image file: each stop doubles the light (default: 0; for a model by itself,
-    /// in a .png, by its median luminance).
+    /// Exposure of the image file in stops; each doubles the radiance (default: 0; for a model
+    /// without a scene file, in a .png, by the median luminance).
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: Option<f32>,
 
-    /// What is said of it.
+    /// Messages and statistics.
     #[command(flatten)]
     pub log: LogArgs,
 
-    /// Several processes.
+    /// Options for several processes.
     #[command(flatten)]
     pub cluster: ClusterArgs,
 }
 
 impl RenderArgs {
-    /// Returns how the exposure of the image file is chosen.
+    /// Returns the choice of the exposure of the image file.
     pub fn exposure(&self) -> Exposure {
         self.job.exposure(self.exposure)
     }
@@ -58,6 +59,6 @@ impl RenderArgs {
 fn parse_aov(text: &str) -> Result<Aov, String> {
     Aov::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, aov)| aov).ok_or_else(|| {
         let names: Vec<&str> = Aov::ALL.into_iter().map(|(name, _)| name).collect();
-        format!("there are {}", names.join(", "))
+        format!("unknown layer; available: {}", names.join(", "))
     })
 }

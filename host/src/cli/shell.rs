@@ -1,56 +1,58 @@
-//! What is about the program itself, and what it says.
+//! Options of messages and statistics, and the arguments of `trisect info`, `doctor`, `completions`
+//! and `man`.
 
 use clap::Args;
 use std::path::PathBuf;
 
-/// What a render says of itself.
+/// Messages and statistics of a render.
 #[derive(Clone, Debug, Args)]
 pub struct LogArgs {
-    /// Write what the render took as JSON; `-` prints it on standard output.
+    /// Write statistics of the render as JSON; `-` prints them to standard output (default: none).
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
-    /// Print errors only.
+    /// Print warnings and errors only: no progress, no summary.
     #[arg(short, long)]
     pub quiet: bool,
 
-    /// Print also how it was rendered, and what each phase took.
+    /// Also print the kernel with its traversal and schedule, and the time of each phase.
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
 }
 
-/// `trisect info`.
+/// Arguments of `trisect info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Print JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// `trisect doctor`.
+/// Arguments of `trisect doctor`.
 #[derive(Debug, Args)]
-#[command(after_help = "Exit codes: 0 what is here works, 1 something is here and does not work.")]
+#[command(after_help = "Exit codes: 0 all that is present works, 1 something is present and does not work.")]
 pub struct DoctorArgs {
-    /// Print JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// `trisect completions`.
+/// Arguments of `trisect completions`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "bash: trisect completions bash > ~/.local/share/bash-completion/completions/trisect\nzsh:  trisect completions zsh > FOLDER/_trisect, FOLDER being one of $fpath\nfish: trisect completions fish > ~/.config/fish/completions/trisect.fish"
 )]
 pub struct CompletionsArgs {
-    /// Which.
+    /// Shell that the script is for.
     #[arg(value_enum)]
     pub shell: clap_complete::Shell,
 }
 
-/// `trisect man`.
+/// Arguments of `trisect man`.
 #[derive(Debug, Args)]
 pub struct ManArgs {
-    /// Folder for trisect.1 and a page of each command, such as ~/.local/share/man/man1; without it, trisect.1 is printed.
+    /// Folder for trisect.1 and a page for each command, such as ~/.local/share/man/man1; created
+    /// if it does not exist (default: print trisect.1).
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
 }

@@ -1,74 +1,78 @@
-//! `trisect tradeoff` and `trisect converge`.
+//! Arguments of `trisect tradeoff` and `trisect converge`.
 
 use super::JobArgs;
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Where references are kept, and how good they are.
+/// Options of the reference that errors are measured against.
 #[derive(Clone, Debug, Args)]
 pub struct ReferenceArgs {
-    /// Mean samples per pixel of the reference, as many as its share of --time-limit allows (35 %
-    /// for tradeoff, 20 % for converge). Default: for tradeoff as many as fit, for converge eight
-    /// times --last.
+    /// Maximum mean samples per pixel of the reference, which takes at most its share of
+    /// --time-limit: 35 % for tradeoff, 20 % for converge (default: for tradeoff as many as fit,
+    /// for converge eight times --last).
     #[arg(long, value_name = "N", value_parser = super::parse_count)]
     pub reference_spp: Option<u32>,
 
-    /// Folder where references are kept by hash; without it, trisect/references in the user's cache.
+    /// Folder that keeps references, named by hash, for later measurements (default:
+    /// trisect/references in the user's cache).
     #[arg(long, value_name = "FOLDER")]
     pub cache: Option<PathBuf>,
 }
 
-/// `trisect tradeoff`.
+/// Arguments of `trisect tradeoff`.
 #[derive(Clone, Debug, Args)]
 pub struct TradeoffArgs {
-    /// What and where; --spp is what each point's number of samples is at most.
+    /// Scene, settings and device; `--spp` is the maximum of three levels.
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// Knobs to turn, with commas between; without it, all that the scene and the device have.
+    /// Settings to vary, separated by commas, see docs/how-to/samples-and-budgets.md (default: all
+    /// that apply to the scene and the device).
     #[arg(long, value_name = "KNOBS", value_delimiter = ',')]
     pub knobs: Vec<String>,
 
-    /// Repetitions of each point, by different random numbers.
+    /// Number of repetitions of each point, with different seeds.
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub seeds: usize,
 
-    /// Numbers of samples a pixel, with commas between; without it, three that about fit
-    /// --time-limit.
+    /// Samples per pixel of the points, separated by commas (default: three levels, up to --spp or
+    /// as fit --time-limit).
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = super::parse_count)]
     pub levels: Vec<u32>,
 
-    /// Maximum time for all of it, such as 60s. What is not measured by then is named in the
-    /// report, and the exit code is 7.
+    /// Maximum time of the whole measurement, such as 60s. If it ends the measurement, the report
+    /// names what is missing, and the exit code is 7.
     #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 
-    /// The reference.
+    /// Reference that errors are measured against.
     #[command(flatten)]
     pub reference: ReferenceArgs,
 
-    /// Folder for report.html, tradeoff.json, tradeoff.csv and charts.
+    /// Folder for report.html, tradeoff.json, tradeoff.csv and charts; created if it does not
+    /// exist.
     #[arg(short, long, value_name = "FOLDER", default_value = "tradeoff")]
     pub output: PathBuf,
 
-    /// Print the summary only.
+    /// Print the summary without progress and intermediate results; warnings about the scene and
+    /// errors are printed.
     #[arg(short, long)]
     pub quiet: bool,
 
-    /// Print what is in tradeoff.json in place of the summary.
+    /// Print the content of tradeoff.json instead of the summary.
     #[arg(long)]
     pub json: bool,
 }
 
-/// `trisect converge`.
+/// Arguments of `trisect converge`.
 #[derive(Clone, Debug, Args)]
 pub struct ConvergeArgs {
-    /// What and where.
+    /// Scene, settings and device.
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// Knobs whose ways are followed beside the base, with commas between.
+    /// Settings to vary, separated by commas; each configuration is compared with the base.
     #[arg(
         long,
         value_name = "KNOBS",
@@ -77,32 +81,32 @@ pub struct ConvergeArgs {
     )]
     pub knobs: Vec<String>,
 
-    /// Repetitions, by different random numbers.
+    /// Number of repetitions, with different seeds.
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub seeds: usize,
 
-    /// Samples a pixel at first.
+    /// Samples per pixel of the first point; each further point has twice as many.
     #[arg(long, value_name = "N", value_parser = super::parse_count, default_value_t = 16)]
     pub first: u32,
 
-    /// Maximum samples per pixel; fewer where --time-limit allows no more.
+    /// Maximum samples per pixel; fewer if --time-limit ends the measurement.
     #[arg(long, value_name = "N", value_parser = super::parse_count, default_value_t = 4096)]
     pub last: u32,
 
-    /// Maximum time for all of it, such as 60s, in equal shares for all ways. What is not measured
-    /// by then is named, and the exit code is 7.
+    /// Maximum time of the whole measurement, such as 60s, shared equally among the configurations.
+    /// If it ends the measurement, what is missing is named, and the exit code is 7.
     #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 
-    /// The reference.
+    /// Reference that errors are measured against.
     #[command(flatten)]
     pub reference: ReferenceArgs,
 
-    /// Write what was found as JSON.
+    /// Also write the results as JSON to this file (default: none).
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Print JSON.
+    /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
 }

@@ -1,4 +1,4 @@
-//! `trisect view`.
+//! Arguments of `trisect view`.
 
 use super::{ClusterArgs, DenoiseArgs, JobArgs, parse_count, parse_stops};
 use clap::Args;
@@ -6,74 +6,79 @@ use std::path::PathBuf;
 use trisect::denoise::TemporalSettings;
 use trisect::render::DisplayOptions;
 
-/// `trisect view`.
+/// Arguments of `trisect view`.
 #[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
-    /// What and where; --spp are those of one frame, without it 1.
+    /// Scene, settings and device; `--spp` is that of one frame, 1 by default.
     #[command(flatten)]
     pub job: JobArgs,
 
-    /// Denoising.
+    /// Filter of the frames.
     #[command(flatten)]
     pub denoise: DenoiseArgs,
 
-    /// Frames that what was seen before counts for, at most, while the camera moves; 0 forgets it.
+    /// Maximum number of frames that earlier frames count for while the camera moves; 0 discards
+    /// them.
     #[arg(long, value_name = "N", default_value_t = TemporalSettings::DEFAULT.frames)]
     pub history: u32,
 
-    /// Take what was seen before within so many standard deviations of what a pixel's neighbours show now; inf takes it as it is.
+    /// Clamp the light of earlier frames to within X standard deviations of a pixel's neighbourhood
+    /// in the current frame; inf disables the clamp.
     #[arg(long, value_name = "X", default_value_t = TemporalSettings::DEFAULT.clamp)]
     pub history_clamp: f32,
 
-    /// Render a smaller image, this share of both sides, and enlarge it.
+    /// Scale of width and height of the rendered frame; the window enlarges it, files of --headless
+    /// are smaller.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_scale)]
     pub scale: f64,
 
-    /// Samples a pixel from which on an image that rests is finished.
+    /// In a window: samples per pixel at which an image at rest is finished.
     #[arg(long, value_name = "N", default_value = "4096", value_parser = parse_count)]
     pub enough: u32,
 
-    /// Share of the width, from the left, that shows the image without denoising.
+    /// Share of the width, from the left, that shows the image without the filter: 0 to 1.
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_share)]
     pub split: f64,
 
-    /// Exposure: each stop doubles the light (default: 0; for a model by itself by its median
-    /// luminance).
+    /// Exposure in stops; each doubles the radiance (default: 0; for a model without a scene file,
+    /// by the median luminance).
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: Option<f32>,
 
-    /// No window: render --frames frames and print what they take.
+    /// Render frames without a window and print their times.
     #[arg(long)]
     pub headless: bool,
 
-    /// With --headless: how many; without it, as many as the camera's path has, or 10.
+    /// With --headless: number of frames (default: up to the last key of --camera-path, else 10).
     #[arg(long, value_name = "N", requires = "headless", value_parser = parse_count)]
     pub frames: Option<u32>,
 
-    /// With --headless: poses at frames (docs/viewer.md); without it, the camera rests.
+    /// With --headless: file of camera poses at frames, see docs/how-to/camera-paths.md (default:
+    /// the camera rests).
     #[arg(long, value_name = "FILE", requires = "headless")]
     pub camera_path: Option<PathBuf>,
 
-    /// With --headless: write the frames into this folder as 0000.png, 0001.png and so on.
+    /// With --headless: folder for the frames, 0000.png, 0001.png and so on; created if it does not
+    /// exist (default: none are written).
     #[arg(short, long, value_name = "DIR", requires = "headless")]
     pub output: Option<PathBuf>,
 
-    /// With --headless: write what was measured as JSON, too; `-` prints it in place of the table.
+    /// With --headless: also write the times as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE", requires = "headless")]
     pub json: Option<PathBuf>,
 
-    /// With --headless: several processes, each a band of rows.
+    /// Options for several processes, each of which renders a band of rows; with `--headless`.
     #[command(flatten)]
     pub cluster: ClusterArgs,
 }
 
 impl ViewArgs {
-    /// For the library.
+    /// Returns the settings of the history.
     pub fn history(&self) -> TemporalSettings {
         TemporalSettings { frames: self.history, clamp: self.history_clamp }
     }
 
-    /// For the library; without an automatic exposure.
+    /// Returns the display options, with 0 stops if no exposure is given.
     pub fn screen(&self) -> DisplayOptions {
         DisplayOptions { split: self.split, stops: self.exposure.unwrap_or(0.0) }
     }

@@ -1,4 +1,4 @@
-//! Where the root puts together what came.
+//! Puts the image parts that the root receives together.
 
 use super::ClusterError;
 use super::image_part::{ImagePart, WireFormat};
@@ -9,25 +9,25 @@ use crate::image::Image;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The image, or what is there of it.
+/// Image on the root, complete or partial.
 #[derive(Clone, Debug)]
 pub enum AssembledImage {
-    /// 8 bits a channel, sRGB, row by row; black where nothing came.
+    /// sRGB, 8 bits per channel, row by row; black where no part arrived.
     Bytes {
-        /// Pixels across.
+        /// Width in pixels.
         width: u32,
-        /// Pixels down.
+        /// Height in pixels.
         height: u32,
-        /// Three a pixel.
+        /// Three bytes per pixel.
         bytes: Vec<u8>,
     },
-    /// Radiance; NaN where nothing came.
+    /// Radiance; NaN where no part arrived.
     Color(Image),
     /// All sums.
     Film(Box<Film>),
 }
 
-/// What the image is made of.
+/// Pixels in the form in which they arrive.
 enum Store {
     Bytes(Vec<u8>),
     Color(Vec<[f32; 3]>),
@@ -35,21 +35,21 @@ enum Store {
     Film(Box<Film>),
 }
 
-/// The root's image while it comes.
+/// Image of the root while parts arrive.
 pub(super) struct Assembler {
     width: u32,
     height: u32,
     store: Store,
-    /// Samples of pixels that came, of those that were asked for.
+    /// Samples received, summed over all pixels, of those that were requested.
     pub done: u64,
-    /// All of them.
+    /// Samples requested, summed over all pixels.
     pub total: u64,
-    /// Over all pieces.
+    /// Counts over all image parts.
     pub counts: FilmCounts,
 }
 
 impl Assembler {
-    /// For pixels that travel so.
+    /// Creates an empty image for pixels in this wire format.
     pub fn new(width: u32, height: u32, samples: u32, travels: WireFormat) -> Self {
         let pixels = width as usize * height as usize;
         let store = match travels {
@@ -65,7 +65,7 @@ impl Assembler {
         Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
     }
 
-    /// For what a film lacks of some samples.
+    /// Creates an assembler for the samples of `samples` that a film lacks.
     pub fn for_film(film: Film, samples: &Range<u32>) -> Self {
         let missing = film.coverage.missing(samples);
         let (width, height) = (film.width, film.height);
@@ -74,7 +74,7 @@ impl Assembler {
         Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
     }
 
-    /// Where it is all sums.
+    /// Returns the film, if the image has all sums.
     pub fn film(&self) -> Option<&Film> {
         match &self.store {
             Store::Film(film) => Some(film),
@@ -82,12 +82,13 @@ impl Assembler {
         }
     }
 
-    /// Whether all came.
+    /// Returns whether all samples have arrived.
     pub fn is_complete(&self) -> bool {
         self.done >= self.total
     }
 
-    /// Pixels whose samples all came, counted as if samples came pixel by pixel.
+    /// Returns the numbers of complete pixels and of all pixels, counted as if samples arrived
+    /// pixel by pixel.
     pub fn pixels(&self) -> (u64, u64) {
         let pixels = u64::from(self.width) * u64::from(self.height);
         (self.done / (self.total / pixels.max(1)).max(1), pixels)
@@ -98,13 +99,13 @@ impl Assembler {
         rows.start as usize * row..rows.end as usize * row
     }
 
-    /// Takes a piece that was checked against the image's size.
+    /// Adds an image part that was checked against the image's size.
     ///
     /// # Errors
     ///
-    /// For a piece that travels otherwise, or came twice.
+    /// For a part in another wire format, or one that arrived twice.
     pub fn take(&mut self, from: u32, piece: &ImagePart) -> Result<(), Error> {
-        let other = || ClusterError::Protocol { rank: from, message: "pixels of another kind".to_owned() };
+        let other = || ClusterError::Protocol { rank: from, message: "pixels in another format".to_owned() };
         let (width, size) = (self.width as usize, piece.wire_format.bytes());
         let pixels = piece.pixels();
         let mut at = 0;
@@ -145,13 +146,13 @@ impl Assembler {
         Ok(())
     }
 
-    /// Adds a rank's sums of rows that are neighbours.
+    /// Adds a rank's sums of contiguous rows.
     ///
     /// # Errors
     ///
-    /// For a piece that travels otherwise.
+    /// For a part in another wire format, or of other rows.
     pub fn add(&mut self, from: u32, piece: &ImagePart) -> Result<(), ClusterError> {
-        let other = || ClusterError::Protocol { rank: from, message: "pixels of another kind".to_owned() };
+        let other = || ClusterError::Protocol { rank: from, message: "pixels in another format".to_owned() };
         let rows = piece.rows.blocks().next().filter(|rows| rows.len() == piece.rows.len() as usize);
         let pixels = self.bytes(&rows.ok_or_else(other)?, 1);
         let Store::Means(store) = &mut self.store else { return Err(other()) };
@@ -162,7 +163,7 @@ impl Assembler {
         Ok(())
     }
 
-    /// What is there.
+    /// Returns the image so far.
     pub fn picture(self) -> AssembledImage {
         let (width, height) = (self.width, self.height);
         match self.store {

@@ -1,5 +1,5 @@
-//! How long an image takes over so many ranks: a model of few measured numbers, which chooses between rows and averages, and says what more
-//! ranks would bring.
+//! Model of the time of an image over any number of ranks, from a few measured numbers. It chooses
+//! between rows and averages, and predicts what more ranks would bring.
 
 use super::ClusterError;
 use super::heartbeat::Heartbeat;
@@ -14,34 +14,34 @@ use crate::render::{Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// What was measured of the ranks and the network between them.
+/// Measured speed of the ranks and the network between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
-    /// Samples a second of the slowest rank, reading and encoding them included.
+    /// Samples per second of the slowest rank, including reading and encoding them.
     pub rate: f64,
-    /// Seconds that an image takes it besides.
+    /// Additional seconds per image of the slowest rank.
     pub fixed: f64,
-    /// Seconds of an empty message from one rank to another.
+    /// Time of an empty message from one rank to another, in seconds.
     pub latency: f64,
-    /// Seconds from one to the next of many that are on their way at once.
+    /// Time between consecutive messages of many that are sent at once, in seconds.
     pub overhead: f64,
-    /// Bytes a second of a large one.
+    /// Bytes per second of a large message.
     pub bandwidth: f64,
 }
 
-/// An image.
+/// Size of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shape {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
 }
 
 impl Shape {
-    /// Of these settings.
+    /// Returns the size of the image with these settings.
     pub fn of(settings: &Settings) -> Self {
         Self { width: settings.width, height: settings.height, samples: settings.samples }
     }
@@ -51,15 +51,15 @@ impl Shape {
     }
 }
 
-/// How pixels come to the root.
+/// Method by which pixels reach the root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gather {
     /// From each rank, when it is done.
     Flat,
-    /// The same, while the next frame is rendered.
+    /// From each rank, while the next frame is rendered.
     Pipelined,
-    /// To where they belong in the root's memory, while the next frame is rendered: of ranks on one host.
+    /// Directly into the root's memory, while the next frame is rendered: for ranks on one host.
     Shared,
     /// Up a binomial tree, strip by strip.
     Tree,
@@ -67,17 +67,17 @@ pub enum Gather {
     AllReduce,
 }
 
-/// What a frame takes by the model, in seconds.
+/// Predicted time of a frame, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Prediction {
-    /// Of the slowest rank.
+    /// Render time of the slowest rank.
     pub render: f64,
-    /// Beyond that.
+    /// Time beyond rendering.
     pub sync: f64,
 }
 
 impl Prediction {
-    /// Both.
+    /// Returns the time of the whole frame, in seconds.
     pub fn frame(&self) -> f64 {
         self.render + self.sync
     }
@@ -88,16 +88,18 @@ impl Machine {
         self.latency + bytes / self.bandwidth
     }
 
-    /// After another message.
+    /// Returns the time of a message that follows another one, in seconds.
     fn next(&self, bytes: f64) -> f64 {
         self.overhead + bytes / self.bandwidth
     }
 
-    /// A frame by this plan over so many ranks, of `bytes` that travel of each pixel.
+    /// Predicts a frame of `shape` with this plan over `ranks` ranks, with `bytes` sent per pixel.
     ///
-    /// Rows: the most blocks that a rank has, at its rate; then what the root must still take, one message after the other, or, pipelined, what
-    /// of that is longer than rendering; of shared memory, the words that rows are there. Averages: all pixels with the most samples that a rank has; then the last strip's way up the tree, and
-    /// what the root takes of others for longer than it renders.
+    /// * Rows: the maximum number of blocks that a rank has, at its rate. Then the root receives
+    ///   one message after the other; pipelined, only the part of this counts that is longer than
+    ///   rendering; with shared memory, the messages are empty.
+    /// * Averages: all pixels with the maximum number of samples that a rank has. Then the last
+    ///   strip goes up the tree, and the root may receive for longer than it renders.
     pub fn predict(
         &self,
         shape: &Shape,
@@ -125,7 +127,7 @@ impl Machine {
                 self.fixed + shape.pixels() * most.unwrap_or(0) as f64 / self.rate
             }
         };
-        // Who has no block or no samples sends nothing.
+        // A rank without blocks or samples sends nothing.
         let senders = match plan.mode {
             DistributionMode::Rows => {
                 others.min(f64::from(shape.height.div_ceil(1 << plan.block_shift.min(16))) - 1.0)
@@ -152,7 +154,7 @@ impl Machine {
     }
 }
 
-/// Samples for a measurement of the rate.
+/// Returns the number of samples with which the rate is measured.
 fn trial_samples(kind: DeviceKind) -> u64 {
     match kind {
         DeviceKind::Gpu => 1 << 24,
@@ -161,23 +163,24 @@ fn trial_samples(kind: DeviceKind) -> u64 {
     }
 }
 
-/// Bytes of a message that measures the bandwidth.
+/// Size of a message that measures the bandwidth.
 const LARGE_MESSAGE_BYTES: usize = 4 << 20;
 
-/// Empty messages that measure the latency.
+/// Number of empty messages that measure the latency.
 const LATENCY_MESSAGES: u32 = 16;
 
-/// The same that are sent at once.
+/// Number of empty messages that are sent at once to measure the overhead.
 const BURST_MESSAGES: u32 = 64;
 
-/// This rank's rate on some rows of the image, spread over it, and the seconds that an image takes besides.
+/// Returns this rank's samples per second on rows spread over the image, and the additional seconds
+/// of a whole image.
 fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Error> {
     let row = u64::from(settings.width);
     let rows =
         (trial_samples(renderer.backend().device().kind) / row).clamp(1, u64::from(settings.height)) as u32;
     let rows = RowSet::interleaved(settings.height, 0, 0, settings.height.div_ceil(rows));
     let most = settings.samples.min(32);
-    // The first compiles and allocates.
+    // The first render compiles kernels and allocates memory.
     renderer.render_chunk(settings, &rows, 0..1, &mut ())?;
     let mut time = |samples: u32| -> Result<f64, Error> {
         let mut least = f64::INFINITY;
@@ -194,12 +197,12 @@ fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Erro
         return Ok((pixels / one.max(1e-9), 0.0));
     }
     let slope = (time(most)? - one).max(1e-9) / (pixels * f64::from(most - 1));
-    // What a pixel costs besides its samples, over the whole image.
+    // Cost of a pixel besides its samples, over the whole image.
     let fixed = (one - slope * pixels).max(0.0) * f64::from(settings.height) / f64::from(rows.len());
     Ok((1.0 / slope, fixed))
 }
 
-/// Asks a rank, and says how long the answer took.
+/// Sends a request to a rank; returns the time until its answer, and the answer.
 fn ask<N: Network>(
     link: &mut Heartbeat<N>,
     rank: u32,
@@ -211,11 +214,12 @@ fn ask<N: Network>(
     Ok((start.elapsed(), answer.bytes))
 }
 
-/// Measures the ranks and the network between them; all ranks call it. On the root what was found, on others nothing.
+/// Measures the ranks and the network between them; all ranks call this. Returns the result on the
+/// root, `None` on the others.
 ///
 /// # Errors
 ///
-/// As [`Heartbeat::receive`] and [`Renderer::render_chunk`].
+/// Errors of [`Heartbeat::receive`] and [`Renderer::render_chunk`].
 pub fn measure<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -230,7 +234,8 @@ pub fn measure<N: Network>(
     let (rate, fixed) = rate?;
     if !link.is_root() {
         loop {
-            // The root asks for an echo, for many, for many bytes, or for the rate, which is the last.
+            // The root asks for an echo (0), a large message (1), the rate (2, always last) or many
+            // messages (3).
             match link.expect(Tag::Ping)?.bytes.first() {
                 Some(3) => (0..BURST_MESSAGES).try_for_each(|_| link.send(0, Tag::Ping, Vec::new()))?,
                 Some(1) => link.send(0, Tag::Ping, vec![0; LARGE_MESSAGE_BYTES])?,
@@ -258,7 +263,7 @@ pub fn measure<N: Network>(
         let (_, bytes) = ask(link, rank, 2)?;
         let theirs: Vec<f64> = bytemuck::pod_collect_to_vec(&bytes[..bytes.len() / 8 * 8]);
         let [theirs, fixed] = theirs[..] else {
-            let message = "a rate that is none".to_owned();
+            let message = "an invalid rate".to_owned();
             return Err(ClusterError::Protocol { rank, message }.into());
         };
         machine.rate = machine.rate.min(theirs);
@@ -271,11 +276,12 @@ pub fn measure<N: Network>(
     Ok((renderer, Some(machine)))
 }
 
-/// Chooses between rows and averages by a short measurement; all ranks call it, and get the same. Why, for people.
+/// Chooses between rows and averages by a short measurement; all ranks call this and get the same
+/// choice, with the reason for people.
 ///
 /// # Errors
 ///
-/// As [`measure`].
+/// Same as [`measure`].
 pub fn choose<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -297,7 +303,8 @@ pub fn choose<N: Network>(
     Ok((renderer, chosen))
 }
 
-/// Averages must be so much faster: rows have one process's bits in any case, and the model is no better than that.
+/// Averages are chosen if their predicted time is below this fraction of that of rows: rows always
+/// have the bits of one process, and the model is not more accurate than this.
 const AVERAGE_THRESHOLD: f64 = 0.95;
 
 fn decide(machine: &Machine, shape: &Shape, plan: &ClusterPlan, ranks: u32) -> (DistributionMode, String) {
@@ -332,10 +339,10 @@ mod tests {
     fn rows_while_there_are_enough() {
         let many = Shape { width: 1920, height: 1080, samples: 64 };
         assert_eq!(decide(&MACHINE, &many, &ClusterPlan::default(), 4).0, DistributionMode::Rows);
-        // 16 rows in blocks of 8 keep two ranks busy.
+        // 16 rows in blocks of 8 keep only two ranks busy.
         let flat = Shape { width: 1920, height: 16, samples: 4096 };
         assert_eq!(decide(&MACHINE, &flat, &ClusterPlan::default(), 8).0, DistributionMode::Average);
-        // One sample cannot be shared.
+        // One sample cannot be divided.
         let one = Shape { samples: 1, ..many };
         assert_eq!(decide(&MACHINE, &one, &ClusterPlan::default(), 8).0, DistributionMode::Rows);
     }
@@ -352,7 +359,7 @@ mod tests {
             assert!(at(ranks, Gather::Pipelined).sync <= at(ranks, Gather::Flat).sync);
             assert_eq!(at(ranks, Gather::Shared).sync, 0.0);
         }
-        // No more ranks than blocks have work.
+        // Only as many ranks as there are blocks have work.
         assert_eq!(at(135, Gather::Flat).render, at(4096, Gather::Flat).render);
     }
 }

@@ -1,25 +1,27 @@
-//! Which device a rank takes.
+//! Choice of each rank's device.
 
 use super::ClusterError;
 use crate::Error;
 use crate::backend::{Choice, DeviceKind, cuda, wgpu};
 
-/// What a rank does for which its host has no GPU left.
+/// Action of a rank if its host has no GPU left for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoGpuPolicy {
-    /// Ends the job.
+    /// End the job.
     Refuse,
-    /// Uses the CPU.
+    /// Use the CPU.
     Cpu,
-    /// Shares a GPU with another rank.
+    /// Share a GPU with another rank.
     Share,
 }
 
-/// The device of the rank with this number on its host: of the GPUs there, each rank its own. Unchanged where the user names one.
+/// Returns the backend and device of the rank with number `local` on its host: each rank gets its
+/// own GPU. A device that the user named stays, and so does the CPU.
 ///
 /// # Errors
 ///
-/// [`ClusterError::NoDevice`] where there are fewer than ranks, and none may be shared; and what the backend says that is not there.
+/// [`ClusterError::NoDevice`] if the host has fewer GPUs than ranks, unless `spare` allows it; the
+/// backend's error if it is not available.
 pub fn for_rank(
     choice: Choice,
     device: Option<usize>,
@@ -55,7 +57,8 @@ pub fn for_rank(
     )
 }
 
-/// The rank's of these; none for the CPU, and how many there are where that is too few.
+/// Returns the GPU of a rank from `gpus`; `None` for the CPU, and the number of GPUs as the error
+/// if there are too few.
 fn pick(gpus: &[usize], local: u32, spare: NoGpuPolicy) -> Option<Result<usize, usize>> {
     match (gpus.get(local as usize), spare) {
         (Some(own), _) => Some(Ok(*own)),

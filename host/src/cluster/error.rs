@@ -1,32 +1,34 @@
-//! What can go wrong between ranks.
+//! Errors of a render over several ranks.
 
 use crate::threads::ThreadError;
 use thiserror::Error;
 
-/// A render over several processes that cannot start, or ended early.
+/// Render over several processes that could not start, or ended early.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ClusterError {
     /// The program was built without MPI.
     #[error(
-        "this program was built without MPI; build it with --features mpi (docs/cluster.md), or leave out --distribute"
+        "this program was built without MPI; build it with --features mpi (docs/how-to/cluster.md), or leave out --distribute"
     )]
     NotBuilt,
     /// A call of MPI failed.
-    #[error("MPI, {action}: error {code}; `mpirun --version` and docs/cluster.md say what is needed")]
+    #[error(
+        "MPI failed while {action}: error {code}; compare `mpirun --version` with the requirements in docs/how-to/cluster.md"
+    )]
     Mpi {
-        /// What was tried.
+        /// Action that failed.
         action: &'static str,
-        /// As MPI numbers it.
+        /// Error code of MPI.
         code: i32,
     },
-    /// Another rank said that it cannot go on.
+    /// Another rank reported an error.
     #[error("rank {rank} on {host}: {message}")]
     Rank {
-        /// Which.
+        /// The rank.
         rank: u32,
-        /// Where it runs.
+        /// Its host.
         host: String,
-        /// What it said.
+        /// Its error message.
         message: String,
         /// Its exit code.
         code: u8,
@@ -34,72 +36,72 @@ pub enum ClusterError {
     /// Ranks that would not render the same image.
     #[error("rank {rank} on {host}: {what} is {theirs}, rank 0 has {ours}; start all ranks with the same")]
     Mismatch {
-        /// Which.
+        /// The rank that differs from the root.
         rank: u32,
-        /// Where it runs.
+        /// Its host.
         host: String,
-        /// Scene, seed, kernels, version and so on.
+        /// Property that differs: scene, seed, kernels, version and so on.
         what: String,
-        /// What that rank has.
+        /// Value of that rank.
         theirs: String,
-        /// What the root has.
+        /// Value of the root.
         ours: String,
     },
-    /// A rank was not heard of for too long.
+    /// No message came from a rank for too long.
     #[error(
-        "rank {rank} on {host} was silent for {seconds} s and counts as lost; look for what stopped it there, or allow more by --patience"
+        "rank {rank} on {host} was silent for {seconds} s and counts as lost; find out what stopped it there, or raise --patience"
     )]
     Silent {
-        /// Which.
+        /// The rank.
         rank: u32,
-        /// Where it runs.
+        /// Its host.
         host: String,
-        /// For how long.
+        /// Seconds without a message.
         seconds: u64,
     },
     /// A message that no rank of this version sends.
     #[error("rank {rank} sent {message}; start all ranks with the same program")]
     Protocol {
-        /// Which.
+        /// The sender.
         rank: u32,
-        /// What is wrong with it.
+        /// Description of the message.
         message: String,
     },
-    /// The job was told to end.
-    #[error("ended by a signal; {done} of {total} pixels were there")]
+    /// A signal ended the job.
+    #[error("ended by a signal; {done} of {total} pixels were complete")]
     Ended {
-        /// Pixels of which all samples came.
+        /// Pixels with all their samples.
         done: u64,
-        /// Of the image.
+        /// Pixels of the image.
         total: u64,
     },
-    /// A rank that has no GPU, where all should.
+    /// A rank has no GPU, where each should have one.
     #[error(
         "this rank is number {local} on its host, which has {devices} {backend} devices; start fewer ranks a host, or let the others use the CPU by --spare cpu"
     )]
     NoDevice {
-        /// Its number there, from 0.
+        /// The rank's number on its host, from 0.
         local: u32,
-        /// That it should use.
+        /// Backend that it should use.
         backend: &'static str,
-        /// There.
+        /// Devices of that backend on the host.
         devices: usize,
     },
     /// A thread could not be started.
     #[error(transparent)]
     Threads(#[from] ThreadError),
-    /// What a mode cannot do.
+    /// A mode does not support a setting.
     #[error("{what}; {remedy}")]
     Unsupported {
-        /// It.
+        /// The limitation.
         what: String,
-        /// What helps.
+        /// The remedy.
         remedy: String,
     },
 }
 
 impl ClusterError {
-    /// The process's exit code.
+    /// Returns the process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::NotBuilt | Self::NoDevice { .. } => 3,

@@ -1,4 +1,4 @@
-//! The start: ranks find out whether they would render the same image.
+//! Handshake at the start: the root checks that all ranks would render the same image.
 
 use super::ClusterError;
 use super::heartbeat::Heartbeat;
@@ -8,20 +8,20 @@ use crate::render::{Fingerprint, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// What all ranks must have the same of, by name.
+/// Named properties that must be equal on all ranks.
 pub type FingerprintFields = Vec<(String, String)>;
 
-/// What a rank says of itself.
+/// Message of a rank to the root.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Handshake {
     host: String,
     device: String,
-    /// Or why it cannot render: exit code and message.
+    /// Fingerprint, or the error because of which the rank cannot render: exit code and message.
     facts: Result<FingerprintFields, (u8, String)>,
 }
 
-/// Returns the [fingerprint](Fingerprint) of the image, of a scene with this
-/// [digest](crate::scene::Scene::digest), by words for people.
+/// Returns the [fingerprint](Fingerprint) of the image, for a scene with this
+/// [digest](crate::scene::Scene::digest), with names for people.
 pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>) -> FingerprintFields {
     let Fingerprint { version, kernels, scene, settings } = Fingerprint::new(scene, settings, quality);
     let text = |value: Value| match value {
@@ -36,11 +36,13 @@ pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQua
     programs.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(settings).collect()
 }
 
-/// Tells the root what this rank is; the root compares all with itself. Returns what devices the ranks have, on the root.
+/// Sends this rank's host, device and fingerprint to the root, which compares all ranks with
+/// itself. Returns the devices of all ranks on the root, an empty list on the others.
 ///
 /// # Errors
 ///
-/// On all ranks the same: [`ClusterError::Rank`] where one cannot render, [`ClusterError::Mismatch`], and as [`Heartbeat::receive`].
+/// All ranks return the same error: [`ClusterError::Rank`] if one cannot render,
+/// [`ClusterError::Mismatch`] if one differs. Also the errors of [`Heartbeat::receive`].
 pub fn handshake<N: Network>(
     link: &mut Heartbeat<N>,
     device: &str,
@@ -70,7 +72,7 @@ pub fn handshake<N: Network>(
     while hellos.iter().any(Option::is_none) {
         let message = link.expect(Tag::Handshake)?;
         let theirs: Handshake = serde_json::from_slice(&message.bytes).map_err(|error| {
-            ClusterError::Protocol { rank: message.from, message: format!("no greeting: {error}") }
+            ClusterError::Protocol { rank: message.from, message: format!("an invalid handshake: {error}") }
         })?;
         if let Some(host) = link.hosts.get_mut(message.from as usize) {
             *host = theirs.host.clone();
@@ -100,14 +102,14 @@ pub fn handshake<N: Network>(
     wrong.map_or_else(|| Ok(hellos.into_iter().map(|hello| hello.device).collect()), Err)
 }
 
-/// What the root tells the others.
+/// Answer of the root to the other ranks.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Answer {
     host: String,
     refusal: Option<Refusal>,
 }
 
-/// The same where they cannot begin.
+/// First rank that cannot render or differs, with its error.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Refusal {
     rank: u32,
@@ -122,7 +124,7 @@ fn differs(rank: u32, root: &Handshake, theirs: &Handshake) -> Option<ClusterErr
         (_, Err((code, message))) => {
             return Some(ClusterError::Rank { rank, host, message: message.clone(), code: *code });
         }
-        (Err(_), Ok(_)) => return None, // the root itself is the one to name
+        (Err(_), Ok(_)) => return None, // the root's own error is reported
         (Ok(ours), Ok(facts)) => (ours, facts),
     };
     let other = |(name, ours): &(String, String)| {
@@ -166,7 +168,7 @@ mod tests {
         assert!(text.contains("rank 2 on thread-2: the seed is 7, rank 0 has 0"), "{text}");
         assert!(mixed.iter().all(|rank| rank.as_ref().unwrap_err().exit_code() == 2));
 
-        // Trees of another quality decide ties otherwise.
+        // BVHs of another quality decide ties differently.
         let tree = fingerprint(&scene.digest(), &scene.settings(), Some(BvhQuality::Fast));
         let mixed = meet(vec![Ok(same.clone()), Ok(tree)]);
         let text = mixed[0].as_ref().unwrap_err().to_string();

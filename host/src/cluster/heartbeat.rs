@@ -1,4 +1,4 @@
-//! Signs of life, so that a rank that is lost does not keep the others waiting.
+//! Heartbeats, so that a lost rank does not keep the others waiting.
 
 use super::ClusterError;
 use super::network::{Message, Network, Tag};
@@ -7,34 +7,34 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Between two signs of life.
+/// Time between two heartbeats.
 const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(500);
 
-/// How long a rank may be silent, unless told otherwise.
+/// Default time without a message after which a rank counts as lost.
 pub const DEFAULT_PATIENCE: Duration = Duration::from_secs(6);
 
-/// How long a rank that waits for work or messages sleeps.
+/// Time that a rank sleeps while it waits for work or messages.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_micros(100);
 
-/// A network whose ranks watch each other: the root all, all the root.
+/// Network whose ranks watch each other: the root watches all ranks, the others watch the root.
 pub struct Heartbeat<N> {
     network: N,
     patience: Duration,
-    /// Ranks that take part; others wait.
+    /// Number of ranks that take part; the others wait.
     active: u32,
-    /// Of each rank, the last sign of life.
+    /// Time of the last message from each rank.
     last_heard: Vec<Instant>,
     last_sent: Instant,
-    /// Names of the hosts, as far as known.
+    /// Host name of each rank, as far as known.
     pub(super) hosts: Vec<String>,
-    /// Messages that came before someone asked for them.
+    /// Messages that arrived before a caller asked for them.
     waiting: VecDeque<Message>,
-    /// Bytes that this rank sent, signs of life not among them.
+    /// Bytes that this rank has sent, without heartbeats.
     pub(super) sent: u64,
 }
 
 impl<N: Network> Heartbeat<N> {
-    /// All ranks count as alive now.
+    /// Creates the heartbeat of a network; all ranks count as alive now.
     pub fn new(network: N, patience: Duration) -> Self {
         let now = Instant::now();
         let ranks = network.ranks() as usize;
@@ -56,81 +56,81 @@ impl<N: Network> Heartbeat<N> {
         }
     }
 
-    /// This rank.
+    /// Returns the number of this rank.
     pub fn rank(&self) -> u32 {
         self.network.rank()
     }
 
-    /// How many take part.
+    /// Returns the number of ranks that take part.
     pub fn ranks(&self) -> u32 {
         self.active
     }
 
-    /// From now on so many ranks take part, and the others wait for their turn.
+    /// Lets only the first `ranks` ranks take part from now on; the others wait.
     ///
     /// # Errors
     ///
-    /// As [`Network::group`].
+    /// Same as [`Network::group`].
     pub fn limit_ranks(&mut self, ranks: u32) -> Result<(), ClusterError> {
         self.active = ranks.clamp(1, self.network.ranks());
         self.network.group(self.active)
     }
 
-    /// Whether this rank is the root.
+    /// Returns whether this rank is the root.
     pub fn is_root(&self) -> bool {
         self.rank() == 0
     }
 
-    /// From now on all take part.
+    /// Lets all ranks take part from now on.
     pub fn use_all_ranks(&mut self) {
         self.active = self.network.ranks();
     }
 
-    /// What carries the messages.
+    /// Returns the underlying network.
     pub fn network(&mut self) -> &mut N {
         &mut self.network
     }
 
-    /// Where a rank runs, as far as known.
+    /// Returns the host name of a rank, as far as known.
     pub fn host_of(&self, rank: u32) -> String {
         self.hosts.get(rank as usize).cloned().unwrap_or_default()
     }
 
-    /// Sends.
+    /// Sends a message.
     ///
     /// # Errors
     ///
-    /// As [`Network::send`].
+    /// Same as [`Network::send`].
     pub fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), ClusterError> {
         self.sent += bytes.len() as u64;
         self.network.send(to, tag, bytes)
     }
 
-    /// The same of words.
+    /// Sends a message of 32-bit words.
     ///
     /// # Errors
     ///
-    /// As [`Network::send`].
+    /// Same as [`Network::send_words`].
     pub fn send_words(&mut self, to: u32, tag: Tag, words: Vec<u32>) -> Result<(), ClusterError> {
         self.sent += size_of_val(&words[..]) as u64;
         self.network.send_words(to, tag, words)
     }
 
-    /// Sends to all but this rank.
+    /// Sends a message to all ranks that take part except this one.
     ///
     /// # Errors
     ///
-    /// As [`Network::send`].
+    /// Same as [`Network::send`].
     pub fn send_all(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), ClusterError> {
         let own = self.rank();
         (0..self.ranks()).filter(|&rank| rank != own).try_for_each(|to| self.send(to, tag, bytes.to_vec()))
     }
 
-    /// Gives and takes signs of life, and returns the next message if there is one.
+    /// Sends and processes heartbeats, and returns the next message, if there is one.
     ///
     /// # Errors
     ///
-    /// [`ClusterError::Silent`], and as [`Network::receive`].
+    /// [`ClusterError::Silent`] for a lost rank, and the errors of [`Network::receive`].
     pub fn receive(&mut self) -> Result<Option<Message>, ClusterError> {
         match self.waiting.pop_front() {
             Some(message) => Ok(Some(message)),
@@ -141,12 +141,14 @@ impl<N: Network> Heartbeat<N> {
     fn poll(&mut self) -> Result<Option<Message>, ClusterError> {
         let now = Instant::now();
         let own = self.rank();
-        // A rank that itself was stopped for a while has heard of no one: first it listens.
+        // A rank that was itself stopped has heard from no one meanwhile. It restarts the timeouts
+        // instead of reporting the others as lost.
         let slept = now.duration_since(self.last_sent) > 2 * HEARTBEAT_INTERVAL;
         if now.duration_since(self.last_sent) >= HEARTBEAT_INTERVAL {
             self.last_sent = now;
             let to = if own == 0 { 1..self.network.ranks() } else { 0..1 };
-            // One that does not go out would pile up: who does not take them is silent anyway.
+            // Unsent heartbeats must not pile up. A rank that does not receive them is found to be
+            // silent anyway.
             if self.network.unsent() < 4 * self.ranks() as usize + 64 {
                 to.clone().try_for_each(|to| self.network.send(to, Tag::Heartbeat, Vec::new()))?;
             }
@@ -178,16 +180,18 @@ impl<N: Network> Heartbeat<N> {
         }
     }
 
-    /// How long to wait for something else before the next turn.
+    /// Returns how long to wait for other events before the next poll: zero while a transfer is in
+    /// progress.
     pub(super) fn nap(&mut self) -> Duration {
         if self.network.is_busy() { Duration::ZERO } else { POLL_INTERVAL }
     }
 
-    /// Does `work` on a thread of its own, so that the others hear of this rank meanwhile.
+    /// Runs `work` on its own thread and polls meanwhile, so that the other ranks hear from this
+    /// one.
     ///
     /// # Errors
     ///
-    /// As [`turn`](Self::receive); the work is left to itself then.
+    /// Same as [`receive`](Self::receive). The work then continues, and its result is lost.
     pub fn run_while_polling<T: Send + 'static>(
         &mut self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -199,11 +203,12 @@ impl<N: Network> Heartbeat<N> {
         })
     }
 
-    /// The same of what is left to do after an error: to its end, whoever is silent by now and whatever becomes of the network.
+    /// Runs work that is left after an error, on its own thread and to its end. Silent ranks and
+    /// errors of the network are ignored.
     ///
     /// # Errors
     ///
-    /// [`ClusterError::Protocol`] if the work ends with nothing.
+    /// [`ClusterError::Protocol`] if the work ends without a result.
     pub fn run_to_completion<T: Send + 'static>(
         &mut self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -220,7 +225,7 @@ impl<N: Network> Heartbeat<N> {
         meanwhile: impl Fn(&mut Self) -> Result<(), ClusterError>,
     ) -> Result<T, ClusterError> {
         let (sender, receiver) = channel();
-        let thread = threads::spawn("thread that works", move || {
+        let thread = threads::spawn("worker thread", move || {
             let _ = sender.send(work());
         })?;
         loop {
@@ -232,7 +237,7 @@ impl<N: Network> Heartbeat<N> {
                     Ok(()) => {
                         return Err(ClusterError::Protocol {
                             rank: self.rank(),
-                            message: "nothing".to_owned(),
+                            message: "no result of its work".to_owned(),
                         });
                     }
                 },
@@ -240,11 +245,11 @@ impl<N: Network> Heartbeat<N> {
         }
     }
 
-    /// The next message of this kind; others wait. While none is there, the thread naps.
+    /// Waits for the next message with this tag; other messages are kept for later.
     ///
     /// # Errors
     ///
-    /// As [`turn`](Self::receive).
+    /// Same as [`receive`](Self::receive).
     pub fn expect(&mut self, tag: Tag) -> Result<Message, ClusterError> {
         loop {
             if let Some(at) = self.waiting.iter().position(|message| message.tag == tag)
@@ -259,11 +264,11 @@ impl<N: Network> Heartbeat<N> {
         }
     }
 
-    /// Waits until all that was sent was taken.
+    /// Waits until the receivers have taken all sent messages.
     ///
     /// # Errors
     ///
-    /// As [`turn`](Self::receive).
+    /// Same as [`receive`](Self::receive).
     pub fn flush(&mut self) -> Result<(), ClusterError> {
         while self.network.unsent() > 0 {
             if let Some(message) = self.poll()? {
@@ -291,7 +296,7 @@ mod tests {
     fn silence_is_noticed_on_both_sides() {
         let [mut root, mut other] = pair(Duration::from_millis(1200));
         root.hosts[1] = "there".to_owned();
-        // Both alive: no one complains, though a message is never sent.
+        // Both are alive: neither reports silence, though no message is sent.
         let watch = std::thread::spawn(move || {
             let start = Instant::now();
             while start.elapsed() < Duration::from_millis(2000) {
@@ -304,7 +309,7 @@ mod tests {
             std::thread::sleep(POLL_INTERVAL);
         }
         watch.join().unwrap();
-        // The other one is gone.
+        // The other one has ended.
         let start = Instant::now();
         let error = loop {
             if let Err(error) = root.receive() {
@@ -331,14 +336,14 @@ mod tests {
         worker.join().unwrap();
     }
 
-    /// Who is lost does not keep what there is from being written.
+    /// A lost rank does not keep the root from writing the partial image.
     #[test]
     fn what_is_left_is_done() {
         let [mut root, other] = pair(Duration::from_millis(100));
         std::thread::sleep(Duration::from_millis(50));
         let write = || std::thread::sleep(Duration::from_millis(1500));
         assert_eq!(root.run_to_completion(write), Ok(()));
-        // The twin.
+        // Negative control.
         let stopped = root.run_while_polling(write);
         assert!(matches!(stopped, Err(ClusterError::Silent { rank: 1, .. })), "{stopped:?}");
         drop(other);

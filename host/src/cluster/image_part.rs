@@ -1,4 +1,4 @@
-//! What travels: a piece of the image, in the smallest type that the output needs.
+//! Image parts as messages, in the smallest type that the output needs.
 
 use super::ClusterError;
 use super::means::{ChunkSum, DoubleSum, MeanSum, counts_of};
@@ -11,23 +11,25 @@ use std::ops::Range;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
 
-/// What travels of each pixel.
+/// Data sent for each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum WireFormat {
-    /// 8 bits a channel, sRGB: for a .png. 3 bytes.
+    /// sRGB, 8 bits per channel, for .png files. 3 bytes.
     Bytes = 1,
-    /// Mean radiance, f32: for other images. 12 bytes.
+    /// Mean radiance in `f32`, for other image files. 12 bytes.
     Color = 2,
-    /// The sum of a chunk, and its samples: of a share of samples that is no more than that. 16 bytes.
+    /// Radiance sum and sample count of one chunk, for averages with at most one chunk per rank. 16
+    /// bytes.
     Chunk = 3,
-    /// An exact sum, and its samples. 56 bytes, or, where f64 holds all sums of the piece, 28.
+    /// Exact radiance sum and sample count. 56 bytes; sent as `Double` if `f64` holds all sums of
+    /// the image part.
     Mean = 4,
-    /// That. 28 bytes.
+    /// Radiance sum in `f64` and sample count. 28 bytes.
     Double = 7,
-    /// All that kernels sum of a chunk: for variances. 32 bytes.
+    /// All kernel sums of a chunk, for variances. 32 bytes.
     Sums = 5,
-    /// The same and what tells edges: for denoising and layers. 96 bytes.
+    /// All kernel sums and AOV sums of a chunk, for denoising and AOVs. 96 bytes.
     SumsAndAovs = 6,
 }
 
@@ -35,7 +37,7 @@ impl WireFormat {
     const ALL: [Self; 7] =
         [Self::Bytes, Self::Color, Self::Chunk, Self::Mean, Self::Sums, Self::SumsAndAovs, Self::Double];
 
-    /// Bytes of a pixel.
+    /// Returns the bytes per pixel.
     pub fn bytes(self) -> usize {
         match self {
             Self::Bytes => 3,
@@ -49,7 +51,7 @@ impl WireFormat {
     }
 }
 
-/// What a piece is of. 96 bytes, before the pixels.
+/// Header of an image part: 96 bytes before the pixels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 struct Header {
@@ -69,43 +71,43 @@ struct Header {
     unwritten: u64,
     device_nanoseconds: u64,
     render_nanoseconds: u64,
-    /// Of an average.
+    /// Phase of an average.
     phase: u32,
     pad: u32,
 }
 
 const _: () = assert!(size_of::<Header>() == 96);
 
-/// A piece of the image: some samples of some rows, as bytes for the way.
+/// Part of the image, encoded as a message: some samples of some rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImagePart {
-    /// Which rows.
+    /// Rows of the image.
     pub rows: RowSet,
-    /// Which samples.
+    /// Sample indices of each pixel.
     pub samples: Range<u32>,
-    /// Of an average: whether this is what was summed first or what came last.
+    /// Phase of an average: 0 for what was summed first, 1 for the last chunk.
     pub phase: u32,
-    /// As what.
+    /// Data of each pixel.
     pub wire_format: WireFormat,
-    /// Pixels across.
+    /// Width of the image in pixels.
     pub width: u32,
-    /// In it.
+    /// Counts over its samples.
     pub counts: FilmCounts,
-    /// By the device's timer, in seconds.
+    /// Render time by the device's timer, in seconds.
     pub device_seconds: f64,
-    /// As the host saw it.
+    /// Render time measured by the host, in seconds.
     pub render_seconds: f64,
-    /// Launches.
+    /// Number of submissions.
     pub submissions: u32,
     /// Header and pixels.
     bytes: Vec<u8>,
 }
 
-/// What was rendered, before it travels.
+/// Rendered sums before they are encoded.
 pub(super) enum Rendered<'a> {
-    /// One chunk.
+    /// Kernel sums and AOV sums of one chunk.
     Chunk(&'a [PixelSums], &'a [AovSums]),
-    /// Several, added up, and what is in them.
+    /// Sums over several chunks, and their counts.
     Means(&'a [MeanSum], FilmCounts),
 }
 
@@ -118,11 +120,12 @@ impl Rendered<'_> {
     }
 }
 
-/// Times of a piece: device, host, launches.
+/// Cost of an image part: device seconds, host seconds, submissions.
 pub(super) type Cost = (f64, f64, u32);
 
 impl ImagePart {
-    /// Encodes what was rendered of rows of an image so wide: samples, and the phase of an average.
+    /// Encodes what was rendered of `rows` of an image of `width` pixels: `samples` of each pixel,
+    /// and the phase of an average. Sums are sent in the smallest type that holds them exactly.
     pub(super) fn new(
         rows: &RowSet,
         (samples, phase): (Range<u32>, u32),
@@ -191,7 +194,7 @@ impl ImagePart {
             }
             (WireFormat::Chunk, Rendered::Chunk(..)) => each(&|pixel, place| {
                 let mean = at(pixel);
-                let radiance = mean.radiance.map(|sum| sum[0] as f32); // one f32 each: exact
+                let radiance = mean.radiance.map(|sum| sum[0] as f32); // exact: one f32 each
                 place.copy_from_slice(bytes_of(&ChunkSum { radiance, samples: mean.samples as u32 }));
             }),
             (WireFormat::Sums | WireFormat::SumsAndAovs, Rendered::Chunk(sums, guides)) => {
@@ -201,7 +204,7 @@ impl ImagePart {
                     of_guides.copy_from_slice(cast_slice(guides));
                 }
             }
-            // Sums travel chunk by chunk.
+            // Kernel sums are sent chunk by chunk, never as means.
             (WireFormat::Chunk | WireFormat::Sums | WireFormat::SumsAndAovs, Rendered::Means(..)) => {}
         }
         let (rows, (device_seconds, render_seconds, submissions)) = (rows.clone(), cost);
@@ -219,7 +222,7 @@ impl ImagePart {
         }
     }
 
-    /// Of sums that several ranks added up.
+    /// Encodes a strip's sums that several ranks added up.
     pub(super) fn of_strip(strip: &Strip, width: u32) -> Self {
         let Strip { rows, phase, samples, sums: means, counts: (counts, submissions) } = strip;
         let (samples, submissions) = (0..*samples, *submissions);
@@ -267,28 +270,28 @@ impl ImagePart {
         }
     }
 
-    /// For the way.
+    /// Returns the encoded message.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// What came from `rank`, of an image of this size.
+    /// Decodes an image part that `rank` sent, of an image of this size.
     ///
     /// # Errors
     ///
-    /// [`ClusterError::Protocol`] for what is no piece of it.
+    /// [`ClusterError::Protocol`] for bytes that are no part of the image.
     pub fn read(rank: u32, bytes: Vec<u8>, width: u32, height: u32) -> Result<Self, ClusterError> {
         let wrong = |message: &str| ClusterError::Protocol { rank, message: message.to_owned() };
-        let head = bytes.get(..size_of::<Header>()).ok_or_else(|| wrong("a piece that is cut off"))?;
+        let head = bytes.get(..size_of::<Header>()).ok_or_else(|| wrong("a truncated image part"))?;
         let header: Header = bytemuck::pod_read_unaligned(head);
         let travels = WireFormat::ALL.into_iter().find(|kind| *kind as u32 == header.wire_format);
-        let travels = travels.ok_or_else(|| wrong("pixels of an unknown kind"))?;
+        let travels = travels.ok_or_else(|| wrong("pixels in an unknown format"))?;
         let rows = RowSet::of_share((header.first, header.shift, header.gap), header.start..header.end);
         let rows = rows.filter(|rows| rows.end() <= height && header.width == width);
-        let rows = rows.ok_or_else(|| wrong("rows that the image does not have"))?;
+        let rows = rows.ok_or_else(|| wrong("rows outside the image"))?;
         let pixels = rows.len() as usize * width as usize;
         if bytes.len() != size_of::<Header>() + pixels * travels.bytes() {
-            return Err(wrong("a piece of another length than it says"));
+            return Err(wrong("an image part whose length differs from its header"));
         }
         Ok(Self {
             rows,
@@ -309,12 +312,12 @@ impl ImagePart {
         })
     }
 
-    /// Of all its rows, one below the other.
+    /// Returns the pixels of all its rows, from top to bottom.
     pub fn pixels(&self) -> &[u8] {
         self.bytes.get(size_of::<Header>()..).unwrap_or_default()
     }
 
-    /// The exact sums of what is a mean or a chunk's sum; else none.
+    /// Returns the exact sum of each pixel of a chunk, mean or double; empty for other formats.
     pub(super) fn means(&self) -> Vec<MeanSum> {
         fn read<T: Pod>(bytes: &[u8], mean: impl Fn(&T) -> MeanSum + Sync) -> Vec<MeanSum> {
             let records = bytes.par_chunks_exact(size_of::<T>()).with_min_len(4096);
@@ -328,7 +331,8 @@ impl ImagePart {
         }
     }
 
-    /// Adds them to sums of as many pixels, each row's in one piece.
+    /// Adds its sums to `sums`, which has the same pixels in the same order; other formats add
+    /// nothing.
     pub(super) fn add_to(&self, sums: &mut [MeanSum]) {
         fn add<T: Pod>(bytes: &[u8], sums: &mut [MeanSum], mean: impl Fn(&T) -> MeanSum + Sync) {
             let records = bytes.par_chunks_exact(size_of::<T>());
@@ -343,7 +347,7 @@ impl ImagePart {
         }
     }
 
-    /// A chunk's sums and guides, of what travels so; else none.
+    /// Returns the kernel sums and AOV sums of a chunk; empty for other formats.
     pub(super) fn sums(&self) -> (Vec<PixelSums>, Vec<AovSums>) {
         let pixels = self.rows.len() as usize * self.width as usize;
         let (sums, guides) = match self.wire_format {

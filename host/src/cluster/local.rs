@@ -1,11 +1,11 @@
-//! Ranks that are threads of one process: for tests, and to try what a cluster would do.
+//! Ranks that are threads of one process: for tests, and to try the cluster code without MPI.
 
 use super::ClusterError;
 use super::network::{Message, Network, Tag};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Barrier, Mutex};
 
-/// One of them.
+/// One rank.
 pub struct Local {
     rank: u32,
     peers: Vec<Sender<Message>>,
@@ -19,7 +19,7 @@ struct Shared {
 }
 
 impl Local {
-    /// So many ranks, the root first.
+    /// Returns `count` ranks, the root first.
     pub fn ranks(count: u32) -> Vec<Self> {
         let (peers, inboxes): (Vec<_>, Vec<_>) = (0..count).map(|_| channel()).unzip();
         let shared = Arc::new(Shared { barrier: Barrier::new(count as usize), sum: Mutex::new(Vec::new()) });
@@ -46,7 +46,7 @@ impl Network for Local {
     }
 
     fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), ClusterError> {
-        // Who is gone gets nothing more: as with processes, that shows by its silence.
+        // Messages to a rank that has ended are lost; as with processes, its silence shows it.
         if let Some(peer) = self.peers.get(to as usize) {
             let _ = peer.send(Message { from: self.rank, tag, bytes });
         }

@@ -1,11 +1,11 @@
-//! Sums of radiance that travel, and how they add up.
+//! Sums of radiance that ranks send and add.
 
 use crate::film::{ExactSum, FilmCounts, PixelTotals};
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use trisect_shared::film::PixelSums;
 
-/// The radiance of a chunk's samples.
+/// Radiance sum of a chunk, and its sample count.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct ChunkSum {
@@ -13,7 +13,8 @@ pub(super) struct ChunkSum {
     pub samples: u32,
 }
 
-/// The radiance of some samples that f64 holds: words, since its 28 bytes are no multiple of 8.
+/// Radiance sum that `f64` holds exactly, and its sample count: as words, because its 28 bytes are
+/// no multiple of 8.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct DoubleSum {
@@ -33,7 +34,7 @@ impl DoubleSum {
     }
 }
 
-/// The radiance of any number of samples, as an exact sum.
+/// Exact radiance sum of any number of samples, and their count.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MeanSum {
@@ -42,7 +43,7 @@ pub struct MeanSum {
 }
 
 impl MeanSum {
-    /// Nothing.
+    /// Sum of no samples.
     pub const ZERO: Self = Self { radiance: [[0.0; 2]; 3], samples: 0 };
 
     pub(super) fn of(totals: &PixelTotals) -> Self {
@@ -50,12 +51,12 @@ impl MeanSum {
         Self { radiance: totals.radiance.map(parts), samples: totals.samples }
     }
 
-    /// Whether samples are missing that no kernel wrote.
+    /// Returns whether the pixel lacks samples that no kernel wrote.
     pub(super) fn is_nan(&self) -> bool {
         self.radiance.iter().all(|pair| pair[0].is_nan())
     }
 
-    /// Whether [`DoubleSum`] holds it.
+    /// Returns whether [`DoubleSum`] holds the sum exactly.
     pub(super) fn is_double(&self) -> bool {
         self.radiance.iter().all(|pair| pair[1] == 0.0) && self.samples <= u64::from(u32::MAX)
     }
@@ -64,7 +65,7 @@ impl MeanSum {
         Self { radiance: chunk.radiance.map(|sum| [f64::from(sum), 0.0]), samples: u64::from(chunk.samples) }
     }
 
-    /// Adds what another rank has of the same pixel: exact, so that the order does not matter.
+    /// Adds another rank's sum of the same pixel. The sum is exact, so the order does not matter.
     pub fn add(&mut self, other: &Self) {
         for (sum, other) in self.radiance.iter_mut().zip(&other.radiance) {
             let mut exact = ExactSum::of_parts(sum[0], sum[1]);
@@ -74,25 +75,25 @@ impl MeanSum {
         self.samples += other.samples;
     }
 
-    /// Mean radiance; NaN without samples.
+    /// Returns the mean radiance; NaN without samples.
     pub fn mean(&self) -> [f32; 3] {
         self.radiance.map(|sum| (ExactSum::of_parts(sum[0], sum[1]).value() / self.samples as f64) as f32)
     }
 }
 
-/// Counts over a chunk's pixels, which should have so many samples each.
+/// Returns the counts over a chunk's pixels, which should have `samples` samples each.
 pub(super) fn counts_of(sums: &[PixelSums], samples: u32) -> FilmCounts {
     let counts = sums.par_iter().with_min_len(4096).map(|sums| PixelTotals::of(sums, samples).counts());
     counts.reduce(FilmCounts::default, |a, b| a + b)
 }
 
-/// Adds a chunk, whose pixels should have so many samples each, to what came before it.
+/// Adds a chunk, whose pixels should have `samples` samples each, to `means` and `counts`.
 pub(super) fn add_chunk(means: &mut [MeanSum], counts: &mut FilmCounts, sums: &[PixelSums], samples: u32) {
     let pairs = means.par_iter_mut().zip(sums).with_min_len(4096);
     let added = pairs.map(|(mean, sums)| {
         let totals = PixelTotals::of(sums, samples);
         mean.add(&MeanSum::of(&totals));
-        // A pixel that misses samples of several chunks counts once.
+        // A pixel that lacks samples of several chunks counts once.
         FilmCounts { unwritten: u64::from(mean.is_nan()), ..totals.counts() }
     });
     let added = added.reduce(FilmCounts::default, |a, b| a + b);

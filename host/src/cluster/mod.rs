@@ -1,10 +1,13 @@
-//! One image over several processes: MPI's ranks, each with a backend of its own.
+//! One image over several processes: MPI's ranks, each with its own backend.
 //!
-//! `plan` says which rank renders what; each renders on one thread while another sends the pieces that are ready, each in the smallest type
-//! that the output needs (`image_part`), to the root alone (by rows) or up a tree of ranks (averages); the root puts them together (`assembler`).
-//! The report "Parallelizing Ray Tracing" merged whole images by an all-reduce, whose time grew with each rank.
+//! `plan` assigns the work. Each rank renders on one thread while another sends the finished image
+//! parts, each in the smallest type that the output needs (`image_part`): directly to the root
+//! (rows) or up a tree of ranks (averages). The root puts them together (`assembler`). The report
+//! "Parallelizing Ray Tracing" merged whole images by an all-reduce, whose time grew with each
+//! rank.
 //!
-//! Randomness is a function of seed, pixel, sample and dimension, and sums over chunks are exact: so it does not matter who renders what.
+//! Random numbers depend only on seed, pixel, sample and dimension, and sums over chunks are exact.
+//! So the image does not depend on which rank renders what.
 
 mod assembler;
 pub mod cost;

@@ -1,8 +1,8 @@
-//! Ranks that MPI started.
+//! Network of the ranks that MPI started.
 //!
-//! rsmpi starts and ends MPI; messages go by MPI's own calls (MPI 4.0, sections 3.7 and 3.8), since their buffers live as long as the transfer
-//! and not as long as a scope.
-#![allow(unsafe_code, reason = "calls MPI; each block names why it is sound")]
+//! rsmpi starts and ends MPI. Messages use MPI's own calls (MPI 4.0, sections 3.7 and 3.8), because
+//! their buffers live as long as the transfer and not as long as a scope.
+#![allow(unsafe_code, reason = "calls MPI; each block says why it is sound")]
 
 use super::ClusterError;
 use super::network::{Message, Network, Tag};
@@ -22,24 +22,25 @@ use std::mem::MaybeUninit;
 pub struct Mpi {
     world: SimpleCommunicator,
     group: Option<SimpleCommunicator>,
-    /// Frames that ranks of this host share.
+    /// Frames that the ranks of this host share.
     window: Option<Window>,
-    /// For long messages to ranks of this host.
+    /// Transport of long messages to ranks of this host.
     shared_memory: Option<SharedMemoryTransport>,
-    /// What waits for room there, and what must not overtake it: to whom.
+    /// Messages that wait for free shared memory, and later ones that must not overtake them:
+    /// receiver, tag, content.
     waiting: VecDeque<(u32, Tag, Content)>,
     local: u32,
     neighbours: u32,
     host: String,
     sends: Vec<Sent>,
     receives: VecDeque<Received>,
-    /// Words that were sent.
+    /// Buffers of sent words, for reuse.
     spare_buffers: Vec<Vec<u32>>,
-    // Last: MPI ends with it.
+    // Last field: MPI ends when it is dropped.
     _universe: Universe,
 }
 
-/// Buffers that are kept for later, at most.
+/// Maximum number of buffers kept for reuse.
 const MAX_SPARE_BUFFERS: usize = 4;
 
 pub(super) fn check(action: &'static str, code: i32) -> Result<(), ClusterError> {
@@ -47,7 +48,7 @@ pub(super) fn check(action: &'static str, code: i32) -> Result<(), ClusterError>
 }
 
 impl Mpi {
-    /// Starts MPI, once in a process. Only the thread that did calls it.
+    /// Starts MPI, once in a process. Only the calling thread uses MPI afterwards.
     ///
     /// # Errors
     ///
@@ -80,17 +81,17 @@ impl Mpi {
         })
     }
 
-    /// Whether a transfer ended, whose request no test has ended.
+    /// Returns whether a transfer has ended. No earlier test may have ended its request.
     fn test(request: &mut MPI_Request) -> Result<bool, ClusterError> {
         let mut flag = 0;
         let mut status = MaybeUninit::<MPI_Status>::uninit();
-        // SAFETY: the request is one that MPI gave and that no test has ended; flag and status are written.
+        // SAFETY: MPI gave the request, and no test has ended it; flag and status are written.
         let code = unsafe { ffi::MPI_Test(request, &mut flag, status.as_mut_ptr()) };
         check("waiting for a message", code)?;
         Ok(flag != 0)
     }
 
-    /// Sends a message, now or when those before it have gone.
+    /// Sends a message: now, or after the messages that wait for shared memory.
     fn dispatch(&mut self, to: u32, tag: Tag, content: Content) -> Result<(), ClusterError> {
         if tag != Tag::Heartbeat && self.waiting.iter().any(|waiting| waiting.0 == to) {
             self.waiting.push_back((to, tag, content));
@@ -110,7 +111,7 @@ impl Mpi {
         }
     }
 
-    /// Sends what waited for room, as far as there is some.
+    /// Sends the messages that waited for shared memory, as far as it is free now.
     fn dispatch_waiting(&mut self) -> Result<(), ClusterError> {
         for (to, tag, content) in std::mem::take(&mut self.waiting) {
             self.dispatch(to, tag, content)?;
@@ -118,7 +119,7 @@ impl Mpi {
         Ok(())
     }
 
-    /// Keeps the memory of words for others.
+    /// Keeps the buffer of sent words for reuse.
     fn keep(&mut self, content: Content) {
         if let Content::Words(words) = content
             && self.spare_buffers.len() < MAX_SPARE_BUFFERS
@@ -127,15 +128,16 @@ impl Mpi {
         }
     }
 
-    /// Begins to send.
+    /// Starts sending a message.
     fn begin(&mut self, to: u32, mark: MessageKind, content: Content) -> Result<(), ClusterError> {
         let bytes = content.bytes();
         let count = i32::try_from(bytes.len()).map_err(|_| ClusterError::Unsupported {
-            what: format!("a message of {} bytes; MPI's have at most 2^31 - 1", bytes.len()),
+            what: format!("a message of {} bytes exceeds MPI's maximum of 2^31 - 1", bytes.len()),
             remedy: "use more ranks, or a smaller --block".to_owned(),
         })?;
         let mut request = MaybeUninit::uninit();
-        // SAFETY: the content lies on the heap and stays there, unchanged, in `sends` until a test has ended the request.
+        // SAFETY: the content lies on the heap and stays there, unchanged, in `sends` until a test
+        // has ended the request.
         let code = unsafe {
             ffi::MPI_Isend(
                 bytes.as_ptr().cast(),
@@ -154,18 +156,18 @@ impl Mpi {
         Ok(())
     }
 
-    /// Ranks of this host, this one among them.
+    /// Returns the number of ranks on this host, including this one.
     pub fn neighbours(&self) -> u32 {
         self.neighbours
     }
 
-    /// Begins to receive what has arrived.
+    /// Starts receiving the next message that has arrived; returns whether there was one.
     fn accept(&mut self) -> Result<bool, ClusterError> {
         let mut flag = 0;
         let mut handle = MaybeUninit::uninit();
         let mut status = MaybeUninit::<MPI_Status>::uninit();
         let world = self.world.as_raw();
-        // SAFETY: flag, handle and status are written where a message is there.
+        // SAFETY: flag, handle and status are written if a message has arrived.
         let code = unsafe {
             ffi::MPI_Improbe(
                 ffi::RSMPI_ANY_SOURCE,
@@ -180,7 +182,7 @@ impl Mpi {
         if flag == 0 {
             return Ok(false);
         }
-        // SAFETY: a message is there, so both were written.
+        // SAFETY: a message has arrived, so both were written.
         let (mut handle, status) = unsafe { (handle.assume_init(), status.assume_init()) };
         let mut count = 0;
         // SAFETY: the status is that of the message.
@@ -193,7 +195,8 @@ impl Mpi {
         };
         let mut bytes = vec![0u8; count.max(0) as usize];
         let mut request = MaybeUninit::uninit();
-        // SAFETY: the buffer has `count` bytes on the heap, and stays there, untouched, in `receives` until a test has ended the request.
+        // SAFETY: the buffer has `count` bytes on the heap, and stays there, untouched, in
+        // `receives` until a test has ended the request.
         let code = unsafe {
             ffi::MPI_Imrecv(
                 bytes.as_mut_ptr().cast(),
@@ -260,7 +263,10 @@ impl Network for Mpi {
             else {
                 return Ok(None);
             };
-            let wrong = || ClusterError::Protocol { rank: from, message: "a place of no message".to_owned() };
+            let wrong = || ClusterError::Protocol {
+                rank: from,
+                message: "an invalid slot of shared memory".to_owned(),
+            };
             match (mark, &mut self.shared_memory) {
                 (MessageKind::Plain(tag), _) => return Ok(Some(Message { from, tag, bytes })),
                 (MessageKind::Placed(tag), Some(mailbox)) => {
@@ -281,7 +287,7 @@ impl Network for Mpi {
     fn unsent(&mut self) -> usize {
         let mut at = 0;
         while at < self.sends.len() {
-            // One that fails stays, and so shows.
+            // A send that failed stays in the list, so it counts as unsent.
             if Self::test(&mut self.sends[at].request).unwrap_or(false) {
                 let sent = self.sends.swap_remove(at);
                 self.keep(sent.content);
@@ -298,7 +304,7 @@ impl Network for Mpi {
         let words = FrameMemory::words(width, height, frames);
         let group = self.group.as_ref().unwrap_or(&self.world);
         let host = group.split_shared(group.rank());
-        // Ranks keep their order: if the root is here, it is the first.
+        // Ranks keep their order: if the root is on this host, it is the first.
         let mut first = group.rank();
         host.process_at_rank(0).broadcast_into(&mut first);
         if first != 0 {
@@ -310,7 +316,8 @@ impl Network for Mpi {
         };
         let (first, size) = window.part(0)?;
         self.window = Some(window);
-        // SAFETY: the root's part of the window has so many bytes, until `unshare`, which all call when nothing holds it.
+        // SAFETY: the root's part of the window has these bytes until `unshare`, which all ranks
+        // call when nothing uses it.
         let memory = unsafe { HostMemory::shared(first, size) };
         Ok(FrameMemory::of(memory, width, height, frames))
     }
@@ -342,7 +349,7 @@ impl Network for Mpi {
 }
 
 impl Drop for Mpi {
-    /// MPI may still read what was sent: that goes on while it ends, and so is not freed.
+    /// Leaks the buffers of unfinished transfers, because MPI may still use them while it ends.
     fn drop(&mut self) {
         self.sends.drain(..).for_each(|sent| std::mem::forget(sent.content));
         self.receives.drain(..).filter(|received| !received.done).for_each(|received| {

@@ -1,40 +1,40 @@
-//! Messages between ranks, whatever carries them.
+//! Messages between ranks, independent of what carries them.
 
 use super::ClusterError;
 use crate::film::FrameMemory;
 
-/// What a message is.
+/// Kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Tag {
-    /// A sign of life.
+    /// Shows that the rank is alive.
     Heartbeat = 1,
-    /// What a rank is, and is about to render.
+    /// Host, device and fingerprint of a rank.
     Handshake = 2,
-    /// All ranks may begin, or why not.
+    /// Root's answer: all ranks may begin, or why not.
     Start = 3,
-    /// The scene's records.
+    /// Encoded scene.
     Scene = 4,
-    /// A rank wants work.
+    /// Request for work; in a series of frames, the root's number of complete frames.
     WorkRequest = 5,
-    /// Work, or that there is none left.
+    /// Block of samples to render, or that none is left.
     Work = 6,
     /// Pixels.
     ImagePart = 7,
-    /// What a rank's work took.
+    /// Cost of a rank's work, or its error.
     Report = 8,
-    /// The image is there.
+    /// The image is complete.
     Done = 9,
-    /// Measures the network.
+    /// Measurement of the network.
     Ping = 10,
-    /// What a checkpoint is of.
+    /// Header of the checkpoint from which the render continues.
     Resume = 11,
-    /// Stops by which all ranks show their rows.
+    /// Exposure in stops, the same for the rows of all ranks.
     Exposure = 12,
 }
 
 impl Tag {
-    /// All of them.
+    /// All tags.
     const ALL: [Self; 12] = [
         Self::Heartbeat,
         Self::Handshake,
@@ -50,74 +50,76 @@ impl Tag {
         Self::Exposure,
     ];
 
-    /// That a number stands for.
+    /// Returns the tag with this number.
     pub fn of(number: i32) -> Option<Self> {
         Self::ALL.into_iter().find(|tag| *tag as i32 == number)
     }
 }
 
-/// What another rank sent.
+/// Message from another rank.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// By whom.
+    /// Rank that sent it.
     pub from: u32,
-    /// What it is.
+    /// Kind of the message.
     pub tag: Tag,
-    /// Its content.
+    /// Content of the message.
     pub bytes: Vec<u8>,
 }
 
-/// Processes that can send each other messages: MPI, or threads of one process. Messages from one rank come in the order in which it sent them, but
-/// for [`Tag::Heartbeat`].
+/// Processes that can send each other messages: through MPI, or as threads of one process. Messages
+/// from one rank arrive in the order in which it sent them, except [`Tag::Heartbeat`].
 pub trait Network {
-    /// This process's number, from 0, which is the root's.
+    /// Returns this process's rank, from 0; rank 0 is the root.
     fn rank(&self) -> u32;
 
-    /// How many there are.
+    /// Returns the number of ranks.
     fn ranks(&self) -> u32;
 
-    /// Of the machine.
+    /// Returns the name of this rank's host.
     fn host(&self) -> String;
 
-    /// This rank's number among those on the same host.
+    /// Returns this rank's number among those on the same host.
     fn local_rank(&self) -> u32;
 
-    /// Begins to send a message; it goes on when [`receive`](Self::receive) is called.
+    /// Starts sending a message; the transfer advances when [`receive`](Self::receive) is called.
     ///
     /// # Errors
     ///
     /// [`ClusterError::Mpi`].
     fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), ClusterError>;
 
-    /// The same of words, which need not be copied.
+    /// Sends a message of 32-bit words, which need not be copied.
     ///
     /// # Errors
     ///
-    /// As [`send`](Self::send).
+    /// Same as [`send`](Self::send).
     fn send_words(&mut self, to: u32, tag: Tag, words: Vec<u32>) -> Result<(), ClusterError> {
         self.send(to, tag, bytemuck::cast_slice(&words).to_vec())
     }
 
-    /// The memory of words that were sent, to be used again: fresh memory costs as much as copying to it.
+    /// Returns the buffer of sent words for reuse: fresh memory costs as much as copying to it.
     fn reclaim(&mut self) -> Option<Vec<u32>> {
         None
     }
 
-    /// The next message, if one is there. Whatever is on its way goes on.
+    /// Returns the next message, if one has arrived, and advances all transfers.
     ///
     /// # Errors
     ///
-    /// [`ClusterError::Mpi`], and [`ClusterError::Protocol`] for a message of something else.
+    /// [`ClusterError::Mpi`], and [`ClusterError::Protocol`] for a message that is no rank's.
     fn receive(&mut self) -> Result<Option<Message>, ClusterError>;
 
-    /// Messages that were not taken over yet by those to whom they were sent.
+    /// Returns the number of sent messages that their receivers have not taken yet.
     fn unsent(&mut self) -> usize;
 
-    /// Whether something is on its way: then whoever waits must not sleep, since it moves on only when this is asked.
+    /// Returns whether a transfer is in progress. A waiting rank must not sleep then, because
+    /// transfers advance only when the network is called.
     fn is_busy(&mut self) -> bool;
 
-    /// Memory for frames that the ranks of the group share which run on the root's host; none on other hosts, and where a network has no such thing. All of
-    /// the group call this, and [`unshare`](Self::unshare) when it is used no more.
+    /// Allocates memory for frames that the ranks of the group on the root's host share; `None` on
+    /// other hosts, and for a network without shared memory. All ranks of the group call this, and
+    /// [`unshare`](Self::unshare) when they no longer use it.
     ///
     /// # Errors
     ///
@@ -131,7 +133,7 @@ pub trait Network {
         Ok(None)
     }
 
-    /// Gives it back. Nothing may hold the memory then.
+    /// Frees the memory of [`share`](Self::share). Nothing may use it any more.
     ///
     /// # Errors
     ///
@@ -140,20 +142,22 @@ pub trait Network {
         Ok(())
     }
 
-    /// From now on [`all_reduce`](Self::all_reduce) is among so many ranks. All ranks call this.
+    /// Makes the first `ranks` ranks the group of [`all_reduce`](Self::all_reduce). All ranks call
+    /// this.
     ///
     /// # Errors
     ///
     /// [`ClusterError::Mpi`].
     fn group(&mut self, ranks: u32) -> Result<(), ClusterError>;
 
-    /// The sum over the ranks of the group, in place: the report's own way of merging images, for comparison. They call it with as many values.
+    /// Sums values over the ranks of the group, in place: the report's method of merging images,
+    /// for comparison. All ranks of the group call it with the same number of values.
     ///
     /// # Errors
     ///
     /// [`ClusterError::Mpi`].
     fn all_reduce(&mut self, values: &mut [f32]) -> Result<(), ClusterError>;
 
-    /// Ends the processes of all ranks with this exit code, at once.
+    /// Ends the processes of all ranks at once, with this exit code.
     fn abort(&mut self, code: u8) -> !;
 }

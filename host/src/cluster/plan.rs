@@ -1,11 +1,11 @@
-//! Which rank renders what.
+//! Assignment of the work to ranks.
 
 use crate::film::{RowSet, SampleBlock};
 use std::collections::VecDeque;
 use std::ops::Range;
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// How an image is shared.
+/// Mode of sharing an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DistributionMode {
@@ -15,28 +15,29 @@ pub enum DistributionMode {
     Average,
 }
 
-/// Which rows a rank gets.
+/// Assignment of rows to ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Balance {
     /// Interleaved blocks, known from the start.
     Static,
-    /// The root hands out rows, fewer and fewer, to whoever has none left.
+    /// The root hands out rows on demand, in smaller and smaller blocks.
     Dynamic,
 }
 
-/// Who renders what.
+/// Assignment of an image to ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ClusterPlan {
-    /// How.
+    /// Division by rows or by samples.
     pub mode: DistributionMode,
-    /// Of rows.
+    /// Assignment of rows, in mode `Rows`.
     pub balance: Balance,
-    /// Rows of a block, as a power of two.
+    /// Rows per block, as a power of two.
     pub block_shift: u32,
 }
 
-/// Rows of a block, as a power of two, unless told otherwise: a multiple of the tiles that devices work on, small enough to spread what takes long.
+/// Default number of rows per block, as a power of two: a multiple of the tiles of devices, and
+/// small enough to spread expensive rows.
 pub const BLOCK_SHIFT: u32 = 3;
 
 impl Default for ClusterPlan {
@@ -45,14 +46,15 @@ impl Default for ClusterPlan {
     }
 }
 
-/// Strips that an average travels in, so that one is on its way while the next is rendered.
+/// Number of strips in which an average is sent, so that one is on its way while the next is
+/// rendered.
 pub const STRIPS: u32 = 8;
 
-/// How much more than its share a rank may get, so that chunks stay whole.
+/// Maximum samples of a rank relative to an even share, if chunks stay whole.
 const SHARE_TOLERANCE: f64 = 1.03;
 
 impl ClusterPlan {
-    /// The rows of one of so many ranks.
+    /// Returns the rows of one of `ranks` ranks.
     pub fn rows(&self, height: u32, rank: u32, ranks: u32) -> RowSet {
         match self.mode {
             DistributionMode::Rows => RowSet::interleaved(height, self.block_shift, rank, ranks),
@@ -61,19 +63,21 @@ impl ClusterPlan {
     }
 }
 
-/// The band of one of so many ranks: rows that are neighbours, for what reaches beyond a row.
+/// Returns the band of one of `ranks` ranks: contiguous rows, for filters that read neighbouring
+/// rows.
 pub fn band(height: u32, rank: u32, ranks: u32) -> Range<u32> {
     let at = |rank: u32| (u64::from(height) * u64::from(rank) / u64::from(ranks.max(1))) as u32;
     at(rank)..at(rank + 1)
 }
 
-/// Rows of one strip of an average.
+/// Returns the number of rows of one strip of an average.
 pub fn strip_rows(height: u32) -> u32 {
     height.div_ceil(STRIPS).max(1)
 }
 
-/// The samples of one of so many ranks, when they average. Whole chunks, where that leaves no rank with much more than its share: the film is
-/// then that of one process, bit for bit. Else chunks are split, and each f32 sum rounds by itself (at most 2^-24 of it).
+/// Returns the samples of one of `ranks` ranks in an average. They are whole chunks if no rank then
+/// gets much more than its share: the film is then that of one process, bit for bit. Otherwise
+/// chunks are split, and each `f32` sum is rounded separately (by at most 2^-24 of it).
 pub fn samples_of(samples: u32, rank: u32, ranks: u32) -> Range<u32> {
     let ranks = ranks.max(1);
     let cut = |of: u32, rank: u32| (u64::from(of) * u64::from(rank) / u64::from(ranks)) as u32;
@@ -86,12 +90,13 @@ pub fn samples_of(samples: u32, rank: u32, ranks: u32) -> Range<u32> {
     cut(samples, rank)..cut(samples, rank + 1)
 }
 
-/// Ranks that have samples to average: no more than there are samples.
+/// Returns the number of ranks that have samples to average: at most one rank per sample.
 pub fn averaging(samples: u32, ranks: u32) -> u32 {
     ranks.min(samples).max(1)
 }
 
-/// In how many phases an average travels: where each of so many ranks has several chunks, first what all but the last hold, while that is rendered.
+/// Returns the number of phases in which an average is sent. With several chunks on each of `ranks`
+/// ranks there are two: the sum of all chunks but the last is sent while the last one is rendered.
 pub fn phases(samples: u32, ranks: u32) -> u32 {
     let several = |rank| {
         let own = samples_of(samples, rank, ranks);
@@ -100,24 +105,26 @@ pub fn phases(samples: u32, ranks: u32) -> u32 {
     if (0..ranks).all(several) { 2 } else { 1 }
 }
 
-/// To whom a rank sends what it and those below it averaged; none for the root. The tree is the binomial one of MPI's reductions.
+/// Returns the rank that receives the sums of a rank and of those below it; `None` for the root.
+/// The tree is the binomial tree of MPI's reductions.
 pub fn parent(rank: u32) -> Option<u32> {
     (rank > 0).then(|| rank & (rank - 1))
 }
 
-/// From how many ranks a rank gets sums to add to its own.
+/// Returns the number of ranks from which a rank receives sums to add to its own.
 pub fn children(rank: u32, ranks: u32) -> u32 {
     let below = if rank == 0 { 32 } else { rank.trailing_zeros() };
     (0..below).filter(|&bit| u64::from(rank) + (1u64 << bit) < u64::from(ranks)).count() as u32
 }
 
-/// Hands out what is missing of an image: half of an even share of what is left at a time, so that ranks that are fast get more and all end together
-/// (guided self-scheduling: Polychronopoulos and Kuck, IEEE Transactions on Computers C-36(12), 1987).
+/// Hands out the missing samples of an image on demand: half of an even share of the remaining
+/// samples at a time, so that faster ranks get more and all end together (guided self-scheduling:
+/// Polychronopoulos and Kuck, IEEE Transactions on Computers C-36(12), 1987).
 #[derive(Clone, Debug)]
 pub struct WorkQueue {
-    /// Not handed out, the next first.
+    /// Blocks that were not handed out, the next one first.
     parts: VecDeque<SampleBlock>,
-    /// Samples that are handed out together; none: all of a row.
+    /// Samples of a pixel that are handed out together; `None` for all samples of a row.
     together: Option<u32>,
     min_rows: u32,
     ranks: u32,
@@ -126,12 +133,12 @@ pub struct WorkQueue {
 }
 
 impl WorkQueue {
-    /// Of an image of so many rows, all samples of a row at once.
+    /// Queues an image of `height` rows; all samples of a row are handed out together.
     pub fn rows(height: u32, samples: u32, least: u32, ranks: u32) -> Self {
         Self::new(vec![SampleBlock { rows: 0..height, samples: 0..samples }], None, least, ranks)
     }
 
-    /// Of parts that begin with a chunk: some chunks of some rows at once.
+    /// Queues blocks that begin with a chunk; whole chunks of some rows are handed out.
     pub fn chunks(parts: Vec<SampleBlock>, least: u32, ranks: u32) -> Self {
         Self::new(parts, Some(CHUNK_SAMPLES), least, ranks)
     }
@@ -141,8 +148,9 @@ impl WorkQueue {
         Self { parts: parts.into(), together, min_rows: least.max(1), ranks: ranks.max(1), left, assigned: 0 }
     }
 
-    /// Something for the next who asks, who would have no more than `most` samples of a row's pixels; none when all is handed out. All samples of
-    /// a row, where they stay together, are as many as they are.
+    /// Returns the next block, or `None` if all were handed out. The block has at most `most`
+    /// samples, counted as rows times samples per pixel, but at least the minimum number of rows.
+    /// `most` has no effect if all samples of a row are handed out together.
     pub fn take(&mut self, most: u64) -> Option<SampleBlock> {
         let all = self.parts.pop_front()?;
         let (step, most) = match self.together {
@@ -161,7 +169,7 @@ impl WorkQueue {
             rows: all.rows.start..all.rows.start + rows as u32,
             samples: all.samples.start..end,
         };
-        // First the same samples of the rows below, then what comes after them.
+        // First the same samples of the rows below, then the later samples.
         let later = SampleBlock { rows: all.rows.clone(), samples: end..all.samples.end };
         let below = SampleBlock { rows: part.rows.end..all.rows.end, samples: part.samples.clone() };
         [later, below]
@@ -173,13 +181,14 @@ impl WorkQueue {
         Some(part)
     }
 
-    /// Hands out no more.
+    /// Discards what was not handed out.
     pub fn stop(&mut self) {
         self.parts.clear();
         self.left = 0;
     }
 
-    /// Samples of a row's pixels that were handed out, once no more are.
+    /// Returns the samples that were handed out, counted as rows times samples per pixel; `None`
+    /// while more are left.
     pub fn total_assigned(&self) -> Option<u64> {
         self.parts.is_empty().then_some(self.assigned)
     }
@@ -208,7 +217,7 @@ mod tests {
                 assert!(most as f64 <= (1.03 * f64::from(samples) / f64::from(ranks)).max(1.0).ceil());
             }
         }
-        // Whole chunks where they share well.
+        // Whole chunks where they divide evenly enough.
         assert_eq!(samples_of(1024, 1, 4), 256..512);
         assert_eq!(samples_of(100_000, 1, 2), 49920..100_000);
         assert_eq!(samples_of(100, 1, 4), 25..50);

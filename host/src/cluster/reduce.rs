@@ -1,4 +1,4 @@
-//! Sums on their way up the tree of ranks.
+//! Sums of an average on their way up the tree of ranks.
 
 use super::ClusterError;
 use super::image_part::{ImagePart, WireFormat};
@@ -7,25 +7,25 @@ use super::plan;
 use crate::film::{FilmCounts, RowSet};
 use crate::render::Settings;
 
-/// Sums of strips that wait for those of other ranks. Each phase has its own.
+/// Sums of strips that wait for those of the ranks below. Each phase has its own strips.
 pub(super) struct Reduce {
     strip: u32,
     height: u32,
-    /// Of the image.
+    /// Number of strips of the image.
     strips: usize,
     waiting: Vec<Vec<MeanSum>>,
     missing: Vec<u32>,
-    /// Over the pieces of each strip, their launches, and their samples.
+    /// Counts, submissions and samples per pixel of each strip, summed over its image parts.
     counts: Vec<(FilmCounts, u32, u32)>,
     pub parent: Option<u32>,
     pub children: u32,
 }
 
-/// A strip that all below have added to.
+/// Strip to which this rank and all ranks below it have added their sums.
 pub(super) struct Strip {
     pub rows: RowSet,
     pub phase: u32,
-    /// Of each pixel.
+    /// Samples per pixel.
     pub samples: u32,
     pub sums: Vec<MeanSum>,
     pub counts: (FilmCounts, u32),
@@ -51,7 +51,8 @@ impl Reduce {
         }
     }
 
-    /// Where a piece's sums wait; none for one that is no strip, of no phase or of no sums.
+    /// Returns the index of a strip's sums, or `None` for an image part that is no strip, or has an
+    /// unknown phase or no sums.
     fn index(&self, piece: &ImagePart) -> Option<usize> {
         let own = piece.rows.places();
         let strip = own.start / self.strip;
@@ -61,25 +62,26 @@ impl Reduce {
         (own == whole && summed && index < self.missing.len()).then_some(index)
     }
 
-    /// Counts a piece as come. Returns its strip, and how many are still missing there.
+    /// Counts an image part as received. Returns the index of its strip, and how many parts that
+    /// strip still lacks.
     ///
     /// # Errors
     ///
-    /// For one that no one waits for.
+    /// [`ClusterError::Protocol`] for a part that is not expected.
     pub fn count(&mut self, from: u32, piece: &ImagePart) -> Result<(usize, u32), ClusterError> {
         let other =
-            || ClusterError::Protocol { rank: from, message: "a strip that no one waits for".to_owned() };
+            || ClusterError::Protocol { rank: from, message: "a strip that was not expected".to_owned() };
         let index = self.index(piece).ok_or_else(other)?;
         let missing = self.missing.get_mut(index).filter(|missing| **missing > 0).ok_or_else(other)?;
         *missing -= 1;
         Ok((index, *missing))
     }
 
-    /// Adds a piece; with the last one of its strip returns the sum.
+    /// Adds an image part. Returns the sum with the last part of its strip, else `None`.
     ///
     /// # Errors
     ///
-    /// As [`count`](Self::count).
+    /// Same as [`count`](Self::count).
     pub fn add(&mut self, from: u32, piece: ImagePart) -> Result<Option<Strip>, ClusterError> {
         let (index, missing) = self.count(from, &piece)?;
         let mut counts = (piece.counts, piece.submissions, piece.samples.len() as u32);

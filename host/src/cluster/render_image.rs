@@ -1,7 +1,7 @@
 //! One image over all ranks.
 //!
-//! Each rank has two threads: one renders, the other sends what is ready and receives. A piece of the image travels while the next one is
-//! rendered.
+//! Each rank has two threads: one renders, the other sends finished image parts and receives
+//! messages. An image part is sent while the next one is rendered.
 
 use super::ClusterError;
 use super::heartbeat::Heartbeat;
@@ -20,24 +20,25 @@ use crate::film::SampleBlock;
 use crate::render::{PartSizer, RenderObserver, Renderer, Settings};
 use std::time::{Duration, Instant};
 
-/// What a rank does with pieces.
+/// Destination of image parts.
 enum Route {
-    /// To the root.
+    /// The root.
     Direct,
-    /// Up the tree.
+    /// The parent in the tree of ranks.
     Tree(Reduce),
 }
 
-/// How long a rank that was told to end waits for the root to do so.
+/// Maximum time that a rank that was told to end waits for the root to end the job.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Renders an image over all ranks, each of which calls this with the same work. On the root the image comes back, on others none; and the renderer,
-/// for the next. `ended` says whether the process was asked to end.
+/// Renders an image over all ranks; each rank calls this with the same work. Returns the image on
+/// the root, `None` on the others, and the renderer for the next image. `ended` returns whether the
+/// process was asked to end.
 ///
 /// # Errors
 ///
-/// [`Failure`] with what came: an error of this rank or of another, one that was silent for too long, or an end that was asked for. The job
-/// must be ended then: others wait.
+/// [`Failure`] with the partial image: an error of this rank or another, a rank that was silent for
+/// too long, or a request to end. The job must be ended then, because the other ranks wait.
 pub fn render_image<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -48,12 +49,15 @@ pub fn render_image<N: Network>(
     render_into_film(link, renderer, work, None, observer, ended)
 }
 
-/// The same of [`Work::for_film`], where the root gives a film that others go on with: what it lacks is rendered, chunk by chunk, until the keeper ends it. The
-/// film that is complete has the bits of one process's.
+/// Renders what the root's film `kept` lacks, chunk by chunk, until it is complete or its observer
+/// ends it. The work is that of [`Work::for_film`]; other ranks pass no film. The complete film has
+/// the bits of one that one process rendered. Without a film on the root, the work is an image as
+/// in [`render_image`].
 ///
 /// # Errors
 ///
-/// As [`render_image`], and for a film that does not fit; the film comes back in [`Failure::partial`], but where it never fitted.
+/// Errors of [`render_image`], and of a film that does not fit the work. [`Failure::partial`]
+/// returns the film, unless it did not fit.
 pub fn render_into_film<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -84,13 +88,14 @@ pub fn render_into_film<N: Network>(
     let mut source = if averages || plan.balance == Balance::Static {
         let rows = plan.rows(settings.height, rank, ranks);
         let strip = if averages { plan::strip_rows(settings.height) } else { u32::MAX };
-        // A GPU is busy with whole images only; a processor's strips are on their way while it renders the next.
+        // A GPU is only busy with whole images; on a CPU, a strip is sent while the next one is
+        // rendered.
         let whole = match device.kind {
             DeviceKind::Cpu if averages => strip,
             _ if averages => settings.height,
             _ => block,
         };
-        // The first piece tells the speed; a GPU needs much to be busy.
+        // The first image part tells the speed; a GPU needs many samples to be busy.
         let per_row = (u64::from(settings.width) * samples.len() as u64).max(1);
         let first = if device.kind == DeviceKind::Gpu { 1u64 << 28 } else { 1 << 20 };
         let at_once = u32::try_from(first / per_row).unwrap_or(u32::MAX / 2);
@@ -133,7 +138,7 @@ pub fn render_into_film<N: Network>(
 
     loop {
         let mut busy = false;
-        // One order is rendered, the next one waits.
+        // One work item is rendered while the next one waits.
         while workshop.open() < 2 && !source.is_over() {
             if let Source::Root { asked, over, ready: None, speed } = &mut source
                 && !*asked
@@ -162,7 +167,7 @@ pub fn render_into_film<N: Network>(
                 Ok(product) => product,
                 Err(error) if rank == 0 => fail!(error),
                 Err(error) => {
-                    // The root says it, and ends the job.
+                    // The root reports the error and ends the job.
                     let told = (error.exit_code(), error.to_string());
                     attempt!(link.send(0, Tag::Report, encode(&Err(told))));
                     attempt!(link.flush());
@@ -216,12 +221,13 @@ pub fn render_into_film<N: Network>(
                 },
                 Tag::Done if reported => return Ok((None, workshop.end().renderer)),
                 other => {
-                    let message = format!("{other:?} while an image was rendered");
+                    let message = format!("{other:?} while an image is rendered");
                     fail!(ClusterError::Protocol { rank: from, message })
                 }
             }
         }
-        // The root says it, and writes what there is, for which others stay: who ends would end it, too.
+        // Only the root reports the interrupt. Other ranks stay alive until it has written the
+        // partial image, because a rank that ends would end the root, too.
         if ended() && (rank == 0 || told.get_or_insert_with(Instant::now).elapsed() > SHUTDOWN_TIMEOUT) {
             let (done, total) = root.as_ref().map_or((0, 0), |root| root.assembler.pixels());
             fail!(ClusterError::Ended { done, total })
@@ -269,7 +275,7 @@ pub fn render_into_film<N: Network>(
     }
 }
 
-/// Work on its way; none is no rows.
+/// Encodes a block as a message; no rows stand for no more work.
 fn words(part: Option<&SampleBlock>) -> Vec<u8> {
     let words = part
         .map_or([0; 4], |SampleBlock { rows, samples }| [rows.start, rows.end, samples.start, samples.end]);
@@ -290,10 +296,10 @@ fn encode(report: &RankOutcome) -> Vec<u8> {
 }
 
 fn decode(bytes: &[u8]) -> Result<RankOutcome, String> {
-    serde_json::from_slice(bytes).map_err(|error| format!("no report: {error}"))
+    serde_json::from_slice(bytes).map_err(|error| format!("an invalid report: {error}"))
 }
 
-/// Takes a piece of this rank's or another's where it belongs.
+/// Passes an image part of this rank or another one to its destination.
 fn deliver<N: Network>(
     link: &mut Heartbeat<N>,
     route: &mut Route,
@@ -312,7 +318,7 @@ fn deliver<N: Network>(
             let Settings { width, .. } = work.settings;
             match (reduce.parent, root) {
                 (Some(parent), _) if reduce.children == 0 => {
-                    // A leaf's sums go as they are.
+                    // A leaf's sums are sent unchanged.
                     reduce.count(from, &piece)?;
                     link.send(parent, Tag::ImagePart, piece.into_bytes())?;
                 }
@@ -332,9 +338,11 @@ fn deliver<N: Network>(
         Route::Direct => match root {
             Some(root) => root.take(from, &piece),
             None if own => Ok(link.send(0, Tag::ImagePart, piece.into_bytes())?),
-            None => {
-                Err(ClusterError::Protocol { rank: from, message: "a piece for the root".to_owned() }.into())
+            None => Err(ClusterError::Protocol {
+                rank: from,
+                message: "an image part to a rank that is not the root".to_owned(),
             }
+            .into()),
         },
     }
 }

@@ -1,4 +1,4 @@
-//! A thread that renders while another one sends and receives.
+//! Thread that renders while another one sends and receives.
 
 use crate::Error;
 use crate::threads::{self, ThreadError};
@@ -6,20 +6,20 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What comes from the thread.
+/// Message from the thread.
 enum Step<Product> {
     Product(Product),
-    /// An order is done.
+    /// A task is done.
     Done,
     Failed(Error),
 }
 
-/// The thread, what it is told, and what it made.
+/// The thread, with the channels of its tasks and products.
 pub(super) struct RenderThread<State, Task, Product> {
     tasks: Sender<Task>,
     steps: Receiver<Step<Product>>,
     thread: JoinHandle<State>,
-    /// Orders that are not done.
+    /// Tasks that are not done.
     open: usize,
 }
 
@@ -29,7 +29,7 @@ where
     Task: Send + 'static,
     Product: Send + 'static,
 {
-    /// `work` makes any number of products of an order.
+    /// Starts the thread. `work` makes any number of products from a task.
     pub fn new(
         mut state: State,
         mut work: impl FnMut(&mut State, Task, &mut (dyn FnMut(Product) + Send)) -> Result<(), Error>
@@ -38,10 +38,10 @@ where
     ) -> Result<Self, ThreadError> {
         let (orders, received) = channel::<Task>();
         let (sender, steps) = channel();
-        let thread = threads::spawn("thread that renders", move || {
+        let thread = threads::spawn("render thread", move || {
             for order in received {
                 let mut out = |product| {
-                    let _ = sender.send(Step::Product(product)); // who ended wants nothing more
+                    let _ = sender.send(Step::Product(product)); // the receiver may have ended
                 };
                 let done = work(&mut state, order, &mut out);
                 let goes_on = done.is_ok();
@@ -55,17 +55,17 @@ where
         Ok(Self { tasks: orders, steps, thread, open: 0 })
     }
 
-    /// Orders that are not done.
+    /// Returns the number of tasks that are not done.
     pub fn open(&self) -> usize {
         self.open
     }
 
-    /// Gives an order.
+    /// Queues a task.
     pub fn submit(&mut self, order: Task) {
         self.open += usize::from(self.tasks.send(order).is_ok());
     }
 
-    /// The next product, if one comes within this time.
+    /// Returns the next product, if one arrives within this time.
     pub fn next_product(&mut self, within: Duration) -> Option<Result<Product, Error>> {
         let end = Instant::now() + within;
         loop {
@@ -82,7 +82,7 @@ where
         }
     }
 
-    /// Ends the thread after what it is at, and gives back what it worked with.
+    /// Ends the thread after its current task, and returns its state.
     pub fn end(self) -> State {
         drop(self.tasks);
         drop(self.steps);

@@ -1,56 +1,58 @@
-//! What a render over several ranks took.
+//! Report of the times and bytes of a render over several ranks.
 
 use super::plan::ClusterPlan;
 use serde::{Deserialize, Serialize};
 
-/// What one rank's part took. Wall-clock seconds since all ranks were ready.
+/// Times and bytes of one rank, in wall-clock seconds since all ranks were ready.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RankReport {
-    /// Which.
+    /// The rank.
     pub rank: u32,
-    /// Where.
+    /// Its host.
     pub host: String,
-    /// On what.
+    /// Its backend and device.
     pub device: String,
-    /// Rendering, reading and encoding its pieces.
+    /// Time of rendering, reading and encoding its image parts, in seconds.
     pub render_seconds: f64,
-    /// Of that, by the device's timer.
+    /// Part of `render_seconds` by the device's timer.
     pub device_seconds: f64,
-    /// Without work between its first piece and its last.
+    /// Seconds without work before its last image part.
     pub wait_seconds: f64,
-    /// From its last piece until all it had to send was taken; of the root, until the image was there.
+    /// Seconds from its last image part until the receivers had taken all that it sent; on the
+    /// root, until the image was complete.
     pub sync_seconds: f64,
-    /// From the start until then.
+    /// Seconds from the start until then.
     pub seconds: f64,
-    /// That it sent.
+    /// Bytes that it sent.
     pub bytes: u64,
-    /// That it rendered.
+    /// Image parts that it rendered.
     pub pieces: u32,
-    /// The same in samples.
+    /// Samples that it rendered.
     pub samples: u64,
 }
 
-/// What a render over several ranks took.
+/// Report of a render over several ranks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClusterReport {
-    /// Who rendered what.
+    /// Assignment of the work to ranks.
     pub plan: ClusterPlan,
-    /// Why so, where the program chose.
+    /// Reason for the plan, if the program chose it.
     pub choice: String,
-    /// From the start until the image was there.
+    /// Seconds from the start until the image was complete.
     pub seconds: f64,
-    /// What of it the slowest rank's rendering does not explain: `seconds` less the greatest of `render_seconds`.
+    /// Part of `seconds` that is not rendering on the slowest rank: `seconds` minus the maximum
+    /// `render_seconds`.
     pub sync_seconds: f64,
-    /// How much longer the slowest rank rendered than the mean: 0 for none.
+    /// Render time of the slowest rank over the mean, minus 1; 0 if all ranks take the same time.
     pub imbalance: f64,
-    /// That came to the root.
+    /// Bytes that the ranks sent.
     pub bytes: u64,
-    /// Each rank's.
+    /// Report of each rank.
     pub ranks: Vec<RankReport>,
 }
 
 impl ClusterReport {
-    /// Of what the ranks said.
+    /// Builds the report from those of the ranks.
     pub fn new(plan: ClusterPlan, choice: String, seconds: f64, ranks: Vec<RankReport>) -> Self {
         let render = ranks.iter().map(|rank| rank.render_seconds);
         let slowest = render.clone().fold(0.0, f64::max);
@@ -66,7 +68,7 @@ impl ClusterReport {
         }
     }
 
-    /// Lines for people.
+    /// Returns a summary for people, with a line for each rank.
     pub fn summary(&self) -> String {
         let mut text = format!(
             "{} ranks: {:.3} s, of that {:.3} s not rendering on the slowest; {:.1} MB came, imbalance {:.1} %",

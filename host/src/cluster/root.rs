@@ -1,4 +1,4 @@
-//! The root's side of an image: what came, and what there is to render.
+//! State of the root: the image parts received, and the work left to hand out.
 
 use super::ClusterError;
 use super::assembler::{AssembledImage, Assembler};
@@ -12,36 +12,36 @@ use crate::render::{FilmObserver, check_film};
 use std::ops::Range;
 use std::time::Instant;
 
-/// A film that the root has and goes on with.
+/// Film that the root continues.
 pub struct ResumableFilm<'a> {
-    /// What there is.
+    /// Film with the samples so far.
     pub film: Film,
-    /// Samples of the settings' frame that should be in it.
+    /// Sample indices of the settings' frame that the film should have.
     pub samples: Range<u32>,
-    /// Who looks at it while it grows, and may end it.
+    /// Observer that sees the film grow, and may end the render.
     pub observer: &'a dyn FilmObserver,
 }
 
-/// Pieces, as far as they came.
+/// Image parts received, and the work queue.
 pub(super) struct Root<'a> {
     pub assembler: Assembler,
     queue: Option<WorkQueue>,
     pub reports: Vec<Option<RankReport>>,
     pub submissions: u64,
-    /// When the last one came.
+    /// Arrival time of the last image part; `None` before it.
     pub last_arrival: Option<Instant>,
     observer: Option<&'a dyn FilmObserver>,
     width: u32,
-    /// In the film from the start.
+    /// Counts of the samples that the film had at the start.
     pub before: FilmCounts,
 }
 
 impl<'a> Root<'a> {
-    /// Of so many ranks.
+    /// Creates the root's state for `ranks` ranks.
     ///
     /// # Errors
     ///
-    /// For a film that is not the work's.
+    /// For a film that does not fit the work.
     pub fn new(work: &Work, ranks: u32, kept: Option<ResumableFilm<'a>>) -> Result<Self, Error> {
         let Work { settings, plan, wire_format: travels, .. } = work;
         let block = 1u32 << plan.block_shift.min(16);
@@ -52,8 +52,8 @@ impl<'a> Root<'a> {
                 settings.check_part(&SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
                 check_film(&film, settings)?;
                 if !is_dynamic || *travels != Work::film_format(settings.guides) {
-                    let what = "a film that is kept grows by rows on demand, as all sums".to_owned();
-                    let remedy = "make the work by Work::kept".to_owned();
+                    let what = "a film can only be continued with rows on demand and all sums".to_owned();
+                    let remedy = "create the work with Work::for_film".to_owned();
                     return Err(ClusterError::Unsupported { what, remedy }.into());
                 }
                 let dispenser = WorkQueue::chunks(film.coverage.missing(&samples), block, ranks);
@@ -78,23 +78,24 @@ impl<'a> Root<'a> {
         })
     }
 
-    /// What the next who asks renders, who would have no more than so many samples; none if all have what they have from the start.
+    /// Returns the next work item, of at most `most` samples: `None` if work is assigned
+    /// statically, `Some(None)` if none is left.
     pub fn hand_out(&mut self, most: u64) -> Option<Option<SampleBlock>> {
         let most = most / u64::from(self.width.max(1));
         self.queue.as_mut().map(|dispenser| dispenser.take(most))
     }
 
-    /// Counts a piece.
+    /// Adds the counts of an image part.
     pub fn count(&mut self, piece: &ImagePart) {
         self.assembler.counts = self.assembler.counts + piece.counts;
         self.submissions += u64::from(piece.submissions);
     }
 
-    /// Puts a piece where it belongs.
+    /// Adds an image part to the image.
     ///
     /// # Errors
     ///
-    /// As [`Assembler::take`].
+    /// Same as [`Assembler::take`].
     pub fn take(&mut self, from: u32, piece: &ImagePart) -> Result<(), Error> {
         self.assembler.take(from, piece)?;
         if let (Some(keeper), Some(film)) = (self.observer, self.assembler.film()) {
@@ -103,7 +104,8 @@ impl<'a> Root<'a> {
         Ok(())
     }
 
-    /// Ends it where the keeper says so, and notes when the last piece came.
+    /// Stops the work queue if the observer asks for it, and notes when the last image part
+    /// arrived.
     pub fn look(&mut self) {
         if let (Some(dispenser), Some(keeper)) = (&mut self.queue, self.observer)
             && !keeper.should_continue()
@@ -111,7 +113,7 @@ impl<'a> Root<'a> {
             dispenser.stop();
         }
         let complete = match &self.queue {
-            // Those that are on their way come.
+            // Blocks that were handed out before a stop still arrive.
             Some(dispenser) => dispenser
                 .total_assigned()
                 .is_some_and(|handed| self.assembler.done >= handed * u64::from(self.width)),
@@ -122,7 +124,8 @@ impl<'a> Root<'a> {
         }
     }
 
-    /// All samples: of a film that was there before, those too.
+    /// Returns the counts of all samples; for a film that is continued, with those that it had
+    /// before.
     pub fn counts(&self) -> FilmCounts {
         match (self.observer, self.assembler.film()) {
             (Some(_), Some(film)) => film.counts(),
@@ -130,13 +133,13 @@ impl<'a> Root<'a> {
         }
     }
 
-    /// What there is, where something is.
+    /// Returns the error with the partial image, if any part arrived or a film was continued.
     pub fn failed(self, error: Error) -> Failure {
         let is_any = self.assembler.done > 0 || self.observer.is_some();
         Failure { error, partial: is_any.then(|| Box::new(self.assembler.picture())) }
     }
 
-    /// It.
+    /// Returns the image.
     pub fn picture(self) -> AssembledImage {
         self.assembler.picture()
     }

@@ -1,8 +1,9 @@
-//! Frames one after the other over all ranks: a frame travels while the next one is rendered.
+//! Series of frames over all ranks: a frame is sent while the next one is rendered.
 //!
-//! Ranks on the root's host have its frames in their memory, and their devices copy rows to where they belong; nothing but the word that they are there
-//! travels. Rows of other hosts come as messages.
-#![allow(unsafe_code, reason = "several fill one frame; each block names why it is sound")]
+//! Ranks on the root's host share the memory of its frames. Their devices copy rows directly to
+//! their place in a frame, and only an empty message tells the root that they are there. Rows of
+//! other hosts are sent as messages.
+#![allow(unsafe_code, reason = "several ranks fill one frame; each block says why it is sound")]
 
 use super::ClusterError;
 use super::heartbeat::{Heartbeat, POLL_INTERVAL};
@@ -17,46 +18,50 @@ use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
-/// Frames that a rank may be ahead of what the root has: one that travels, one that is rendered, one that waits.
+/// Maximum number of frames that a rank may be ahead of the root's complete frames: being sent,
+/// being rendered or waiting.
 const MAX_FRAMES_AHEAD: u32 = 4;
 
-/// What one frame took a rank, in seconds.
+/// Cost of one frame on one rank, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameCost {
-    /// As the host saw it, until its pixels were there; of frames that are rendered at the same time, each one's part.
+    /// Time until the pixels were in place, measured by the host; for frames rendered at the same
+    /// time, each one's share.
     pub render: f64,
-    /// Of that, by the device's timer.
+    /// Part of `render` by the device's timer.
     pub device: f64,
 }
 
-/// Frames of an image of so many pixels across.
+/// Series of frames of an image whose rows are divided among ranks.
 #[derive(Clone, Debug)]
 pub struct FrameSeries {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
-    /// Which rows each rank has.
+    /// Rows of each rank.
     pub rows: Vec<RowSet>,
-    /// How many.
+    /// Number of frames.
     pub frames: u32,
-    /// Whether a rank that waits spins: where others render, that costs nothing and saves the time of waking up.
+    /// True if a waiting rank spins instead of sleeping. Where a GPU renders, that costs nothing
+    /// and saves the time of waking up.
     pub spins: bool,
 }
 
-/// What a series took.
+/// Costs and times of a series of frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SeriesReport {
-    /// Of each rank, each frame.
+    /// Cost of each frame, for each rank.
     pub costs: Vec<Vec<FrameCost>>,
-    /// When each frame was whole on the root, in seconds since the start.
+    /// Time when each frame was complete on the root, in seconds since the start.
     pub whole: Vec<f64>,
-    /// That came to the root with each frame.
+    /// Mean number of bytes that the root received per frame.
     pub bytes: u64,
 }
 
 impl SeriesReport {
-    /// From one frame to the next, from the frame of this number on: the mean, so that what travels at the same time counts once.
+    /// Returns the mean time between complete frames in seconds, from frame `from` on. The mean
+    /// counts transfers that overlap only once.
     pub fn period(&self, from: usize) -> f64 {
         match self.whole.get(from..) {
             Some([first, .., last]) => (last - first) / (self.whole.len() - from - 1) as f64,
@@ -64,12 +69,12 @@ impl SeriesReport {
         }
     }
 
-    /// Mean of the slowest rank's rendering, from the frame of this number on.
+    /// Returns the mean render time per frame of the slowest rank in seconds, from frame `from` on.
     pub fn render(&self, from: usize) -> f64 {
         self.slowest(from, |cost| cost.render)
     }
 
-    /// The same by the device's timer.
+    /// Returns the mean device time per frame of the slowest rank in seconds, from frame `from` on.
     pub fn device(&self, from: usize) -> f64 {
         self.slowest(from, |cost| cost.device)
     }
@@ -83,7 +88,7 @@ impl SeriesReport {
     }
 }
 
-/// Makes a frame's rows: which frame, and where its pixels go.
+/// Function that renders a rank's rows of the frame with the given number into a target.
 pub trait Render<State>:
     FnMut(&mut State, u32, &mut RowTarget<'_>) -> Result<FrameCost, Error> + Send + 'static
 {
@@ -94,10 +99,10 @@ impl<State, F: FnMut(&mut State, u32, &mut RowTarget<'_>) -> Result<FrameCost, E
 {
 }
 
-/// Gets each whole frame: its number and pixels.
+/// Callback for each complete frame: its number and pixels.
 pub type Show<'a> = dyn FnMut(u32, &[u32]) -> Result<(), Error> + 'a;
 
-/// Who renders frames, by turns.
+/// Render threads of a rank; two take turns by frame.
 struct RenderThreads<State, Task, Product> {
     first: RenderThread<State, Task, Product>,
     second: Option<RenderThread<State, Task, Product>>,
@@ -112,13 +117,13 @@ impl<State, Task, Product> RenderThreads<State, Task, Product> {
     }
 }
 
-/// The root's side.
+/// State of the root.
 struct Root<'a, 'b> {
     show: &'a mut Show<'b>,
     frames: Arc<FrameMemory>,
-    /// Of each frame that is not whole, how many ranks it misses.
+    /// Number of ranks whose rows are missing, for each frame that is not complete.
     missing: VecDeque<usize>,
-    /// Of each rank, the frame whose rows come next.
+    /// Next frame of each rank.
     next: Vec<u32>,
     whole: Vec<f64>,
     bytes: u64,
@@ -126,9 +131,10 @@ struct Root<'a, 'b> {
 }
 
 impl Root<'_, '_> {
-    /// Takes a rank's rows of its next frame, or the word that they are where they belong. Returns frames that are whole now.
+    /// Takes a rank's rows of its next frame; empty `pixels` mean that the rows are already in
+    /// place. Shows the frames that are complete now, and returns their number.
     fn take(&mut self, series: &FrameSeries, rank: u32, pixels: &[u8], start: Instant) -> Result<u32, Error> {
-        let wrong = || ClusterError::Protocol { rank, message: "rows of another frame".to_owned() };
+        let wrong = || ClusterError::Protocol { rank, message: "rows of an unexpected frame".to_owned() };
         let rows = series.rows.get(rank as usize).ok_or_else(wrong)?;
         let next = self.next.get_mut(rank as usize).ok_or_else(wrong)?;
         let first = self.whole.len() as u32;
@@ -147,7 +153,8 @@ impl Root<'_, '_> {
                 return Err(wrong().into());
             }
             let words: Vec<u32> = bytemuck::pod_collect_to_vec(pixels);
-            // SAFETY: these rows are of the rank that sent them, and the frame is not whole: no one else has them.
+            // SAFETY: these rows belong to the rank that sent them, and the frame is not complete:
+            // no one else uses them.
             let target = unsafe { self.frames.target(first + index as u32, rows) };
             target.ok_or_else(wrong)?.copy_from(&words);
         }
@@ -156,7 +163,8 @@ impl Root<'_, '_> {
         while self.missing.pop_front_if(|missing| *missing == 0).is_some() {
             self.whole.push(start.elapsed().as_secs_f64());
             fence(Ordering::SeqCst);
-            // SAFETY: all have said that their rows are there, and write the next frame of this place when the root has said that it has this one.
+            // SAFETY: all ranks have reported that their rows are in place. They write the next
+            // frame to this memory only after the root has reported this frame as complete.
             (self.show)(first + whole, unsafe { self.frames.read(first + whole) })?;
             whole += 1;
         }
@@ -164,7 +172,8 @@ impl Root<'_, '_> {
     }
 }
 
-/// Each row is one rank's: two would write to the same memory.
+/// Checks that each row of a rank is in the image and belongs to no other rank: two would write to
+/// the same memory.
 fn check_rows(series: &FrameSeries) -> Result<(), Error> {
     let mut taken = vec![false; series.height as usize];
     for (rank, rows) in (0..).zip(&series.rows) {
@@ -172,7 +181,10 @@ fn check_rows(series: &FrameSeries) -> Result<(), Error> {
             match taken.get_mut(row as usize) {
                 Some(taken) if !*taken => *taken = true,
                 _ => {
-                    let message = format!("row {row} of {} is another's, or no one's", series.height);
+                    let message = format!(
+                        "row {row} of {}, which is outside the image or another rank's",
+                        series.height
+                    );
                     return Err(ClusterError::Protocol { rank, message }.into());
                 }
             }
@@ -181,12 +193,15 @@ fn check_rows(series: &FrameSeries) -> Result<(), Error> {
     Ok(())
 }
 
-/// Renders frames over all ranks, each of which calls this. `render` runs on a thread of its own, or with a [twin](Renderer::second_stream) on two that take turns:
-/// the device has a frame to render while another ends. `show` gets each whole frame on the root, in order. What came of it is returned on the root.
+/// Renders frames over all ranks; each rank calls this. `render` runs on its own thread; with a
+/// state for a [second stream](Renderer::second_stream), two threads take turns, so that the device
+/// has a frame to render while another one ends. `show` gets each complete frame on the root, in
+/// order. Returns the report on the root, `None` on the others.
 ///
 /// # Errors
 ///
-/// An error of this rank or of another, or of a rank that was silent for too long: the job must be ended then.
+/// An error of this rank or another, or of a rank that was silent for too long. The job must be
+/// ended then.
 pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
     link: &mut Heartbeat<N>,
     (mut state, twin): (State, Option<State>),
@@ -200,12 +215,12 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
     check_rows(series)?;
     let several = series.rows.len() > 1;
     let shared = if several { link.network().share(width, height, MAX_FRAMES_AHEAD)? } else { None };
-    // The root's frames, where this rank reaches them.
+    // Frames of the root, if this rank can access them.
     let frames = match shared {
         None if rank > 0 => None,
         shared => Some(Arc::new(shared.unwrap_or_else(|| FrameMemory::new(width, height, MAX_FRAMES_AHEAD)))),
     };
-    // Twins have one device.
+    // Both states have the same device, so pinning once is enough.
     frames.iter().for_each(|frames| state.as_mut().pin(frames.memory()));
     let own = series.rows.get(rank as usize).cloned().unwrap_or_else(|| RowSet::from(0..0));
     let together = if twin.is_some() { 2 } else { 1 };
@@ -214,7 +229,8 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
         RenderThread::new(
             state,
             move |state, (index, mut pixels): (u32, Vec<u32>), out: &mut (dyn FnMut(_) + Send)| {
-                // SAFETY: these rows are this rank's, and the root has shown what was in this place before: it is told when they are there.
+                // SAFETY: these rows are this rank's. The root has shown the earlier frame of this
+                // memory, and is told when the new rows are in place.
                 let place = reached.as_ref().and_then(|frames| unsafe { frames.target(index, &own) });
                 let cost = match place {
                     Some(mut place) => render(state, index, &mut place)?,
@@ -299,13 +315,13 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
                         return Err(ClusterError::Protocol { rank: from, message: error.to_string() }.into());
                     }
                 },
-                // The root has so many frames.
+                // Number of frames that are complete on the root.
                 (Tag::WorkRequest, None) => {
                     whole = <[u8; 4]>::try_from(bytes.as_slice()).map_or(whole, u32::from_ne_bytes);
                 }
                 (Tag::Done, None) if reported => break 'frames None,
                 (other, _) => {
-                    let message = format!("{other:?} in a series of frames");
+                    let message = format!("{other:?} during a series of frames");
                     return Err(ClusterError::Protocol { rank: from, message }.into());
                 }
             }
@@ -342,7 +358,7 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
             std::thread::yield_now();
         }
     };
-    // Nothing may hold the memory when it is given back.
+    // Nothing may use the shared memory when it is freed.
     drop(workshops.second.map(RenderThread::end));
     let mut state = workshops.first.end();
     frames.iter().for_each(|frames| state.as_mut().unpin(frames.memory()));

@@ -1,7 +1,9 @@
-//! Long messages between ranks of one host: through memory that they share, copied by several threads at each end.
+//! Long messages between ranks of one host: through shared memory, copied by several threads at
+//! each end.
 //!
-//! Without it Open MPI 4.1 moved 2 GB/s between two processes, with one thread each (docs/cluster.md).
-#![allow(unsafe_code, reason = "other processes read what this writes; each block names why it is sound")]
+//! Open MPI 4.1 alone copies such messages with one thread for each process
+//! (docs/notebook/cluster.md has the rates).
+#![allow(unsafe_code, reason = "other processes read what this writes; each block says why it is sound")]
 
 use super::ClusterError;
 use super::window::Window;
@@ -10,16 +12,17 @@ use ::mpi::traits::CommunicatorCollectives;
 use rayon::prelude::*;
 use std::sync::atomic::{Ordering, fence};
 
-/// Messages from this length on go this way: below, two more messages of a few bytes cost more.
+/// Minimum size of a message in shared memory. Below it, two additional messages of a few bytes
+/// cost more.
 const MIN_MESSAGE_BYTES: usize = 1 << 18;
 
-/// Bytes in which a rank's long messages lie until they are taken.
+/// Size of a rank's part of the shared memory, which holds its long messages until they are taken.
 const SHARED_BYTES_PER_RANK: usize = 1 << 25;
 
-/// What a thread copies at a time.
+/// Bytes that a thread copies at a time.
 const TASK: usize = 1 << 17;
 
-/// Where a message lies in its sender's part.
+/// Position of a message in its sender's part of the shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct MessageSlot {
     first: usize,
@@ -27,26 +30,27 @@ pub(super) struct MessageSlot {
 }
 
 impl MessageSlot {
-    /// For the message that says so.
+    /// Encodes the slot as the content of a message.
     pub fn encode(self) -> Vec<u8> {
         [self.first as u64, self.bytes as u64].into_iter().flat_map(u64::to_ne_bytes).collect()
     }
 
-    /// From such a message.
+    /// Decodes a slot; `None` if the message is too short.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let word = |at: usize| Some(u64::from_ne_bytes(bytes.get(at..at + 8)?.try_into().ok()?) as usize);
         Some(Self { first: word(0)?, bytes: word(8)? })
     }
 }
 
-/// Places that are in use, in order.
+/// Slots in use, in the order of their positions.
 #[derive(Debug, Default)]
 struct SlotAllocator {
     taken: Vec<MessageSlot>,
 }
 
 impl SlotAllocator {
-    /// The first gap of so many bytes among so many.
+    /// Allocates the first gap of `bytes` bytes in a part of `of` bytes; `None` if there is no such
+    /// gap.
     fn take(&mut self, bytes: usize, of: usize) -> Option<MessageSlot> {
         let mut first = 0;
         let mut index = 0;
@@ -66,40 +70,42 @@ impl SlotAllocator {
     }
 }
 
-/// A rank's own part of the shared memory, and those of the others on its host.
+/// This rank's part of the shared memory, and those of the other ranks on its host.
 pub(super) struct SharedMemoryTransport {
     _window: Window,
-    /// Of all ranks: those of other hosts have none.
+    /// First byte and size of each rank's part; `None` for ranks on other hosts.
     parts: Vec<Option<(*mut u8, usize)>>,
     own: (*mut u8, usize),
     slots: SlotAllocator,
 }
 
-/// Pointers for several threads, which copy different bytes.
+/// Source and destination for several threads, which copy different bytes.
 #[derive(Clone, Copy)]
 struct CopyPointers(*const u8, *mut u8);
 
-// SAFETY: as its only user says.
+// SAFETY: the only user, `copy`, gives each thread its own bytes.
 unsafe impl Sync for CopyPointers {}
 
 impl CopyPointers {
-    /// Copies so many bytes by all threads.
+    /// Copies `bytes` bytes with all threads.
     ///
     /// # Safety
     ///
-    /// Both ends have them, apart from each other, and no one else touches them meanwhile but to read the first.
+    /// Source and destination have `bytes` bytes and do not overlap. Meanwhile no one else accesses
+    /// the destination, and others only read the source.
     unsafe fn copy(self, bytes: usize) {
         (0..bytes.div_ceil(TASK)).into_par_iter().for_each(|task| {
             let ends = self;
             let at = task * TASK;
-            // SAFETY: the caller's promise; each task has bytes of its own.
+            // SAFETY: the caller guarantees valid memory; each task has its own bytes.
             unsafe { std::ptr::copy_nonoverlapping(ends.0.add(at), ends.1.add(at), TASK.min(bytes - at)) };
         });
     }
 }
 
 impl SharedMemoryTransport {
-    /// All ranks call this. None for a rank that is alone on its host, and where there is no memory to share.
+    /// Opens the shared memory; all ranks call this. Returns `None` for a rank that is alone on its
+    /// host, or if there is not enough shared memory.
     pub fn open(world: &SimpleCommunicator) -> Result<Option<Self>, ClusterError> {
         let host = world.split_shared(world.rank());
         if host.size() < 2 {
@@ -118,22 +124,23 @@ impl SharedMemoryTransport {
         Ok(Some(Self { _window: window, parts, own, slots: SlotAllocator::default() }))
     }
 
-    /// Whether a message goes this way.
+    /// Returns whether a message of `bytes` bytes to rank `to` goes through shared memory.
     pub fn takes(&self, to: u32, bytes: usize) -> bool {
         (MIN_MESSAGE_BYTES..=self.own.1).contains(&bytes)
             && self.parts.get(to as usize).is_some_and(Option::is_some)
     }
 
-    /// Puts a message where its receiver finds it; none as long as others lie there.
+    /// Copies a message to a free slot of this rank's part; `None` while no slot is free.
     pub fn put(&mut self, content: &[u8]) -> Option<MessageSlot> {
         let place = self.slots.take(content.len(), self.own.1)?;
-        // SAFETY: the place is within this rank's own part, and no one reads it before being told of it.
+        // SAFETY: the slot is within this rank's own part, and no one reads it before being told of
+        // it.
         unsafe { CopyPointers(content.as_ptr(), self.own.0.add(place.first)).copy(place.bytes) };
         fence(Ordering::SeqCst);
         Some(place)
     }
 
-    /// Takes a message out of a rank's part; none for a place that it has not.
+    /// Copies a message out of a rank's part; `None` if the slot is outside the part.
     pub fn take(&self, from: u32, place: MessageSlot) -> Option<Vec<u8>> {
         let (first, bytes) = (*self.parts.get(from as usize)?)?;
         if place.first.checked_add(place.bytes)? > bytes {
@@ -141,8 +148,8 @@ impl SharedMemoryTransport {
         }
         fence(Ordering::SeqCst);
         let mut content = Vec::with_capacity(place.bytes);
-        // SAFETY: the part has these bytes, and its rank leaves them alone until it is told that they were taken; the vector has room for as many,
-        // all of which are written.
+        // SAFETY: the part has these bytes, and its rank does not change them until it is told that
+        // they were taken. The vector has the capacity for them, and all of them are written.
         unsafe {
             CopyPointers(first.add(place.first), content.as_mut_ptr()).copy(place.bytes);
             content.set_len(place.bytes);
@@ -150,12 +157,12 @@ impl SharedMemoryTransport {
         Some(content)
     }
 
-    /// The receiver has it.
+    /// Frees a slot whose message the receiver has taken.
     pub fn taken(&mut self, place: MessageSlot) {
         self.slots.give_back(place);
     }
 
-    /// Messages that were not taken yet.
+    /// Returns the number of messages that were not taken yet.
     pub fn waiting(&self) -> usize {
         self.slots.taken.len()
     }
@@ -203,7 +210,7 @@ mod tests {
     fn copies_are_whole() {
         let from: Vec<u8> = (0..3 * TASK as u32 + 5).map(|at| (at * 7 % 251) as u8).collect();
         let mut to = vec![0; from.len()];
-        // SAFETY: both have as many.
+        // SAFETY: both have the same length, and they do not overlap.
         unsafe { CopyPointers(from.as_ptr(), to.as_mut_ptr()).copy(from.len()) };
         assert_eq!(from, to);
     }

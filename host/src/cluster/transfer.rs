@@ -1,9 +1,9 @@
-//! Messages on their way, as MPI has them.
+//! Transfers between ranks as MPI sees them.
 
 use super::network::Tag;
 use ::mpi::ffi::MPI_Request;
 
-/// What is sent.
+/// Content of a message.
 pub(super) enum Content {
     Bytes(Vec<u8>),
     Words(Vec<u32>),
@@ -18,13 +18,13 @@ impl Content {
     }
 }
 
-/// A transfer to another rank, and the memory that MPI reads until it ends.
+/// Transfer to another rank, with the memory that MPI reads until it ends.
 pub(super) struct Sent {
     pub request: MPI_Request,
     pub content: Content,
 }
 
-/// A transfer from another rank, and the memory that MPI writes to until it ends.
+/// Transfer from another rank, with the memory that MPI writes until it ends.
 pub(super) struct Received {
     pub request: MPI_Request,
     pub from: u32,
@@ -33,18 +33,18 @@ pub(super) struct Received {
     pub done: bool,
 }
 
-/// What MPI's tag of a message says.
+/// Meaning of a message, from its MPI tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MessageKind {
-    /// A message.
+    /// The message itself.
     Plain(Tag),
-    /// Where in the mailbox of its sender one lies.
+    /// The slot of a message in its sender's shared memory.
     Placed(Tag),
-    /// That one of this rank's was taken out of its mailbox.
+    /// Confirmation that a message of this rank was taken from its shared memory.
     Taken,
 }
 
-/// Added to the tag of what lies in a mailbox.
+/// Offset of the MPI tags of messages in shared memory.
 const PLACED: i32 = 0x40;
 
 impl MessageKind {

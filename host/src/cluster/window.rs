@@ -1,5 +1,5 @@
 //! Memory that the ranks of one host share (MPI 4.0, section 12.2.3).
-#![allow(unsafe_code, reason = "calls MPI; each block names why it is sound")]
+#![allow(unsafe_code, reason = "calls MPI; each block says why it is sound")]
 
 use super::ClusterError;
 use super::mpi::check;
@@ -9,15 +9,17 @@ use ::mpi::topology::{Communicator, SimpleCommunicator};
 use ::mpi::traits::{AsRaw, CommunicatorCollectives, Root};
 use std::mem::MaybeUninit;
 
-/// A part for each rank of a host, at multiples of 16 bytes.
+/// Shared memory with a part for each rank of a host, at multiples of 16 bytes.
 pub(super) struct Window {
     handle: ffi::MPI_Win,
 }
 
-/// Free memory that each rank leaves to what else it shares: other windows take theirs only when it is written to.
+/// Free shared memory that must remain per rank: other windows take theirs only when it is written
+/// to.
 const MIN_FREE_BYTES: u64 = 1 << 26;
 
-/// Whether the host has memory for all parts, by its first rank, which makes them: Open MPI 4.1 leaves the others waiting where it has not.
+/// Returns whether the host has enough shared memory for all parts. Its first rank, which allocates
+/// them, decides: Open MPI 4.1 leaves the other ranks waiting if there is not enough.
 fn fits(host: &SimpleCommunicator, bytes: usize) -> bool {
     let mut all = 0u64;
     host.all_reduce_into(&(bytes as u64), &mut all, SystemOperation::sum());
@@ -28,28 +30,30 @@ fn fits(host: &SimpleCommunicator, bytes: usize) -> bool {
     enough
 }
 
-/// Bytes that are free where shared memory is kept.
+/// Returns the free bytes of `/dev/shm`, which holds shared memory; `None` if unknown.
 fn free() -> Option<u64> {
     let mut about = MaybeUninit::<libc::statvfs>::uninit();
-    // SAFETY: the path ends with a zero, and the record is written where the call succeeds.
+    // SAFETY: the path ends with a zero byte, and the record is written if the call succeeds.
     let found = unsafe { libc::statvfs(c"/dev/shm".as_ptr(), about.as_mut_ptr()) } == 0;
-    // SAFETY: as above.
+    // SAFETY: the call succeeded, so the record was written.
     let about = found.then(|| unsafe { about.assume_init() })?;
     Some(about.f_bavail.saturating_mul(about.f_frsize))
 }
 
 impl Window {
-    /// All ranks of the host call this, each with the bytes of its own part. None where there is not as much memory.
+    /// Allocates shared memory; all ranks of the host call this, each with the size of its own part
+    /// in bytes. Returns `None` if there is not enough memory.
     pub fn allocate(host: &SimpleCommunicator, bytes: usize) -> Result<Option<Self>, ClusterError> {
         if !fits(host, bytes) {
             return Ok(None);
         }
-        // SAFETY: the communicator is there; what fails for lack of memory must not end the job.
+        // SAFETY: the communicator is valid. With MPI's default error handler, lack of memory would
+        // end the job.
         let code = unsafe { ffi::MPI_Comm_set_errhandler(host.as_raw(), ffi::RSMPI_ERRORS_RETURN) };
         check("sharing memory", code)?;
         let mut own: *mut std::ffi::c_void = std::ptr::null_mut();
         let mut handle = MaybeUninit::uninit();
-        // SAFETY: all of the host's ranks call this; pointer and window are written.
+        // SAFETY: all ranks of the host call this; pointer and window are written.
         let code = unsafe {
             ffi::MPI_Win_allocate_shared(
                 bytes.next_multiple_of(16) as ffi::MPI_Aint,
@@ -63,15 +67,15 @@ impl Window {
         let made = code == ffi::MPI_SUCCESS as i32;
         let mut all = 0i32;
         host.all_reduce_into(&i32::from(made), &mut all, SystemOperation::min());
-        // SAFETY: the call succeeded, on all ranks, and wrote it.
+        // SAFETY: the call succeeded on all ranks and wrote the handle.
         Ok((all == 1).then(|| Self { handle: unsafe { handle.assume_init() } }))
     }
 
-    /// The part of a rank of the host: its first byte and how many it has.
+    /// Returns the first byte and the size of the part of a rank of the host.
     pub fn part(&self, rank: i32) -> Result<(*mut u8, usize), ClusterError> {
         let (mut size, mut unit) = (0, 0);
         let mut first: *mut u8 = std::ptr::null_mut();
-        // SAFETY: the window is there; size, unit and pointer are written.
+        // SAFETY: the window exists; size, unit and pointer are written.
         let code = unsafe {
             ffi::MPI_Win_shared_query(self.handle, rank, &mut size, &mut unit, (&raw mut first).cast())
         };
@@ -79,9 +83,9 @@ impl Window {
         Ok((first, usize::try_from(size).unwrap_or(0)))
     }
 
-    /// All ranks of the host call this, and use the memory no more.
+    /// Frees the memory; all ranks of the host call this, and no longer use it.
     pub fn free(mut self) -> Result<(), ClusterError> {
-        // SAFETY: as the caller says.
+        // SAFETY: the caller promises that no one uses the memory any more.
         check("sharing memory", unsafe { ffi::MPI_Win_free(&mut self.handle) })
     }
 }

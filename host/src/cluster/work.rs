@@ -1,4 +1,4 @@
-//! What ranks render together, and what becomes of it.
+//! Input and result of a render over several ranks.
 
 use super::assembler::AssembledImage;
 use super::image_part::WireFormat;
@@ -12,52 +12,54 @@ use crate::stats::{Phases, RenderStats};
 use std::time::Duration;
 use trisect_kernels::{VARIANTS, variant_by_name};
 
-/// What all ranks render together.
+/// Work that all ranks render together.
 #[derive(Clone, Debug)]
 pub struct Work {
-    /// The image.
+    /// Settings of the image.
     pub settings: Settings,
-    /// Who renders what.
+    /// Assignment of the work to ranks.
     pub plan: ClusterPlan,
-    /// What travels of it.
+    /// Data sent for each pixel.
     pub wire_format: WireFormat,
-    /// Why that plan, where the program chose.
+    /// Reason for the plan, if the program chose it.
     pub choice: String,
 }
 
 impl Work {
-    /// That of a film which the root keeps while it grows: rows on demand, so many of them a block as a power of two, and all sums travel.
+    /// Returns the work for a film that the root keeps while it grows: rows on demand in blocks of
+    /// `2^block_shift`, and all sums are sent.
     pub fn for_film(settings: Settings, block_shift: u32) -> Self {
         let plan = ClusterPlan { mode: DistributionMode::Rows, balance: Balance::Dynamic, block_shift };
         let travels = Self::film_format(settings.guides);
         Self { settings, plan, wire_format: travels, choice: String::new() }
     }
 
-    /// What travels where the root keeps the film.
+    /// Returns the wire format for a film that the root keeps.
     pub(super) fn film_format(guides: bool) -> WireFormat {
         if guides { WireFormat::SumsAndAovs } else { WireFormat::Sums }
     }
 }
 
-/// An image that came.
+/// Complete image, with its report and counts.
 #[derive(Clone, Debug)]
 pub struct Finished {
-    /// It.
+    /// The image.
     pub picture: AssembledImage,
-    /// What it took.
+    /// Times and bytes of the ranks.
     pub report: ClusterReport,
-    /// Over all pixels.
+    /// Counts over all pixels.
     pub counts: FilmCounts,
-    /// What of them was there before.
+    /// Counts of the samples that the film had before.
     pub before: FilmCounts,
-    /// Of all ranks.
+    /// Submissions of all ranks.
     pub submissions: u64,
-    /// The root's kernel.
+    /// Name of the root's kernel.
     pub kernel: &'static str,
 }
 
 impl Finished {
-    /// The same as of a render by one process: on the root's device, with the device's seconds of all.
+    /// Returns the statistics of a render: those of the root's device, with the device seconds of
+    /// all ranks.
     pub fn stats(&self, device: &Device, settings: &Settings) -> RenderStats {
         let variant = variant_by_name(self.kernel).unwrap_or(VARIANTS[0]);
         let mut stats = RenderStats::new(device, settings, variant, Phases::default());
@@ -70,12 +72,12 @@ impl Finished {
     }
 }
 
-/// Why an image did not come, and what there is of it.
+/// Error of a render over several ranks, with the partial image.
 #[derive(Debug)]
 pub struct Failure {
-    /// Why.
+    /// The error.
     pub error: Error,
-    /// On the root, if any piece came.
+    /// Partial image on the root, if any image part arrived.
     pub partial: Option<Box<AssembledImage>>,
 }
 

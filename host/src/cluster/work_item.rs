@@ -1,4 +1,4 @@
-//! What a rank renders next, and rendering it.
+//! Work items of a rank, and rendering them.
 
 use super::image_part::{ImagePart, Rendered, WireFormat};
 use super::means::{MeanSum, add_chunk};
@@ -9,39 +9,41 @@ use rayon::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 
-/// What a piece should take to render: then it is worth a message, and little is lost with it.
+/// Target render time of an image part: long enough to be worth a message, short enough that little
+/// is lost with a rank.
 const TARGET_PART_TIME: Duration = Duration::from_millis(400);
 
 /// Some samples of some rows.
 #[derive(Clone, Debug)]
 pub(super) struct WorkItem {
     pub rows: RowSet,
-    /// Of each pixel.
+    /// Sample indices of each pixel.
     pub samples: Range<u32>,
-    /// Rows of a piece that travels: what was rendered goes in so many.
+    /// Rows of an image part: the result is sent in strips of this many rows.
     pub strip: u32,
 }
 
-/// What the rendering thread works with.
+/// State of the render thread.
 pub(super) struct WorkerState {
     pub renderer: Renderer,
     pub settings: Settings,
     pub wire_format: WireFormat,
-    /// Of an average.
+    /// Number of phases of an average: 1 or 2.
     pub phases: u32,
 }
 
-/// A piece, and the kernel that rendered it.
+/// Image part, and the name of the kernel that rendered it.
 pub(super) type EncodedPart = (ImagePart, &'static str);
 
-/// Where pieces are made of chunks.
+/// Encodes rendered chunks as image parts.
 struct ChunkEncoder<'a> {
     out: &'a mut (dyn FnMut(EncodedPart) + Send),
-    /// Chunks that are summed before they travel.
+    /// Ranges of chunks that are summed before they are sent.
     groups: Vec<Range<usize>>,
-    /// The chunk that comes.
+    /// Index of the next chunk.
     next: usize,
-    /// What those before it of its group add up to, and what each strip has.
+    /// Sums of the current group's earlier chunks for each pixel; `counts` are their counts for
+    /// each strip.
     means: Vec<MeanSum>,
     counts: Vec<FilmCounts>,
     start: Instant,
@@ -49,7 +51,7 @@ struct ChunkEncoder<'a> {
 }
 
 impl ChunkEncoder<'_> {
-    /// Hands out a piece, with the time since the last.
+    /// Passes an image part on, with the time since the last one.
     fn send(&mut self, (mut piece, kernel): EncodedPart) {
         piece.render_seconds = self.start.elapsed().as_secs_f64();
         (self.out)((piece, kernel));
@@ -57,7 +59,7 @@ impl ChunkEncoder<'_> {
     }
 }
 
-/// Renders an order, and hands out what travels of it.
+/// Renders a work item, and passes its image parts to `out`.
 pub(super) fn render(
     bench: &mut WorkerState,
     order: WorkItem,
@@ -66,7 +68,9 @@ pub(super) fn render(
     let WorkerState { renderer, settings, wire_format: travels, phases } = bench;
     let (width, WorkItem { rows, samples, strip }) = (settings.width, order);
     let parts: Vec<Range<u32>> = chunks(samples).collect();
-    // What is summed before it travels: chunk by chunk, all, or all but the last, which then has less to wait for.
+    // Groups of chunks that are summed before they are sent. All kernel sums: each chunk alone. One
+    // phase: all chunks. Two phases: all chunks but the last, so that less is left to send at the
+    // end.
     let first_of =
         |index: usize| match (matches!(travels, WireFormat::Sums | WireFormat::SumsAndAovs), *phases) {
             (true, _) => index,
@@ -105,7 +109,7 @@ pub(super) fn render(
             return Ok(());
         }
         if index == chunks.start {
-            // By threads: the first touch of fresh memory is what takes the time.
+            // In parallel, because the first touch of fresh memory takes the time.
             desk.means = rayon::iter::repeat_n(MeanSum::ZERO, sums.pixels.len()).with_min_len(4096).collect();
             desk.counts = strips(&rows, strip, width).map(|_| FilmCounts::default()).collect();
         }
@@ -130,7 +134,7 @@ pub(super) fn render(
     Ok(())
 }
 
-/// Rows in strips, and their pixels among those of all.
+/// Splits rows into strips; returns each with the range of its pixels among the pixels of all rows.
 fn strips(rows: &RowSet, strip: u32, width: u32) -> impl Iterator<Item = (RowSet, Range<usize>)> + '_ {
     let strip = strip.max(1);
     (0..rows.len()).step_by(strip as usize).map(move |first| {
@@ -139,11 +143,11 @@ fn strips(rows: &RowSet, strip: u32, width: u32) -> impl Iterator<Item = (RowSet
     })
 }
 
-/// Where a rank's work comes from.
+/// Source of a rank's work items.
 pub(super) enum Source {
-    /// Its own rows, so many at a time.
+    /// The rank's own rows, `at_once` at a time.
     Static { rows: RowSet, next: u32, at_once: u32, whole: u32, samples: Range<u32>, strip: u32 },
-    /// The root, as much as this rank's speed allows.
+    /// The root, which hands out as much as this rank's speed allows.
     Root { asked: bool, over: bool, ready: Option<WorkItem>, speed: PartSizer },
 }
 
@@ -170,7 +174,7 @@ impl Source {
         }
     }
 
-    /// Fits the next piece to the speed of the last.
+    /// Fits the size of the next work item to the render time of an image part.
     pub fn learn(&mut self, piece: &ImagePart) {
         let (at_once, whole) = match self {
             Self::Static { at_once, whole, .. } => (at_once, whole),
@@ -187,7 +191,7 @@ impl Source {
     }
 }
 
-/// Hands over what the root says.
+/// Stores the block that the root handed out as the next work item.
 pub(super) fn assign(source: &mut Source, part: Option<SampleBlock>) {
     if let (Source::Root { ready, .. }, Some(SampleBlock { rows, samples })) = (source, part) {
         *ready = Some(WorkItem { rows: rows.into(), samples, strip: u32::MAX });

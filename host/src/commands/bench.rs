@@ -1,4 +1,4 @@
-//! `trisect bench`.
+//! `trisect bench`: measures the frames of one scene, prints a table and writes JSON.
 
 use super::{Session, data};
 use crate::cli::{BenchArgs, BenchCommand};
@@ -9,14 +9,15 @@ use trisect::backend::DeviceKind;
 use trisect::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live};
 use trisect::output::Outputs;
 
-/// Frames before those that count.
+/// Minimum number of warm-up frames.
 const WARM_UP: u32 = 2;
 
-/// And, on a GPU, how long frames are rendered before one counts. An H100 behind Vulkan, whose driver had compiled for four seconds, took 68 ms
-/// for frames that took 15 after a third of a second.
+/// Minimum time of the warm-up on a GPU, after its first frame. A GPU that idled while its driver
+/// compiled is slow for a while: see docs/notebook/vulkan.md.
 const SETTLE: Duration = Duration::from_millis(500);
 
-/// Renders a scene several times and prints what a frame takes. `start` is when the program began.
+/// Renders a scene several times and prints the times of a frame. `start` is the time at which the
+/// program started.
 pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     match &arguments.command {
         Some(BenchCommand::Report(arguments)) => return super::report::run(arguments),

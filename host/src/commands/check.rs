@@ -1,4 +1,5 @@
-//! `trisect check`.
+//! `trisect check`: prints what in a scene exceeds the supported range, and writes a copy of the
+//! scene in its best space.
 
 use crate::cli::CheckArgs;
 use crate::terminal::escaped;
@@ -10,15 +11,15 @@ use trisect::output::Outputs;
 use trisect::precision::{self, Change, Report};
 use trisect::scene::{Rebase, SceneDocument};
 
-/// Something in the scene is outside the supported range.
+/// Exit code if something in the scene is outside the supported range.
 const OUTSIDE: u8 = 6;
 
-/// Prints what was found, and writes a copy in the best space if asked for.
+/// Prints the findings, and writes a copy in the best space if `--write` is given.
 pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     let scene = SceneDocument::load_including(&arguments.scene, arguments.includes.includes())?;
     let report = precision::check(&scene, &scene.settings());
-    // What a render would refuse, such as a sky that is no number. Where something is out of range,
-    // that comes first, as it may be why.
+    // Error with which a render would refuse the scene, such as a sky that is not a number.
+    // Findings outside the range are printed first, because they may be its cause.
     let refused = scene.clone().lower(Rebase::IDENTITY).err();
     let outside = report.is_outside();
     let refused = match refused {
@@ -30,7 +31,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
         Outputs::default().file("--write", Some(path)).check_inputs("a file of the scene", files)?;
         precision::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
-    // What the reader changed and what rounding drops are errors or warnings of their own.
+    // Changes by the reader and losses by rounding are warnings in addition to the findings.
     for warning in scene.warnings() {
         super::eprint(&format!("warning: {warning}"));
     }

@@ -1,4 +1,7 @@
-//! What keeps a render from being lost: checkpoints, and an end that was asked for.
+//! Checkpoints, time limit and interrupts of a render: when it stops, and where its film is kept.
+//!
+//! [`RenderSupervisor`] is asked between the parts of a render. Used by `render`, `resume` and
+//! their versions over ranks.
 
 use super::fallback_path::write_to_fallback_path;
 use super::signals::INTERRUPTED;
@@ -15,20 +18,20 @@ use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity,
 use trisect::film::Film;
 use trisect::render::{FilmObserver, RenderObserver};
 
-/// Exit code of what --time-limit ended.
+/// Exit code of a command that `--time-limit` ended.
 pub const OUT_OF_TIME: u8 = 7;
 
-/// Why a render ended before it was complete.
+/// Reason for which a render ended before it was complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// By an interrupt, or what a queue sends when time is over.
+    /// SIGINT, or SIGTERM as queues send it when the time of a job is over.
     Interrupted,
-    /// By --time-limit.
+    /// The end of `--time-limit`.
     OutOfTime,
 }
 
 impl StopReason {
-    /// Of the process, where what there is is where it should be.
+    /// Returns the exit code if all outputs were written to their requested paths.
     pub fn exit_code(self) -> ExitCode {
         match self {
             Self::Interrupted => ExitCode::from(INTERRUPTED as u8),
@@ -37,20 +40,20 @@ impl StopReason {
     }
 }
 
-/// Watches a render.
+/// Ends a render after an interrupt or at its time limit, and writes its checkpoints.
 pub struct RenderSupervisor {
     interrupted: Arc<AtomicBool>,
     end: Option<Instant>,
     saver: Option<Saver>,
 }
 
-/// Shows a bar, and says that an interrupt was seen.
+/// Shows a progress bar, and acknowledges an interrupt.
 pub struct ProgressObserver<'a, O: RenderObserver> {
-    /// The bar.
+    /// Progress bar.
     pub bar: O,
-    /// Who sees it.
+    /// Supervisor that notices the interrupt.
     pub watch: &'a RenderSupervisor,
-    /// Whether it was said.
+    /// True if the interrupt was acknowledged, or if it should not be.
     pub announced: bool,
 }
 
@@ -59,7 +62,7 @@ impl<O: RenderObserver> RenderObserver for ProgressObserver<'_, O> {
         if !self.announced && self.watch.interrupted.load(Ordering::Relaxed) {
             self.announced = true;
             eprint(
-                "interrupted: this part is finished if that is soon, and what there is written; once more ends at once",
+                "interrupted: finishing the current part if that is soon, then writing what was rendered; a second interrupt ends at once",
             );
         }
         self.bar.progress(done, total)
@@ -71,19 +74,20 @@ impl<O: RenderObserver> RenderObserver for ProgressObserver<'_, O> {
 }
 
 impl RenderSupervisor {
-    /// Of a command that began at `start`, and writes such a checkpoint. `interrupted` is set when it should end.
+    /// Returns the supervisor of a command that started at `start` and writes checkpoints by
+    /// `saver`. A signal handler sets `interrupted`.
     pub fn new(
         arguments: &RenderArgs,
         saver: Option<Saver>,
         start: Instant,
         interrupted: Arc<AtomicBool>,
     ) -> Self {
-        // A limit that no clock reaches is none.
+        // A limit beyond the range of the clock is no limit.
         let end = arguments.checkpointing.time_limit.and_then(|limit| start.checked_add(limit));
         Self { interrupted, end, saver }
     }
 
-    /// Why the render should end, if it should.
+    /// Returns the reason for which the render should end, or `None` while it should continue.
     pub fn stop_reason(&self) -> Option<StopReason> {
         let late = self.end.is_some_and(|end| Instant::now() >= end);
         match self.interrupted.load(Ordering::Relaxed) {
@@ -92,14 +96,15 @@ impl RenderSupervisor {
         }
     }
 
-    /// Notes that another device goes on.
+    /// Records in the checkpoint that a device with this arithmetic continued the film.
     pub fn add_rounding(&self, arithmetic: &str) {
         if let Some(saver) = &self.saver {
             saver.add_rounding(arithmetic);
         }
     }
 
-    /// Keeps what there is after an error, which is said later. What failed at once leaves nothing behind.
+    /// Writes the checkpoint after an error, which the caller reports later. Writes nothing for an
+    /// empty film.
     pub fn rescue(&self, film: &Film, quiet: bool) {
         if !film.coverage.parts().is_empty()
             && let Err(error) = self.finish(film, quiet)
@@ -108,7 +113,8 @@ impl RenderSupervisor {
         }
     }
 
-    /// Writes the last checkpoint, elsewhere if it cannot be where it should; whether it is.
+    /// Writes the last checkpoint, to a fallback path if its own cannot be written. Returns whether
+    /// it was written to its own path.
     pub fn finish(&self, film: &Film, quiet: bool) -> Result<bool, Error> {
         let Some(saver) = &self.saver else { return Ok(true) };
         let Err(error) = saver.finish(film) else {
@@ -134,23 +140,28 @@ impl FilmObserver for RenderSupervisor {
         let Some(saver) = &self.saver else { return };
         saver.save_if_due(film);
         if let Some(error) = saver.failure() {
-            eprint(&format!("warning: {error}; the render goes on, and the next checkpoint tries again"));
+            eprint(&format!("warning: {error}; the render continues, and the next checkpoint tries again"));
         }
     }
 }
 
-/// What a render begins with.
+/// Film and samples with which a render starts.
 pub struct RenderStart {
-    /// Empty, or what was there before.
+    /// Film: empty, or that of the checkpoint to continue.
     pub film: Film,
-    /// Those that are to be in it.
+    /// Samples that the complete film has.
     pub samples: Range<u32>,
-    /// Of the checkpoint, if there is to be one.
+    /// Writer of checkpoints, with `--checkpoint` or when resuming.
     pub saver: Option<Saver>,
 }
 
 impl RenderStart {
-    /// Anew, or where a checkpoint ended.
+    /// Returns the start of a new render, or of one that continues from the checkpoint `before`.
+    ///
+    /// # Errors
+    ///
+    /// Invalid samples, a checkpoint of another image, too little memory, or a command line or
+    /// folder that is not Unicode and so cannot be stored in a checkpoint.
     pub fn new(
         arguments: &RenderArgs,
         session: &Session,
@@ -163,14 +174,14 @@ impl RenderStart {
         let samples = arguments.checkpointing.samples.as_ref().map_or(0..spp, |samples| samples.0.clone());
         settings
             .check_part(&trisect::film::SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
-        // A copy of the film on its way to the disk.
+        // The saver copies the film before it writes it.
         let copy = if checkpoint.is_some() { Film::bytes_per_pixel(settings.guides) } else { 0 };
         let quality = arguments.job.bvh_quality.map(crate::cli::QualityArg::quality);
         let identity =
             session.digest.map(|digest| Identity::new(&digest, settings, quality, &session.renderer));
         if let (Some((place, Checkpoint { mut header, film })), Some(identity)) = (before, &identity) {
             if session.fell_back {
-                // As in the middle of a render: who goes on is noted.
+                // The fallback continues the film: its arithmetic is recorded, as during a render.
                 header.identity.add_rounding(&identity.arithmetic);
             }
             let path = || place.path().to_owned();
@@ -200,7 +211,7 @@ impl RenderStart {
     }
 }
 
-/// The arguments of this process.
+/// Returns the arguments of this process without its name, for the header of a checkpoint.
 fn command() -> Result<Vec<String>, CheckpointError> {
     let text = |argument: std::ffi::OsString| {
         argument

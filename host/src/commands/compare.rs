@@ -1,4 +1,4 @@
-//! `trisect compare`.
+//! `trisect compare`: prints the measures of the difference of two images.
 
 use crate::cli::CompareArgs;
 use std::fmt::Write;
@@ -8,7 +8,7 @@ use trisect::image::{Image, ImageError};
 use trisect::metrics::{ImageView, compare};
 use trisect::{Error, memory};
 
-/// Images differ by more than the user allows.
+/// Exit code if images differ by more than `--max-rel-mse` allows.
 const DIFFERENT: u8 = 5;
 
 /// Compares two images and prints the measures.
@@ -37,16 +37,17 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
         let _ = writeln!(text, "NaN or infinite      {} pixels", result.non_finite);
     }
     super::print(&text)?;
-    // Written so that a relMSE of NaN differs; what is not finite is left out of it, and differs, too.
+    // A relMSE of NaN counts as different. Pixels that are not finite are left out of relMSE and
+    // count as different, too.
     let is_within = |limit| result.rel_mse <= limit && result.non_finite == 0;
     let within = arguments.max_rel_mse.is_none_or(is_within);
     Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) })
 }
 
-/// Bytes a pixel that another image and the measures take, FLIP above all.
+/// Bytes per pixel of another image and of the measures, mainly FLIP.
 const COMPARED: u64 = 120;
 
-/// Checks that there is memory to compare an image with another one.
+/// Checks that enough memory is available to compare an image with another one.
 fn fits(image: &Image, path: &Path) -> Result<(), ImageError> {
     let (width, height) = (u64::from(image.width), u64::from(image.height));
     let (needed, free) = (width.saturating_mul(height).saturating_mul(COMPARED), memory::available());

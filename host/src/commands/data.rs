@@ -1,4 +1,4 @@
-//! Data that a command writes where its option says: a file, or standard output by the name `-`.
+//! Output of data to the file that an option names, or to standard output if it is `-`.
 
 use std::path::Path;
 use trisect::{Error, output};
@@ -8,7 +8,8 @@ pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Finds out whether data can be written there, as [`output::probe`].
+/// Checks that data can be written to `path`, as [`output::probe`] does; standard output always
+/// can.
 pub fn probe(path: &Path) -> Result<(), Error> {
     if is_stdout(path) { Ok(()) } else { Ok(output::probe(path)?) }
 }

@@ -1,4 +1,4 @@
-//! `trisect doctor`: what works here, by trying it; what does not, and what mends it.
+//! `trisect doctor`: tests what works on this machine, and suggests remedies for what does not.
 
 use super::tradeoff::user_cache;
 use crate::cli::DoctorArgs;
@@ -15,25 +15,25 @@ use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
 
-/// What was found out.
+/// State of a part of the machine or the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum State {
-    /// It was tried.
+    /// Tested, and works.
     Works,
-    /// It is not here; who does not want it misses nothing.
+    /// Not present; needed only by those who want it.
     Missing,
-    /// It is here, and should work.
+    /// Present, and does not work.
     Broken,
 }
 
-/// Of one part.
+/// Result for one part.
 #[derive(Debug, Serialize)]
 struct Finding {
     part: String,
     state: State,
     says: String,
-    /// What mends it.
+    /// Remedy, unless the part works.
     #[serde(skip_serializing_if = "Option::is_none")]
     mend: Option<String>,
 }
@@ -51,7 +51,7 @@ impl Finding {
         Self::new(part, State::Missing, says, Some(mend))
     }
 
-    /// Of a backend or a device.
+    /// Returns the finding for a backend or a device that failed with `error`.
     fn of(part: &str, error: &Error) -> Self {
         match error {
             Error::Backend(BackendError::Unavailable { reason, remedy, .. }) => {
@@ -65,7 +65,7 @@ impl Finding {
     }
 }
 
-/// Tries all that the program can do here.
+/// Tests everything that the program can do on this machine.
 pub fn run(arguments: &DoctorArgs) -> Result<ExitCode, Error> {
     trisect::threads::start_shared(None)?;
     let mut findings = devices()?;
@@ -104,7 +104,7 @@ fn plain(findings: &[Finding]) -> String {
     text
 }
 
-/// Renders an image on each device, and compares it with the processor's.
+/// Renders an image on each device and compares it with that of the CPU.
 fn devices() -> Result<Vec<Finding>, Error> {
     let scene = Scene::hello_world()?;
     let settings = Settings { width: 64, height: 36, samples: 16, ..scene.settings() };
@@ -136,7 +136,7 @@ fn devices() -> Result<Vec<Finding>, Error> {
     Ok(findings)
 }
 
-/// Whether a device's image is the processor's.
+/// Returns the finding for a device by comparing its image with that of the CPU.
 fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding, Error> {
     let Device { name, details, .. } = device;
     if film.pixels == cpu.pixels {
@@ -147,17 +147,18 @@ fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding
         let mend = "update the graphics driver; until then do not use this device";
         Finding::new(part, State::Broken, says, Some(mend))
     };
-    // Comparisons of images leave out what is no number.
+    // `compare` leaves out NaN and infinity, so they are counted first.
     let FilmCounts { unwritten, rejected, .. } = film.counts();
     if unwritten > 0 || rejected > cpu.counts().rejected {
         let says =
-            format!("{name} ({details}): {unwritten} pixels miss samples, {rejected} samples are no numbers");
+            format!("{name} ({details}): {unwritten} pixels lack samples, {rejected} samples are not finite");
         return Ok(broken(says));
     }
     let (image, reference) = (film.image(), cpu.image());
     let view = |pixels| ImageView::new(film.width as usize, film.height as usize, pixels);
     let difference = compare(&view(&image.pixels)?, &view(&reference.pixels)?)?.rel_mse;
-    // The same random numbers: rounding sends a few samples elsewhere. What is right differs by far less than other numbers would make it.
+    // Both use the same random numbers, and rounding changes the path of a few samples only: a
+    // correct image differs by far less than one with other random numbers.
     let noise = rel_noise(cpu);
     let says =
         format!("{name} ({details}): relMSE to the processor's image {difference:.1e}, noise {noise:.1e}");
@@ -167,7 +168,7 @@ fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding
     })
 }
 
-/// relMSE that the film's noise makes.
+/// Returns the relMSE that is expected from the film's noise.
 fn rel_noise(film: &Film) -> f64 {
     let of = |(mean, variance): (f64, f64)| variance / (mean * mean + 0.01);
     let pixels = film
@@ -177,7 +178,7 @@ fn rel_noise(film: &Film) -> f64 {
     pixels.sum::<f64>() / film.pixels.len().max(1) as f64
 }
 
-/// MPI.
+/// Returns the finding for MPI.
 fn processes() -> Finding {
     if !cfg!(feature = "mpi") {
         let mend = "apt-get install libopenmpi-dev openmpi-bin libclang-dev, then cargo install --path host --features mpi";
@@ -195,7 +196,7 @@ fn processes() -> Finding {
     }
 }
 
-/// The viewer's.
+/// Returns the finding for the viewer's window.
 fn window() -> Finding {
     if !cfg!(feature = "window") {
         let mend = "cargo install --path host (with its default features); or view --headless";
@@ -210,7 +211,7 @@ fn window() -> Finding {
     Finding::works("window", "a display is named (trisect view)")
 }
 
-/// Whether something can be written there.
+/// Returns the finding for a folder, by writing a temporary file to it.
 fn folder(part: &str, path: Option<&Path>, mend: &str) -> Finding {
     let Some(path) = path else { return Finding::missing(part, "there is no home folder", mend) };
     let written = std::fs::create_dir_all(path)
@@ -240,12 +241,12 @@ mod tests {
         let device = Cpu::open(None).unwrap().device().clone();
         let state = |film: &Film| judge("cpu 0", &device, film, &cpu).unwrap().state;
         assert_eq!(state(&cpu), State::Works);
-        // A few samples that went elsewhere.
+        // A few samples took another path.
         near.pixels[..3].copy_from_slice(&other.pixels[..3]);
         assert_eq!(state(&near), State::Works);
-        // The twin: other random numbers, the same image for people.
+        // The negative control: other random numbers, which give the same image to the eye.
         assert_eq!(state(&other), State::Broken);
         near.pixels[0] = Film::new(1, 1).pixels[0];
-        assert_eq!(state(&near), State::Broken, "a pixel that no one wrote");
+        assert_eq!(state(&near), State::Broken, "a pixel without samples");
     }
 }

@@ -1,12 +1,13 @@
-//! Fallback places for files that cannot be written where they should be.
+//! Fallback paths for output files that cannot be written to their requested paths.
 
 use super::eprint;
 use std::path::{Path, PathBuf};
 use trisect::Error;
 use trisect::image::ImageError;
 
-/// Writes a file to `path`, or [elsewhere](write_to_fallback_path) if that fails, and returns where it is.
-/// Reports the first error: a disk that is full or a folder that is gone loses nothing.
+/// Writes a file to `path`, or to a [fallback path](write_to_fallback_path) if that fails, and
+/// returns the path written. Prints the first error. So a full disk or a removed folder loses no
+/// result.
 pub fn or_fallback_path(path: &Path, write: impl Fn(&Path) -> Result<(), Error>) -> Result<PathBuf, Error> {
     let Err(error) = write(path) else { return Ok(path.to_owned()) };
     let written = write_to_fallback_path(path, write);
@@ -14,8 +15,8 @@ pub fn or_fallback_path(path: &Path, write: impl Fn(&Path) -> Result<(), Error>)
     written
 }
 
-/// Writes a file of this name to a new folder, in the one for temporary files or else in the
-/// current one, and returns its path. No one else can have put a file or a link into a new folder.
+/// Writes a file of the same name to a new folder in the folder for temporary files, or else in the
+/// current one, and returns its path. Nobody else can have put a file or a link into a new folder.
 pub fn write_to_fallback_path(
     path: &Path,
     write: impl Fn(&Path) -> Result<(), Error>,
@@ -53,7 +54,8 @@ mod tests {
     use std::os::unix::fs::{PermissionsExt, symlink};
     use trisect::output::write_file;
 
-    /// As long a name as there may be; what others put beside it is left alone.
+    /// Checks a name of the maximum length, and that links of others beside the folder are not
+    /// followed.
     #[test]
     fn into_a_folder_of_its_own() {
         let parent = tempfile::tempdir().unwrap();
@@ -75,7 +77,7 @@ mod tests {
             assert_eq!(folder.parent().unwrap(), parent.path());
         }
         assert_eq!(fs::read(&victim).unwrap(), b"victim");
-        // What cannot be written leaves no folder.
+        // A failed write leaves no folder behind.
         let before = fs::read_dir(parent.path()).unwrap().count();
         let failed = write_in_new_folder(parent.path(), &path, |_| Err(Error::Cancelled));
         assert!(failed.is_err() && fs::read_dir(parent.path()).unwrap().count() == before);

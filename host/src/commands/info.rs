@@ -1,4 +1,4 @@
-//! `trisect info`.
+//! `trisect info`: lists backends and devices.
 
 use crate::cli::InfoArgs;
 use std::fmt::Write;
@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::backend::{self, DeviceKind};
 
-/// Lists backends and devices; for a missing one, why and what would help.
+/// Lists backends and devices, with reason and remedy for a backend that is not available.
 pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
     if arguments.json {
         let backends = backend::list().into_iter().map(|(backend, devices)| match devices {
@@ -46,7 +46,7 @@ pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
     }
     text += match cfg!(feature = "mpi") {
         true => "mpi   built in: mpirun -n N trisect render --distribute auto\n",
-        false => "mpi   not built in; --features mpi brings it (docs/cluster.md)\n",
+        false => "mpi   not built in; build with --features mpi (docs/how-to/cluster.md)\n",
     };
     super::print(&text)?;
     Ok(ExitCode::SUCCESS)

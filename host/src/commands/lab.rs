@@ -1,4 +1,4 @@
-//! Watches `trisect tradeoff` and `trisect converge`: their time, interrupts, and where they are.
+//! Supervision of `trisect tradeoff` and `trisect converge`: time limit, interrupts and progress.
 
 use super::checkpointing::OUT_OF_TIME;
 use super::signals::{INTERRUPTED, interrupts};
@@ -11,44 +11,44 @@ use std::time::{Duration, Instant};
 use trisect::render::RenderObserver;
 use trisect::tradeoff::{Stop, Supervisor};
 
-/// Time between two lines of progress where there is no terminal.
+/// Minimum time between two lines of progress without a terminal.
 const LINES_APART: Duration = Duration::from_secs(10);
 
-/// Ends a measurement when its time is over or at the first interrupt, and shows how far it is: as
-/// a bar on a terminal, else as lines.
+/// Ends a measurement at its time limit or at the first interrupt, and shows its progress: as a bar
+/// on a terminal, else as lines.
 pub struct LabSupervisor {
     interrupted: Arc<AtomicBool>,
     start: Instant,
     limit: Duration,
     quiet: bool,
     bar: Bar,
-    /// Stages that are done, all of them, and the name of the next.
+    /// Number of completed stages, number of all stages, and name of the current one.
     stage: (usize, usize, String),
-    /// When the last line of progress was written.
+    /// Time of the last line of progress.
     last: Option<Instant>,
-    /// Whether the interrupt was acknowledged.
+    /// True if the interrupt was acknowledged.
     told: bool,
 }
 
 impl LabSupervisor {
-    /// Begins a measurement of at most `limit`.
+    /// Starts the clock of a measurement that takes at most `limit`.
     pub fn new(limit: Duration, quiet: bool) -> Self {
         let (interrupted, bar) = (interrupts(), Bar::of_stages(quiet));
         let (start, stage) = (Instant::now(), (0, 1, "speed of the base".to_owned()));
         Self { interrupted, start, limit, quiet, bar, stage, last: None, told: false }
     }
 
-    /// Returns the time since it began.
+    /// Returns the time since the measurement started.
     pub fn elapsed(&self) -> Duration {
         self.start.elapsed()
     }
 
-    /// Takes the bar away.
+    /// Removes the progress bar.
     pub fn finish(&self) {
         self.bar.clear();
     }
 
-    /// Writes a line of progress where there is no bar, and none was written for a while.
+    /// Writes a line of progress if there is no bar and the last line is old enough.
     fn show(&mut self) {
         let is_due = self.last.is_none_or(|last| last.elapsed() >= LINES_APART);
         if self.quiet || !self.bar.is_hidden() || !is_due {
@@ -61,7 +61,7 @@ impl LabSupervisor {
     }
 }
 
-/// Returns the exit code of a measurement that ended for this reason, or was completed.
+/// Returns the exit code of a measurement that `ended` stopped; `None` for a complete one.
 pub fn exit_code(ended: Option<Stop>) -> ExitCode {
     match ended {
         None => ExitCode::SUCCESS,
@@ -74,7 +74,7 @@ impl RenderObserver for LabSupervisor {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         if !self.told && self.interrupted.load(Ordering::Relaxed) {
             self.told = true;
-            self.bar.print_line("interrupted: what was measured is written; once more ends at once");
+            self.bar.print_line("interrupted: writing what was measured; a second interrupt ends at once");
         }
         self.bar.tick();
         self.show();

@@ -1,4 +1,7 @@
-//! One file a command.
+//! Implementation of the commands, one module per command, and what several of them share.
+//!
+//! `main` calls a command with its parsed arguments and gets an exit code or an error.
+//! [`Loaded`] is a scene with its settings, [`Session`] the same on an open backend.
 
 pub mod bench;
 pub mod check;
@@ -32,37 +35,37 @@ use trisect::render::{MathMode, Renderer, Settings};
 use trisect::scene::{Rebase, Scene, SceneDocument};
 use trisect::threads::start_shared;
 
-/// A scene on a backend with the command line's settings.
+/// Scene on a backend, with the settings of the command line.
 pub struct Session {
-    /// Ready to render.
+    /// Renderer with the scene on the backend.
     pub renderer: Renderer,
-    /// What to render.
+    /// Settings of the render.
     pub settings: Settings,
-    /// Of the scene.
+    /// Name of the scene.
     pub name: String,
-    /// Of the scene with all that it refers to, where that is asked for.
+    /// Digest of the scene with all that it refers to; `None` if no checkpoint or rank needs it.
     pub digest: Option<[u8; 32]>,
-    /// Where it is computed.
+    /// Space in which the scene is computed.
     pub space: Rebase,
-    /// Why this backend; empty where the user named it.
+    /// Reason for this backend; empty if the user named it.
     pub choice: String,
-    /// What was decided about a model by itself.
+    /// Choices made for a model without a scene file, for people.
     pub notes: Vec<String>,
-    /// Reading and validating the scene.
+    /// Seconds of reading and validating the scene.
     pub load_seconds: f64,
-    /// Opening the device.
+    /// Seconds of opening the device.
     pub open_seconds: f64,
-    /// The scene, for who goes on where the device fails.
+    /// Scene for the fallback device, with `--fallback`.
     pub fallback_scene: Option<Loaded>,
-    /// Whether the device could not be had, and another has its place.
+    /// True if the device could not be opened and the fallback replaces it.
     pub fell_back: bool,
 }
 
-/// A scene that was read, with the command line's settings.
+/// Scene that was read, with the settings of the command line.
 pub struct Loaded {
-    /// For the device.
+    /// Scene in the form that a backend takes.
     pub scene: Scene,
-    /// What to render.
+    /// Settings of the render.
     pub settings: Settings,
     space: Rebase,
     warnings: Vec<String>,
@@ -71,7 +74,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads the scene and checks the settings, and that no output is one of the scene's files.
+    /// Reads the scene, and checks the settings and that no output is one of the scene's files.
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
@@ -90,14 +93,14 @@ impl Loaded {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
         }
         if job.roulette_depth.is_some() && !settings.roulette && !job.may_roulette {
-            warnings.push("--roulette-depth does nothing without --roulette on; add it".to_owned());
+            warnings.push("--roulette-depth has no effect without --roulette on; add it".to_owned());
         }
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
-        warnings.extend(beyond.iter().map(|line| format!("{line}; what helps: trisect check {name}")));
+        warnings.extend(beyond.iter().map(|line| format!("{line}; for remedies: trisect check {name}")));
         Ok(Self { scene, settings, space, warnings, notes, seconds: start.elapsed().as_secs_f64() })
     }
 
-    /// Of a scene that was read elsewhere.
+    /// Returns a scene that another rank has read, with the settings of `job`.
     #[cfg(feature = "mpi")]
     pub fn of(scene: Scene, job: &JobArgs) -> Result<Self, Error> {
         let settings = job.settings(scene.settings());
@@ -106,14 +109,14 @@ impl Loaded {
         Ok(Self { scene, settings, space: Rebase::IDENTITY, warnings, notes, seconds: 0.0 })
     }
 
-    /// Says what is not as asked for.
+    /// Prints the warnings.
     pub fn warn(&self) {
         for warning in &self.warnings {
             eprint(&format!("warning: {warning}"));
         }
     }
 
-    /// Puts it on a backend.
+    /// Uploads the scene to a backend.
     pub fn on(&self, selection: Selection, open_seconds: f64, job: &JobArgs) -> Result<Session, Error> {
         let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
         let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
@@ -135,7 +138,7 @@ impl Loaded {
         })
     }
 
-    /// Puts it on this machine's threads, whatever the command line said of a device.
+    /// Uploads the scene to the CPU backend; options of `job` for another device are ignored.
     pub fn on_cpu(&self, job: &JobArgs) -> Result<Session, Error> {
         let start = Instant::now();
         let selection = open(BackendArg::Cpu, None, job.threads)?;
@@ -145,14 +148,17 @@ impl Loaded {
     }
 }
 
-/// Leaves out what is for devices, on none of which the image depends but for its rounding.
+/// Resets the settings that are for other devices. The image depends on none of them but for
+/// rounding.
 pub fn fit_to_cpu(settings: &mut Settings) {
     let Settings { variant, traversal, schedule, tile, math, .. } = settings;
     (*variant, *traversal, *schedule, *tile, *math) = (None, None, None, None, MathMode::Precise);
 }
 
 impl Session {
-    /// The same for a render that is not to be lost: with the scene's digest for a checkpoint, and on the fallback where the device cannot be had.
+    /// Reads the scene, checks the settings and opens the backend, as [`Session::open`] does. With
+    /// `--checkpoint` it also computes the scene's digest; with `--fallback` it opens the fallback
+    /// if the device cannot be opened.
     pub fn open_with_checkpoint(
         job: &JobArgs,
         keep: &CheckpointArgs,
@@ -176,14 +182,15 @@ impl Session {
         Ok(Self { digest, fallback_scene: spare, ..session })
     }
 
-    /// Reads the scene, checks the settings, opens the backend. The command is to write these
-    /// files.
+    /// Reads the scene, checks the settings and opens the backend. `outputs` are the files that the
+    /// command will write.
     pub fn open(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         Self::open_with_checkpoint(job, &CheckpointArgs::default(), outputs)
     }
 }
 
-/// Several processes that render the same image each would write over each other's; and one alone has no use for what ranks do.
+/// Refuses options of ranks without `--distribute`, and several processes of mpirun without it:
+/// each would render the whole image and overwrite the file of the others.
 pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
     let remedy = "add --distribute rows, average or auto".to_owned();
     if let Some(name) = cluster.without_ranks() {
@@ -199,7 +206,7 @@ pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
     }
 }
 
-/// Opens the backend that the command line names.
+/// Opens the backend that the command line names, and starts the shared thread pool.
 pub fn open(backend: BackendArg, device: Option<usize>, threads: Option<u32>) -> Result<Selection, Error> {
     if backend == BackendArg::Auto && device.is_some() {
         return Err(trisect::render::SettingsError::DeviceWithoutBackend.into());

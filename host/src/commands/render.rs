@@ -1,4 +1,6 @@
-//! `trisect render`.
+//! `trisect render`: renders a scene to an image file, with checkpoints, goals and layers.
+//!
+//! `resume` and the renders over ranks use its functions for checking and writing outputs.
 
 use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
 use super::data;
@@ -27,7 +29,7 @@ use trisect::render::Settings;
 use trisect::stats::RenderStats;
 use trisect::{Error, output};
 
-/// Renders a scene to a file.
+/// Renders a scene to an image file.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let start = Instant::now();
     if arguments.cluster.distribute.is_some() {
@@ -43,7 +45,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks(&arguments.cluster)?;
     check(arguments)?;
     let request = arguments.request()?;
-    // A filter that a goal may choose is no wish of the user's.
+    // The filter that the user asks for. A goal may choose another one.
     let denoise = arguments.denoise.denoise()?;
     if let Some(request) = &request {
         adaptive::check(request.goal)?;
@@ -66,7 +68,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     render_film(arguments, session, denoise, None, start)
 }
 
-/// Renders what is missing, keeps it, and writes the image, of whatever there is. The command began at `start`.
+/// Renders the samples that the checkpoint `before` lacks, or all of them, writes checkpoints, and
+/// writes the image, also of an incomplete film. The command started at `start`.
 pub fn render_film(
     arguments: &RenderArgs,
     mut session: Session,
@@ -81,7 +84,7 @@ pub fn render_film(
     let mut spare = session.fallback_scene.take();
     let mut elsewhere = |error: &BackendError, film: &Film, settings: &mut Settings| {
         let loaded = spare.take()?;
-        eprint(&format!("warning: {error}\n  the CPU goes on (--fallback)"));
+        eprint(&format!("warning: {error}\n  the CPU continues (--fallback)"));
         fit_to_cpu(settings);
         let session = loaded.on_cpu(&arguments.job);
         if let Ok(session) = &session {
@@ -110,7 +113,8 @@ pub fn render_film(
     finish_film(arguments, session, (&film, &samples), &watch, stats, denoise)
 }
 
-/// Writes checkpoint and image of a film that should have these samples, and says what it lacks of them.
+/// Writes checkpoint and image of a film that should have `samples`, and prints which of them are
+/// missing.
 pub fn finish_film(
     arguments: &RenderArgs,
     session: Session,
@@ -131,15 +135,15 @@ pub fn finish_film(
         ));
     }
     if let Some(ended) = ended.filter(|_| film.coverage.parts().is_empty()) {
-        // An earlier image stays.
-        eprint(&format!("nothing was rendered: {} is as it was", arguments.output.display()));
+        // An earlier image is not replaced.
+        eprint(&format!("nothing was rendered: {} is unchanged", arguments.output.display()));
         return Ok(if kept? { ended.exit_code() } else { ExitCode::FAILURE });
     }
-    // A filter would smear what is there over what is not.
+    // A filter would spread rendered pixels over missing ones.
     let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
     let (code, in_place) = finish(arguments, session, RenderOutput::Film(film), stats, denoise)?;
     let in_place = kept? && in_place;
-    // Who queues the rest must know that it is elsewhere.
+    // A queue must not resume by exit code 7 if an output is at a fallback path.
     Ok(match ended {
         Some(StopReason::OutOfTime) if !in_place => ExitCode::FAILURE,
         Some(ended) => ended.exit_code(),
@@ -148,7 +152,8 @@ pub fn finish_film(
     })
 }
 
-/// Renders until a goal is reached, or it is told to end.
+/// Renders until the goal is reached, or until an interrupt or the time limit, and writes the
+/// image.
 fn render_to_goal(
     arguments: &RenderArgs,
     mut session: Session,
@@ -174,7 +179,7 @@ fn render_to_goal(
     Ok(ended.filter(|_| in_place).map_or(code, StopReason::exit_code))
 }
 
-/// Whether the render must write what tells edges.
+/// Returns whether the render must write AOV sums: for a filter, or for a layer of the first hit.
 pub fn needs_aovs(arguments: &RenderArgs, denoise: Option<&DenoiseSettings>) -> bool {
     denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_aov_sums())
 }
@@ -187,7 +192,7 @@ pub fn outputs(arguments: &RenderArgs) -> Outputs {
         .file("--checkpoint", arguments.checkpointing.checkpoint.as_deref())
 }
 
-/// Finds out what cannot be written before minutes of rendering are lost.
+/// Checks that all outputs can be written, before minutes of rendering could be lost.
 pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     Format::of(&arguments.output)?;
     if !arguments.aov.is_empty() {
@@ -204,7 +209,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// Finds out whether a render that begins would write over another's checkpoint.
+/// Checks that the checkpoint of a new render does not exist yet.
 pub fn check_new(arguments: &RenderArgs) -> Result<(), Error> {
     match arguments.checkpointing.checkpoint.as_ref().filter(|path| path.exists()) {
         Some(path) => Err(CheckpointError::Exists { path: path.clone() }.into()),
@@ -212,7 +217,7 @@ pub fn check_new(arguments: &RenderArgs) -> Result<(), Error> {
     }
 }
 
-/// How much is rendered.
+/// Returns the amount of samples, the error or the time to render, for people.
 pub fn goal_text(session: &Session, request: Option<&Request>) -> String {
     match request.map(|request| request.goal) {
         None => format!("{} spp", session.settings.samples),
@@ -221,7 +226,7 @@ pub fn goal_text(session: &Session, request: Option<&Request>) -> String {
     }
 }
 
-/// Says what is rendered, and where.
+/// Prints scene, image size, goal and device.
 pub fn announce(session: &Session, aim: &str) {
     let device = session.renderer.backend().device();
     eprint(&format!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height));
@@ -234,19 +239,20 @@ pub fn announce(session: &Session, aim: &str) {
     }
 }
 
-/// What was rendered.
+/// Result of a render, in the form in which it was assembled.
 pub enum RenderOutput<'a> {
-    /// All sums.
+    /// Film with all sums.
     Film(&'a Film),
-    /// Mean radiance.
+    /// Image of mean radiance.
     #[cfg(feature = "mpi")]
     Image(&'a Image),
-    /// Three bytes a pixel, for a .png.
+    /// Width, height and three sRGB bytes per pixel, for a .png.
     #[cfg(feature = "mpi")]
     Bytes(u32, u32, &'a [u8]),
 }
 
-/// Denoises, and writes the image and what it took.
+/// Denoises a film, and writes image and statistics. Returns the exit code, and whether all outputs
+/// are at their requested paths.
 pub fn finish(
     arguments: &RenderArgs,
     mut session: Session,
@@ -260,7 +266,7 @@ pub fn finish(
         let (denoised, passes) = match denoised {
             Ok(denoised) => denoised,
             Err(error) => {
-                // Nothing that was rendered is lost.
+                // The image without the filter is written, so that no samples are lost.
                 let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
                 match or_fallback_path(&arguments.output, |path| {
                     write(path, &[], &session, &drawn, exposed.as_ref())
@@ -278,7 +284,8 @@ pub fn finish(
     write_outputs(arguments, session, drawn, stats, image)
 }
 
-/// Writes the image and what it took.
+/// Writes image and statistics, and prints summary and warnings. Returns the exit code, and whether
+/// all outputs are at their requested paths.
 fn write_outputs(
     arguments: &RenderArgs,
     session: Session,
@@ -305,7 +312,7 @@ fn write_outputs(
     }
     let path = match (written, &told) {
         (Ok(path), _) => path,
-        // The statistics are written, whatever becomes of the image.
+        // The statistics were written although the image could not be: say where they are.
         (Err(error), told) => {
             match told {
                 Some(Ok(path)) if !data::is_stdout(path) => eprint(&format!("wrote {}", path.display())),
@@ -347,9 +354,8 @@ fn write_outputs(
     Ok((code, !moved))
 }
 
-/// Returns the image to write, that of a denoiser or what was drawn, with its exposure; `None` for
-/// bytes, which are as they should be. An automatic exposure is that of the film, whatever a
-/// denoiser makes of it.
+/// Returns the image to write, denoised or as rendered, with its exposure applied; `None` for
+/// bytes, which are complete. An automatic exposure is determined from the image before denoising.
 fn exposed<'a>(
     exposure: Exposure,
     path: &Path,
@@ -371,7 +377,7 @@ fn exposed<'a>(
     Some((image, exposed))
 }
 
-/// Writes the image, with layers of its film.
+/// Writes the image, with the layers `aov` of its film.
 fn write(
     path: &Path,
     aov: &[Aov],

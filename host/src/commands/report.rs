@@ -1,4 +1,4 @@
-//! `trisect bench report`.
+//! `trisect bench report`: measures this machine and writes charts and data.
 
 use crate::cli::ReportArgs;
 use std::process::ExitCode;
@@ -9,9 +9,9 @@ use trisect::bench::report::{Report, ReportPlan, is_output};
 use trisect::output::Outputs;
 use trisect::scene::SceneDocument;
 
-/// Measures this machine, prints what was found and writes charts and data.
+/// Measures this machine, writes charts and data, and prints a summary.
 pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
-    // Before minutes of measuring are lost.
+    // Checked first, before minutes of measuring could be lost.
     let out = &arguments.out;
     std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
     let scenes: Vec<SceneDocument> = arguments

@@ -1,4 +1,4 @@
-//! `trisect resume` and `trisect merge`.
+//! `trisect resume` continues a render from its checkpoint; `trisect merge` combines checkpoints.
 
 use super::{Session, eprint, render};
 use crate::cli::{BackendArg, Cli, Command, MathArg, MergeArgs, RenderArgs, ResumeArgs, Samples};
@@ -14,7 +14,7 @@ use trisect::output::exposure::Exposure;
 use trisect::output::{self, Format, Outputs};
 use trisect::threads::start_shared;
 
-/// Goes on with a render where its checkpoint ended.
+/// Continues a render from its checkpoint.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     if arguments.cluster.distribute.is_some() {
         #[cfg(feature = "mpi")]
@@ -34,7 +34,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     let mut session =
         Session::open_with_checkpoint(&command.job, &command.checkpointing, &render::outputs(&command))?;
     session.settings.guides = !checkpoint.film.aovs.is_empty();
-    // The scene may say another number now, which does not matter to the samples that are there.
+    // The scene may have another number of samples now; that of the checkpoint counts.
     session.settings.samples = checkpoint.header.spp;
     if !command.log.quiet {
         render::announce(&session, &render::goal_text(&session, None));
@@ -46,43 +46,43 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     render::render_film(&command, session, denoise, Some((place, checkpoint)), start)
 }
 
-/// What a checkpoint has, for people.
+/// Returns a line for people that says how complete a checkpoint is.
 pub fn describe_contents(Checkpoint { header, film }: &Checkpoint) -> String {
     let of = &header.samples;
-    format!("  {} of samples {} to {} are there", share(film, header), of.start, of.end)
+    format!("  {} of samples {} to {} are in the checkpoint", share(film, header), of.start, of.end)
 }
 
-/// What of the samples that there should be there is.
+/// Returns the percentage of the header's samples that the film has.
 fn share(film: &Film, header: &Header) -> String {
     let missing: u64 = film.coverage.missing(&header.samples).iter().map(SampleBlock::size).sum();
     let all = SampleBlock { rows: 0..film.height, samples: header.samples.clone() }.size();
     format!("{:.1} %", 100.0 * (1.0 - missing as f64 / all.max(1) as f64))
 }
 
-/// The command that began it, with what the new one says instead.
+/// Returns the command that started the render, with the options of `resume` in place of its own.
 pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error> {
     let wrong = |message: String| CheckpointError::NotACheckpoint { path: arguments.file.clone(), message };
     let words = std::iter::once("trisect".to_owned()).chain(header.command.iter().cloned());
     let parsed = Cli::try_parse_from(words).map_err(|error| {
-        wrong(format!("the command that began it, {}, is none: {error}", header.command.join(" ")))
+        wrong(format!("its command, {}, cannot be parsed: {error}", header.command.join(" ")))
     })?;
     let Command::Render(mut command) = parsed.command else {
-        return Err(wrong(format!("{} does not begin one", header.command.join(" "))).into());
+        return Err(wrong(format!("its command, {}, is not a render", header.command.join(" "))).into());
     };
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
-    // What the first command told is done with, and where the image goes is checked.
+    // Statistics go where the new command says; the caller checks the path of the image.
     command.log.stats = arguments.log.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
-        // What the image does not depend on, and another backend may not have.
+        // The image does not depend on these, and another backend may not have them.
         (command.job.variant, command.job.schedule, command.job.traversal, command.job.tile) =
             (None, None, None, None);
         if backend == BackendArg::Cpu {
-            // It has no other: whether that goes together, the checkpoint says.
+            // The CPU has no other math. The identity of the checkpoint tells whether it fits.
             command.job.math = MathArg::Precise;
         }
     }
@@ -90,7 +90,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.checkpointing.checkpoint = Some(arguments.file.clone());
     command.checkpointing.every = arguments.every.or(command.checkpointing.every);
     command.checkpointing.time_limit = arguments.time_limit;
-    // Over ranks there is none, whatever the first command had.
+    // Ranks have no fallback, even if the first command had one.
     let before = command.checkpointing.fallback.filter(|_| arguments.cluster.distribute.is_none());
     command.checkpointing.fallback = arguments.fallback.or(before);
     command.checkpointing.samples = Some(Samples(header.samples.clone()));
@@ -99,7 +99,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     Ok(command)
 }
 
-/// Checks that the image goes where the user said, or to a place that a checkpoint may choose.
+/// Checks that the image is written to the user's path, or to one that a checkpoint may choose.
 pub fn check_output(arguments: &ResumeArgs, command: &RenderArgs) -> Result<(), Error> {
     match &arguments.output {
         Some(_) => Ok(()),
@@ -107,7 +107,7 @@ pub fn check_output(arguments: &ResumeArgs, command: &RenderArgs) -> Result<(), 
     }
 }
 
-/// Adds checkpoints of one image.
+/// Combines checkpoints of one image into a checkpoint or an image.
 pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     Outputs::default()
         .file("-o", Some(&arguments.output))
@@ -157,8 +157,8 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the exposure of a merged image: as the command that began it would have it. A checkpoint
-/// that the library wrote may have another command, and asks for none.
+/// Returns the exposure of a merged image: `--exposure`, or that of the command that started the
+/// render. A checkpoint that was written through the library may have no such command: then none.
 fn exposure(arguments: &MergeArgs, header: &Header) -> Exposure {
     let words = std::iter::once("trisect").chain(header.command.iter().map(String::as_str));
     match (arguments.exposure, Cli::try_parse_from(words).map(|parsed| parsed.command)) {
@@ -168,7 +168,8 @@ fn exposure(arguments: &MergeArgs, header: &Header) -> Exposure {
     }
 }
 
-/// By its extension: a checkpoint of such a name would not be what was meant.
+/// Returns whether the extension is that of an image format that cannot be written. A checkpoint of
+/// such a name would hardly be what the user wants.
 fn is_other_image(path: &Path) -> bool {
     const OTHERS: [&str; 8] = ["jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "tga"];
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());

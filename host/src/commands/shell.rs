@@ -1,4 +1,5 @@
-//! `trisect completions` and `trisect man`: the command line for shells and manuals, made of itself.
+//! `trisect completions` and `trisect man`: completion scripts and manual pages, generated from the
+//! command line's own description.
 
 use crate::cli::{Cli, CompletionsArgs, ManArgs};
 use clap::CommandFactory;
@@ -6,7 +7,7 @@ use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
 
-/// Prints what makes a shell complete commands and options.
+/// Prints the completion script of a shell.
 pub fn completions(arguments: &CompletionsArgs) -> Result<ExitCode, Error> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "trisect", &mut script);
@@ -14,7 +15,8 @@ pub fn completions(arguments: &CompletionsArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a manual page of the program and one of each command; without a folder the first to standard output.
+/// Writes a manual page of the program and one of each command to a folder; without a folder,
+/// prints that of the program.
 pub fn man(arguments: &ManArgs) -> Result<ExitCode, Error> {
     let io = |path: &std::path::Path, source| ImageError::Io { path: path.to_owned(), source };
     let Some(folder) = &arguments.output else {

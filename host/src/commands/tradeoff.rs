@@ -1,4 +1,5 @@
-//! `trisect tradeoff` and `trisect converge`.
+//! `trisect tradeoff` measures what options cost and gain; `trisect converge` measures how errors
+//! fall with the number of samples.
 
 use super::lab::{LabSupervisor, exit_code};
 use super::{Loaded, eprint, open, print};
@@ -16,23 +17,23 @@ use trisect::tradeoff::{
 };
 use trisect::{Error, output};
 
-/// An error that no reference has: it takes all its samples.
+/// Error target that no reference reaches, so that it takes all its samples.
 const UNREACHABLE_ERROR: f64 = 1e-9;
 
-/// Times as many samples as the last that a course is followed to.
+/// Samples of the reference of `converge`, as a multiple of `--last`.
 const REFERENCE_OF_COURSE: u32 = 8;
 
-/// Share of the time that the reference of courses gets, which has few samples beside all of
-/// theirs.
+/// Share of the time that the reference of `converge` gets. It has few samples compared with those
+/// of all error curves together.
 const REFERENCE_SHARE_OF_COURSE: f64 = 0.2;
 
-/// Pixels from which on FLIP is computed of fewer repetitions.
+/// Number of pixels above which FLIP is computed for fewer repetitions.
 const LARGE: u64 = 200_000;
 
-/// Nanoseconds that statistics take for a pixel of an image on one thread, and FLIP.
+/// Nanoseconds per pixel of an image on one thread: of the statistics, and of FLIP.
 const NANOSECONDS: (f64, f64) = (300.0, 2000.0);
 
-/// A scene with its modes, on a device.
+/// Scene, base configuration and backend of a measurement.
 struct LabSetup {
     scene: Scene,
     base: Configuration,
@@ -56,20 +57,21 @@ impl LabSetup {
     }
 }
 
-/// The user's cache, by the XDG base directory specification; none without a home.
+/// Returns the user's cache folder by the XDG base directory specification; `None` without `HOME`.
 pub fn user_cache() -> Option<PathBuf> {
     let home = || std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
     std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home)
 }
 
-/// Returns where references are kept. A folder that others write to is none: their references would
-/// be believed.
+/// Returns the folder of references. There is no default that other users could write to, because
+/// their references would be trusted.
 fn cache(arguments: &ReferenceArgs) -> Result<PathBuf, TradeoffError> {
     let user = || user_cache().map(|cache| cache.join("trisect/references"));
     arguments.cache.clone().or_else(user).ok_or(TradeoffError::NoCache)
 }
 
-/// Turns each knob, measures what it costs, and writes a report of what was measured in the time.
+/// Measures the base and each configuration of the knobs, and writes a report of what was measured
+/// within the time limit.
 pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     check_seeds(arguments.seeds)?;
     let cache = cache(&arguments.reference)?;
@@ -99,7 +101,8 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
         Some(most) => Goal::Error { target: UNREACHABLE_ERROR, max_samples: most },
         None => Goal::Time(reference),
     };
-    supervisor.report(&format!("{} ways, {levels:?} samples a pixel, {seeds} seeds", modes.len()));
+    supervisor
+        .report(&format!("{} configurations, {levels:?} samples per pixel, {seeds} seeds", modes.len()));
     let goal = (goal, REFERENCE_SHARE);
     let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
@@ -117,7 +120,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     Ok(exit_code(found.ended))
 }
 
-/// Follows the error of ways of rendering, and compares each two of them.
+/// Measures the error curve of each configuration, and compares each two of them.
 pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     check_seeds(arguments.seeds)?;
     let cache = cache(&arguments.reference)?;
@@ -154,7 +157,7 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     Ok(exit_code(found.ended))
 }
 
-/// Says of how many samples the reference is.
+/// Reports the number of samples and the own error of the reference.
 fn tell(reference: Option<&Reference>, supervisor: &mut LabSupervisor) {
     if let Some(ReferenceInfo { samples, error, .. }) = reference.map(|reference| &reference.facts) {
         let error = 100.0 * error;
@@ -162,11 +165,11 @@ fn tell(reference: Option<&Reference>, supervisor: &mut LabSupervisor) {
     }
 }
 
-/// Returns whether an earlier report is there, and says that it is not replaced by one of nothing.
+/// Returns whether an earlier report exists, and prints that an empty one does not replace it.
 fn keeps_earlier_report(earlier: &Path) -> bool {
     let is_there = earlier.exists();
     if is_there {
-        eprint(&format!("nothing was measured: {} is as it was", earlier.display()));
+        eprint(&format!("nothing was measured: {} is unchanged", earlier.display()));
     }
     is_there
 }

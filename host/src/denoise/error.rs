@@ -1,40 +1,40 @@
-//! What cannot be denoised.
+//! Error of the denoiser.
 
 use super::LEVELS;
 use thiserror::Error;
 
-/// Parameters that are none, or a film that cannot be denoised.
+/// Error of denoiser parameters, or of a film that cannot be denoised.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DenoiseError {
-    /// Too few levels, or too many.
+    /// Number of levels outside [`LEVELS`].
     #[error("a filter has {} to {} levels, not {levels}", LEVELS.start(), LEVELS.end())]
     Levels {
-        /// What was asked for.
+        /// Requested number.
         levels: u32,
     },
-    /// A negative number, or none.
-    #[error("the denoiser's {name} is {value}; it must be 0 or more (inf lets everything through)")]
+    /// Parameter that is negative or NaN.
+    #[error("the denoiser's {name} is {value}; it must be 0 or more (inf turns it off)")]
     Parameter {
-        /// Which.
+        /// Name of the parameter.
         name: &'static str,
-        /// What was asked for.
+        /// Requested value.
         value: String,
     },
-    /// Too many.
-    #[error("a history of {frames} frames; at most {most}")]
+    /// History of too many frames.
+    #[error("a history of {frames} frames; the maximum is {most}")]
     History {
-        /// What was asked for.
+        /// Requested number.
         frames: u32,
-        /// What there can be.
+        /// Maximum number.
         most: u32,
     },
-    /// Parameters of a filter, and no filter.
+    /// Parameters of a filter without a filter.
     #[error("--denoise-{name} without a filter; add --denoise atrous or --denoise svgf")]
     NoFilter {
-        /// The first of them.
+        /// Name of the first of them.
         name: &'static str,
     },
-    /// A film of a render without them.
+    /// Film that was rendered without AOV sums.
     #[error("the film has no normals, albedos and positions; render it with Settings::guides")]
     NoAovs,
 }

@@ -1,4 +1,7 @@
-//! Denoising: which filter with what parameters, and the passes that it takes on a device.
+//! Denoising: filters with their parameters, and the passes that they take on a device.
+//!
+//! A [`Renderer`](crate::render::Renderer) runs the passes on a backend, over a film or over live
+//! frames. The kernels are in [`trisect_shared::denoise`].
 
 mod error;
 mod passes;
@@ -20,31 +23,36 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::denoise::{DenoiseParams, FilteredPixel, STOP_FACTORS};
 use trisect_shared::film::PixelSums;
 
-/// Levels that a filter can have: the last of ten has taps 512 pixels apart.
+/// Numbers of levels that a filter can have; the tenth has taps 512 pixels apart.
 pub const LEVELS: RangeInclusive<u32> = 1..=10;
 
-/// What stops at noise, and what at edges in the light.
+/// Filter, which differs in how it tells noise from edges in the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Filter {
-    /// A fixed difference of colours, halved from level to level (Dammertz et al. 2010).
+    /// À-trous filter with a fixed maximum difference of colours, halved from level to level
+    /// (Dammertz et al. 2010).
     Atrous,
-    /// A difference relative to the standard deviation of the pixel (the spatial part of SVGF, Schied et al. 2017).
+    /// Spatial part of SVGF: a maximum difference relative to the standard deviation of the pixel
+    /// (Schied et al. 2017).
     Svgf,
 }
 
-/// A filter and its parameters. A stop lets a quarter of a neighbour through that is as different as the parameter says, and nothing beyond 1.4
-/// times that; 0 lets only what is equal through, infinity everything.
+/// Filter and its parameters. `color`, `normal` and `depth` are distances for edge stopping: a
+/// neighbour at this distance keeps a quarter of its weight, and nothing beyond 1.4 times that.
+/// With 0 only equal neighbours count, with infinity all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DenoiseSettings {
-    /// Which.
+    /// Filter.
     pub filter: Filter,
-    /// Passes, from taps next to each other on, each twice as far apart.
+    /// Number of levels. Taps are 1 pixel apart in the first level, and twice as far in each
+    /// further one.
     pub levels: u32,
-    /// Of the colour over the albedo: a distance in radiance ([`Filter::Atrous`]), or in standard deviations ([`Filter::Svgf`]).
+    /// Distance of the colour over the albedo: in radiance ([`Filter::Atrous`]), or in standard
+    /// deviations ([`Filter::Svgf`]).
     #[serde(serialize_with = "number_or_inf")]
     pub color: f32,
-    /// Of the normals: an angle in degrees.
+    /// Angle between the normals, in degrees.
     #[serde(serialize_with = "number_or_inf")]
     pub normal: f32,
     /// Distance from the tangent plane, relative to the depth.
@@ -53,7 +61,7 @@ pub struct DenoiseSettings {
 }
 
 impl DenoiseSettings {
-    /// With the parameters that docs/performance.md shows to be good.
+    /// Returns a filter with its default parameters (docs/notebook/denoising.md).
     pub const fn new(filter: Filter) -> Self {
         match filter {
             Filter::Atrous => Self { filter, levels: 5, color: 2.0, normal: 20.0, depth: 0.02 },
@@ -61,11 +69,11 @@ impl DenoiseSettings {
         }
     }
 
-    /// Refuses what is no parameter.
+    /// Checks that the parameters are in range.
     ///
     /// # Errors
     ///
-    /// [`DenoiseError`] names it.
+    /// [`DenoiseError`] names the one that is not.
     pub fn check(&self) -> Result<(), DenoiseError> {
         if !LEVELS.contains(&self.levels) {
             return Err(DenoiseError::Levels { levels: self.levels });
@@ -77,7 +85,7 @@ impl DenoiseSettings {
         }
     }
 
-    /// The stops, for an image.
+    /// Returns launch parameters with this edge stopping, for an image.
     fn params(&self, image: &FrameView) -> DenoiseParams {
         let cosine = f64::from(self.normal.min(180.0)).to_radians().cos();
         DenoiseParams {
@@ -89,26 +97,28 @@ impl DenoiseSettings {
     }
 }
 
-/// JSON has no infinity.
+/// Serialises a number, or "inf", because JSON has no infinity.
 fn number_or_inf<S: serde::Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {
     if value.is_finite() { serializer.serialize_f32(*value) } else { serializer.serialize_str("inf") }
 }
 
-/// Half the factor of a stop: 1 over what counts as 1.
+/// Returns half the factor of a squared distance in edge stopping, where `through` is the squared
+/// distance that counts as 1.
 fn stop_factor(through: f64) -> f32 {
     ((0.5 / through) as f32).clamp(STOP_FACTORS.0, STOP_FACTORS.1)
 }
 
-/// Whether a film can be denoised.
+/// Checks that a film can be denoised.
 ///
 /// # Errors
 ///
-/// [`DenoiseError::NoAovs`] for a film that has none.
+/// [`DenoiseError::NoAovs`] for a film without AOV sums.
 pub fn check_has_aovs(film: &Film) -> Result<(), DenoiseError> {
     if film.aovs.len() == film.pixels.len() { Ok(()) } else { Err(DenoiseError::NoAovs) }
 }
 
-/// Writes a film's sums as kernels do, but of all its chunks, pixel by pixel.
+/// Writes the sums and AOV sums of each pixel of a film in the kernels' format, over all its
+/// chunks.
 pub fn sums(film: &Film, sums: &mut [PixelSums], guides: &mut [AovSums]) {
     let pixels = sums.par_iter_mut().zip(&film.pixels).with_min_len(TASK);
     pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
@@ -116,7 +126,8 @@ pub fn sums(film: &Film, sums: &mut [PixelSums], guides: &mut [AovSums]) {
     pixels.for_each(|(sums, guides)| *sums = guides.sums());
 }
 
-/// The last pass's pixels as an image; NaN where neither a pixel nor any in reach of it has a colour.
+/// Converts the last pass's pixels to an image; NaN where neither the pixel nor any within reach of
+/// the filter has a colour.
 pub fn image(width: u32, height: u32, pixels: &[FilteredPixel]) -> Image {
     let color = |pixel: &FilteredPixel| if pixel.is_known() { pixel.color.to_array() } else { [f32::NAN; 3] };
     Image { width, height, pixels: pixels.par_iter().with_min_len(TASK).map(color).collect() }

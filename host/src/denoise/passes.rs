@@ -1,4 +1,4 @@
-//! The passes over an image, one after the other.
+//! Passes of the denoiser over an image.
 
 use super::temporal::TemporalInputs;
 use super::{DenoiseSettings, Filter, stop_factor, view};
@@ -11,7 +11,7 @@ use trisect_shared::denoise::{
 };
 use trisect_shared::display::DisplayParams;
 
-/// An image of a frame, and where it is seen from.
+/// Image of a frame, and the view that it shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrameView {
     pub view: PinholeView,
@@ -20,12 +20,12 @@ pub(crate) struct FrameView {
 }
 
 impl FrameView {
-    /// By a camera.
+    /// Returns the image that a camera shows.
     pub fn by(camera: &Camera, width: u32, height: u32) -> Self {
         Self { view: view::of(camera), width, height }
     }
 
-    /// Without a filter: nothing stops at colours.
+    /// Returns launch parameters without a filter: no difference of colours stops.
     pub(super) fn params(&self) -> DenoiseParams {
         DenoiseParams {
             view: self.view,
@@ -46,10 +46,11 @@ impl FrameView {
     }
 }
 
-/// Samples from which on a pixel's own variance is used, as in SVGF.
+/// Minimum number of samples for which a pixel's own variance is used, as in SVGF.
 const MIN_VARIANCE_SAMPLES: u32 = 4;
 
-/// What a device does, one after the other, with an image and what is known of frames before it; without a filter, the image comes out as it is.
+/// Returns the passes over rows of an image, in order, with inputs from earlier frames. Without a
+/// filter, the image comes out as it is.
 pub(crate) fn passes(
     denoise: Option<&DenoiseSettings>,
     image: &FrameView,
@@ -101,49 +102,50 @@ pub(crate) fn passes(
     passes
 }
 
-/// Rows around a pixel that it depends on, through all passes: those of the variance, and those of each level.
+/// Returns the number of rows above and below a pixel that it depends on through all passes: those
+/// of the variance, and those of each level.
 pub(crate) fn reach(denoise: Option<&DenoiseSettings>, frames: bool) -> u32 {
     let around = u32::from(frames || denoise.is_some()) * NEIGHBOURHOOD_RADIUS.unsigned_abs();
     denoise.map_or(0, |denoise| (0..denoise.levels).map(|level| 2 << level).sum()) + around
 }
 
-/// The pass that makes this frame the first of those that are summed.
+/// Returns the pass that makes this frame the first of those that are summed.
 pub(crate) fn store_pass(image: &FrameView, rows: Range<u32>) -> Pass {
     let params = DenoiseParams { first_row: rows.start, ..image.params() };
     Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, accumulated: false, rows }
 }
 
-/// A kernel of the denoiser.
+/// Kernel of the denoiser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
-    /// The frame to those before it.
+    /// Adds the frame's sums to those of earlier frames.
     Add,
-    /// From sums to an image over its albedo, and edges.
+    /// Divides the mean radiance by the albedo, and writes the G-buffer.
     Demodulate,
-    /// Variance from the neighbourhood.
+    /// Estimates the variance from the neighbourhood.
     Estimate,
-    /// What the frame before knew, and variance.
+    /// Reprojects the history of earlier frames, and estimates the variance.
     Reproject,
-    /// A level with fixed stops.
+    /// Filters one level with fixed edge stopping.
     Atrous,
-    /// A level with stops by variance.
+    /// Filters one level with edge stopping by variance.
     Svgf,
-    /// The albedo again.
+    /// Multiplies by the albedo.
     Remodulate,
 }
 
 impl Kernel {
-    /// Whether it is a level of the filter.
+    /// Returns whether the kernel filters a level.
     pub fn is_level(self) -> bool {
         matches!(self, Self::Atrous | Self::Svgf)
     }
 
-    /// Whether it needs what frames keep for those that follow.
+    /// Returns whether the kernel needs the buffers that frames keep for later ones.
     pub fn is_temporal(self) -> bool {
         matches!(self, Self::Add | Self::Reproject)
     }
 
-    /// The entry point.
+    /// Returns the name of the entry point.
     pub fn name(self) -> &'static str {
         match self {
             Self::Add => "denoise_add",
@@ -157,33 +159,35 @@ impl Kernel {
     }
 }
 
-/// A launch over rows of the image: from one of two images to the other. Only a [`Renderer`](crate::render::Renderer) makes them: kernels trust
-/// their sizes, and that what they read was written.
+/// Launch over rows of the image, from one of the denoiser's two images to the other. Only a
+/// [`Renderer`](crate::render::Renderer) makes one, because kernels trust the sizes, and that what
+/// they read was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pass {
-    /// What.
+    /// Kernel.
     pub(crate) kernel: Kernel,
-    /// With what.
+    /// Launch parameters.
     pub(crate) params: DenoiseParams,
-    /// The image that it reads, 0 or 1.
+    /// Image to read, 0 or 1.
     pub(crate) from: usize,
-    /// The other.
+    /// Image to write, the other one.
     pub(crate) to: usize,
-    /// The past that it reads, 0 or 1; it writes the other.
+    /// History to read, 0 or 1; the other one is written.
     pub(crate) past: usize,
-    /// Whether the film is the sum over frames, or this frame's; a pass of [`Kernel::Add`] writes the other.
+    /// True if the film is the sum over frames, and not this frame's; a pass of [`Kernel::Add`]
+    /// writes the other.
     pub(crate) accumulated: bool,
-    /// Those that are written, and for a level some beside them.
+    /// Rows to write; a level also writes some rows beside them.
     pub(crate) rows: Range<u32>,
 }
 
 impl Pass {
-    /// Threads across and down.
+    /// Returns the number of threads across and down.
     pub fn threads(&self) -> (u32, u32) {
         (self.params.width, self.thread_rows().len() as u32)
     }
 
-    /// Rows of threads, of those that the whole image takes.
+    /// Returns the rows of threads, among those of the whole image.
     fn thread_rows(&self) -> Range<u32> {
         if !self.kernel.is_level() {
             return self.rows.clone();
@@ -193,7 +197,7 @@ impl Pass {
             ..self.rows.end.div_ceil(PIXELS_PER_THREAD * step) * step
     }
 
-    /// Refuses more work groups than a launch has.
+    /// Returns an error if a launch allows fewer work groups along an axis than this pass has.
     pub(crate) fn check_groups(&self, backend: &'static str, limit: u32) -> Result<(), BackendError> {
         let (across, down) = self.groups();
         if across.max(down) <= limit {
@@ -203,20 +207,22 @@ impl Pass {
         Err(BackendError::TooLong { backend, width, rows, limit: u64::from(limit) })
     }
 
-    /// Work groups across and down.
+    /// Returns the number of work groups across and down.
     pub fn groups(&self) -> (u32, u32) {
         let (threads, group) = (self.threads(), workgroup(self.kernel.name()));
         (threads.0.div_ceil(group.0), threads.1.div_ceil(group.1))
     }
 }
 
-/// A frame as a screen shows it. Only a [`Renderer`](crate::render::Renderer) makes one: kernels trust its size.
+/// Launch that converts a frame for a display. Only a [`Renderer`](crate::render::Renderer) makes
+/// one, because kernels trust the size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplayLaunch {
-    /// With what.
+    /// Launch parameters.
     pub(crate) params: DisplayParams,
-    /// The denoised image, 0 or 1; none for the samples' plain mean, which the parameters ask for then in all columns.
+    /// Denoised image, 0 or 1; `None` for the plain mean of the samples, which the parameters then
+    /// ask for in all columns.
     pub(crate) image: Option<usize>,
-    /// Whether the samples are the sums over frames, or this frame's.
+    /// True if the samples are the sums over frames, and not this frame's.
     pub(crate) accumulated: bool,
 }

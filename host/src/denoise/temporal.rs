@@ -1,33 +1,37 @@
-//! What frames that follow each other share.
+//! History of live frames: its settings, and what a frame gets from earlier ones.
 
 use super::passes::FrameView;
 use super::{DenoiseError, number_or_inf};
 use serde::Serialize;
 use trisect_shared::denoise::{PinholeView, STOP_FACTORS};
 
-/// Whether and how the frames before count in a live frame. While the camera rests, all samples since it came to rest are summed; what was seen
-/// before it did, from elsewhere, counts as some frames, and less with each that follows.
+/// Use of earlier frames in a live frame. While the camera rests, all samples since it came to rest
+/// are summed. Frames from before that, seen from elsewhere, are the history; it counts as a number
+/// of frames, and as fewer with each frame that follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TemporalSettings {
-    /// For how many frames the past counts, at most; 0 forgets it when the camera moves.
+    /// Maximum number of frames that the history counts as; with 0 it is discarded when the camera
+    /// moves.
     pub frames: u32,
-    /// Standard deviations of a pixel's neighbourhood within which the past is taken; infinite: as it is.
+    /// Standard deviations of a pixel's neighbourhood to which the history is clamped; infinite: no
+    /// clamp.
     #[serde(serialize_with = "number_or_inf")]
     pub clamp: f32,
 }
 
 impl TemporalSettings {
-    /// With the parameters that docs/performance.md shows to be good.
+    /// Default settings (docs/notebook/denoising.md).
     pub const DEFAULT: Self = Self { frames: 32, clamp: 2.0 };
 
-    /// Most frames that the past can count for: sums of more would be no better than their rounding.
+    /// Maximum number of frames that the history can count as; longer sums would gain less than
+    /// their rounding loses.
     pub const MAX_FRAMES: u32 = 1024;
 
-    /// Refuses what is no parameter.
+    /// Checks that the settings are in range.
     ///
     /// # Errors
     ///
-    /// [`DenoiseError`] names it.
+    /// [`DenoiseError`] names the one that is not.
     pub fn check(&self) -> Result<(), DenoiseError> {
         if self.frames > Self::MAX_FRAMES {
             return Err(DenoiseError::History { frames: self.frames, most: Self::MAX_FRAMES });
@@ -39,26 +43,27 @@ impl TemporalSettings {
     }
 }
 
-/// What is known of the frames before one.
+/// Inputs of a frame from earlier frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TemporalInputs {
-    /// Where they were seen from.
+    /// View that the history was seen from.
     pub previous_view: PinholeView,
-    /// Samples that they count for, at most.
+    /// Maximum number of samples that the history counts as.
     pub history: f32,
-    /// Of them, those that they no longer count for.
+    /// Number of samples by which the history's count is reduced, since the camera came to rest.
     pub spent: f32,
+    /// See [`TemporalSettings::clamp`].
     pub clamp: f32,
-    /// Whether the past is asked, and kept for the next frame.
+    /// True if the history is read, and written for the next frame.
     pub reproject: bool,
-    /// The past that is read; the other is written.
+    /// History to read, 0 or 1; the other one is written.
     pub past: usize,
-    /// Whether the camera rests: the frame is one of those that are summed.
+    /// True if the camera rests, so that the frame's samples are added to the sums over frames.
     pub accumulated: bool,
 }
 
 impl TemporalInputs {
-    /// Nothing.
+    /// Returns the inputs of a frame without earlier ones.
     pub fn none(image: &FrameView) -> Self {
         Self {
             previous_view: image.view,

@@ -22,7 +22,8 @@ fn parameters() {
     }
 }
 
-/// Each pass reads what the one before wrote; steps double; the stop of the à-trous filter's colour halves.
+/// Each pass reads what the previous one wrote; steps double; the à-trous filter's colour distance
+/// is halved from level to level.
 #[test]
 fn passes_are_chained() {
     let scene = Scene::hello_world().unwrap();
@@ -44,7 +45,7 @@ fn passes_are_chained() {
     }
 }
 
-/// The view's pixels are where the camera's rays go.
+/// The view has its pixels where the camera's rays go.
 #[test]
 fn the_view_is_the_cameras() {
     let scene = Scene::hello_world().unwrap();

@@ -1,10 +1,10 @@
-//! The camera as the denoiser knows it.
+//! View of a camera, as the denoiser uses it.
 
 use glam::{DVec3, Vec3};
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::PinholeView;
 
-/// The pinhole in the middle of the lens.
+/// Returns the view from the middle of the lens, as of a pinhole camera.
 pub(super) fn of(camera: &Camera) -> PinholeView {
     let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
     let axis = right.cross(down).normalize_or(DVec3::NEG_Z);

@@ -1,36 +1,38 @@
-//! What a film knows of the surfaces that its pixels see.
+//! AOV totals of a film: exact sums over the AOV sums that kernels write chunk by chunk.
 
 use super::ExactSum;
 use bytemuck::{Pod, Zeroable};
 use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::NO_PRIMITIVE;
 
-/// [`AovSums`] over all samples of one pixel. As the radiance, they do not depend on the order or grouping of chunks and films.
+/// Totals of [`AovSums`] over all samples of one pixel. Like the radiance, they do not depend on
+/// the order or grouping of chunks and films.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AovTotals {
-    /// Of the unit normals on the camera's side, over what was hit.
+    /// Sum of the unit normals at the hits, on the camera's side.
     normal: [ExactSum; 3],
-    /// Of the albedos, over all samples; 0 where nothing was hit.
+    /// Sum of the albedos over all samples; a miss adds 0.
     albedo: [ExactSum; 3],
-    /// Of the points that were hit.
+    /// Sum of the positions of the hits, in scene units.
     position: [ExactSum; 3],
-    /// Of the radiance that comes from there, and of the sky where nothing was hit.
+    /// Sum of the radiance emitted towards the camera: by the surface at a hit, by the sky at a
+    /// miss.
     emission: [ExactSum; 3],
-    /// Of [`Guides::diffuse`].
+    /// Sum of [`AovSums::diffuse`].
     diffuse: ExactSum,
-    /// Samples that hit something.
+    /// Number of samples that hit a primitive.
     pub hits: u64,
-    /// Samples that hit nothing.
+    /// Number of samples that hit nothing.
     pub misses: u64,
-    /// What the first sample that hit something did hit.
+    /// Primitive that the first of those samples hit, or [`NO_PRIMITIVE`].
     primitive: u32,
-    /// The first sample of its chunk.
+    /// First sample of the chunk that `primitive` is from.
     chunk: u32,
 }
 
 impl AovTotals {
-    /// No sample.
+    /// Totals over no samples.
     pub(crate) const EMPTY: Self = Self {
         normal: [ExactSum::ZERO; 3],
         albedo: [ExactSum::ZERO; 3],
@@ -43,7 +45,8 @@ impl AovTotals {
         chunk: u32::MAX,
     };
 
-    /// Adds the chunk of `samples` samples that begins at sample `first`; one that no kernel wrote makes the sums NaN.
+    /// Adds a chunk of `samples` samples that begins at sample `first`. A chunk that no kernel
+    /// wrote makes the sums NaN.
     pub(crate) fn merge(&mut self, guides: &AovSums, first: u32, samples: u32) {
         if guides.hits > samples || guides.misses > samples {
             for sum in [&mut self.normal, &mut self.albedo, &mut self.position, &mut self.emission] {
@@ -66,7 +69,7 @@ impl AovTotals {
         }
     }
 
-    /// Adds what `light_pdf` holds of the same pixel.
+    /// Adds the totals that another film has of the same pixel.
     pub(crate) fn add(&mut self, other: &Self) {
         for c in 0..3 {
             self.normal[c].merge(other.normal[c]);
@@ -86,7 +89,7 @@ impl AovTotals {
         }
     }
 
-    /// As kernels write them, but of all chunks, rounded.
+    /// Returns the totals in the kernels' format, over all chunks, rounded to f32.
     pub fn sums(&self) -> AovSums {
         let round = |sums: [ExactSum; 3]| sums.map(|sum| sum.value() as f32).into();
         let count = |count| u32::try_from(count).unwrap_or(u32::MAX);
@@ -102,27 +105,28 @@ impl AovTotals {
         }
     }
 
-    /// Mean of the unit normals: shorter than 1 where they differ, 0 where nothing is hit.
+    /// Returns the mean of the unit normals: shorter than 1 if they differ, 0 if nothing is hit.
     pub fn normal(&self) -> [f64; 3] {
         mean(self.normal, self.hits)
     }
 
-    /// Mean albedo; 0 where nothing is hit, NaN without samples.
+    /// Returns the mean albedo: 0 if nothing is hit, NaN without samples.
     pub fn albedo(&self) -> [f64; 3] {
         self.albedo.map(|sum| sum.value() / (self.hits + self.misses) as f64)
     }
 
-    /// Mean of the points that are hit; 0 where nothing is.
+    /// Returns the mean position of the hits; 0 if nothing is hit.
     pub fn position(&self) -> [f64; 3] {
         mean(self.position, self.hits)
     }
 
-    /// Mean radiance of what is seen directly: lights, and the sky where nothing is hit; NaN without samples.
+    /// Returns the mean radiance of what is seen directly: lights, and the sky where nothing is
+    /// hit; NaN without samples.
     pub fn emission(&self) -> [f64; 3] {
         self.emission.map(|sum| sum.value() / (self.hits + self.misses) as f64)
     }
 
-    /// What the first sample hits that hits something.
+    /// Returns the primitive that the first sample with a hit hits.
     pub fn primitive(&self) -> Option<u32> {
         (self.primitive != NO_PRIMITIVE).then_some(self.primitive)
     }

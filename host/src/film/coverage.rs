@@ -1,82 +1,85 @@
-//! Which samples of which rows a film holds.
+//! Sample coverage: the samples of each row of the image that a film holds.
 
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A part of a frame: some rows, and some samples of each of their pixels.
+/// Block of samples of a frame: some rows, and a range of samples of each of their pixels.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleBlock {
-    /// Rows of the whole image, the top one 0.
+    /// Rows of the whole image, 0 at the top.
     pub rows: Range<u32>,
-    /// Indices of samples, of all samples of a pixel.
+    /// Indices of samples, among all samples of a pixel.
     pub samples: Range<u32>,
 }
 
 impl SampleBlock {
-    /// Rows times samples.
+    /// Returns the number of rows times samples.
     pub fn size(&self) -> u64 {
         self.rows.len() as u64 * self.samples.len() as u64
     }
 }
 
-/// Rows and sample indices that are there twice.
+/// Samples of a row that would count twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Overlap {
-    /// The first such row.
+    /// First row with such samples.
     pub row: u32,
-    /// Its samples.
+    /// Indices of these samples.
     pub samples: Range<u32>,
 }
 
-/// The samples that a film holds, by row. How they came together does not show: equal sets are equal.
+/// Samples that a film holds, by row. Equal sets are equal, however they were put together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SampleCoverage {
-    /// Of each row, ranges that neither overlap nor touch, in order.
+    /// Ranges of sample indices of each row, in order; they neither overlap nor touch.
     rows: Vec<Vec<Range<u32>>>,
 }
 
 impl SampleCoverage {
-    /// Nothing of `height` rows.
+    /// Creates a coverage of `height` rows without samples.
     pub fn new(height: u32) -> Self {
         Self { rows: vec![Vec::new(); height as usize] }
     }
 
-    /// Rows of the image.
+    /// Returns the number of rows of the image.
     pub fn height(&self) -> u32 {
         self.rows.len() as u32
     }
 
-    /// Ranges of sample indices that row `row` holds, in order; none of a row that is not there.
+    /// Returns the ranges of sample indices that row `row` holds, in order; none for a row beyond
+    /// the image.
     pub fn samples(&self, row: u32) -> &[Range<u32>] {
         self.rows.get(row as usize).map_or(&[], Vec::as_slice)
     }
 
-    /// All that is held: by samples, then rows; rows that hold the same are together.
+    /// Returns all samples held, as blocks by sample, then row; adjacent rows with the same samples
+    /// form one block.
     pub fn parts(&self) -> Vec<SampleBlock> {
         together(self.rows.iter().map(Vec::as_slice))
     }
 
-    /// What of `samples` is not held, in the same order.
+    /// Returns the samples of `samples` that are not held, as blocks in the order of
+    /// [`parts`](Self::parts).
     pub fn missing(&self, samples: &Range<u32>) -> Vec<SampleBlock> {
         let gaps: Vec<Vec<Range<u32>>> = self.rows.iter().map(|held| gaps(held, samples)).collect();
         together(gaps.iter().map(Vec::as_slice))
     }
 
-    /// Adds `part`; rows that are not there do not count.
+    /// Adds the block `part`; rows beyond the image are ignored.
     ///
     /// # Errors
     ///
-    /// If some of it is there already; then nothing is added.
+    /// [`Overlap`] if some of its samples are held already; then nothing is added.
     pub fn insert(&mut self, part: &SampleBlock) -> Result<(), Overlap> {
         let rows = part.rows.clone().filter(|_| !part.samples.is_empty());
         self.insert_rows(rows.map(|row| (row, std::slice::from_ref(&part.samples))))
     }
 
-    /// Adds all that `light_pdf` holds.
+    /// Adds all samples of another coverage.
     ///
     /// # Errors
     ///
-    /// If some of it is there already; then nothing is added.
+    /// [`Overlap`] if some of them are held already; then nothing is added.
     pub fn merge(&mut self, other: &Self) -> Result<(), Overlap> {
         self.insert_rows((0..).zip(other.rows.iter().map(Vec::as_slice)))
     }
@@ -87,7 +90,7 @@ impl SampleCoverage {
     ) -> Result<(), Overlap> {
         for (row, ranges) in rows.clone() {
             for new in ranges {
-                // Of ranges in order, only those before and after may have some of it.
+                // The ranges are in order, so only those before and after can overlap.
                 let held = self.samples(row);
                 let at = held.partition_point(|old| old.start < new.start);
                 let common = |old: &Range<u32>| old.start.max(new.start)..old.end.min(new.end);
@@ -100,7 +103,8 @@ impl SampleCoverage {
         for (row, ranges) in rows {
             let Some(held) = self.rows.get_mut(row as usize) else { continue };
             for new in ranges {
-                // Into its place, then joined with the neighbours that it touches.
+                // The range goes into its place, then it is joined with the neighbours that it
+                // touches.
                 let at = held.partition_point(|old| old.start < new.start);
                 held.insert(at, new.clone());
                 if held.get(at + 1).is_some_and(|next| next.start == new.end) {
@@ -115,7 +119,7 @@ impl SampleCoverage {
     }
 }
 
-/// What of `within` none of some ranges hold, which are in order.
+/// Returns the parts of `within` that no range of `held` covers; these are in order.
 fn gaps(held: &[Range<u32>], within: &Range<u32>) -> Vec<Range<u32>> {
     let mut gaps = Vec::new();
     let mut next = within.start;
@@ -131,7 +135,7 @@ fn gaps(held: &[Range<u32>], within: &Range<u32>) -> Vec<Range<u32>> {
     gaps
 }
 
-/// Ranges of samples of each row as parts: neighbouring rows with the same ranges together.
+/// Combines the ranges of each row into blocks: adjacent rows with the same ranges form one block.
 fn together<'a>(rows: impl Iterator<Item = &'a [Range<u32>]>) -> Vec<SampleBlock> {
     let mut parts: Vec<SampleBlock> = Vec::new();
     let mut open: (u32, &[Range<u32>]) = (0, &[]);
@@ -195,7 +199,7 @@ mod tests {
         assert_eq!(one.missing(&(0..1024)), missing);
         assert_eq!(one.missing(&(300..400)), [part(0..1, 300..400), part(3..4, 300..400)]);
         assert_eq!(one.missing(&(0..256)), []);
-        // Both together are all of it.
+        // What was held and what was missing together are all samples.
         missing.iter().for_each(|part| one.insert(part).unwrap());
         assert_eq!(one.parts(), [part(0..4, 0..1024)]);
     }

@@ -1,5 +1,5 @@
-//! Memory of the host that devices copy to.
-#![allow(unsafe_code, reason = "a device or other processes write to it; each block names why it is sound")]
+//! Host memory that devices copy to.
+#![allow(unsafe_code, reason = "a device or other processes write to it; each block says why it is sound")]
 
 use bytemuck::{Pod, Zeroable};
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
@@ -7,33 +7,36 @@ use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// Bytes at a place that does not change, so that a device may [copy there without a detour](crate::backend::Backend::pin). It reads and writes nothing by
-/// itself: those who share it agree on that.
+/// Bytes at an address that does not change, so that a device may [copy there
+/// directly](crate::backend::Backend::pin). This type itself reads and writes nothing: those who
+/// share the memory agree on that.
 #[derive(Debug)]
 pub struct HostMemory {
     first: *mut u8,
     bytes: usize,
-    /// Of what is this process's own, and is freed with it.
+    /// Layout of memory that this process allocated and frees; `None` for memory that several
+    /// processes share.
     own: Option<Layout>,
 }
 
-// SAFETY: it is a place and a length.
+// SAFETY: it is an address and a length.
 unsafe impl Send for HostMemory {}
-// SAFETY: as above.
+// SAFETY: it is an address and a length.
 unsafe impl Sync for HostMemory {}
 
-/// What devices copy to in whole.
+/// Bytes of a page, the unit of pinning.
 const PAGE: usize = 4096;
 
 impl HostMemory {
-    /// Zeros. Whole pages: what else lay in the last one would be pinned with it.
+    /// Allocates `bytes` zeros. They have pages of their own: pinning would also pin anything else
+    /// in the last page.
     pub fn new(bytes: usize) -> Self {
         let Ok(layout) =
             Layout::from_size_align(bytes.max(1).checked_next_multiple_of(PAGE).unwrap_or(usize::MAX), PAGE)
         else {
             handle_alloc_error(Layout::new::<u8>()) // more than half of all addresses
         };
-        // SAFETY: the layout has a size.
+        // SAFETY: the layout has a size above 0.
         let first = unsafe { alloc_zeroed(layout) };
         if first.is_null() {
             handle_alloc_error(layout);
@@ -41,22 +44,22 @@ impl HostMemory {
         Self { first, bytes, own: Some(layout) }
     }
 
-    /// Of several processes.
+    /// Wraps memory that several processes share.
     ///
     /// # Safety
     ///
-    /// So many bytes lie there, at a multiple of 16, as long as this is used.
+    /// From `first`, a multiple of 16, `bytes` bytes stay valid as long as this value is used.
     #[cfg(feature = "mpi")]
     pub(crate) unsafe fn shared(first: *mut u8, bytes: usize) -> Self {
         Self { first, bytes, own: None }
     }
 
-    /// Its first byte, at a multiple of 16.
+    /// Returns the address of the first byte, a multiple of 16.
     pub fn first(&self) -> *mut u8 {
         self.first
     }
 
-    /// How many bytes it has.
+    /// Returns the number of bytes.
     pub fn bytes(&self) -> usize {
         self.bytes
     }
@@ -65,13 +68,13 @@ impl HostMemory {
 impl Drop for HostMemory {
     fn drop(&mut self) {
         if let Some(layout) = self.own {
-            // SAFETY: `new` allocated it so.
+            // SAFETY: `new` allocated it with this layout.
             unsafe { dealloc(self.first, layout) };
         }
     }
 }
 
-/// Records in such memory.
+/// Records in host memory that devices copy to.
 #[derive(Debug)]
 pub struct HostRecords<T> {
     memory: Arc<HostMemory>,
@@ -80,14 +83,15 @@ pub struct HostRecords<T> {
 }
 
 impl<T: Pod + Zeroable> HostRecords<T> {
-    /// So many, of zeros.
+    /// Allocates `count` records of zeros.
     pub fn new(count: usize) -> Self {
         const { assert!(align_of::<T>() <= PAGE) };
         let memory = Arc::new(HostMemory::new(count.saturating_mul(size_of::<T>())));
         Self { memory, count, of: PhantomData }
     }
 
-    /// Makes room for so many: other memory, if there is less. What they hold is of no meaning then.
+    /// Sets the number of records, and allocates other memory if there is too little. The records'
+    /// values are then unspecified.
     pub fn resize(&mut self, count: usize) {
         if count.saturating_mul(size_of::<T>()) > self.memory.bytes() {
             *self = Self::new(count);
@@ -95,7 +99,8 @@ impl<T: Pod + Zeroable> HostRecords<T> {
         self.count = count;
     }
 
-    /// For [`Backend::pin`](crate::backend::Backend::pin), where writing is left to who has the records.
+    /// Returns the memory, for [`Backend::pin`](crate::backend::Backend::pin). Only the owner of
+    /// the records may write to it.
     pub fn memory(&self) -> &Arc<HostMemory> {
         &self.memory
     }
@@ -111,14 +116,16 @@ impl<T: Pod> Deref for HostRecords<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
-        // SAFETY: the memory has so many, any bytes are some, and whoever else has the memory leaves it to this.
+        // SAFETY: the memory has `count` records, any bytes are valid ones, and whoever else holds
+        // the memory leaves it to this value.
         unsafe { std::slice::from_raw_parts(self.memory.first().cast(), self.count) }
     }
 }
 
 impl<T: Pod> DerefMut for HostRecords<T> {
     fn deref_mut(&mut self) -> &mut [T] {
-        // SAFETY: as above.
+        // SAFETY: the memory has `count` records, any bytes are valid ones, and whoever else holds
+        // the memory leaves it to this value.
         unsafe { std::slice::from_raw_parts_mut(self.memory.first().cast(), self.count) }
     }
 }

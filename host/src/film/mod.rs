@@ -1,4 +1,7 @@
-//! The film: exact sums over the chunks that kernels sum in single precision.
+//! The film: exact sums, over all samples, of the chunks that kernels sum in single precision.
+//!
+//! A [`Renderer`](crate::render::Renderer) merges chunks into a [`Film`]. Films of parts of a
+//! render add up to the film of the whole, in any order and grouping.
 
 mod aovs;
 mod coverage;
@@ -24,21 +27,24 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::denoise::{FilteredPixel, GBufferTexel};
 use trisect_shared::film::{Compensation, PixelSums};
 
-/// Sums over all samples of one pixel so far. They do not depend on the order or grouping of chunks and films; [`ExactSum`] says when.
+/// Totals over all samples of one pixel so far. They do not depend on the order or grouping of
+/// chunks and films, within the limits of [`ExactSum`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PixelTotals {
-    /// Of the radiance, by channel. NaN until the first chunk is merged, so that a pixel no one wrote shows.
+    /// Sum of the radiance, by channel. NaN until the first chunk is merged, so that a pixel that
+    /// was not written is visible.
     pub radiance: [ExactSum; 3],
-    /// Of the squared radiance.
+    /// Sum of the squared radiance, by channel.
     pub squares: [ExactSum; 3],
-    /// Samples in the sums.
+    /// Number of samples in the sums.
     pub samples: u64,
-    /// Samples that were NaN or infinite and are not in the sums.
+    /// Number of samples that were NaN or infinite and are not in the sums.
     pub rejected: u64,
-    /// Path segments traced.
+    /// Number of path segments traced.
     pub segments: u64,
-    /// Samples that were to be taken and that no kernel wrote; with any, the sums are NaN for good.
+    /// Number of samples that should have been taken and that no kernel wrote; if it is not 0, the
+    /// sums stay NaN.
     pub unwritten: u64,
 }
 
@@ -52,7 +58,7 @@ impl PixelTotals {
         unwritten: 0,
     };
 
-    /// Of one chunk, which should hold `samples` samples.
+    /// Returns the totals of one chunk, which should hold `samples` samples.
     pub fn of(sums: &PixelSums, samples: u32) -> Self {
         let mut totals = Self::EMPTY;
         totals.merge(sums, samples);
@@ -86,7 +92,7 @@ impl PixelTotals {
         self.segments += u64::from(sums.segments);
     }
 
-    /// Adds what `light_pdf` holds of the same pixel.
+    /// Adds the totals that another film has of the same pixel.
     pub(crate) fn add(&mut self, other: &Self) {
         if other.is_empty() {
             return;
@@ -105,7 +111,7 @@ impl PixelTotals {
         self.unwritten += other.unwritten;
     }
 
-    /// Of this pixel alone.
+    /// Returns the counts of this pixel.
     pub fn counts(&self) -> FilmCounts {
         FilmCounts {
             samples: self.samples,
@@ -115,7 +121,8 @@ impl PixelTotals {
         }
     }
 
-    /// As kernels write them, but of all chunks, rounded; no samples and NaN where one is missing.
+    /// Returns the totals in the kernels' format, over all chunks, rounded to f32; NaN and 0
+    /// samples if a chunk is missing.
     pub fn sums(&self) -> PixelSums {
         if self.unwritten > 0 || self.is_empty() {
             return PixelSums { samples: 0, ..PixelSums::UNWRITTEN };
@@ -129,12 +136,13 @@ impl PixelTotals {
         }
     }
 
-    /// Mean radiance by channel; NaN without samples.
+    /// Returns the mean radiance, by channel; NaN without samples.
     pub fn mean(&self) -> [f64; 3] {
         self.radiance.map(|sum| sum.value() / self.samples as f64)
     }
 
-    /// Estimated variance of the mean by channel: the sample variance over n; NaN with fewer than two samples.
+    /// Returns the estimated variance of the mean, by channel: the sample variance over n. It says
+    /// nothing with fewer than two samples.
     pub fn variance_of_mean(&self) -> [f64; 3] {
         let n = self.samples as f64;
         std::array::from_fn(|c| {
@@ -144,7 +152,7 @@ impl PixelTotals {
     }
 }
 
-/// An image's worth of [`PixelTotals`], row-major, top row first.
+/// Image of [`PixelTotals`], row-major, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Pixels across.
@@ -153,57 +161,58 @@ pub struct Film {
     pub height: u32,
     /// `width * height` totals.
     pub pixels: Vec<PixelTotals>,
-    /// As many, or none: of a render with [guides](crate::render::Settings::guides).
+    /// AOV totals: `width * height` of a render with [AOVs](crate::render::Settings::guides),
+    /// otherwise none.
     pub aovs: Vec<AovTotals>,
-    /// The samples in them.
+    /// Samples that the totals hold.
     pub coverage: SampleCoverage,
 }
 
-/// Counts over a whole film.
+/// Counts over some or all pixels of a film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilmCounts {
-    /// Samples in the sums.
+    /// Number of samples in the sums.
     pub samples: u64,
-    /// NaN or infinite samples, left out.
+    /// Number of NaN or infinite samples, which are left out.
     pub rejected: u64,
-    /// Path segments traced.
+    /// Number of path segments traced.
     pub segments: u64,
-    /// Pixels that miss samples which no kernel wrote.
+    /// Number of pixels that lack samples because no kernel wrote them.
     pub unwritten: u64,
 }
 
-/// What cannot be added to a film.
+/// Error of an addition to a film.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FilmError {
-    /// Of another image.
+    /// The films differ in size.
     #[error("a film of {}x{} cannot be added to one of {}x{}; render both at the same size", other.0, other.1, film.0, film.1)]
     Size {
-        /// Pixels across and down.
+        /// Pixels across and down of the film.
         film: (u32, u32),
-        /// What was to be added.
+        /// Pixels across and down of what was to be added.
         other: (u32, u32),
     },
-    /// A chunk that is not the image's, or rows that the image does not have.
+    /// The chunk has the wrong number of pixels, or rows that the image does not have.
     #[error("a chunk of {pixels} pixels with rows {} to {} does not fit a film of {}x{}", rows.start, rows.end, film.0, film.1)]
     Chunk {
-        /// Pixels across and down.
+        /// Pixels across and down of the film.
         film: (u32, u32),
-        /// In the chunk.
+        /// Number of pixels in the chunk.
         pixels: usize,
-        /// From the first to one past the last.
+        /// Rows of the chunk.
         rows: Range<u32>,
     },
-    /// One film has guides, the other none.
+    /// One film has AOV totals, the other has none.
     #[error(
         "one film has normals, albedos and positions, the other none; render both with the same --aov and --denoise"
     )]
     Aovs,
-    /// Samples that would count twice.
+    /// Some samples would count twice.
     #[error("samples {} to {} of row {} are in both films; merge each part once", samples.start, samples.end, row)]
     Overlap {
-        /// The first such row.
+        /// First row with such samples.
         row: u32,
-        /// From the first to one past the last.
+        /// Indices of these samples.
         samples: Range<u32>,
     },
 }
@@ -214,17 +223,18 @@ impl From<Overlap> for FilmError {
     }
 }
 
-/// Pixels that a thread takes at a time.
+/// Minimum number of pixels in a task of the thread pool.
 pub(crate) const TASK: usize = 4096;
 
 impl Film {
-    /// Bytes that one pixel takes on the host: its totals, a chunk on the CPU backend with its carry and one read back, the picture, and two
-    /// copies of it while it is encoded.
+    /// Bytes that one pixel takes on the host: its totals; a chunk on the CPU backend with its
+    /// compensation, and one read back; the image, and two copies of it while it is encoded.
     pub const BYTES_PER_PIXEL: u64 =
         (size_of::<PixelTotals>() + 2 * size_of::<PixelSums>() + size_of::<Compensation>() + 3 * 12) as u64;
 
-    /// More bytes of one with guides: their totals, a chunk of them on the CPU backend and one read back; and of denoising it there: sums and
-    /// guides, two images and edges, the pixels read back and the picture.
+    /// Additional bytes of one pixel with AOVs: their totals; a chunk of them on the CPU backend,
+    /// and one read back; for denoising there, sums and AOV sums, two images, the G-buffer, the
+    /// pixels read back and the image.
     pub const BYTES_PER_PIXEL_OF_AOVS: u64 = (size_of::<AovTotals>()
         + 3 * size_of::<AovSums>()
         + size_of::<PixelSums>()
@@ -232,32 +242,32 @@ impl Film {
         + size_of::<GBufferTexel>()
         + 12) as u64;
 
-    /// A film that no one has written.
+    /// Creates a film without samples.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = width as usize * height as usize;
-        // In parallel: the first touch of fresh memory is what takes the time.
+        // In parallel, because the first touch of fresh memory takes most of the time.
         let pixels = rayon::iter::repeat_n(PixelTotals::EMPTY, pixels).with_min_len(TASK).collect();
         Self { width, height, pixels, aovs: Vec::new(), coverage: SampleCoverage::new(height) }
     }
 
-    /// The same with guides.
+    /// Creates a film without samples that also has AOV totals.
     pub fn with_aovs(width: u32, height: u32) -> Self {
         let film = Self::new(width, height);
         let guides = rayon::iter::repeat_n(AovTotals::EMPTY, film.pixels.len()).with_min_len(TASK);
         Self { aovs: guides.collect(), ..film }
     }
 
-    /// Of one without guides, or with.
+    /// Returns the number of bytes of one pixel of a film, with or without AOV totals.
     pub fn bytes_per_pixel(guides: bool) -> u64 {
         (size_of::<PixelTotals>() + if guides { size_of::<AovTotals>() } else { 0 }) as u64
     }
 
-    /// Of pixels and guides.
+    /// Returns the number of bytes of all totals.
     pub fn bytes(&self) -> u64 {
         (size_of_val(&self.pixels[..]) + size_of_val(&self.aovs[..])) as u64
     }
 
-    /// Becomes a copy of another; the memory stays, where it is enough.
+    /// Makes this film a copy of another; memory of the same size is reused.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         copy(&mut self.pixels, &other.pixels, PixelTotals::EMPTY);
@@ -265,20 +275,22 @@ impl Film {
         self.coverage = other.coverage.clone();
     }
 
-    /// Takes all out again; the memory stays.
+    /// Removes all samples; the memory stays.
     pub fn clear(&mut self) {
         self.pixels.par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
         self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovTotals::EMPTY);
         self.coverage = SampleCoverage::new(self.height);
     }
 
-    /// Adds a `chunk` of the rows of `part`, each pixel of which should hold `part`'s samples. The order of chunks does not matter.
+    /// Adds a `chunk` of the rows of `part`, each pixel of which should hold `part`'s samples. The
+    /// order of chunks does not matter.
     ///
     /// A pixel that no kernel wrote in this chunk becomes NaN and stays so.
     ///
     /// # Errors
     ///
-    /// If the film has not these pixels, or has these samples already; then it stays as it was.
+    /// [`FilmError`] if the film does not have these pixels, or already has these samples; then it
+    /// stays as it was.
     pub fn merge(&mut self, part: &SampleBlock, chunk: &[PixelSums]) -> Result<(), FilmError> {
         let Some(rows) = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len()) else {
             return Err(self.other_chunk(part, chunk.len()));
@@ -294,11 +306,11 @@ impl Film {
         Ok(())
     }
 
-    /// Adds the guides of a part, after its [chunk](Self::merge).
+    /// Adds the AOV sums of a block, after its [chunk](Self::merge).
     ///
     /// # Errors
     ///
-    /// If the film has not these pixels, or no guides.
+    /// [`FilmError`] if the film does not have these pixels, or has no AOV totals.
     pub fn merge_aovs(&mut self, part: &SampleBlock, chunk: &[AovSums]) -> Result<(), FilmError> {
         let rows = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len());
         let Some(totals) = rows.and_then(|rows| self.aovs.get_mut(rows)) else {
@@ -310,14 +322,16 @@ impl Film {
         Ok(())
     }
 
-    /// Adds another film of the same render, whatever its rows and chunks: in any order and grouping, the sums are the same. A pixel
-    /// that only one of both holds is that one's.
+    /// Adds another film of the same render, with any rows and chunks: the sums are the same in any
+    /// order and grouping. A pixel that only one of both films holds is taken from that one.
     ///
-    /// That both are of the same scene and settings, but for their parts, is for the caller to know.
+    /// The caller ensures that both films are of the same scene and, except for their parts, of the
+    /// same settings.
     ///
     /// # Errors
     ///
-    /// If the sizes differ, one has no guides, or both hold a sample; then the film stays as it was.
+    /// [`FilmError`] if the sizes differ, only one has AOV totals, or both hold a sample; then the
+    /// film stays as it was.
     pub fn add(&mut self, other: &Self) -> Result<(), FilmError> {
         let (film, of) = ((self.width, self.height), (other.width, other.height));
         if film != of || self.pixels.len() != other.pixels.len() {
@@ -338,13 +352,13 @@ impl Film {
         FilmError::Chunk { film: (self.width, self.height), pixels, rows: part.rows.clone() }
     }
 
-    /// The indices of the pixels of `rows`, if the film has them.
+    /// Returns the indices of the pixels of `rows`, or `None` if the film does not have these rows.
     fn row_range(&self, rows: &Range<u32>) -> Option<Range<usize>> {
         let index = |row: u32| row as usize * self.width as usize;
         (rows.start <= rows.end && rows.end <= self.height).then(|| index(rows.start)..index(rows.end))
     }
 
-    /// The mean radiance of each pixel.
+    /// Returns the image: the mean radiance of each pixel.
     pub fn image(&self) -> Image {
         let pixels = self.pixels.par_iter().with_min_len(TASK);
         Image {
@@ -354,12 +368,12 @@ impl Film {
         }
     }
 
-    /// Counts over all pixels.
+    /// Returns the counts over all pixels.
     pub fn counts(&self) -> FilmCounts {
         count(&self.pixels)
     }
 
-    /// Counts over the pixels of `rows`; rows that are not there do not count.
+    /// Returns the counts over the pixels of `rows`; 0 if the film does not have these rows.
     pub fn counts_in(&self, rows: &Range<u32>) -> FilmCounts {
         self.row_range(rows).and_then(|rows| self.pixels.get(rows)).map_or_else(FilmCounts::default, count)
     }
@@ -378,7 +392,7 @@ impl std::ops::Add for FilmCounts {
     }
 }
 
-/// By all threads: the first touch of fresh memory is what takes the time.
+/// Copies by all threads, because the first touch of fresh memory takes most of the time.
 fn copy<T: Copy + Send + Sync>(to: &mut Vec<T>, from: &[T], empty: T) {
     if to.len() != from.len() {
         *to = rayon::iter::repeat_n(empty, from.len()).with_min_len(TASK).collect();

@@ -1,20 +1,21 @@
-//! Which rows of an image a launch, a chunk or a rank has.
+//! Rows of an image that a launch, a chunk or a rank has.
 
 use std::ops::Range;
 
-/// Rows of an image: some of a share, which is blocks of rows at equal distances.
+/// Rows of an image: a range of a share, which is blocks of rows at equal distances.
 ///
-/// Row k of the share is row `first + k + (k >> shift) * gap` of the image, so that a device finds it by a shift and a multiplication.
+/// Row k of the share is row `first + k + (k >> shift) * gap` of the image, so that a device finds
+/// it by a shift and a multiplication.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RowSet {
     first: u32,
     shift: u32,
     gap: u32,
-    /// Of the share.
+    /// Range of rows, by their indices in the share.
     places: Range<u32>,
 }
 
-/// Rows of a block, at most, as a power of two.
+/// Maximum number of rows of a block, as a power of two.
 const MAX_SHIFT: u32 = 31;
 
 impl From<Range<u32>> for RowSet {
@@ -24,7 +25,8 @@ impl From<Range<u32>> for RowSet {
 }
 
 impl RowSet {
-    /// Each `of`-th block of `2^shift` rows of an image of `height`, from block `index` on. All shares together are the image, each row once.
+    /// Returns share `index` of `of`: every `of`-th block of `2^shift` rows of an image of `height`
+    /// rows, from block `index` on. All shares together are the image, each row once.
     pub fn interleaved(height: u32, shift: u32, index: u32, of: u32) -> Self {
         let (shift, of) = (shift.min(MAX_SHIFT - 1), of.max(1));
         let block = 1u64 << shift;
@@ -34,7 +36,7 @@ impl RowSet {
             return Self::from(0..0);
         }
         let left = u64::from(height) - first;
-        // Whole periods, and of the last one what the image has of the block.
+        // Whole periods, and of the last period what the image has of the block.
         let count = left / period * block + (left % period).min(block);
         // A share of one block has no gap; any other's fits between two rows of the image.
         let gap = if count <= block { 0 } else { (period - block) as u32 };
@@ -42,24 +44,25 @@ impl RowSet {
         Self { first: first as u32, shift, gap, places: 0..count as u32 }
     }
 
-    /// How many.
+    /// Returns the number of rows.
     pub fn len(&self) -> u32 {
         self.places.end.saturating_sub(self.places.start)
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Some of these, by their places among them; what is beyond the last is left out.
+    /// Returns some of these rows, by their indices among them; indices beyond the last are
+    /// ignored.
     pub fn part(&self, places: Range<u32>) -> Self {
         let place =
             |at: u32| self.places.start.saturating_add(at).min(self.places.end.max(self.places.start));
         Self { places: place(places.start)..place(places.end.max(places.start)), ..self.clone() }
     }
 
-    /// Rows of the image that lie below each other, in order.
+    /// Returns the blocks of adjacent rows of the image, in order.
     pub fn blocks(&self) -> impl Iterator<Item = Range<u32>> + Clone + '_ {
         let Self { first, shift, gap, places: ref own } = *self;
         let mut at = own.start;
@@ -76,18 +79,18 @@ impl RowSet {
         })
     }
 
-    /// Each row of the image, in order.
+    /// Returns each row of the image, in order.
     pub fn iter(&self) -> impl Iterator<Item = u32> + Clone + '_ {
         self.blocks().flatten()
     }
 
-    /// One past the last row of the image.
+    /// Returns one past the last row of the image; 0 if there are no rows.
     pub fn end(&self) -> u32 {
         let Some(last) = self.places.end.checked_sub(1).filter(|_| !self.is_empty()) else { return 0 };
         self.first + last + (last >> self.shift) * self.gap + 1
     }
 
-    /// Rows of a [share](Self::share), if there can be such.
+    /// Returns the rows `own` of a [share](Self::share), or `None` if no image can have them.
     pub(crate) fn of_share((first, shift, gap): (u32, u32, u32), own: Range<u32>) -> Option<Self> {
         let last = u64::from(own.end.saturating_sub(1));
         let row = u64::from(first) + last + (last >> shift.min(MAX_SHIFT)) * u64::from(gap);
@@ -95,12 +98,13 @@ impl RowSet {
         fits.then_some(Self { first, shift, gap, places: own })
     }
 
-    /// The first row of the share, rows of a block as a power of two, and rows between two: for a launch record.
+    /// Returns the share for launch parameters: its first row, the rows of a block as a power of
+    /// two, and the rows between two blocks.
     pub(crate) fn share(&self) -> (u32, u32, u32) {
         (self.first, self.shift, self.gap)
     }
 
-    /// Places in the share.
+    /// Returns the range of rows, by their indices in the share.
     pub(crate) fn places(&self) -> Range<u32> {
         self.places.clone()
     }
@@ -128,7 +132,7 @@ mod tests {
         }
     }
 
-    /// What kernels compute is what the host counts.
+    /// Kernels compute the rows that the host counts.
     #[test]
     fn a_launch_has_the_same_rows() {
         for index in 0..3 {

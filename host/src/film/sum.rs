@@ -1,27 +1,32 @@
-//! Sums that do not depend on the order or the grouping of what is added.
+//! Exact sums, which do not depend on the order or grouping of their terms.
 
 use bytemuck::{Pod, Zeroable};
 
-/// A sum as an unevaluated pair of f64: `high` is the whole rounded to nearest, `low` what the rounding left.
+/// A sum as an unevaluated pair of f64: `high` is the sum rounded to nearest, `low` the rest.
 ///
-/// Each addition is Knuth's TwoSum (The Art of Computer Programming, vol. 2, section 4.2.2, theorem B), which gives the rounded sum
-/// of two numbers and its error, both exactly, whatever their sizes; a second TwoSum makes the pair normal again. (Not Kahan's
-/// algorithm, which assumes that the sum is greater than what is added.)
+/// Each addition is Knuth's TwoSum (The Art of Computer Programming, vol. 2, section 4.2.2, theorem
+/// B), which gives the rounded sum of two numbers and its error, both exactly, whatever their
+/// magnitudes. A second TwoSum normalises the pair. (Kahan's algorithm does not suffice: it assumes
+/// that the sum is larger than the term.)
 ///
 /// # When it is exact
 ///
-/// Let each number added be a multiple of 2^q, and each partial sum less than 2^E in size. Then `low` and TwoSum's error are at most
-/// 2^(E - 54) each, half a unit in the last place below 2^E, and multiples of 2^q; so is their sum, at most 2^(E - 53), which f64
-/// holds exactly as long as that is at most 2^(53 + q). So the pair is the exact sum while **E - q ≤ 106**.
+/// Let each term be a multiple of 2^q, and each partial sum less than 2^E in magnitude. Then `low`
+/// and TwoSum's error are at most 2^(E - 54) each, half a unit in the last place below 2^E, and
+/// multiples of 2^q. So is their sum, at most 2^(E - 53), which f64 holds exactly as long as that
+/// is at most 2^(53 + q). So the pair is the exact sum while **E - q ≤ 106**.
 ///
-/// An f32 of size 2^l or more is a multiple of 2^(l - 23). n of them below 2^m sum to less than 2^E with E = m + log2 n. So the pair
-/// is exact while what is added to it, but for zeros, spans a ratio of at most 2^(m - l) = 2^(83 - log2 n): 2^66 for the 2^17 chunks
-/// of 2^25 samples, 2^59 for the most samples that a render can have. For sums of squares this is the ratio of the squares.
+/// An f32 of magnitude 2^l or more is a multiple of 2^(l - 23). n of them below 2^m sum to less
+/// than 2^E with E = m + log2 n. So the pair is exact while its terms, except zeros, span a ratio
+/// of at most 2^(m - l) = 2^(83 - log2 n): 2^66 for the 2^17 chunks of 2^25 samples, 2^59 for the
+/// maximum number of samples of a render. For sums of squares this is the ratio of the squares.
 ///
-/// An exact sum has one pair only, `high` its nearest f64 and `low` the rest: equal sums have equal bits, however they were
-/// grouped. Beyond that ratio each addition may be off by 2^-106 of the sum, which two groupings may share differently.
+/// An exact sum has only one pair: `high` is its nearest f64, `low` the rest. So equal sums have
+/// equal bits, however they were grouped. Beyond that ratio each addition may be off by 2^-106 of
+/// the sum, and two groupings may differ by that.
 ///
-/// Zero is +0. An infinite or NaN summand makes the sum infinite or NaN (one bit pattern) with a `low` of 0, in any order, too.
+/// Zero is +0. An infinite or NaN term makes the sum infinite or NaN (one bit pattern) with a `low`
+/// of 0, in any order, too.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ExactSum {
@@ -29,7 +34,7 @@ pub struct ExactSum {
     low: f64,
 }
 
-/// `a + b` rounded, and its error. Knuth's, without a branch.
+/// Returns `a + b` rounded, and its error: Knuth's TwoSum, without a branch.
 #[inline(always)]
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -38,10 +43,10 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl ExactSum {
-    /// Of nothing.
+    /// Sum of no terms.
     pub const ZERO: Self = Self { high: 0.0, low: 0.0 };
 
-    /// Of what no one knows; stays so.
+    /// Sum that is not known; it stays NaN whatever is added.
     pub const NAN: Self = Self { high: f64::NAN, low: 0.0 };
 
     /// Adds a number.
@@ -64,17 +69,17 @@ impl ExactSum {
         self.add(other.low);
     }
 
-    /// The sum, rounded to nearest.
+    /// Returns the sum, rounded to nearest.
     pub fn value(self) -> f64 {
         self.high
     }
 
-    /// Of its [parts](Self::parts).
+    /// Returns the sum of these [parts](Self::parts).
     pub fn of_parts(high: f64, low: f64) -> Self {
         Self { high, low }
     }
 
-    /// The rounded sum and what the rounding left.
+    /// Returns the rounded sum, and the rest.
     pub fn parts(self) -> (f64, f64) {
         (self.high, self.low)
     }
@@ -92,7 +97,7 @@ mod tests {
     use super::*;
     use trisect_shared::rng::PathKey;
 
-    /// f32s of random sign whose exponents span `bits`.
+    /// Returns `count` f32s of random sign whose exponents span `bits`.
     fn numbers(seed: u32, count: u32, bits: u32) -> Vec<f32> {
         let number = |i| {
             let w = PathKey { seed, pixel: i, sample: 0 }.words(0);
@@ -102,7 +107,7 @@ mod tests {
         (0..count).map(number).collect()
     }
 
-    /// The order that `seed` shuffles `numbers` to.
+    /// Returns the numbers in an order that depends on `seed`.
     fn shuffled(numbers: &[f32], seed: u32) -> Vec<f32> {
         let mut numbers = numbers.to_vec();
         for i in (1..numbers.len()).rev() {
@@ -112,7 +117,7 @@ mod tests {
         numbers
     }
 
-    /// By halves: another grouping than one by one.
+    /// Returns the sum of the sums of two parts, and so on: another grouping than one by one.
     fn tree(numbers: &[f32], cut: usize) -> ExactSum {
         if let [x] = *numbers {
             return f64::from(x).into();
@@ -133,7 +138,7 @@ mod tests {
         (sum.high.to_bits(), sum.low.to_bits())
     }
 
-    /// Whether all of ten orders and groupings give the same bits.
+    /// Returns whether ten orders and groupings give the same bits.
     fn agree(numbers: &[f32]) -> bool {
         let want = bits(one_by_one(numbers));
         (0..10).all(|seed| {
@@ -145,18 +150,19 @@ mod tests {
     #[test]
     fn order_and_grouping_do_not_matter() {
         for bits in [0, 8, 30, 72] {
-            // 2^10 numbers: a ratio of 2^73.
+            // 2^10 numbers may span a ratio of 2^73.
             assert!(agree(&numbers(bits, 1 << 10, bits)), "{bits}");
         }
-        // The twin: far beyond the derived ratio the sum is not exact, and its grouping shows.
-        assert!(!agree(&numbers(5, 1 << 10, 180)), "a comparison that cannot fail");
-        // Nor do single f64s agree where the pairs do.
+        // Negative control: far beyond the derived ratio the sum is not exact, and its grouping
+        // shows.
+        assert!(!agree(&numbers(5, 1 << 10, 180)), "the comparison detects nothing");
+        // Sums in a single f64 differ where the pairs agree.
         let numbers = numbers(6, 1 << 10, 72);
         let plain = |numbers: &[f32]| numbers.iter().fold(0.0, |sum, &x| sum + f64::from(x));
         assert!((0..10).any(|seed| plain(&shuffled(&numbers, seed)) != plain(&numbers)));
     }
 
-    /// Against integers: multiples of 2^-23 up to 2^40 that sum below 2^83.
+    /// The sum equals that of integers, for multiples of 2^-43 below 2^41 in magnitude.
     #[test]
     fn the_sum_is_exact() {
         let numbers: Vec<f32> = numbers(9, 1 << 12, 60).into_iter().map(|x| x * 1024.0).collect();

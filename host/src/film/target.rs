@@ -1,7 +1,7 @@
-//! Where a device copies rows of pixels to.
+//! Host memory that a device copies rows of pixels to.
 #![allow(
     unsafe_code,
-    reason = "frames are filled by several processes at once; each block names why it is sound"
+    reason = "frames are filled by several processes at once; each block says why it is sound"
 )]
 
 use super::{HostMemory, RowSet};
@@ -10,7 +10,8 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Host memory for rows of an image: one below the other, or where a whole image has them.
+/// Host memory for rows of an image, 4 bytes a pixel: packed, or at their places in the whole
+/// image.
 #[derive(Debug)]
 pub struct RowTarget<'a> {
     first: *mut u32,
@@ -20,24 +21,25 @@ pub struct RowTarget<'a> {
     memory: PhantomData<&'a mut [u32]>,
 }
 
-// SAFETY: it is the only one to reach its rows, as a `&mut [u32]` of each would be.
+// SAFETY: nothing else reaches its rows, as with a `&mut [u32]` of each.
 unsafe impl Send for RowTarget<'_> {}
 
-/// Rows of the same number at equal distances, as a copy of a rectangle takes them.
+/// Blocks of the same number of rows at equal distances, which a device copies as one rectangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CopyRect {
-    /// The image's first row.
+    /// First row of the image.
     pub start: u32,
-    /// Rows that lie below each other.
+    /// Number of adjacent rows in a block.
     pub length: u32,
-    /// From one such block to the next, in the image.
+    /// Number of rows from the start of a block to the start of the next, in the image.
     pub step: u32,
-    /// Blocks.
+    /// Number of blocks.
     pub count: u32,
 }
 
 impl CopyRect {
-    /// All of `rows`, in order. No step is longer than `most`.
+    /// Returns rectangles that together are `rows`, in order. The blocks of one are at most `most`
+    /// rows apart.
     pub fn all(rows: &RowSet, most: u32) -> Vec<Self> {
         let mut grids: Vec<Self> = Vec::new();
         for block in rows.blocks() {
@@ -61,52 +63,55 @@ impl CopyRect {
         grids
     }
 
-    /// Rows in all.
+    /// Returns the number of rows in all blocks.
     pub fn rows(&self) -> u32 {
         self.length * self.count
     }
 }
 
 impl<'a> RowTarget<'a> {
-    /// Rows one below the other, `width` pixels each, which is all that `pixels` has then.
+    /// Returns a target that packs rows of `width` pixels into `pixels`, which is resized to hold
+    /// just these.
     pub fn packed(pixels: &'a mut Vec<u32>, width: u32, rows: &RowSet) -> Self {
         let width = width as usize;
         pixels.resize(width * rows.len() as usize, 0);
         Self { first: pixels.as_mut_ptr(), width, rows: rows.clone(), packed: true, memory: PhantomData }
     }
 
-    /// Pixels across.
+    /// Returns the number of pixels across.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Which rows.
+    /// Returns the rows of the target.
     pub fn rows(&self) -> &RowSet {
         &self.rows
     }
 
-    /// Where the first row of a grid of [these rows](Self::rows) goes, and how many rows lie from one of its blocks to the next there. `before` rows come
-    /// before it.
+    /// Returns the address of the first row of a rectangle of [these rows](Self::rows), and the
+    /// number of rows there from the start of a block to the start of the next. `before` is the
+    /// number of the target's rows before the rectangle.
     pub(crate) fn place(&mut self, grid: &CopyRect, before: u32) -> (*mut u32, u32) {
         let row = if self.packed { before } else { grid.start };
         let step = if self.packed { grid.length } else { grid.step };
-        // SAFETY: the row is one of the target's, or one past its last where the grid is empty.
+        // SAFETY: the row is one of the target's, or one past its last if the rectangle is empty.
         (unsafe { self.first.add(row as usize * self.width) }, step)
     }
 
-    /// Each row's pixels, in order.
+    /// Returns the index and the pixels of each row, in order.
     pub fn each_row(&mut self) -> Vec<(u32, &mut [u32])> {
         let (first, width, packed) = (self.first, self.width, self.packed);
         let rows = self.rows.iter().zip(0u32..);
         rows.map(|(row, index)| {
             let at = if packed { index } else { row } as usize * width;
-            // SAFETY: the memory has this row, which differs from all others; `self` is borrowed as long as any is used.
+            // SAFETY: the memory has this row, which differs from all others; `self` stays borrowed
+            // as long as any of them is used.
             (row, unsafe { std::slice::from_raw_parts_mut(first.add(at), width) })
         })
         .collect()
     }
 
-    /// Copies rows that lie one below the other.
+    /// Copies packed rows to the target.
     pub fn copy_from(&mut self, pixels: &[u32]) {
         let width = self.width.max(1);
         let rows = self.each_row();
@@ -117,7 +122,8 @@ impl<'a> RowTarget<'a> {
     }
 }
 
-/// Memory for some frames of an image, one after the other, which several fill: ranks that share it, or one process.
+/// Memory for several frames of an image, used in turn, which one process or ranks that share it
+/// fill.
 #[derive(Debug)]
 pub struct FrameMemory {
     memory: Arc<HostMemory>,
@@ -127,26 +133,26 @@ pub struct FrameMemory {
 }
 
 impl FrameMemory {
-    /// Of this process, black.
+    /// Allocates black frames in this process.
     pub fn new(width: u32, height: u32, frames: u32) -> Self {
         let bytes = Self::words(width, height, frames).saturating_mul(size_of::<u32>());
         let memory = Arc::new(HostMemory::new(bytes));
         Self { memory, width, height, frames }
     }
 
-    /// Of several processes; none where that is not the memory of so many frames.
+    /// Uses memory that several processes share; `None` if it is too small for the frames.
     #[cfg(feature = "mpi")]
     pub(crate) fn of(memory: HostMemory, width: u32, height: u32, frames: u32) -> Option<Self> {
         let fits = memory.bytes() >= Self::words(width, height, frames).saturating_mul(size_of::<u32>());
         fits.then(|| Self { memory: Arc::new(memory), width, height, frames })
     }
 
-    /// Pixels of so many frames.
+    /// Returns the number of pixels in `frames` frames.
     pub fn words(width: u32, height: u32, frames: u32) -> usize {
         (width as usize).saturating_mul(height as usize).saturating_mul(frames as usize)
     }
 
-    /// Where it is.
+    /// Returns the memory.
     pub fn memory(&self) -> &Arc<HostMemory> {
         &self.memory
     }
@@ -157,11 +163,12 @@ impl FrameMemory {
         unsafe { self.memory.first().cast::<u32>().add(Self::words(self.width, self.height, place)) }
     }
 
-    /// Rows of the frame of this number; frames take turns. None where the image has no such rows.
+    /// Returns a target for rows of frame `number`; frames take turns in the memory. Returns `None`
+    /// if the image does not have these rows.
     ///
     /// # Safety
     ///
-    /// No one else reads or writes these rows of the frame as long as the target is used.
+    /// Nothing else reads or writes these rows of the frame as long as the target is used.
     pub unsafe fn target(&self, number: u32, rows: &RowSet) -> Option<RowTarget<'_>> {
         (rows.end() <= self.height && self.frames > 0).then(|| RowTarget {
             first: self.frame(number),
@@ -172,11 +179,11 @@ impl FrameMemory {
         })
     }
 
-    /// The frame of this number.
+    /// Returns the pixels of frame `number`.
     ///
     /// # Safety
     ///
-    /// No one writes to it as long as it is used.
+    /// Nothing writes to the frame as long as the pixels are used.
     pub unsafe fn read(&self, number: u32) -> &[u32] {
         if self.frames == 0 {
             return &[];
@@ -186,29 +193,31 @@ impl FrameMemory {
     }
 }
 
-/// One frame that a device may [copy to without a detour](crate::render::Renderer::pin).
+/// One frame in memory that can be [pinned](crate::render::Renderer::pin), so that a device copies
+/// to it directly.
 #[derive(Debug)]
 pub struct HostFrame(FrameMemory);
 
 impl HostFrame {
-    /// A black one.
+    /// Creates a black frame.
     pub fn new(width: u32, height: u32) -> Self {
         Self(FrameMemory::new(width, height, 1))
     }
 
-    /// Pixels across and down.
+    /// Returns the number of pixels across and down.
     pub fn size(&self) -> (u32, u32) {
         (self.0.width, self.0.height)
     }
 
-    /// For [`Renderer::pin`](crate::render::Renderer::pin).
+    /// Returns the memory, for [`Renderer::pin`](crate::render::Renderer::pin).
     pub fn memory(&self) -> &Arc<HostMemory> {
         self.0.memory()
     }
 
-    /// All of it.
+    /// Returns a target for all rows.
     pub fn target(&mut self) -> RowTarget<'_> {
-        // Whoever else has the memory promises not to touch what this hands out, and this does so once at a time.
+        // Whoever else holds the memory promises not to touch what this lends, and `&mut self`
+        // lends it once at a time.
         RowTarget {
             first: self.0.frame(0),
             width: self.0.width as usize,
@@ -218,14 +227,16 @@ impl HostFrame {
         }
     }
 
-    /// Row by row from the top.
+    /// Returns the pixels, row by row from the top.
     pub fn pixels(&self) -> &[u32] {
-        // SAFETY: as above.
+        // SAFETY: whoever else holds the memory promises not to touch it, and no target exists
+        // beside `&self`.
         unsafe { self.0.read(0) }
     }
 }
 
-/// The rows that a device makes of an image whose first shown row is `first`.
+/// Returns the rows of the image that a display launch makes: from its first row, `first`, to the
+/// end of `rows`.
 pub(crate) fn span(first: u32, rows: &RowSet) -> Range<u32> {
     first..rows.end().max(first)
 }
@@ -265,7 +276,7 @@ mod tests {
         let memory = FrameMemory::new(3, 20, 2);
         let shares = [0, 1].map(|index| RowSet::interleaved(20, 2, index, 2));
         for (share, value) in shares.iter().zip([10, 20]) {
-            // SAFETY: one after the other.
+            // SAFETY: one target is used after the other.
             let mut target = unsafe { memory.target(5, share) }.unwrap();
             let pixels: Vec<u32> = share.iter().flat_map(|row| [value + row; 3]).collect();
             target.copy_from(&pixels);
@@ -274,7 +285,7 @@ mod tests {
             target.each_row().into_iter().for_each(|(row, to)| to.fill(value + row));
             assert_eq!(packed, pixels);
         }
-        // SAFETY: no one writes.
+        // SAFETY: nothing writes.
         let (frame, other) = unsafe { (memory.read(3), memory.read(0)) };
         let expected = |row: u32| row + if (row / 4).is_multiple_of(2) { 10 } else { 20 };
         assert!(frame.iter().zip(0..).all(|(&pixel, at)| pixel == expected(at / 3)));
@@ -283,13 +294,13 @@ mod tests {
         assert!(unsafe { memory.target(0, &RowSet::from(19..21)) }.is_none());
     }
 
-    /// A device copies rectangles there: by `place`, as by rows.
+    /// The rectangles that a device copies go, by `place`, where the rows go.
     #[test]
     fn rectangles_go_where_rows_go() {
         let rows = RowSet::interleaved(225, 3, 1, 3).part(5..60);
         let mut pixels = Vec::new();
         let memory = FrameMemory::new(2, 225, 1);
-        // SAFETY: no one else has it.
+        // SAFETY: nothing else has the memory.
         let whole = unsafe { memory.target(0, &rows) }.unwrap();
         for mut target in [RowTarget::packed(&mut pixels, 2, &rows), whole] {
             let expected: Vec<(u32, *mut u32)> =

@@ -1,12 +1,12 @@
 use super::*;
 use glam::Vec3;
 
-/// All of a film's rows, and these samples.
+/// Returns the block of all of a film's rows, and these samples.
 fn part(film: &Film, samples: Range<u32>) -> SampleBlock {
     SampleBlock { rows: 0..film.height, samples }
 }
 
-/// Adds a chunk of `samples` samples after those that are there.
+/// Adds a chunk of `samples` samples after those that the film holds.
 fn merge(film: &mut Film, chunk: &[PixelSums], samples: u32) {
     let next = film.coverage.samples(0).last().map_or(0, |range| range.end);
     film.merge(&part(film, next..next + samples), chunk).unwrap();
@@ -38,14 +38,15 @@ fn an_unwritten_pixel_shows() {
     let image = film.image();
     assert!(image.pixels[0] == [1.0; 3] && image.pixels[1][0].is_nan());
     assert_eq!(film.counts().unwritten, 1);
-    // A later chunk does not hide it; a lost chunk spoils an earlier one.
+    // A later chunk does not hide it, and a lost chunk spoils an earlier one.
     merge(&mut film, &[PixelSums::UNWRITTEN, sums(1.0, 1)], 1);
     assert!(film.image().pixels.iter().flatten().all(|value| value.is_nan()));
     assert_eq!(film.counts().unwritten, 2);
 }
 
-/// Torture tests 21 and 22: a constant does not stagnate, a large term does not swallow its neighbours for good. The
-/// error that stays is that of 0.1 as an f32 and of one rounding a chunk, 2^-25 each.
+/// Torture tests 21 and 22: a constant does not stagnate, and a large term does not swallow its
+/// neighbours for good. The error that remains is that of 0.1 as an f32 and of one rounding a
+/// chunk, 2^-25 each.
 #[test]
 fn totals_neither_stagnate_nor_drift() {
     let mut film = Film::new(1, 1);
@@ -60,7 +61,7 @@ fn totals_neither_stagnate_nor_drift() {
     let mean = film.pixels[0].mean()[0];
     assert!((mean / 0.1 - 1.0).abs() < 1e-7, "{mean}");
     let in_f32 = (0..1 << 25).fold(0.0f32, |sum, _| sum + 0.1) / (1 << 25) as f32;
-    assert!((in_f32 / 0.1 - 1.0).abs() > 0.1, "the sabotage twin, one f32 sum, must fail: {in_f32}");
+    assert!((in_f32 / 0.1 - 1.0).abs() > 0.1, "the negative control, one f32 sum, must fail: {in_f32}");
 
     let mut film = Film::new(1, 1);
     for value in [16_777_216.0, 1.0, -16_777_216.0] {
@@ -79,7 +80,7 @@ fn variance_of_the_mean() {
     assert_eq!((film.pixels[0].mean()[0], film.pixels[0].variance_of_mean()[0]), (2.0, 1.0));
 }
 
-/// Chunks of a film of 3 rows: no two sums have the same bits.
+/// Returns chunks of a film of 3 rows, of which no two sums have the same bits.
 fn chunks(film: &Film, count: u32) -> Vec<(SampleBlock, Vec<PixelSums>)> {
     let chunk = |c: u32| {
         let value = |i: u32| ((c * 131 + i * 17) % 1009) as f32 * 0.001 * 10f32.powi((c * i % 11) as i32 - 5);
@@ -104,7 +105,7 @@ fn films_add_up_in_any_order_and_grouping() {
         film.add(&of(&mut chunks[..cut].iter())).unwrap();
         assert_eq!(film, want, "{cut}");
     }
-    // By rows: an unwritten pixel is the other film's.
+    // By rows: a pixel that one film did not write is taken from the other.
     let mut film = Film::new(5, 3);
     for row in [2, 0, 1] {
         let mut part_film = Film::new(5, 3);
@@ -116,8 +117,8 @@ fn films_add_up_in_any_order_and_grouping() {
         film.add(&part_film).unwrap();
     }
     assert_eq!(film, want);
-    // The twin: a chunk that is missing.
-    assert_ne!(of(&mut chunks[1..].iter()), want, "a comparison that cannot fail");
+    // Negative control: a chunk is missing.
+    assert_ne!(of(&mut chunks[1..].iter()), want, "the comparison detects nothing");
 }
 
 #[test]

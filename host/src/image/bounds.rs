@@ -1,58 +1,57 @@
-//! Whether an image may be decoded: asked of its header, before memory is taken for what the header
-//! says.
+//! Limits of decoding an image, checked by its header before memory is allocated for its pixels.
+//!
+//! A file of a few bytes whose header claims gigabytes is refused.
 
 use super::ImageError;
 use std::path::Path;
 
-/// Images that need no more than this while they are decoded are not measured against the length of
-/// their files.
+/// Bytes of memory up to which decoding an image is not compared with the length of its file.
 pub(super) const ALWAYS: u64 = 64 << 20;
 
-/// Bytes that what is beside the pixels of a PNG may take, a colour profile above all, which unpacks
-/// to a thousand times its size.
+/// Maximum bytes of a PNG's data other than pixels, mainly a colour profile, which unpacks to a
+/// thousand times its size.
 pub(crate) const MAX_CHUNK: u64 = 16 << 20;
 
-/// Bytes that deflate (PNG, EXR's ZIP) makes of one, at most.
+/// Maximum bytes into which deflate (PNG, EXR's ZIP) unpacks one byte.
 pub(super) const MAX_DEFLATE: u64 = 1032;
 
-/// Pixels for a byte of a JPEG file, at most: a block of 8 x 8 has one bit or more.
+/// Maximum pixels per byte of a JPEG file: a block of 8 x 8 takes at least one bit.
 const MAX_JPEG: u64 = 64 * 8;
 
-/// Pixels of a run in a Radiance file, which takes 4 bytes: runs of four channels are shorter, and
-/// longer ones are not written in practice.
+/// Maximum pixels of a run in a Radiance file, which takes 4 bytes: runs of four channels are
+/// shorter, and longer ones are not written in practice.
 const MAX_HDR_RUN: u64 = 256;
 
-/// What decoding an image takes, by its header.
+/// Demand of decoding an image, by its header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Demand {
     pub width: u64,
     pub height: u64,
-    /// Bytes of the shortest file with so many pixels.
+    /// Bytes of the shortest file with as many pixels.
     pub shortest: u64,
-    /// Bytes of memory, at the peak.
+    /// Peak bytes of memory.
     pub needed: u64,
 }
 
 impl Demand {
-    /// Returns whether a file of `length` bytes is too short for what its header says.
+    /// Returns whether a file of `length` bytes is too short for the pixels that its header claims.
     pub fn is_cut(&self, length: u64) -> bool {
         self.needed > ALWAYS && length < self.shortest
     }
 }
 
-/// A file, and the memory that is free.
+/// File to decode, and the available memory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds<'a> {
     pub path: &'a Path,
     /// Bytes of the file.
     pub length: u64,
-    /// Bytes of memory.
+    /// Available bytes of memory.
     pub free: u64,
 }
 
 impl Bounds<'_> {
-    /// Refuses an image whose header says more than its file can have, or than the memory has room
-    /// for.
+    /// Refuses an image whose header claims more pixels than its file or the memory can hold.
     pub fn check(&self, demand: &Demand) -> Result<(), ImageError> {
         self.check_length(demand)?;
         let Demand { width, height, needed, .. } = *demand;
@@ -63,7 +62,7 @@ impl Bounds<'_> {
         Ok(())
     }
 
-    /// Refuses an image whose header says more than its file can have.
+    /// Refuses an image whose header claims more pixels than its file can hold.
     pub fn check_length(&self, demand: &Demand) -> Result<(), ImageError> {
         let Demand { width, height, shortest, .. } = *demand;
         if demand.is_cut(self.length) {
@@ -73,8 +72,8 @@ impl Bounds<'_> {
         Ok(())
     }
 
-    /// Refuses a rectangle of which the file has `given` pixels and leaves so many blank that they
-    /// would take the memory.
+    /// Refuses a display window of which the file has `given` pixels, if the blank rest would take
+    /// much memory for a short file.
     pub fn check_blank(&self, (width, height): (u64, u64), given: u64) -> Result<(), ImageError> {
         let bytes = 12 * width.saturating_mul(height).saturating_sub(given);
         if bytes > ALWAYS && bytes / MAX_DEFLATE > self.length {
@@ -84,7 +83,8 @@ impl Bounds<'_> {
     }
 }
 
-/// Width, height and the shortest file, by the first bytes of a PNG file; `None` if they are none.
+/// Returns width, height and the bytes of the shortest file from the first bytes of a PNG file;
+/// `None` if they are not a PNG header.
 pub(crate) fn png(start: &[u8]) -> Option<(u64, u64, u64)> {
     let header = start.strip_prefix(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")?;
     let number = |at: usize| Some(u64::from(u32::from_be_bytes(*header.get(at..)?.first_chunk()?)));
@@ -99,12 +99,12 @@ pub(crate) fn png(start: &[u8]) -> Option<(u64, u64, u64)> {
     Some((width, height, row.saturating_mul(height) / MAX_DEFLATE))
 }
 
-/// Bytes of the shortest JPEG file with so many pixels.
+/// Returns the bytes of the shortest JPEG file with as many pixels.
 pub(crate) fn shortest_jpeg(width: u64, height: u64) -> u64 {
     width.saturating_mul(height) / MAX_JPEG
 }
 
-/// Bytes of the shortest Radiance file with so many pixels.
+/// Returns the bytes of the shortest Radiance file with as many pixels.
 pub(super) fn shortest_hdr(width: u64, height: u64) -> u64 {
     (4 * width.div_ceil(MAX_HDR_RUN)).saturating_mul(height)
 }
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(png(b"not a png"), None);
     }
 
-    /// Images of one colour, which compress best, are well within the bounds.
+    /// Checks that images of one colour, which compress best, are within the bounds.
     #[test]
     fn the_shortest_files_that_encoders_write_pass() {
         let (width, height) = (4096u32, 1024u32);

@@ -1,4 +1,4 @@
-//! OpenEXR: the first layer with R, G and B, as its display window shows it.
+//! Reader of OpenEXR: the first layer with R, G and B, cropped or extended to its display window.
 
 use super::bounds::{ALWAYS, Bounds, Demand, MAX_DEFLATE};
 use super::{Image, ImageError};
@@ -12,14 +12,13 @@ use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::fs::File;
 use std::io::BufReader;
 
-/// Bytes that the reader keeps for each chunk, its offset and its place.
+/// Bytes of memory that the reader keeps for each chunk: its offset and its position.
 const CHUNK: u64 = 128;
 
-/// Bytes of a chunk in the file beside its pixels: its offset, its row and its size.
+/// Bytes of a chunk in the file in addition to its pixels: its offset, its row and its size.
 const CHUNK_IN_FILE: u64 = 16;
 
-/// Reads a file whose extension says that it is one. Pixels of the display window that the layer
-/// does not have are black.
+/// Reads an EXR file. Pixels of the display window that the layer lacks are black.
 pub(super) fn read_file(bounds: &Bounds, file: File) -> Result<Image, ImageError> {
     let codec = |message: String| ImageError::Codec { path: bounds.path.to_owned(), message };
     let failed = |error: exr::error::Error| match error {
@@ -64,7 +63,7 @@ fn has_rgb(header: &Header) -> bool {
     !header.deep && ["R", "G", "B"].into_iter().all(has)
 }
 
-/// Refuses a file whose headers say more than it can have, or than the memory has room for.
+/// Refuses a file whose headers claim more than the file or the memory can hold.
 fn check(
     bounds: &Bounds,
     reader: &Reader<BufReader<File>>,
@@ -81,20 +80,20 @@ fn check(
             area(across, down).saturating_mul(channel.sample_type.bytes_per_sample() as u64)
         };
         let pixels = header.channels.list.iter().map(bytes).fold(0, u64::saturating_add);
-        // A chunk may announce as much as a block has, which is allocated before it is read.
+        // A chunk may claim the size of a whole block, which is allocated before the chunk is read.
         let data = pixels.max(if block(header) > ALWAYS { block(header) } else { 0 });
         let shortest =
             (data / max_ratio(header.compression)).saturating_add(chunks.saturating_mul(CHUNK_IN_FILE));
         let (width, height) = (size.width() as u64, size.height() as u64);
         bounds.check_length(&Demand { width, height, shortest, needed: data })?;
-        // A block compressed, as it is, and sorted by channels.
+        // A block is held compressed, uncompressed, and sorted by channels.
         let buffers = data.min(block(header)).saturating_mul(3);
         needed = needed.saturating_add(buffers).saturating_add(chunks.saturating_mul(CHUNK));
     }
     bounds.check(&Demand { width, height, shortest: 0, needed })
 }
 
-/// Bytes of a block of pixels without compression.
+/// Returns the bytes of an uncompressed block of pixels.
 fn block(header: &Header) -> u64 {
     let Vec2(across, down) = match header.blocks {
         BlockDescription::Tiles(tiles) => tiles.tile_size,
@@ -109,18 +108,18 @@ fn area(across: usize, down: usize) -> u64 {
     (across as u64).saturating_mul(down as u64)
 }
 
-/// Bytes of pixels for a byte in the file, at most.
+/// Returns the maximum bytes of pixels per byte of the file.
 fn max_ratio(compression: Compression) -> u64 {
     match compression {
         Compression::Uncompressed => 1,
-        // Runs of 128 in two bytes.
+        // A run of 128 bytes takes two.
         Compression::RLE => 64,
         Compression::ZIP1 | Compression::ZIP16 | Compression::PIZ => MAX_DEFLATE,
-        // 24 bits of 32.
+        // 24 of 32 bits are stored.
         Compression::PXR24 => MAX_DEFLATE * 4 / 3,
-        // 16 half-precision numbers in 3 bytes.
+        // 16 half-precision numbers take 3 bytes.
         Compression::B44 | Compression::B44A => 11,
-        // Of 64 numbers the mean alone, deflated, in half precision.
+        // DWAA, DWAB: of 64 numbers possibly only the mean, in half precision and deflated.
         _ => MAX_DEFLATE * 128,
     }
 }

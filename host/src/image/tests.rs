@@ -1,4 +1,4 @@
-//! Files of a few bytes whose headers say gigabytes, and files that are as they should be.
+//! Tests of reading images: files of a few bytes whose headers claim gigabytes, and valid files.
 
 use super::*;
 use crate::output::{Format, encode};
@@ -44,7 +44,7 @@ fn short_files_with_many_pixels_are_refused() {
         assert!(error.to_string().contains(name) && error.to_string().contains("cut off"), "{error}");
     };
     cut("a.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 20000\n");
-    // The number of chunks follows from the size then.
+    // Without this attribute, the number of chunks follows from the size.
     let file = renamed(small(Format::Exr), b"chunkCount", b"chunkCounX");
     for (width, height) in [(20_000, 20_000), (1 << 29, 1), (1, 1 << 29)] {
         let window = [0, 0, width - 1, height - 1];
@@ -53,7 +53,7 @@ fn short_files_with_many_pixels_are_refused() {
     let mut file = small(Format::Png);
     file[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
     cut("a.png", &file);
-    // One row, for which a decoder has memory before it has pixels.
+    // One row, for which a decoder allocates memory before it reads pixels.
     file[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0, 0, 0, 1]);
     cut("a.png", &file);
 }
@@ -64,7 +64,8 @@ fn a_display_window_that_is_blank_is_refused() {
     assert!(matches!(error, ImageError::Blank { given: 12, .. }), "{error}");
 }
 
-/// The layer lies in the display window where its data window says, and what is outside is lost.
+/// Checks that the layer is placed in the display window by its data window, and that pixels
+/// outside are dropped.
 #[test]
 fn an_exr_is_what_its_display_window_shows() {
     let whole = read("c.exr", &small(Format::Exr)).unwrap();
@@ -77,7 +78,8 @@ fn an_exr_is_what_its_display_window_shows() {
     }
 }
 
-/// The negative control: images of one colour, the shortest files of their size that are written.
+/// The negative control: images of one colour, whose files are the shortest of their size, are
+/// read.
 #[test]
 fn blank_images_are_read() {
     let image = Image { width: 4096, height: 2048, pixels: vec![[0.25; 3]; 4096 * 2048] };

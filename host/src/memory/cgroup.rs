@@ -1,18 +1,18 @@
-//! Memory that a control group leaves of its limit (Linux, versions 1 and 2).
+//! Memory that a control group has left of its limit (Linux, versions 1 and 2).
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Limits of version 1 from here on mean that there is none.
+/// Value from which on a limit of version 1 means unlimited.
 const NO_LIMIT: u64 = 1 << 62;
 
-/// Names of the files of a version.
+/// File names of a version.
 struct Version {
-    /// Below the system's root.
+    /// Folder of the control groups, below the system's root.
     mount: &'static str,
     limit: &'static str,
     usage: &'static str,
-    /// Keys of `memory.stat` for cached files, with those of groups within this one.
+    /// Keys of cached files in `memory.stat`, which include those of groups within the group.
     cached: [&'static str; 2],
 }
 
@@ -31,10 +31,10 @@ const VERSIONS: [Version; 2] = [
     },
 ];
 
-/// Returns the bytes that this process's control group and those around it leave, the least of
-/// them; `None` without a limit. `root` is `/` but in tests.
+/// Returns the bytes that this process's control group and the groups around it have left: the
+/// minimum of them, or `None` without a limit. `root` is `/` except in tests.
 ///
-/// Cached files count as free: the kernel drops them when the group needs memory.
+/// Cached files count as free, because the kernel drops them when the group needs memory.
 pub(super) fn available(root: &Path) -> Option<u64> {
     let groups = fs::read_to_string(root.join("proc/self/cgroup")).unwrap_or_default();
     let [first, second] = VERSIONS;
@@ -46,14 +46,14 @@ pub(super) fn available(root: &Path) -> Option<u64> {
     by_first.into_iter().chain(by_second).min()
 }
 
-/// Controllers and path of a line of `/proc/self/cgroup`.
+/// Returns the controllers and the path in a line of `/proc/self/cgroup`.
 fn group_of(line: &str) -> Option<(&str, &str)> {
     let (_, rest) = line.split_once(':')?;
     rest.split_once(':')
 }
 
-/// Returns the least that `group` and the groups around it leave. In a container the path may be
-/// the host's, of which nothing is there but the mount itself.
+/// Returns the minimum that `group` and the groups around it have left. In a container the path may
+/// be the host's, of which only the mount itself exists.
 fn least(version: &Version, root: &Path, group: &str) -> Option<u64> {
     let mount = root.join(version.mount);
     let mut folder = mount.join(group.trim_start_matches('/'));
@@ -66,7 +66,7 @@ fn least(version: &Version, root: &Path, group: &str) -> Option<u64> {
     }
 }
 
-/// Returns what one group leaves.
+/// Returns the bytes that one group has left.
 fn left(version: &Version, folder: &Path) -> Option<u64> {
     let limit = number(folder.join(version.limit)).filter(|&limit| limit < NO_LIMIT)?;
     let usage = number(folder.join(version.usage))?;
@@ -79,7 +79,7 @@ fn left(version: &Version, folder: &Path) -> Option<u64> {
     Some(limit.saturating_sub(usage.saturating_sub(cached)))
 }
 
-/// `max`, which is no number, is no limit.
+/// Returns the number in a file; `max` is not a number and means unlimited.
 fn number(file: PathBuf) -> Option<u64> {
     fs::read_to_string(file).ok()?.trim().parse().ok()
 }
@@ -90,7 +90,7 @@ mod tests {
 
     const GIB: u64 = 1 << 30;
 
-    /// A root with these files.
+    /// Creates a root folder with these files.
     fn root(name: &str, files: &[(&str, String)]) -> PathBuf {
         let root = std::env::temp_dir().join(format!("trisect-cgroup-{}-{name}", std::process::id()));
         let _ = fs::remove_dir_all(&root);
@@ -130,9 +130,9 @@ mod tests {
     #[test]
     fn cached_files_are_free_in_version_1() {
         assert_eq!(left_of("cached", &first_version("/a", 12 * GIB)), Some(21 * GIB));
-        // The negative control: what is used is not.
+        // Negative control: memory that is in use does not count as free.
         assert_eq!(left_of("used", &first_version("/a", 0)), Some(9 * GIB));
-        // The group around it counts, and one that is not there does not.
+        // A group around it counts, and one that does not exist is ignored.
         assert_eq!(left_of("inner", &first_version("/a/b/c", 12 * GIB)), Some(21 * GIB));
         assert_eq!(left_of("elsewhere", &first_version("/docker/0", 12 * GIB)), None);
     }
@@ -154,7 +154,7 @@ mod tests {
         };
         assert_eq!(left_of("second", &files(&(4 * GIB).to_string())), Some(3 * GIB));
         assert_eq!(left_of("no limit", &files("max\n")), None);
-        // More in use than allowed leaves nothing, and no groups no limit.
+        // If more is in use than allowed, nothing is left; without groups there is no limit.
         assert_eq!(left_of("over", &files("1000")), Some(0));
         assert_eq!(left_of("none", &[("proc/self/cgroup", "not a line\n".to_owned())]), None);
     }

@@ -1,15 +1,15 @@
-//! The colour spaces of the FLIP colour pipeline: linear Rec. 709, YCxCz and
-//! Hunt-adjusted CIELAB, with the HyAB distance.
+//! Colour spaces of the FLIP colour pipeline: linear Rec. 709, YCxCz and Hunt-adjusted CIELAB, with
+//! the HyAB distance.
 //!
-//! All conversions work on XYZ relative to the white point, so that a neutral
-//! colour has X = Y = Z and no separate illuminant is needed.
+//! All conversions work on XYZ relative to the white point, so that a neutral colour has X = Y = Z
+//! and no separate illuminant is needed.
 
 type Matrix<T> = [[T; 3]; 3];
 
-/// Linear Rec. 709 to white-relative XYZ; each row sums to 1.
+/// Matrix from linear Rec. 709 to white-relative XYZ. Each row sums to 1.
 ///
-/// The numerators are those of the rational sRGB matrix that FLIP is defined
-/// with. Its white, the image of (1, 1, 1), is (0.950429, 1, 1.088900).
+/// The numerators are those of the rational sRGB matrix that defines FLIP. Its white, the image of
+/// (1, 1, 1), is (0.950429, 1, 1.088900).
 const RGB_TO_XYZ: Matrix<f64> = rows_to_unit_sum([
     [10_135_552.0, 8_788_810.0, 4_435_075.0],
     [2_613_072.0, 8_788_810.0, 887_015.0],
@@ -28,7 +28,7 @@ const fn rows_to_unit_sum(m: Matrix<f64>) -> Matrix<f64> {
     [row(a), row(b), row(c)]
 }
 
-/// Inverse by cofactors; the argument must not be singular.
+/// Returns the inverse by cofactors. The matrix must not be singular.
 const fn invert(m: Matrix<f64>) -> Matrix<f64> {
     let [[a, b, c], [d, e, f], [g, h, i]] = m;
     let (p, q, r) = (e * i - f * h, f * g - d * i, d * h - e * g);
@@ -52,37 +52,37 @@ fn apply(m: &Matrix<f32>, [x, y, z]: [f32; 3]) -> [f32; 3] {
     m.map(|[a, b, c]| a * x + b * y + c * z)
 }
 
-/// Linear Rec. 709 to YCxCz, the linear opponent space which shares its axes
-/// and scales with CIELAB: Y in [-16, 100], Cx red-green, Cz blue-yellow.
+/// Converts linear Rec. 709 to YCxCz, the linear opponent space that shares axes and scales with
+/// CIELAB: Y in [-16, 100], Cx red-green, Cz blue-yellow.
 pub(super) fn ycxcz_from_linear(rgb: [f32; 3]) -> [f32; 3] {
     opponent(apply(&RGB_TO_XYZ_F32, rgb))
 }
 
-/// Inverse of [`ycxcz_from_linear`]; may leave [0, 1] for filtered input.
+/// Converts YCxCz to linear Rec. 709. The result may leave [0, 1] for filtered input.
 pub(super) fn linear_from_ycxcz([y, cx, cz]: [f32; 3]) -> [f32; 3] {
     let y = (y + 16.0) / 116.0;
     apply(&XYZ_TO_RGB_F32, [y + cx / 500.0, y, y - cz / 200.0])
 }
 
-/// Linear Rec. 709 to CIELAB with a\* and b\* scaled by L\*/100 (the Hunt
-/// effect: colourfulness grows with luminance).
+/// Converts linear Rec. 709 to CIELAB with a\* and b\* scaled by L\*/100 (the Hunt effect:
+/// colourfulness grows with luminance).
 pub(super) fn hunt_lab_from_linear(rgb: [f32; 3]) -> [f32; 3] {
     let [l, a, b] = opponent(apply(&RGB_TO_XYZ_F32, rgb).map(lab_compress));
     [l, 0.01 * l * a, 0.01 * l * b]
 }
 
-/// HyAB distance: city-block between lightness and Euclidean in the chroma
-/// plane, which suits large differences better than Euclidean CIELAB.
+/// Returns the HyAB distance: city-block in lightness plus Euclidean in the chroma plane, which
+/// suits large differences better than Euclidean CIELAB.
 pub(super) fn hyab([l0, a0, b0]: [f32; 3], [l1, a1, b1]: [f32; 3]) -> f32 {
     (l0 - l1).abs() + ((a0 - a1).powi(2) + (b0 - b1).powi(2)).sqrt()
 }
 
-/// The axes common to YCxCz (of XYZ) and CIELAB (of compressed XYZ).
+/// Maps XYZ to the axes of YCxCz, or compressed XYZ to those of CIELAB.
 fn opponent([x, y, z]: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The CIELAB compression: a cube root, with a linear toe below (6/29)³.
+/// Returns the CIELAB compression: a cube root, with a linear toe below (6/29)³.
 fn lab_compress(t: f32) -> f32 {
     const DELTA: f32 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA { t.cbrt() } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }

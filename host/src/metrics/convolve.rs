@@ -11,7 +11,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// `samples` holds whole rows of `width` samples; `width` is at least 1.
+    /// Creates a plane from whole rows of `width` samples; `width` is at least 1.
     pub(super) fn new(width: usize, samples: Vec<f32>) -> Self {
         let width = width.max(1);
         debug_assert!(samples.len().is_multiple_of(width));
@@ -28,7 +28,7 @@ impl Plane {
         Self::new(self.width, samples)
     }
 
-    /// Adds `light_pdf`, of the same shape, to this plane.
+    /// Adds `other`, which has the same shape, to this plane.
     pub(super) fn add(mut self, other: &Self) -> Self {
         let pairs = self.samples.par_iter_mut().zip(&other.samples);
         pairs.for_each(|(sum, term)| *sum += term);
@@ -42,7 +42,8 @@ impl Plane {
         let rows = self.samples.par_chunks(self.width);
         samples.par_chunks_mut(self.width).zip(rows).for_each_init(Vec::new, |padded, (out, row)| {
             pad_row(padded, row, radius);
-            // Taps outside, samples inside: each pass is one vector loop.
+            // The outer loop runs over taps and the inner one over samples, so each pass is one
+            // vector loop.
             for (tap, window) in kernel.iter().zip(padded.windows(row.len())) {
                 accumulate(out, window, *tap);
             }
@@ -69,7 +70,7 @@ impl Plane {
     }
 }
 
-/// Fills `padded` with `row` and `radius` repeats of its ends on either side.
+/// Fills `padded` with `row` and `radius` copies of its end samples on either side.
 fn pad_row(padded: &mut Vec<f32>, row: &[f32], radius: usize) {
     padded.clear();
     if let (Some(&first), Some(&last)) = (row.first(), row.last()) {

@@ -28,13 +28,13 @@ const PIXELS_PER_DEGREE_RANGE: std::ops::RangeInclusive<f32> = 1.0..=1000.0;
 const CSF_Y: [(f64, f64); 1] = [(1.0, 0.0047)];
 const CSF_CX: [(f64, f64); 1] = [(1.0, 0.0053)];
 const CSF_CZ: [(f64, f64); 2] = [(34.1, 0.04), (13.5, 0.025)];
-/// The greatest b above; it sets the radius of all CSF filters.
+/// Maximum b of the CSF Gaussians. It sets the radius of all CSF filters.
 const CSF_WIDEST: f64 = 0.04;
 
 /// Exponent of the colour difference, q_c.
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Fraction of the greatest colour difference, p_c, which maps to the error
-/// [`KNEE_ERROR`], p_t; above it the remaining range is compressed.
+/// Fraction p_c of the maximum colour difference that maps to the error [`KNEE_ERROR`], p_t. The
+/// range above it is compressed.
 const KNEE: f32 = 0.4;
 const KNEE_ERROR: f32 = 0.95;
 /// Width of the feature detectors, w, in degrees.
@@ -47,33 +47,34 @@ pub struct FlipMap {
     pub width: usize,
     /// Rows of the map.
     pub height: usize,
-    /// Error in [0, 1] of each pixel, row-major, top row first; 0 where no
-    /// difference is visible.
+    /// Error of each pixel in [0, 1], row-major, top row first; 0 if no difference is visible.
     pub errors: Vec<f32>,
     /// Mean of `errors`.
     pub mean: f64,
 }
 
-/// LDR-FLIP at [`DEFAULT_PIXELS_PER_DEGREE`]; see [`flip_at`].
+/// Computes LDR-FLIP at [`DEFAULT_PIXELS_PER_DEGREE`]; see [`flip_at`].
 ///
 /// # Errors
-/// As [`flip_at`].
+///
+/// Errors of [`flip_at`].
 pub fn flip(image: &ImageView, reference: &ImageView) -> Result<FlipMap, MetricsError> {
     flip_at(image, reference, DEFAULT_PIXELS_PER_DEGREE)
 }
 
-/// LDR-FLIP of two linear images for a viewer at `pixels_per_degree`.
+/// Computes LDR-FLIP of two linear images for a viewer at `pixels_per_degree`.
 ///
-/// The paper takes sRGB input and decodes it first. Here the input is linear
-/// already, so that step is left out and values are clamped to [0, 1] instead:
-/// tone-map beforehand if highlights matter. The measure is symmetric.
+/// The paper takes sRGB input and decodes it first. Here the input is linear already, so that step
+/// is left out and values are clamped to [0, 1] instead: tone-map beforehand if highlights matter.
+/// The measure is symmetric.
 ///
-/// A pixel with a NaN or infinite value in either image has error 1, and is
-/// black in both for its neighbours' filters.
+/// A pixel with a NaN or infinite value in either image has error 1, and is black in both for the
+/// filters of its neighbours.
 ///
 /// # Errors
-/// [`MetricsError`] if a view is malformed or empty, the sizes differ, or
-/// `pixels_per_degree` is outside [1, 1000].
+///
+/// [`MetricsError`] if a view is malformed or empty, the sizes differ, or `pixels_per_degree` is
+/// outside [1, 1000].
 pub fn flip_at(
     image: &ImageView,
     reference: &ImageView,
@@ -82,19 +83,21 @@ pub fn flip_at(
     FlipReference::new(reference, pixels_per_degree)?.flip(image)
 }
 
-/// A reference that many images are compared with: what is seen of it is found once, which is half of what a comparison takes.
+/// A reference that is compared with many images. Its half of the computation is done once.
 pub struct FlipReference<'a> {
     view: ImageView<'a>,
     pixels_per_degree: f64,
-    /// Beside images that blank none of its pixels; none where it has pixels to blank itself.
+    /// Filtered reference for images without pixels to blank; `None` if the reference itself has
+    /// non-finite pixels.
     appearance: Option<Appearance>,
 }
 
 impl<'a> FlipReference<'a> {
-    /// Of a linear image, for a viewer at `pixels_per_degree`.
+    /// Prepares a linear image for a viewer at `pixels_per_degree`.
     ///
     /// # Errors
-    /// As [`flip_at`].
+    ///
+    /// Errors of [`flip_at`].
     pub fn new(view: &ImageView<'a>, pixels_per_degree: f32) -> Result<Self, MetricsError> {
         view.check()?;
         if !PIXELS_PER_DEGREE_RANGE.contains(&pixels_per_degree) {
@@ -105,10 +108,11 @@ impl<'a> FlipReference<'a> {
         Ok(Self { view: *view, pixels_per_degree, appearance })
     }
 
-    /// The same as [`flip_at`] of `image` and this.
+    /// Computes [`flip_at`] of `image` and this reference.
     ///
     /// # Errors
-    /// As there.
+    ///
+    /// Errors of [`flip_at`].
     pub fn flip(&self, image: &ImageView) -> Result<FlipMap, MetricsError> {
         check_pair(image, &self.view)?;
         let ppd = self.pixels_per_degree;
@@ -138,7 +142,7 @@ fn compare(image: (&ImageView, &Appearance), reference: (&ImageView, &Appearance
                 return 1.0;
             }
             let colour = redistribute(colour_difference(c0, c1), greatest);
-            // Rounding may pass the ends of the range.
+            // Rounding may exceed the ends of the range.
             colour.powf(1.0 - feature_difference(f0, f1)).clamp(0.0, 1.0)
         })
         .collect();
@@ -148,16 +152,16 @@ fn compare(image: (&ImageView, &Appearance), reference: (&ImageView, &Appearance
     FlipMap { width: image.width, height: image.height, errors, mean }
 }
 
-/// One image as the two pipelines see it, one entry per pixel.
+/// One image after the filters of the two pipelines, with one entry per pixel.
 struct Appearance {
-    /// CSF-filtered, Hunt-adjusted CIELAB.
+    /// CSF-filtered colours in Hunt-adjusted CIELAB.
     colours: Vec<[f32; 3]>,
-    /// Magnitude of the edge and of the point response.
+    /// Magnitudes of the edge and of the point response.
     features: Vec<[f32; 2]>,
 }
 
 impl Appearance {
-    /// `light_pdf` only marks the pixels to blank; both views have one shape.
+    /// Filters `view`. `other` only marks the pixels to blank; both views have the same shape.
     fn new(view: &ImageView, other: &ImageView, ppd: f64) -> Self {
         let pixels = view.pixels.par_iter().zip(other.pixels);
         let (y, (cx, cz)): (Vec<f32>, (Vec<f32>, Vec<f32>)) = pixels
@@ -172,8 +176,8 @@ impl Appearance {
     }
 }
 
-/// Colour pipeline up to the distance: what remains of the YCxCz planes after
-/// the CSF, as Hunt-adjusted CIELAB.
+/// Runs the colour pipeline up to the distance: filters the YCxCz planes with the CSF and returns
+/// Hunt-adjusted CIELAB.
 fn perceived_colours([y, cx, cz]: [&Plane; 3], ppd: f64) -> Vec<[f32; 3]> {
     let y = csf_filter(y, &CSF_Y, ppd);
     let cx = csf_filter(cx, &CSF_CX, ppd);
@@ -182,18 +186,18 @@ fn perceived_colours([y, cx, cz]: [&Plane; 3], ppd: f64) -> Vec<[f32; 3]> {
     let filtered = y.samples().par_iter().zip(chroma);
     filtered
         .map(|(&y, (&cx, &cz))| {
-            // Filtering channels apart can leave the display's gamut.
+            // Separate filtering of the channels can leave the display's gamut.
             let displayed = linear_from_ycxcz([y, cx, cz]).map(|v| v.clamp(0.0, 1.0));
             hunt_lab_from_linear(displayed)
         })
         .collect()
 }
 
-/// Convolves with the sum of a √(π/b) exp(-π² r² / b), r in degrees,
-/// normalised to unit sum over its square window.
+/// Convolves with the sum of a √(π/b) exp(-π² r² / b), r in degrees, normalised to unit sum over
+/// its square window.
 ///
-/// Each Gaussian separates. Its share of the unit sum is its own sum over the
-/// window, the square of that of its one-dimensional factor.
+/// Each Gaussian is separable. Its share of the unit sum is its own sum over the window: the square
+/// of the sum of its one-dimensional factor.
 fn csf_filter(plane: &Plane, gaussians: &[(f64, f64)], ppd: f64) -> Plane {
     let radius = (3.0 * (CSF_WIDEST / (2.0 * PI * PI)).sqrt() * ppd).ceil();
     let factors = gaussians.iter().map(|&(a, b)| {
@@ -213,7 +217,7 @@ fn csf_filter(plane: &Plane, gaussians: &[(f64, f64)], ppd: f64) -> Plane {
         .unwrap_or_else(|| plane.clone())
 }
 
-/// Feature pipeline up to the difference: magnitudes of the first (edges) and
+/// Runs the feature pipeline up to the difference: returns magnitudes of the first (edges) and
 /// second (points) Gaussian derivatives of Y, scaled to [0, 1].
 fn features(y: &Plane, ppd: f64) -> Vec<[f32; 2]> {
     let sigma = 0.5 * FEATURE_WIDTH * ppd;
@@ -237,13 +241,13 @@ fn features(y: &Plane, ppd: f64) -> Vec<[f32; 2]> {
     edges.zip(points).map(|((&ex, &ey), (&px, &py))| [magnitude(ex, ey), magnitude(px, py)]).collect()
 }
 
-/// Values of `f` at the integers of [-radius, radius].
+/// Returns the values of `f` at the integers of [-radius, radius].
 fn sampled(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let radius = radius as i32;
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
 
-/// Scales the positive weights to the sum 1 and the negative ones to -1.
+/// Scales the positive weights to the sum 1 and the negative ones to the sum -1.
 fn signed_unit(kernel: &[f64]) -> Vec<f32> {
     let positive: f64 = kernel.iter().map(|w| w.max(0.0)).sum();
     let negative: f64 = kernel.iter().map(|w| (-w).max(0.0)).sum();
@@ -267,19 +271,18 @@ fn narrowed(kernel: &[f64]) -> Vec<f32> {
     kernel.iter().map(|&w| w as f32).collect()
 }
 
-/// HyAB distance raised to q_c.
+/// Returns the HyAB distance raised to q_c.
 fn colour_difference(a: [f32; 3], b: [f32; 3]) -> f32 {
     hyab(a, b).powf(COLOUR_EXPONENT)
 }
 
-/// The greatest colour difference in the gamut: pure green to pure blue.
+/// Returns the maximum colour difference in the gamut: pure green against pure blue.
 fn greatest_colour_difference() -> f32 {
     let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(hunt_lab_from_linear);
     colour_difference(green, blue)
 }
 
-/// Error redistribution: maps [0, `max_component`] to [0, 1], linear on both sides
-/// of the knee.
+/// Redistributes errors: maps [0, `greatest`] to [0, 1], linear on both sides of the knee.
 fn redistribute(difference: f32, greatest: f32) -> f32 {
     let knee = KNEE * greatest;
     if difference < knee {
@@ -289,8 +292,7 @@ fn redistribute(difference: f32, greatest: f32) -> f32 {
     }
 }
 
-/// The greater of the edge and point differences, scaled to [0, 1] and raised
-/// to q_f = 1/2.
+/// Returns the maximum of the edge and point differences, scaled to [0, 1] and raised to q_f = 1/2.
 fn feature_difference([edge0, point0]: [f32; 2], [edge1, point1]: [f32; 2]) -> f32 {
     let difference = (edge0 - edge1).abs().max((point0 - point1).abs());
     (difference * std::f32::consts::FRAC_1_SQRT_2).sqrt()

@@ -1,5 +1,4 @@
-//! Tests of LDR-FLIP against values derived by hand, and a check that the
-//! feature term counts.
+//! Tests of LDR-FLIP against values derived by hand, and a check that the feature term matters.
 
 use super::*;
 
@@ -10,7 +9,7 @@ fn flip_uniform(a: [f32; 3], b: [f32; 3]) -> FlipMap {
     flip(&a, &b).unwrap()
 }
 
-/// A vertical step and a second image with the step one column further.
+/// Returns an image of a vertical step, and one with the step one column further.
 fn steps(width: usize, height: usize) -> [Vec<[f32; 3]>; 2] {
     [width / 2, width / 2 + 1].map(|edge| {
         let value = |i: usize| if i % width < edge { 0.1 } else { 0.6 };
@@ -36,7 +35,7 @@ fn green_against_blue_is_the_greatest_error() {
 #[test]
 fn black_against_white() {
     // Uniform images have no features, and their HyAB distance is 100. The
-    // greatest distance is that of green (87.74, -75.61, 72.98) and blue
+    // maximum distance is that of green (87.74, -75.61, 72.98) and blue
     // (32.30, 25.58, -34.84), Hunt-adjusted: 203.30.
     let greatest = 203.30_f32.powf(0.7);
     let knee = 0.4 * greatest;
@@ -60,7 +59,7 @@ fn a_shifted_step_is_worst_where_it_moved() {
     let a = ImageView::new(40, 6, &a).unwrap();
     let b = ImageView::new(40, 6, &b).unwrap();
     let map = flip(&a, &b).unwrap();
-    // Both filters are under 11 pixels in radius: nothing differs beyond.
+    // Both filters have a radius below 11 pixels, so nothing differs beyond.
     for row in map.errors.chunks(40) {
         let worst = (0..40).max_by(|&i, &j| row[i].total_cmp(&row[j])).unwrap();
         assert!((19..=21).contains(&worst), "{worst}");
@@ -131,8 +130,8 @@ fn kernels_are_normalised() {
     }
 }
 
-/// Sabotage twin of the comparison with NVIDIA's code in tests/nv_flip.rs:
-/// without the feature term the map must be far outside its tolerance.
+/// Negative control of the comparison with NVIDIA's code in tests/nv_flip.rs: without the feature
+/// term the map is far outside its tolerance.
 #[test]
 fn the_feature_term_counts() {
     let [a, b] = steps(40, 6);

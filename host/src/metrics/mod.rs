@@ -1,4 +1,5 @@
-//! Measures of the difference between a rendered image and a reference.
+//! Measures of the difference between a rendered image and a reference: relMSE, RMSE, PSNR and
+//! FLIP. Used by `trisect compare` and the trade-off lab.
 
 mod colour;
 mod convolve;
@@ -8,7 +9,7 @@ pub mod srgb;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-/// Offset in the denominator of relMSE; it bounds the weight of dark pixels.
+/// Offset in the denominator of relMSE. It bounds the weight of dark pixels.
 pub(crate) const REL_MSE_EPSILON: f64 = 0.01;
 
 /// A borrowed image of linear Rec. 709 radiance.
@@ -49,7 +50,7 @@ impl<'a> ImageView<'a> {
     }
 }
 
-/// Why two images could not be compared.
+/// Reason why images cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MetricsError {
@@ -79,13 +80,13 @@ pub enum MetricsError {
         /// Width and height of the reference.
         reference: (usize, usize),
     },
-    /// One image says nothing of noise.
-    #[error("{count} repetitions of an image; there must be 2 or more")]
+    /// Fewer than two images, from which noise cannot be estimated.
+    #[error("{count} repetitions of an image; at least 2 are needed")]
     TooFewImages {
-        /// How many.
+        /// Number of images.
         count: usize,
     },
-    /// The viewing condition is outside the range which FLIP accepts here.
+    /// The viewing condition is outside the accepted range.
     #[error("{0} pixels per degree is outside [1, 1000]")]
     PixelsPerDegree(f32),
 }
@@ -114,7 +115,7 @@ pub struct Comparison {
     /// Mean LDR-FLIP error, in [0, 1]; see [`flip::flip`].
     #[serde(serialize_with = "finite_or_null")]
     pub flip_mean: f64,
-    /// Greatest absolute difference of one channel, linear.
+    /// Maximum absolute difference of one channel, linear.
     #[serde(serialize_with = "finite_or_null")]
     pub max_difference: f64,
     /// Column and row of `max_difference`, from the top left; the first in
@@ -130,18 +131,19 @@ pub struct Comparison {
     pub non_finite: usize,
 }
 
-/// Compares `image` with `reference`, both linear and of one size.
+/// Compares `image` with `reference`. Both are linear and of the same size.
 ///
 /// The result does not depend on the number of threads.
 ///
 /// # Errors
+///
 /// [`MetricsError`] if a view is malformed or empty, or the sizes differ.
 pub fn compare(image: &ImageView, reference: &ImageView) -> Result<Comparison, MetricsError> {
     check_pair(image, reference)?;
     let rows = image.pixels.par_chunks(image.width);
     let reference_rows = reference.pixels.par_chunks(image.width);
     let rows: Vec<Sums> = rows.zip(reference_rows).map(|(a, b)| Sums::of_row(a, b)).collect();
-    // Row sums are merged in order: floating-point addition is not associative.
+    // Row sums are merged in order, because floating-point addition is not associative.
     let total = rows.iter().enumerate().fold(Sums::default(), |sum, (y, row)| sum.with_row(y, row));
 
     let pixels = total.count as f64;
@@ -159,7 +161,7 @@ pub fn compare(image: &ImageView, reference: &ImageView) -> Result<Comparison, M
     })
 }
 
-/// Checks both shapes and that they agree.
+/// Checks both shapes, and that the sizes are equal.
 fn check_pair(image: &ImageView, reference: &ImageView) -> Result<(), MetricsError> {
     image.check()?;
     reference.check()?;
@@ -212,7 +214,7 @@ impl Sums {
         sums
     }
 
-    /// Adds the sums of row `y`, which lies below all rows added before.
+    /// Adds the sums of row `y`, which is below all rows added before.
     fn with_row(self, y: usize, row: &Self) -> Self {
         let higher = row.max > self.max;
         Self {
@@ -236,7 +238,7 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// JSON has no infinity or NaN.
+/// Serialises NaN and infinity as null, because JSON has neither.
 fn finite_or_null<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     finite(*value).serialize(serializer)
 }

@@ -3,27 +3,27 @@
 
 /// Encodes one linear value for an sRGB display.
 ///
-/// Values above 1 go on along the power segment and negative values along the
-/// linear one, so that nothing is clipped here; NaN stays NaN.
+/// Values above 1 continue along the power segment and negative values along the linear one, so
+/// nothing is clipped here. NaN stays NaN.
 #[must_use]
 pub fn encode(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Decodes one sRGB-encoded value to linear; the inverse of [`encode`] to
-/// single precision, up to the step of about 1e-8 which the standard's rounded
-/// constants leave where the two segments meet.
+/// Decodes one sRGB-encoded value to a linear one. This is the inverse of [`encode`] in single
+/// precision, up to the step of about 1e-8 that the standard's rounded constants leave where the
+/// two segments meet.
 #[must_use]
 pub fn decode(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Encodes one linear value to an 8-bit sRGB code, rounded to nearest.
+/// Encodes one linear value as an 8-bit sRGB code, rounded to nearest.
 ///
 /// Clips to [0, 255]; NaN gives 0.
 #[must_use]
 pub fn encode_u8(linear: f32) -> u8 {
-    // A float-to-integer cast saturates, and sends NaN to 0.
+    // A float-to-integer cast saturates, and maps NaN to 0.
     (encode(linear) * 255.0 + 0.5) as u8
 }
 

@@ -45,7 +45,7 @@ fn psnr_of_black_against_white_is_zero() {
 
 #[test]
 fn psnr_of_a_known_display_difference() {
-    // Encoded values 0.5 and 0.6: 20 dB below the peak of 1.
+    // Encoded values 0.5 and 0.6 give 20 dB below the peak of 1.
     let (a, b) = (srgb::decode(0.5), srgb::decode(0.6));
     let c = compare_pixels(1, &[[a; 3]], &[[b; 3]]);
     assert!((c.psnr_db - 20.0).abs() < 1e-4, "{}", c.psnr_db);

@@ -1,32 +1,32 @@
-//! Files that a command would write twice, or write over what it reads.
+//! Checks that no output of a command is another output or one of its inputs.
 
 use crate::atomic_file::{canonical_path, is_same};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// An output that is another file of the same command.
+/// Output that is another file of the same command.
 #[derive(Debug, Error)]
 pub enum ConflictError {
     /// Two outputs are one file.
     #[error("{}: {first} and {second} are the same file; name two", path.display())]
     Outputs {
-        /// The file.
+        /// Path of the second output.
         path: PathBuf,
-        /// The option that names it.
+        /// Option of the first output.
         first: &'static str,
-        /// Another one.
+        /// Option of the second output.
         second: &'static str,
     },
     /// An output is an input.
     #[error("{}: {output} would overwrite {input}, {}; name another file", path.display(), read.display())]
     Input {
-        /// The output.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that names it.
+        /// Option of the output.
         output: &'static str,
-        /// What the input is to the command.
+        /// Role of the input in the command, such as "the scene".
         input: &'static str,
-        /// The input's path.
+        /// Path of the input.
         read: PathBuf,
     },
     /// A checkpoint's own image file is outside the folders that `resume` writes to unasked.
@@ -35,19 +35,19 @@ pub enum ConflictError {
         path.display()
     )]
     Stored {
-        /// The file.
+        /// Path of the image file.
         path: PathBuf,
     },
 }
 
-/// Output files of a command, each by the option that names it.
+/// Output files and folders of a command, each with the option that names it.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
     files: Vec<(&'static str, PathBuf)>,
     folders: Vec<Folder>,
 }
 
-/// A folder that a command writes files of some names to.
+/// Folder to which a command writes files; `writes` tells by their names which ones.
 #[derive(Clone, Debug)]
 struct Folder {
     option: &'static str,
@@ -63,7 +63,7 @@ impl Folder {
         if name.is_some_and(|name| (self.writes)(name) && is_same(&self.path.join(name), file)) {
             return true;
         }
-        // What is there under a name that the command writes may be a link to the file.
+        // An existing entry under a name that the command writes may be a link to the file.
         let entries = std::fs::read_dir(&self.path).into_iter().flatten().flatten();
         entries
             .into_iter()
@@ -72,8 +72,8 @@ impl Folder {
 }
 
 impl Outputs {
-    /// Adds a file. What exists and is no regular file, such as `/dev/null`, conflicts with
-    /// nothing; nor does `-`, standard output.
+    /// Adds a file. An existing path that is not a regular file, such as `/dev/null`, conflicts
+    /// with nothing, nor does `-`, standard output.
     #[must_use]
     pub fn file(mut self, option: &'static str, path: Option<&Path>) -> Self {
         let path = path
@@ -82,7 +82,7 @@ impl Outputs {
         self
     }
 
-    /// Adds a folder, and which names of files in it the command writes.
+    /// Adds a folder. `writes` tells whether the command writes a file of this name to it.
     #[must_use]
     pub fn folder(mut self, option: &'static str, path: Option<&Path>, writes: fn(&Path) -> bool) -> Self {
         self.folders.extend(path.map(|path| Folder { option, path: path.to_owned(), writes }));
@@ -93,7 +93,7 @@ impl Outputs {
     ///
     /// # Errors
     ///
-    /// Returns [`ConflictError::Outputs`] with the first two that are.
+    /// Returns [`ConflictError::Outputs`] for the first two that are.
     pub fn check(&self) -> Result<(), ConflictError> {
         for (index, (second, path)) in self.files.iter().enumerate() {
             let others = Self { files: self.files[..index].to_vec(), folders: self.folders.clone() };
@@ -104,12 +104,12 @@ impl Outputs {
         Ok(())
     }
 
-    /// Checks that no output is one of the files that the command reads. `input` says what they
-    /// are.
+    /// Checks that no output is one of the files that the command reads. `input` is their role, for
+    /// the message.
     ///
     /// # Errors
     ///
-    /// Returns [`ConflictError::Input`] with the first that is.
+    /// Returns [`ConflictError::Input`] for the first one that is.
     pub fn check_inputs<P: AsRef<Path>>(
         &self,
         input: &'static str,
@@ -126,16 +126,16 @@ impl Outputs {
         Ok(())
     }
 
-    /// Returns the option by which a file would be written.
+    /// Returns the option of the output that would write a file, or `None`.
     fn writes(&self, path: &Path) -> Option<&'static str> {
         let file = self.files.iter().find(|(_, file)| is_same(file, path)).map(|(option, _)| *option);
         file.or_else(|| self.folders.iter().find(|folder| folder.has(path)).map(|folder| folder.option))
     }
 }
 
-/// Checks that `resume` may write the image file that a checkpoint names unasked: in the folder of
-/// the checkpoint or the current one, or below. A checkpoint may come from someone else, and must
-/// not choose which of the user's files are replaced.
+/// Checks that `resume` may write the image file `stored` that a checkpoint names, without being
+/// asked: it must be in or below the folder of the checkpoint or the current one. A checkpoint may
+/// come from someone else and must not choose which of the user's files are replaced.
 ///
 /// # Errors
 ///
@@ -177,7 +177,7 @@ mod tests {
         let over = of("scene.ron").check_inputs("the scene", [at("./scene.ron")]).unwrap_err().to_string();
         assert!(over.contains("--stats would overwrite the scene"), "{over}");
         of("b.json").check_inputs("the scene", [at("scene.ron")]).unwrap();
-        // A device takes what comes.
+        // A device such as /dev/null conflicts with nothing.
         let null = Some(Path::new("/dev/null"));
         Outputs::default().file("-o", null).file("--stats", null).check().unwrap();
     }
@@ -194,7 +194,7 @@ mod tests {
             assert!(outputs.check_inputs("a texture", [at(over)]).is_err(), "{over}");
         }
         outputs.check_inputs("a texture", [at("back.png"), at("sub/front.png")]).unwrap();
-        // A link of a name that is written leads to an input, symbolic or hard.
+        // A symbolic or hard link, under a name that the command writes, leads to an input.
         fs::remove_file(at("front.png")).unwrap();
         fs::write(at("scene.ron"), b"").unwrap();
         symlink("scene.ron", at("front.png")).unwrap();

@@ -1,7 +1,7 @@
-//! Exposure of image files: by how many stops they are brighter than the radiance that was
-//! rendered.
+//! Exposure of image files: the number of stops by which they are brighter than the rendered
+//! radiance.
 //!
-//! A film holds radiance, whatever the exposure: it is a matter of writing alone.
+//! A film always holds radiance; the exposure is applied when an image is written or shown.
 
 use super::Format;
 use crate::image::Image;
@@ -10,47 +10,48 @@ use std::fmt;
 use std::path::Path;
 use trisect_shared::math::luminance;
 
-/// Greatest exposure, and least when negative, in stops: 2^64 times radiance of 1e18 is finite in
-/// `f32`.
+/// Maximum exposure in stops, and its negative the minimum: 2^64 times a radiance of 1e18 is finite
+/// in `f32`.
 pub const MAX_STOPS: f32 = 64.0;
 
-/// Median luminances that are shown as they are: a sky of radiance 1 gives a surface its albedo.
+/// Median luminances that are shown unchanged: a sky of radiance 1 gives a surface its albedo.
 const SHOWN_AS_IS: std::ops::RangeInclusive<f32> = 1.0 / 16.0..=1.0;
 
-/// Luminance that a median far from those is brought to: middle grey, 46 % of the range of sRGB.
+/// Luminance to which a median far outside [`SHOWN_AS_IS`] is brought: middle grey, 46 % of the
+/// range of sRGB.
 const MIDDLE_GREY: f32 = 0.18;
 
-/// How far beyond [`SHOWN_AS_IS`] a median is brought to middle grey, as a factor. In between, the
-/// luminance that is shown goes from the range's end to middle grey by powers, so that the exposure
-/// has no step for noise to cross.
+/// Factor beyond [`SHOWN_AS_IS`] from which on a median is brought to middle grey. In between, the
+/// shown luminance is interpolated geometrically from the range's end to middle grey, so that the
+/// exposure has no step that noise could cross.
 const TRANSITION: f32 = 8.0;
 
-/// Radiance of the background of a model by itself: black, or the sky that it is given.
+/// Background radiances of a model without a scene file: black, or the sky that the program adds.
 const BACKGROUNDS: [[f32; 3]; 2] = [[0.0; 3], [1.0; 3]];
 
 /// Choice of the exposure of an image file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// By the median luminance of a model, in files that a display shows as they are (PNG); formats
-    /// of linear radiance keep it.
+    /// Exposure from the median luminance, in files for a display (PNG); formats of linear radiance
+    /// are unchanged.
     Automatic,
-    /// By a number of stops, in files of any format: each stop doubles the light.
+    /// Number of stops, in files of any format; each doubles the radiance.
     Stops(f32),
 }
 
-/// The exposure of one image.
+/// Exposure of one image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposed {
-    /// Each of them doubles the light.
+    /// Number of stops; each doubles the radiance.
     pub stops: f32,
-    /// How they were found, if they were.
+    /// Origin of an automatic exposure, else `None`.
     pub automatic: Option<Automatic>,
 }
 
-/// An exposure by the median luminance.
+/// Exposure from the median luminance of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Automatic {
-    /// A multiple of 0.1, 0 for a median between 1/16 and 1.
+    /// Number of stops: a multiple of 0.1, 0 for a median between 1/16 and 1.
     pub stops: f32,
     /// Median luminance of the pixels that show more than a background; `None` if there are none.
     pub median: Option<f32>,
@@ -59,7 +60,7 @@ pub struct Automatic {
 }
 
 impl Exposure {
-    /// Returns the exposure for a file with this image.
+    /// Returns the exposure of `image` in a file at `path`.
     pub fn of(self, image: &Image, path: &Path) -> Exposed {
         match self {
             Self::Stops(stops) => Exposed { stops, automatic: None },
@@ -71,7 +72,7 @@ impl Exposure {
         }
     }
 
-    /// Returns whether it leaves every image as it is.
+    /// Returns whether the exposure leaves every image unchanged.
     pub fn is_none(self) -> bool {
         self == Self::Stops(0.0)
     }
@@ -88,8 +89,8 @@ impl Exposed {
 }
 
 impl Automatic {
-    /// Returns the exposure for an image of a model by itself: the same for the same pixels, in any
-    /// order.
+    /// Returns the exposure for an image of a model without a scene file. It does not depend on the
+    /// order of the pixels.
     pub fn of(image: &Image) -> Self {
         let shows = |pixel: &&[f32; 3]| {
             pixel.iter().all(|channel| channel.is_finite()) && !BACKGROUNDS.contains(pixel)
@@ -104,16 +105,16 @@ impl Automatic {
         let middle = values.len() / 2;
         let median = *values.select_nth_unstable_by(middle, f32::total_cmp).1;
         let stops = (shown(median) / median).log2();
-        // What is printed gives the same image as `--exposure`.
+        // Rounded as it is printed, so that `--exposure` with that number gives the same image.
         let stops = (stops.clamp(-MAX_STOPS, MAX_STOPS) * 10.0).round() / 10.0;
         Self { stops, median: Some(median), is_black }
     }
 }
 
-/// Returns the luminance that a median is shown with.
+/// Returns the luminance to which a median is exposed.
 fn shown(median: f32) -> f32 {
     let end = median.clamp(*SHOWN_AS_IS.start(), *SHOWN_AS_IS.end());
-    // 0 at the end of the range, 1 from the transition's other end on.
+    // 0 within the range, 1 beyond the transition.
     let share = ((median / end).log2().abs() / TRANSITION.log2()).min(1.0);
     if share == 0.0 { median } else { end * (MIDDLE_GREY / end).powf(share) }
 }
@@ -161,13 +162,13 @@ mod tests {
             exposed.apply(&mut image);
             assert!((image.pixels[2][0] / MIDDLE_GREY).log2().abs() < 0.051, "{image:?}");
         }
-        // Backgrounds are no part of the model: with them the first would be black, the second as
-        // it should be.
+        // Background pixels do not count; with them the medians would be 0 and 1.
         assert_eq!(Automatic::of(&grey(&[0.0, 0.0, 0.0, 1e5])).stops, -19.1);
         assert_eq!(Automatic::of(&grey(&[1.0, 1.0, 1.0, 1e5])).stops, -19.1);
     }
 
-    /// Noise moves a median by some percent, and the exposure by a tenth of a stop or two.
+    /// Checks that a change of the median by a few percent, as by noise, changes the exposure by at
+    /// most two tenths of a stop.
     #[test]
     fn exposure_has_no_steps() {
         let of = |median: f32| Automatic::of(&grey(&[median])).stops;
@@ -176,7 +177,7 @@ mod tests {
             assert!((of(median * 1.02) - of(median)).abs() < 0.21, "{median}");
             median *= 1.02;
         }
-        // Negative control: all beyond the range to middle grey.
+        // Negative control: without the transition, the exposure would jump by more than two stops.
         assert!((MIDDLE_GREY / 1.01).log2() < -2.0 && of(1.01).abs() < 0.11);
     }
 

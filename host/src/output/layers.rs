@@ -1,7 +1,8 @@
-//! What a pixel sees, as layers of an OpenEXR file beside the image.
+//! AOVs as layers of an OpenEXR file, beside the image.
 //!
-//! A layer is a part of the channels' names, up to their last dot, as "Technical Introduction to OpenEXR" (section "Layers") has it: tools show `N.X`,
-//! `N.Y` and `N.Z` as a layer `N`. Depth is `Z`, as there.
+//! A layer is the part of a channel's name before the last dot ("Technical Introduction to
+//! OpenEXR", section "Layers"): tools show `N.X`, `N.Y` and `N.Z` as the layer `N`. Depth is the
+//! channel `Z`, as there.
 
 use crate::atomic_file::write_atomic_or_in_place;
 use crate::film::Film;
@@ -12,27 +13,30 @@ use std::io::Cursor;
 use std::path::Path;
 use trisect_shared::camera::Camera;
 
-/// A layer.
+/// Layer beside the image. Channels are `f32` unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
     /// `N.X`, `N.Y`, `N.Z`: mean of the unit shading normals on the camera's side.
     Normal,
-    /// `P.X`, `P.Y`, `P.Z`: mean of the points that are hit, in the world.
+    /// `P.X`, `P.Y`, `P.Z`: mean of the points hit, in the renderer's space, which is the scene's
+    /// after its field `space`.
     Position,
-    /// `albedo.R`, `albedo.G`, `albedo.B`: mean, 0 where nothing is hit.
+    /// `albedo.R`, `albedo.G`, `albedo.B`: mean albedo, 0 where nothing is hit.
     Albedo,
-    /// `Z`: of the position, along the camera's axis; infinite where nothing is hit.
+    /// `Z`: depth of the mean position along the camera's axis, in the renderer's space; infinite
+    /// where nothing is hit.
     Depth,
-    /// `id`: the object that the first sample hits that hits something, counted from 1; 0 for none. Integers.
+    /// `id`: object of the first sample that hits something, counted from 1; 0 for none. `u32`.
     Id,
-    /// `variance.R`, `variance.G`, `variance.B`: estimate of the variance of the pixel's mean radiance; NaN below two samples.
+    /// `variance.R`, `variance.G`, `variance.B`: estimated variance of the pixel's mean radiance; 0
+    /// or infinite below two samples.
     Variance,
-    /// `samples`: in the mean. Integers.
+    /// `samples`: number of samples of the pixel. `u32`.
     Samples,
 }
 
 impl Aov {
-    /// All, by their names on the command line.
+    /// All layers with their names on the command line.
     pub const ALL: [(&'static str, Self); 7] = [
         ("normal", Self::Normal),
         ("position", Self::Position),
@@ -43,18 +47,18 @@ impl Aov {
         ("samples", Self::Samples),
     ];
 
-    /// Whether the film must have guides for it.
+    /// Returns whether the layer needs a film with AOV sums.
     pub fn needs_aov_sums(self) -> bool {
         !matches!(self, Self::Variance | Self::Samples)
     }
 }
 
-/// Checks that a file can hold these layers.
+/// Checks that the file format can hold the layers, each once.
 ///
 /// # Errors
 ///
-/// Returns [`ImageError::NoLayers`] where the extension is not `.exr`, [`ImageError::LayerTwice`]
-/// where a layer stands twice.
+/// Returns [`ImageError::NoLayers`] if the extension is not `.exr`, [`ImageError::LayerTwice`] if a
+/// layer is named twice.
 pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
     if super::Format::of(path)? != super::Format::Exr {
         return Err(ImageError::NoLayers { path: path.to_owned() });
@@ -66,12 +70,13 @@ pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
     }
 }
 
-/// Writes the image and these layers of its film. `object` tells the object of a primitive; `stops`
-/// is the exposure that the image has and the film has not, which the variance must follow.
+/// Writes the image and layers of its film. `object` returns the object of a primitive. `stops` is
+/// the exposure that was applied to the image, but not to the film; the variance is scaled by it.
 ///
 /// # Errors
 ///
-/// If the film has no guides for a layer that needs them, or the file cannot be written.
+/// Returns [`ImageError::Codec`] if the film lacks AOV sums that a layer needs, [`ImageError::Io`]
+/// if the file cannot be written.
 pub fn write(
     image: &Image,
     film: &Film,
@@ -84,7 +89,7 @@ pub fn write(
     let codec = |message: String| ImageError::Codec { path: path.to_owned(), message };
     let guides = film.aovs.len() == film.pixels.len();
     if image.pixels.len() != film.pixels.len() || !guides && aovs.iter().any(|aov| aov.needs_aov_sums()) {
-        return Err(codec("the film has not what these layers show".to_owned()));
+        return Err(codec("the film lacks the AOV sums that these layers need".to_owned()));
     }
     let mut channels = three(["R", "G", "B"], image.pixels.iter().map(|pixel| pixel.map(f64::from)));
     for aov in aovs {
@@ -139,7 +144,7 @@ fn layer(
     }
 }
 
-/// Three channels of single precision.
+/// Returns three `f32` channels of these names.
 fn three(names: [&str; 3], values: impl Iterator<Item = [f64; 3]>) -> Vec<AnyChannel<FlatSamples>> {
     let mut columns = [const { Vec::new() }; 3];
     for value in values {
@@ -162,7 +167,8 @@ mod tests {
     use crate::scene::Scene;
     use exr::prelude::{ReadChannels, ReadLayers, read};
 
-    /// Read again by the crate's own reader: names, types, and what a pixel of the sky and one of a sphere say.
+    /// Checks names, types and the values of a sky pixel and of a sphere pixel, read back by the
+    /// crate's own reader.
     #[test]
     fn layers_by_their_names() {
         let scene = Scene::hello_world().unwrap();
@@ -175,7 +181,7 @@ mod tests {
         write(&film.image(), &film, &renderer.camera(&settings), object, &aovs, 0.0, &path).unwrap();
         let file = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
         let file = file.all_attributes().from_file(&path).unwrap();
-        // As any reader of images sees it: the picture.
+        // A reader of images reads the image alone.
         assert_eq!(Image::read(&path).unwrap(), film.image());
         std::fs::remove_file(&path).unwrap();
         let channels = file.layer_data.channel_data.list;
@@ -217,7 +223,7 @@ mod tests {
         assert!(number("Z", ball) > 0.0 && number("variance.R", ball) >= 0.0);
         let normal = ["N.X", "N.Y", "N.Z"].map(|name| number(name, ball));
         assert!(normal.iter().map(|x| x * x).sum::<f64>() <= 1.0 + 1e-6);
-        // A film without guides cannot show them.
+        // A film without AOV sums is refused.
         let plain = renderer.render(&Settings { guides: false, ..settings.clone() }, &mut ()).unwrap().film;
         let refused = write(&plain.image(), &plain, &renderer.camera(&settings), |_| 0, &aovs, 0.0, &path);
         assert!(refused.is_err());

@@ -1,4 +1,5 @@
-//! Image files by extension: PNG (8-bit sRGB), EXR and PFM (32-bit linear), HDR (linear, shared exponent).
+//! Writing of image files by extension: PNG (8-bit sRGB), EXR and PFM (32-bit linear), HDR (linear,
+//! shared exponent), and checks of the output files of a command.
 
 mod conflict;
 pub mod exposure;
@@ -14,7 +15,7 @@ use image::{ImageBuffer, ImageFormat, Rgb};
 use std::io::Cursor;
 use std::path::Path;
 
-/// An image file format.
+/// Image file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// 8-bit sRGB; values are clipped to 0..1.
@@ -28,7 +29,11 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format that a path's extension names, in any case.
+    /// Returns the format that a path's extension names, in upper or lower case.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::UnknownExtension`].
     pub fn of(path: &Path) -> Result<Self, ImageError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
@@ -41,38 +46,39 @@ impl Format {
     }
 }
 
-/// Checks before a render that its image can be written: the extension, the folder, the rights.
-/// Creates nothing under that name, and leaves an existing file as it is.
+/// Checks before a render that its image can be written: extension, folder and permissions. Creates
+/// nothing under that name, and leaves an existing file unchanged.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::of(path)?;
     probe(path)
 }
 
-/// Checks as [`check_writable`] does, for a file of any kind.
+/// Checks that a file of any kind can be written, as [`check_writable`] does for images.
 pub fn probe(path: &Path) -> Result<(), ImageError> {
     atomic_file::probe(path).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
-/// Writes a file of any kind, in place of an earlier one: whole, or not at all.
+/// Writes a file of any kind, replacing an earlier one completely or not at all.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     write_atomic_or_in_place(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
-/// Writes an image in the format that the extension names, in place of an earlier file: whole, or not at all.
+/// Writes an image in the format that the extension names, replacing an earlier file completely or
+/// not at all.
 pub fn write(image: &Image, path: &Path) -> Result<(), ImageError> {
     let bytes = encode(image, Format::of(path)?)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
     write_atomic_or_in_place(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
-/// Writes a .png of 8 bits a channel, sRGB, three bytes a pixel.
+/// Writes a .png from sRGB bytes, three per pixel.
 pub fn write_bytes(width: u32, height: u32, bytes: &[u8], path: &Path) -> Result<(), ImageError> {
     let bytes = encode_bytes(width, height, bytes)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
     write_atomic_or_in_place(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
-/// The same as the file's bytes.
+/// Returns the bytes of a .png from sRGB bytes, three per pixel.
 pub fn encode_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, String> {
     let mut file = Cursor::new(Vec::new());
     let buffer: ImageBuffer<Rgb<u8>, _> = ImageBuffer::from_raw(width, height, bytes.to_vec())
@@ -81,7 +87,7 @@ pub fn encode_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, St
     Ok(file.into_inner())
 }
 
-/// The bytes of an image file. A NaN becomes black in PNG and HDR, which cannot say it.
+/// Returns the bytes of an image file. NaN becomes black in PNG and HDR, which cannot represent it.
 pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
     let (width, height) = (image.width, image.height);

@@ -1,8 +1,8 @@
-//! Portable float maps (Debevec): a text header, then 32-bit floats, bottom row first.
+//! Portable float maps (PFM, Debevec): a text header, then 32-bit floats, bottom row first.
 
 use crate::image::Image;
 
-/// Three channels, little endian.
+/// Returns the bytes of a PFM file with three channels, little endian.
 pub fn encode(image: &Image) -> Vec<u8> {
     let mut bytes = format!("PF\n{} {}\n-1.0\n", image.width, image.height).into_bytes();
     for row in image.pixels.chunks(image.width.max(1) as usize).rev() {
@@ -11,7 +11,7 @@ pub fn encode(image: &Image) -> Vec<u8> {
     bytes
 }
 
-/// One or three channels, either byte order.
+/// Decodes a PFM file with one or three channels in either byte order.
 pub fn decode(bytes: &[u8]) -> Result<Image, String> {
     let mut rest = bytes;
     let mut word = || -> Result<&str, String> {

@@ -1,81 +1,81 @@
-//! Charts as data: what is drawn, whatever draws it.
+//! Charts as data, independent of what draws them.
 
-/// How an axis maps its values.
+/// Mapping of an axis's values to places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly, from zero.
+    /// Linear, and contains zero.
     Linear,
-    /// By decades.
+    /// Logarithmic, by decades.
     Log,
 }
 
-/// An axis.
+/// Axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What it shows, with its unit.
+    /// Quantity that the axis shows, with its unit.
     pub label: String,
-    /// How.
+    /// Mapping of values to places.
     pub scale: Scale,
 }
 
-/// A value at a place.
+/// Point of a series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Across.
+    /// Value on the horizontal axis.
     pub x: f64,
-    /// Up.
+    /// Value on the vertical axis.
     pub y: f64,
-    /// Drawn hollow: it is not measured alone.
+    /// True if the mark is drawn hollow, as for biased or extrapolated values.
     pub hollow: bool,
 }
 
 /// Points that belong together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// For the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Which colour and mark: the same for the same thing in all charts.
+    /// Index of colour and mark shape. Equal things have equal styles in all charts.
     pub style: usize,
-    /// In the order of their x.
+    /// Points, in the order of their x.
     pub points: Vec<Point>,
-    /// Whether each point gets a mark.
+    /// True if each point gets a mark.
     pub marks: bool,
-    /// Whether a line joins them.
+    /// True if a line joins the points.
     pub line: bool,
 }
 
-/// Lines and marks over two axes.
+/// Plot of lines and marks over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// Below it, a line each: device, settings, fits.
+    /// Lines below the title: device, settings, fits.
     pub notes: Vec<String>,
-    /// Across.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Up.
+    /// Vertical axis.
     pub y: Axis,
-    /// In the legend's order.
+    /// Series, in the order of the legend.
     pub series: Vec<Series>,
 }
 
-/// A bar for each name.
+/// Bar chart with a bar for each name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bars {
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// Below it, a line each.
+    /// Lines below the title.
     pub notes: Vec<String>,
-    /// What a bar's length is, with its unit.
+    /// Quantity that the bars' lengths show, with its unit.
     pub label: String,
-    /// From top to bottom.
+    /// Names and values, from top to bottom.
     pub bars: Vec<(String, f64)>,
 }
 
-/// A chart of either kind.
+/// A plot or a bar chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Chart {
-    /// Lines and marks.
+    /// Lines and marks over two axes.
     Plot(Plot),
     /// Bars.
     Bars(Bars),
@@ -92,7 +92,7 @@ impl Axis {
 }
 
 impl Series {
-    /// Measured points, joined.
+    /// Returns a series of measured points, with marks and a line.
     pub(crate) fn measured(name: &str, style: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let points = points.into_iter().map(|(x, y)| Point { x, y, hollow: false }).collect();
         Self { name: name.to_owned(), style, points, marks: true, line: true }

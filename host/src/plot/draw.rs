@@ -1,4 +1,5 @@
-//! Draws charts as SVG and PNG. The picture depends on the chart alone: no date, no font of the system.
+//! Draws charts as SVG and PNG. The image depends on the chart alone: it contains no date, and no
+//! font of the system.
 
 use super::chart::{Bars, Chart, Plot, Series};
 use super::ticks::{Ticks, number};
@@ -21,22 +22,22 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// DejaVu Sans, cut down to what charts write; its licence lies beside it.
+/// DejaVu Sans, reduced to the characters that charts use. Its licence lies beside it.
 const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
-/// SVG's generic family: a viewer takes its own, and bitmaps take [`FONT`].
+/// Font family: the generic one of SVG, for which a viewer uses its own font. Bitmaps use [`FONT`].
 const FAMILY: &str = "sans-serif";
 
-/// Of the SVG; the PNG has [`PNG_SCALE`] times as many pixels.
+/// Size of the SVG in pixels. The PNG has [`PNG_SCALE`] times as many along each axis.
 const SIZE: (u32, u32) = (960, 560);
 
 const PNG_SCALE: u32 = 2;
 
-/// For the legend, on the right.
+/// Width of the legend on the right, in pixels of the SVG.
 const LEGEND: u32 = 215;
 
-/// Okabe and Ito's palette, which people with any common colour vision tell apart (jfly.uni-koeln.de/color, 2008), without its yellow,
-/// which is too light on white.
+/// Palette of Okabe and Ito, whose colours people with any common colour vision can tell apart
+/// (jfly.uni-koeln.de/color, 2008), without its yellow, which is too light on white.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -124,7 +125,7 @@ impl Ranged for Ticks {
     }
 }
 
-/// Sizes for a picture's scale.
+/// Scales sizes of text, strokes and marks for the SVG or the PNG.
 #[derive(Clone, Copy)]
 struct Pen {
     scale: u32,
@@ -208,7 +209,8 @@ impl Pen {
         Ok(())
     }
 
-    /// A shape for each series, so that colour is not all that tells them apart.
+    /// Draws the mark of a point. Its shape depends on the style, so that series differ in more
+    /// than colour.
     fn mark<DB: DrawingBackend>(
         self,
         area: &DrawingArea<DB, Shift>,

@@ -1,4 +1,4 @@
-//! Charts: as data, and drawn.
+//! Charts: as data, and drawn as SVG and PNG. Used by the benchmarks and the trade-off lab.
 
 mod chart;
 mod draw;

@@ -1,8 +1,8 @@
-//! Where an axis has its marks, and how numbers are written.
+//! Ticks of axes, and formatting of numbers.
 
 use super::chart::Scale;
 
-/// The extent of an axis and its marks, both mapped: logarithms for [`Scale::Log`].
+/// Extent of an axis and the places of its ticks, both mapped: logarithms for [`Scale::Log`].
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Ticks {
     pub low: f64,
@@ -11,7 +11,7 @@ pub(super) struct Ticks {
 }
 
 impl Scale {
-    /// The place of a value on its axis.
+    /// Returns the place of a value on the axis.
     pub(super) fn map(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -19,12 +19,13 @@ impl Scale {
         }
     }
 
-    /// Whether a value has a place.
+    /// Returns whether a value has a place on the axis.
     pub(super) fn shows(self, value: f64) -> bool {
         value.is_finite() && (self == Self::Linear || value > 0.0)
     }
 
-    /// An axis for these values, those that it shows; of none, one from 0 (or 1) on.
+    /// Returns the ticks of an axis for the values that it can show; without any, of an axis from 0
+    /// (or 1) on.
     pub(super) fn ticks(self, values: impl Iterator<Item = f64>) -> Ticks {
         let shown: Vec<f64> =
             values.filter(|&value| self.shows(value)).map(|value| self.map(value)).collect();
@@ -37,7 +38,7 @@ impl Scale {
         }
     }
 
-    /// The number at a place, for people.
+    /// Returns the label of the tick at a place.
     pub(super) fn label(self, place: f64) -> String {
         match self {
             Self::Linear => number(place),
@@ -46,7 +47,7 @@ impl Scale {
     }
 }
 
-/// Steps of 1, 2 or 5 times a power of ten, about six of them.
+/// Returns about six ticks, with steps of 1, 2 or 5 times a power of ten.
 fn linear(low: f64, high: f64) -> Ticks {
     let span = if high > low { high - low } else { 1.0 };
     let rough = span / 6.0;
@@ -58,9 +59,9 @@ fn linear(low: f64, high: f64) -> Ticks {
     Ticks { low: first as f64 * step, high: last as f64 * step, places }
 }
 
-/// Whole decades; twice and five times them, too, where there are few.
+/// Returns ticks at whole decades; also at twice and five times each where there are few.
 fn decades(least: f64, greatest: f64) -> Ticks {
-    // A value that is a power of ten may come out an ulp beside it.
+    // The logarithm of a power of ten may be an ulp off.
     let first = (least + 1e-9).floor() as i32;
     let last = ((greatest - 1e-9).ceil() as i32).max(first + 1);
     let mut places: Vec<f64> = (first..=last).map(f64::from).collect();
@@ -73,7 +74,8 @@ fn decades(least: f64, greatest: f64) -> Ticks {
     Ticks { low: f64::from(first), high: f64::from(last), places }
 }
 
-/// Up to four significant digits, without an exponent where it needs no more than seven places.
+/// Formats a number with up to four significant digits, without an exponent if it needs at most
+/// seven places.
 pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
@@ -87,7 +89,7 @@ pub(crate) fn number(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// 10 to the power of `place`; from 10⁴ on as a power where it is a whole one.
+/// Formats 10 to the power of `place`: as a power from 10⁴ on if the exponent is an integer.
 fn power(place: f64) -> String {
     let whole = place.round();
     if (place - whole).abs() < 1e-9 && (4.0..100.0).contains(&whole) {
@@ -115,7 +117,7 @@ mod tests {
         assert_eq!(labels(Scale::Log, &[0.7, 3.0]), ["0.1", "0.2", "0.5", "1", "2", "5", "10"]);
     }
 
-    /// Whatever was measured, even nothing, has an axis that holds it.
+    /// Any values, even none, have an axis that contains them.
     #[test]
     fn any_values() {
         let sets: [&[f64]; 6] =

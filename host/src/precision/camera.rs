@@ -1,8 +1,9 @@
-//! What the camera's own rounding does to an image.
+//! Checks rounding in the camera.
 //!
-//! A direction of f32 is off by an angle of about u (measured: root mean square 0.9 to 1.2 u, at most 3.2 u); that of a pixel in the
-//! middle of the image is 2 tan(fov / 2) / height. A point of the lens is rounded by u of its distance from the origin (measured: 0.9
-//! to 1.1 of that, at most 3), sideways, so that what is in focus blurs by as much.
+//! A direction in f32 is off by an angle of about u; the angle of a pixel in the middle of the
+//! image is 2 tan(fov / 2) / height. A point of the lens is rounded by u times its distance from
+//! the origin, sideways, so what is in focus blurs by as much. Measured errors agree
+//! (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{PIXELS, ROUNDING, geometry};

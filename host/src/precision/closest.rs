@@ -1,4 +1,4 @@
-//! Distances from a point to shapes, in f64.
+//! Distances from a point to shapes, in f64, for the rule on lights near surfaces.
 
 use crate::scene::description::{Description, ShapeKind};
 use glam::{DVec3, Vec3};
@@ -9,7 +9,7 @@ fn to_segment(point: DVec3, a: DVec3, b: DVec3) -> f64 {
     point.distance(a + along * t)
 }
 
-/// To a parallelogram, or, if `triangle`, to the half of it at `corner`.
+/// Returns the distance to a parallelogram or, if `triangle`, to its half at `corner`.
 fn to_flat(point: DVec3, corner: DVec3, u: DVec3, v: DVec3, triangle: bool) -> f64 {
     let normal = u.cross(v);
     let square = normal.length_squared();
@@ -25,7 +25,7 @@ fn to_flat(point: DVec3, corner: DVec3, u: DVec3, v: DVec3, triangle: bool) -> f
     sides.iter().map(|&(a, b)| to_segment(point, a, b)).fold(f64::INFINITY, f64::min)
 }
 
-/// To the surface of a shape.
+/// Returns the distance to the surface of a shape.
 pub(super) fn to_shape(point: DVec3, kind: &ShapeKind) -> f64 {
     match *kind {
         ShapeKind::Sphere { center, radius } => (point.distance(center) - radius).abs(),
@@ -39,7 +39,7 @@ pub(super) fn to_shape(point: DVec3, kind: &ShapeKind) -> f64 {
     }
 }
 
-/// To the nearest surface of the scene; infinite if it is empty.
+/// Returns the distance to the nearest surface of the scene; infinity if the scene is empty.
 pub(super) fn to_scene(point: DVec3, scene: &Description) -> f64 {
     let mut least =
         scene.shapes.iter().map(|shape| to_shape(point, &shape.kind)).fold(f64::INFINITY, f64::min);

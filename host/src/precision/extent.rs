@@ -1,28 +1,30 @@
-//! How large a scene is, and the space that suits it.
+//! Extent of a scene, and the space that suits it.
 
 use crate::scene::description::{Description, ShapeKind};
 use crate::scene::{Rebase, triple};
 use glam::{DVec3, Vec3};
 use serde::{Serialize, Serializer};
 
-/// A shape so much larger than the median one is surroundings (ground, walls far away): where it stands does not matter.
+/// A shape more than this many times as large as the median one is surroundings (ground, distant
+/// walls), whose position does not matter for the space.
 const SURROUNDINGS: f64 = 64.0;
 
-/// Boxes and distances, in the scene's units.
+/// Extent of a scene, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Extent {
-    /// The corner with the least coordinates of a box around everything but planes; `None` without anything.
+    /// Minimum corner of the bounding box of everything except planes; `None` for an empty scene.
     #[serde(serialize_with = "optional")]
     pub low: Option<DVec3>,
-    /// The corner with the greatest.
+    /// Maximum corner of that box.
     #[serde(serialize_with = "optional")]
     pub high: Option<DVec3>,
-    /// Middle of what matters: of all but what is 64 times as large as the median shape or mesh.
+    /// Middle of what matters: of everything except planes and what is more than 64 times as large
+    /// as the median shape or mesh.
     #[serde(serialize_with = "triple")]
     pub center: DVec3,
     /// Half the longest side of the box around what matters.
     pub radius: f64,
-    /// The eye.
+    /// Position of the camera.
     #[serde(serialize_with = "optional")]
     pub eye: Option<DVec3>,
 }
@@ -63,7 +65,7 @@ fn shape(kind: &ShapeKind) -> Bounds {
 }
 
 impl Extent {
-    /// Of a described scene.
+    /// Computes the extent of a scene description.
     pub fn of(scene: &Description) -> Self {
         let mut all: Vec<Bounds> =
             scene.shapes.iter().filter(|s| !s.kind.is_plane()).map(|s| shape(&s.kind)).collect();
@@ -91,8 +93,9 @@ impl Extent {
         Self { low: Some(whole.0), high: Some(whole.1), center: 0.5 * (matters.0 + matters.1), radius, eye }
     }
 
-    /// The space with its origin in the middle of what matters, and a power of two as scale that makes its radius 1 to 2. The origin
-    /// stays 0 where that is inside already, and has few digits.
+    /// Returns the space with its origin in the middle of what matters, and the power of two as
+    /// scale that brings the radius to between 1 and 2. The origin stays 0 if that is inside
+    /// already; otherwise it is rounded to few digits.
     pub fn best_space(&self) -> Rebase {
         let radius = if self.radius > 0.0 && self.radius.is_finite() { self.radius } else { 1.0 };
         let unit = 2f64.powi(radius.log2().floor().clamp(-59.0, 59.0) as i32);

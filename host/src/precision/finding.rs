@@ -1,25 +1,25 @@
-//! What a rule says.
+//! Findings, and the kinds of limits that they exceed.
 
 use serde::Serialize;
 use std::fmt;
 
-/// Kinds of limits.
+/// Kind of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Limit {
-    /// A primitive is too small for its distance from the origin: its place is rounded.
+    /// A primitive is too small for its distance from the origin: its position is rounded.
     FarFromOrigin,
-    /// The eye, or a small object, is too near to a surface for the size and place of that surface.
+    /// The eye, or a small object, is too near to a surface for that surface's size and position.
     NearSurface,
     /// A primitive is so small that its square leaves the range of f32.
     TooSmall,
-    /// A pixel is narrower than the directions of f32 are apart.
+    /// A pixel is narrower than the spacing of directions in f32.
     NarrowView,
     /// The points of a lens far from the origin are rounded.
     FarLens,
     /// An index of refraction so near to 1 that f32 loses the difference.
     IorNearOne,
-    /// An index of refraction so great or small that the cone of refraction is lost.
+    /// An index of refraction so large or small that the cone of refraction is lost.
     IorExtreme,
     /// Radiance whose square or sum overflows f32.
     TooBright,
@@ -30,13 +30,13 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// For people.
+    /// Returns the title for people.
     pub fn title(self) -> &'static str {
         match self {
             Self::FarFromOrigin => "small for its distance from the origin",
-            Self::NearSurface => "too great or remote for what is near to it",
+            Self::NearSurface => "too large or too far away for what is near it",
             Self::TooSmall => "too small for single precision",
-            Self::NarrowView => "pixels narrower than directions are apart",
+            Self::NarrowView => "pixels narrower than the spacing of directions",
             Self::FarLens => "a lens far from the origin",
             Self::IorNearOne => "an index of refraction near 1",
             Self::IorExtreme => "an extreme index of refraction",
@@ -51,65 +51,65 @@ impl Limit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// It may show: `trisect check` has exit code 6, and a render warns.
+    /// The error may be visible: `trisect check` has exit code 6, and a render warns.
     Warning,
-    /// It touches less than a thousandth of the triangles, and of their area.
+    /// The finding affects less than a thousandth of the triangles, and of their area.
     Note,
 }
 
-/// Triangles of a mesh that a finding touches.
+/// Numbers of triangles of a mesh that a finding affects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Triangles {
-    /// Those outside the range.
+    /// Triangles outside the supported range.
     pub outside: usize,
-    /// All of the mesh.
+    /// All triangles of the mesh.
     pub of: usize,
 }
 
-/// What the rule supports.
+/// Bound of the supported range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Supported {
-    /// No more than this.
+    /// Maximum.
     AtMost(f64),
-    /// No less than this.
+    /// Minimum.
     AtLeast(f64),
 }
 
-/// What an error is counted in.
+/// Quantity that an error is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
-    /// The size of the smaller primitive.
+    /// Size of the smaller primitive.
     Size,
-    /// The distance from the eye to the surface.
+    /// Distance from the eye to the surface.
     Distance,
     /// Pixels.
     Pixels,
-    /// The reflectance.
+    /// Reflectance.
     Reflectance,
-    /// 1, which the squared cosine of refraction is at most.
+    /// 1, the maximum of the squared cosine of refraction.
     SquaredCosine,
-    /// The primitives that are left out.
+    /// Primitives that are left out.
     Primitives,
-    /// The mean of a pixel.
+    /// Mean of a pixel.
     Mean,
-    /// The variance of a pixel.
+    /// Variance of a pixel.
     Variance,
 }
 
-/// A predicted error.
+/// Predicted error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Predicted {
-    /// Relative to the unit, 1 where all of it may be wrong; of pixels, their number. Typical: measured errors have a root mean
-    /// square within a factor of 4 of it.
+    /// Error relative to the unit; 1 if all of it may be wrong. For pixels, their number. The root
+    /// mean square of measured errors is within a factor of 4 of it.
     pub value: f64,
-    /// What it is counted in.
+    /// Unit of the error.
     pub of: Unit,
 }
 
 impl Predicted {
-    /// Relative errors are at most 1: then nothing is right.
+    /// Returns a relative error, limited to 1: beyond that nothing is right.
     pub(super) fn share(value: f64, of: Unit) -> Self {
         Self { value: if value < 1.0 { value } else { 1.0 }, of }
     }
@@ -144,28 +144,29 @@ impl fmt::Display for Predicted {
 /// Something outside the supported range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Of which kind.
+    /// Kind of the limit.
     pub limit: Limit,
     /// Severity.
     pub severity: Severity,
-    /// The triangles that it is about; `None` for what is no mesh.
+    /// Affected triangles; `None` for anything but a mesh.
     pub triangles: Option<Triangles>,
-    /// The object, material or light, as the scene's author knows it: `objects[3]` is the fourth of the scene file.
+    /// Object, material or light, as the scene's author knows it: `objects[3]` is the fourth object
+    /// of the scene file.
     pub what: String,
-    /// What was measured.
+    /// Name of the measured quantity.
     pub quantity: &'static str,
-    /// How much of it there is.
+    /// Measured value.
     pub measured: f64,
-    /// How much of it may be.
+    /// Supported values.
     pub supported: Supported,
-    /// What to expect.
+    /// Predicted error.
     pub predicted: Predicted,
-    /// What helps.
+    /// Remedy, for people.
     pub remedy: &'static str,
 }
 
 impl fmt::Display for Finding {
-    /// Four lines.
+    /// Writes four lines: object, measured value, prediction, remedy.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let (word, bound) = match self.supported {
             Supported::AtMost(bound) => ("most", bound),

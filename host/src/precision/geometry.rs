@@ -1,7 +1,9 @@
-//! The size of primitives against their distance from the origin, and against the range of f32.
+//! Checks the size of primitives against their distance from the origin and against the range of
+//! f32.
 //!
-//! A coordinate x is rounded by up to u |x|. A primitive of size s at a distance |p| is then off, and the distance to it with it, by
-//! |p| u / s of its size: all of it is lost near |p| = s 2²³. Measured on spheres: root mean square 0.5 to 0.9 of that, at most 3.2.
+//! A coordinate x is rounded by up to u |x|. So a primitive of size s at distance |p| from the
+//! origin, and the distance to it, are off by |p| u / s of its size. Near |p| = s 2²³ nothing of it
+//! is left. Measured errors of spheres agree (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Triangles, Unit};
 use super::{RELATIVE, ROUNDING, names};
@@ -15,18 +17,21 @@ pub(super) const FAR: &str =
 pub(super) const SMALL: &str =
     "scale the scene up, with the field `space`: `trisect check --write` computes it";
 
-/// The least radius whose square f32 holds to [`RELATIVE`] on a device that takes subnormal numbers for 0: of the three squares of the
-/// vector to the centre, each may be lost that is below the least normal number.
+/// Returns the minimum radius whose square f32 holds to [`RELATIVE`] on a device that flushes
+/// subnormal numbers to 0. Of the three squares of the vector to the centre, each that is below the
+/// smallest normal number may be lost.
 pub(super) fn min_radius() -> f64 {
     (3.0 * f64::from(f32::MIN_POSITIVE) / RELATIVE).sqrt()
 }
 
-/// The greatest coordinate of a point, from the renderer's origin, in the scene's units.
+/// Returns the largest coordinate of a point relative to the renderer's origin, in the scene's
+/// units.
 pub(super) fn distance(space: Rebase, point: DVec3) -> f64 {
     (point - space.origin).abs().max_element()
 }
 
-/// Twice the area over the longest side: what a rounded vertex must not cross.
+/// Returns the smallest altitude of a triangle: twice its area over its longest side. Rounding of
+/// vertices must stay below it.
 fn altitude([a, b, c]: [DVec3; 3]) -> f64 {
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     (b - a).cross(c - a).length() / longest
@@ -91,10 +96,10 @@ pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
     }
 }
 
-/// Less than this share of the triangles, and of their area, is no more than a note.
+/// A finding is a note if it affects less than this share of the triangles, and of their area.
 const MAX_NOTE_SHARE: f64 = 1e-3;
 
-/// A number of triangles.
+/// Number and total area of some triangles.
 #[derive(Clone, Copy, Debug, Default)]
 struct Share {
     count: usize,
@@ -107,13 +112,14 @@ impl Share {
         self.area += area;
     }
 
-    /// By number and by area: a floor may be two triangles.
+    /// Returns whether the share is small by number and by area. Both count, because a floor may be
+    /// two triangles.
     fn is_little_of(&self, all: &Self) -> bool {
         (self.count as f64) < MAX_NOTE_SHARE * all.count as f64 && self.area <= MAX_NOTE_SHARE * all.area
     }
 }
 
-/// The triangles of a scene, and those that findings of a kind touch.
+/// All triangles of a scene, and those that each kind of finding affects.
 #[derive(Debug, Default)]
 struct AffectedTriangles {
     all: Share,
@@ -121,7 +127,8 @@ struct AffectedTriangles {
     flat: Share,
 }
 
-/// The worst of the triangles of an instance, and how many there are like it.
+/// Adds findings for the triangles of an instance that are far from the origin, or without area.
+/// Each has the worst triangle and the number of affected ones.
 fn mesh(scene: &SceneDocument, index: usize, touched: &mut AffectedTriangles, found: &mut Vec<Finding>) {
     let (space, description) = (scene.space, &scene.description);
     let instance = &description.instances[index];

@@ -1,8 +1,9 @@
-//! Radiance against the range of the film's sums.
+//! Checks radiance against the range of the film's sums.
 //!
-//! A chunk sums radiance and its square over up to 256 samples in f32. The squares overflow beyond √(MAX / 256) = 1.15e18: the
-//! variance is lost. Radiance beyond MAX / 256 = 1.33e36 makes the sum itself infinite, beyond MAX the sample, which is left out. Below
-//! √MIN_POSITIVE = 1.08e-19 the squares are subnormal, off by 2⁻¹⁵⁰ each, and 0 on a device that flushes them.
+//! A chunk sums radiance and its square over up to 256 samples in f32. The squares overflow beyond
+//! √(MAX / 256) = 1.15e18, and the variance is lost. Beyond MAX / 256 = 1.33e36 the sum of radiance
+//! becomes infinite, and beyond MAX the sample itself, which is left out. Below √MIN_POSITIVE =
+//! 1.08e-19 the squares are subnormal, off by 2⁻¹⁵⁰ each, and 0 on a device that flushes them.
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{ROUNDING, closest, geometry, names};
@@ -11,19 +12,22 @@ use crate::scene::description::{PunctualLight, Sky};
 use std::f64::consts::PI;
 use trisect_shared::film::CHUNK_SAMPLES;
 
-const BRIGHT: &str = "lower all lights by one factor: the image is as much darker, no more";
+const BRIGHT: &str =
+    "lower all lights by one factor: the image is darker by that factor and otherwise the same";
 const NEAR: &str = "move the light away from the surface, give it an area (an emitting Sphere), or lower all lights by one factor";
-const DIM: &str = "raise all lights by one factor: the image is as much brighter, no more";
+const DIM: &str =
+    "raise all lights by one factor: the image is brighter by that factor and otherwise the same";
 
-/// The lights without extent that are looked at, the strongest: each is compared with all surfaces.
+/// Maximum number of lights without extent that are checked, the strongest first. Each is compared
+/// with all surfaces.
 const BRIGHTEST: usize = 16;
 
-/// The brightest radiance of which a chunk of samples has a finite sum of squares.
+/// Returns the maximum radiance for which the sum of squares over a chunk is finite.
 pub(super) fn brightest() -> f64 {
     (f64::from(f32::MAX) / f64::from(CHUNK_SAMPLES)).sqrt()
 }
 
-/// The dimmest radiance whose square is a normal number.
+/// Returns the minimum radiance whose square is a normal number.
 pub(super) fn dimmest() -> f64 {
     f64::from(f32::MIN_POSITIVE).sqrt()
 }
@@ -44,7 +48,7 @@ fn bright(what: String, quantity: &'static str, radiance: f64, remedy: &'static 
     })
 }
 
-/// The greatest radiance from infinity.
+/// Returns the maximum radiance of the sky.
 fn sky(sky: &Sky) -> f64 {
     match sky {
         Sky::Gradient { bottom, top } => bottom.max(*top).max_element(),
@@ -80,7 +84,7 @@ pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
         if let Some(radiance) = reflected(scene, light) {
             found.extend(bright(
                 names::light(index),
-                "radiance of a white surface as near as the nearest",
+                "radiance of a white surface at the distance of the nearest surface",
                 radiance,
                 NEAR,
             ));
@@ -102,13 +106,14 @@ pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
     }
 }
 
-/// The greatest channel of what it sends.
+/// Returns the largest channel of a light's strength.
 fn strength(light: &PunctualLight) -> f64 {
     light.strength().max_element()
 }
 
-/// The radiance of a white diffuse surface that faces the light where the nearest surface is: intensity / (π distance²). `None` where
-/// a surface would have to be nearer than positions are rounded to be too bright.
+/// Returns the radiance of a white diffuse surface that faces the light at the distance of the
+/// nearest surface: intensity / (π distance²). `None` if a surface would have to be nearer than the
+/// rounding of positions to be too bright.
 fn reflected(scene: &SceneDocument, light: &PunctualLight) -> Option<f64> {
     let (position, intensity) = match light {
         PunctualLight::Directional { irradiance, .. } => return Some(irradiance.max_element() / PI),
@@ -120,6 +125,6 @@ fn reflected(scene: &SceneDocument, light: &PunctualLight) -> Option<f64> {
     if near <= ROUNDING * geometry::distance(scene.space, position) || near == 0.0 {
         return None;
     }
-    // The scene's lengths and intensities: their ratio is the same in every space.
+    // In the scene's lengths and intensities: their ratio is equal in every space.
     Some(intensity / (PI * closest::to_scene(position, &scene.description).powi(2)))
 }

@@ -1,9 +1,10 @@
-//! Indices of refraction that f32 does not hold.
+//! Checks indices of refraction that f32 does not resolve.
 //!
-//! Near 1, what counts is the difference x = n - 1, which rounding of n and 1 / n moves by about u: Fresnel's reflectance, about
-//! x² / 4 ahead, is off by 1.5 u / x of itself (measured: root mean square 1.4 to 2.1 u / x, at most 9). Far from 1, on the side of the
-//! greater index n, light passes within a cone of sin² = 1 / n² only, where the cosine lies within 1 / (2 n²) of 1; its rounding moves
-//! the squared cosine of refraction, 1 - n² sin², by 3 n² u (measured: root mean square 2.4 to 2.9 n² u, at most 13).
+//! Near 1 the difference x = n - 1 matters. Rounding of n and 1 / n changes it by about u, so
+//! Fresnel's reflectance, about x² / 4 at normal incidence, is off by 1.5 u / x of itself. Far from
+//! 1, on the side of the larger index n, light passes within a cone of sin² = 1 / n², where the
+//! cosine is within 1 / (2 n²) of 1. Its rounding changes the squared cosine of refraction, 1 - n²
+//! sin², by 3 n² u. Measured errors agree (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{RELATIVE, ROUNDING, names};

@@ -1,8 +1,10 @@
-//! What in a scene lies outside the range that single precision supports, by how much that shows, and what helps.
+//! Finds what in a scene is outside the range that single precision supports, predicts the error,
+//! and names a remedy. Used by `trisect check`, and for warnings of `render` and `bench`.
 //!
-//! A scene is described in f64 and rendered in f32, whose unit roundoff u is 2⁻²⁴. Each rule is a first-order estimate of the error
-//! that rounding makes, in units of what it spoils; a test measures that the error is there beyond the limit and is not within it.
-//! `docs/accuracy.md` has the formulas and the measurements.
+//! A scene is described in f64 and rendered in f32, whose unit roundoff u is 2⁻²⁴. Each rule is a
+//! first-order estimate of the rounding error, relative to what it affects. Tests measure that the
+//! error exists beyond the limit and not within it. Formulas and measurements:
+//! docs/reference/supported-ranges.md.
 
 mod camera;
 mod closest;
@@ -27,52 +29,55 @@ use crate::scene::{Rebase, SceneDocument};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Half the distance from 1 to the next number of f32: the greatest relative error of one rounding.
+/// Half the distance from 1 to the next number of f32: the maximum relative error of one rounding.
 pub const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
-/// What a hit may be off, relative to what is hit. Few things fill more than a thousand pixels: for those, a pixel.
+/// Supported error of a hit, relative to the object. Few objects fill more than a thousand pixels,
+/// so this is a pixel.
 pub const RELATIVE: f64 = 1e-3;
 
-/// What a ray may be off in the image, in pixels: a third of the deviation (0.29) of the box filter that spreads it.
+/// Supported error of a ray in the image, in pixels: a third of the standard deviation (0.29) of
+/// the box filter of a pixel.
 pub const PIXELS: f64 = 0.1;
 
-/// Findings of a kind that a report holds, the worst first; of the others it knows the number.
+/// Maximum number of findings of a kind in a report, the worst first. The others are counted.
 const MAX_FINDINGS: usize = 16;
 
 /// Version of the record that `trisect check --json` prints.
 const FORMAT: u32 = 1;
 
-/// What was found in a scene.
+/// Findings of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Of this record.
+    /// Version of the record's format.
     pub format: u32,
-    /// Of the program.
+    /// Version of the program.
     pub version: &'static str,
-    /// The file, or what stands for it.
+    /// Path of the scene file, or the name of a built-in scene.
     pub scene: String,
-    /// How large the scene is.
+    /// Extent of the scene.
     pub extent: Extent,
-    /// The space that the file asks for.
+    /// Space that the scene file sets.
     pub space: Rebase,
-    /// The space that suits it best.
+    /// Space in which the scene is computed with the most digits.
     pub best_space: Rebase,
-    /// By which share the mean of a pixel's samples may be off by their summation, at most.
+    /// Maximum relative error of a pixel's mean due to the summation of its samples.
     pub accumulation: f64,
-    /// By kind, the worst of a kind first.
+    /// Findings by kind, the worst of each kind first.
     pub findings: Vec<Finding>,
-    /// How many more there are of a kind.
+    /// Number of further findings of each kind.
     pub more: BTreeMap<Limit, usize>,
 }
 
 impl Report {
-    /// Returns whether something is outside the supported range, notes apart.
+    /// Returns whether any finding is a warning rather than a note.
     pub fn is_outside(&self) -> bool {
         self.findings.iter().any(|finding| finding.severity == Severity::Warning)
     }
 }
 
-/// Looks for all that is outside the supported range, in the space that the scene asks for, and for the space that suits it best.
+/// Finds everything outside the supported range in the space that the scene sets, and the space
+/// that suits it best.
 pub fn check(scene: &SceneDocument, settings: &Settings) -> Report {
     let extent = Extent::of(&scene.description);
     let best_space = best(scene, extent.best_space());
@@ -103,8 +108,9 @@ fn collect(scene: &SceneDocument, settings: &Settings) -> Vec<Finding> {
     found
 }
 
-/// The space `wanted`, if everything has a place there: what is tiny in a great scene may be lost by its scale. Else only its origin,
-/// else what the scene has.
+/// Returns the space `wanted` if no primitive becomes too small in it, which a tiny object in a
+/// large scene may. Otherwise the same origin without a scale, if that fits; otherwise the scene's
+/// own space.
 fn best(scene: &SceneDocument, wanted: Rebase) -> Rebase {
     let lost = |scene: &SceneDocument| {
         let mut found = Vec::new();
@@ -119,7 +125,7 @@ fn best(scene: &SceneDocument, wanted: Rebase) -> Rebase {
     [wanted, Rebase { scale: 1.0, ..wanted }].into_iter().find(fits).unwrap_or(scene.space)
 }
 
-/// One line for each kind of finding, notes apart, for people who render the scene.
+/// Returns one line for each kind of finding, without notes, for people who render the scene.
 pub fn warnings(scene: &SceneDocument, settings: &Settings) -> Vec<String> {
     let mut found = collect(scene, settings);
     found.retain(|finding| finding.severity == Severity::Warning);
@@ -127,7 +133,8 @@ pub fn warnings(scene: &SceneDocument, settings: &Settings) -> Vec<String> {
     summary(&findings, &more)
 }
 
-/// The worst of each kind, one for each thing, and how many others there are.
+/// Returns the worst findings of each kind, at most one for each object, and the number of the
+/// others.
 fn worst(mut found: Vec<Finding>) -> (Vec<Finding>, BTreeMap<Limit, usize>) {
     found.sort_by(|a, b| {
         let by_error = b.predicted.value.total_cmp(&a.predicted.value);
@@ -153,7 +160,7 @@ fn worst(mut found: Vec<Finding>) -> (Vec<Finding>, BTreeMap<Limit, usize>) {
     (kept, more)
 }
 
-/// One line for each kind: the worst of it, and how many others there are.
+/// Returns one line for each kind of finding: the worst of it, and the number of the others.
 fn summary(findings: &[Finding], more: &BTreeMap<Limit, usize>) -> Vec<String> {
     let line = |same: &[Finding]| {
         let worst = same.first()?;

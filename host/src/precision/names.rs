@@ -1,8 +1,8 @@
-//! What the author of a scene calls its parts.
+//! Names of a scene's parts as its author knows them, for findings and messages.
 
 use crate::scene::description::{Description, Shape, ShapeKind};
 
-/// Of an analytic shape.
+/// Returns the name of an analytic shape.
 pub(crate) fn shape(scene: &Description, index: usize, shape: &Shape) -> String {
     let kind = match shape.kind {
         ShapeKind::Sphere { .. } => "a sphere",
@@ -18,7 +18,7 @@ pub(crate) fn shape(scene: &Description, index: usize, shape: &Shape) -> String 
     format!("{place}, {kind} of \"{material}\"")
 }
 
-/// Of a mesh in the world.
+/// Returns the name of a mesh instance.
 pub(crate) fn instance(scene: &Description, index: usize) -> String {
     let mesh = scene.instances.get(index).and_then(|instance| scene.meshes.get(instance.mesh));
     let name = mesh.map_or("", |mesh| &mesh.name);
@@ -28,12 +28,12 @@ pub(crate) fn instance(scene: &Description, index: usize) -> String {
     }
 }
 
-/// Of a material.
+/// Returns the name of a material.
 pub(crate) fn material(name: &str) -> String {
     format!("material \"{name}\"")
 }
 
-/// Of a light without extent: those of a scene file come first.
+/// Returns the name of a light without extent. Those of a scene file have the first indices.
 pub(crate) fn light(index: usize) -> String {
     format!("lights[{index}]")
 }

@@ -1,11 +1,11 @@
-//! Remedies that help: what a space cannot mend has another.
+//! Replaces the remedy `space` where no other space helps.
 
 use super::finding::Finding;
 use super::{camera, geometry, surface};
 use crate::render::Settings;
 use crate::scene::{Rebase, SceneDocument};
 
-/// Returns what helps instead of the field `space`; `None` for a remedy that does not name it.
+/// Returns the remedy that replaces the field `space`; `None` for a remedy that does not name it.
 fn instead(remedy: &str) -> Option<&'static str> {
     match remedy {
         geometry::FAR => Some(
@@ -20,8 +20,8 @@ fn instead(remedy: &str) -> Option<&'static str> {
     }
 }
 
-/// Replaces remedies by the field `space` where the best space is the one that is there, or leaves
-/// the finding as it is.
+/// Replaces remedies that name the field `space` where the best space is the present one, or does
+/// not improve the finding.
 pub(super) fn settle(scene: &SceneDocument, settings: &Settings, best: Rebase, found: &mut [Finding]) {
     if !found.iter().any(|finding| instead(finding.remedy).is_some()) {
         return;
@@ -43,7 +43,7 @@ pub(super) fn settle(scene: &SceneDocument, settings: &Settings, best: Rebase, f
     }
 }
 
-/// Returns the name of what a finding is about, without a number of triangles.
+/// Returns the name of the affected part, without a number of triangles.
 fn subject(finding: &Finding) -> &str {
     match finding.triangles {
         Some(_) => finding.what.rsplit_once(": ").map_or(&*finding.what, |(name, _)| name),
@@ -51,7 +51,7 @@ fn subject(finding: &Finding) -> &str {
     }
 }
 
-/// Returns whether half of the error, or of the triangles, is gone.
+/// Returns whether at least half of the error, or of the affected triangles, is gone.
 fn is_less(left: &Finding, before: &Finding) -> bool {
     let outside = |finding: &Finding| finding.triangles.map_or(1, |triangles| triangles.outside);
     left.predicted.value <= 0.5 * before.predicted.value || 2 * outside(left) <= outside(before)

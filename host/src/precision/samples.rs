@@ -1,18 +1,18 @@
-//! Samples against the accumulator.
+//! Checks the number of samples against the accumulator.
 //!
-//! A pixel's samples are counted and numbered in 32 bits, and summed over chunks in f32 with a carry for what is rounded off; the
-//! film's sums over chunks are exact. So a mean is off by one rounding of each chunk, u = 2⁻²⁴ relative, whatever the count. That would
-//! show where it is greater than the noise, 1 / √n of a mean with a deviation as large: from 2.8e14 samples on, more than can be asked
-//! for.
+//! A pixel's samples are counted and numbered in 32 bits, and summed over chunks in f32 with a
+//! compensation for what is rounded off. The film's sums over chunks are exact. So a mean is off by
+//! one rounding of each chunk, u = 2⁻²⁴ relative, for any count. That exceeds the noise, 1 / √n of
+//! a mean with as large a deviation, from 2.8e14 samples on: more than can be requested.
 
 use super::ROUNDING;
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use crate::render::Settings;
 
-/// The greatest relative error that summing any number of terms of one sign makes.
+/// Maximum relative error of summing any number of terms of one sign, with compensation.
 pub const ACCUMULATION: f64 = ROUNDING;
 
-/// The same for one plain f32 sum of `terms`: what the carry saves.
+/// Returns the maximum relative error of one plain f32 sum of `terms` terms, without compensation.
 pub fn plain_accumulation(terms: u32) -> f64 {
     f64::from(terms.saturating_sub(1)) * ROUNDING
 }
@@ -49,7 +49,7 @@ mod tests {
         }
     }
 
-    /// The twin: one sum in f32, which stagnates.
+    /// Negative control: one plain f32 sum, which stagnates.
     #[test]
     fn one_sum_in_single_precision_is_reported_and_wrong() {
         let samples = 1 << 25;

@@ -1,9 +1,10 @@
-//! The eye against the surface that it is near to.
+//! Checks the eye, and small objects, against a surface that they are near to.
 //!
-//! A sphere's test subtracts squares: c = |o - C|² - R², whose terms are rounded by u R², while c itself is 2 R h at height h. So the
-//! distance is off by R u / h of itself (measured: root mean square 0.5 to 0.7 of that, at most 2.5), for a sphere as ground as for
-//! any other. The hit itself is off by R u (measured: root mean square 0.7 to 1.1), which an object of size s that rests on the sphere
-//! shows as R u / s of its size. A plane's test adds products of coordinates and normal, each rounded by u of itself (measured: 0.3, at most 2).
+//! A sphere's test subtracts squares: c = |o - C|² - R². Its terms are rounded by u R², while c is
+//! 2 R h at height h, so the distance is off by R u / h of itself. The hit is off by R u, which an
+//! object of size s that rests on the sphere shows as R u / s of its size. A plane's test adds
+//! products of coordinates and normal, each rounded by u of itself. Measured errors agree
+//! (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{RELATIVE, ROUNDING, geometry, names};
@@ -11,24 +12,25 @@ use crate::scene::SceneDocument;
 use crate::scene::description::ShapeKind;
 use glam::DVec3;
 
-const SPHERE: &str = "for ground use a `Plane` (or a `Quad`) instead of a great sphere; else keep the eye and small objects away from it";
+const SPHERE: &str = "use a `Plane` (or a `Quad`) as ground instead of a large sphere, or keep the eye and small objects away from it";
 pub(super) const FLAT: &str =
     "give a `Plane` a `point` near the eye; with the field `space`, move the renderer's origin to the eye";
 
-/// What hits of a sphere are off: by the rounding of its radius or place; `None` where it is too small for its place, which is another
-/// finding.
+/// Returns the error of hits on a sphere, from the rounding of its radius or position. `None` if
+/// the sphere is too small for its distance from the origin, which is another finding.
 fn rounding(center: DVec3, radius: f64, origin: DVec3) -> Option<f64> {
     let far = (center - origin).abs().max_element();
     (far * ROUNDING <= RELATIVE * radius).then_some(radius.max(far) * ROUNDING)
 }
 
-/// What helps with a sphere: near the origin, where its place is not the greater number, only another shape does.
+/// Returns the remedy for a sphere. Near the origin, where its position is not the larger number,
+/// only another shape helps.
 fn remedy(center: DVec3, radius: f64, origin: DVec3) -> &'static str {
     if (center - origin).abs().max_element() > 2.0 * radius { geometry::FAR } else { SPHERE }
 }
 
-/// What the distance to a surface is off, in the scene's units, and the eye's height above it; `None` if the surface is not below
-/// the eye.
+/// Returns the error of the distance to a surface, in the scene's units, and the eye's height above
+/// it. `None` if the surface is not below the eye.
 fn error(kind: &ShapeKind, eye: DVec3, origin: DVec3) -> Option<(f64, f64)> {
     let flat = |point: DVec3, normal: DVec3| {
         let to = eye - point;
@@ -55,10 +57,11 @@ fn error(kind: &ShapeKind, eye: DVec3, origin: DVec3) -> Option<(f64, f64)> {
     }
 }
 
-/// The spheres that are looked at as ground for others: comparing each with each would take too long.
+/// Maximum number of spheres that are checked as ground for others, the largest first. Comparing
+/// each with each would take too long.
 const GROUNDS: usize = 16;
 
-/// Great spheres, each with the smallest object that rests on it.
+/// Adds findings for large spheres, each with the smallest sphere that rests on it.
 fn grounds(scene: &SceneDocument, found: &mut Vec<Finding>) {
     let shapes = &scene.description.shapes;
     let mut spheres: Vec<(usize, DVec3, f64)> = shapes
@@ -98,7 +101,7 @@ pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
         let Some((error, height)) = error(&shape.kind, camera.look_from, scene.space.origin) else {
             continue;
         };
-        // Written so that a height of 0 is found.
+        // Written so that a height of 0 gives a finding.
         if error > RELATIVE * height {
             let remedy = match shape.kind {
                 ShapeKind::Sphere { center, radius } => remedy(center, radius, scene.space.origin),

@@ -1,4 +1,5 @@
-//! A copy of a scene that differs in one field.
+//! Writes a copy of a scene file with another `space` or camera. Used by `trisect check --write`
+//! and by the viewer.
 
 use crate::atomic_file::{is_same, write_atomic_or_in_place};
 use crate::input;
@@ -8,18 +9,19 @@ use crate::scene::{
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A scene that cannot be written.
+/// Reason why a copy of a scene cannot be written.
 #[derive(Debug, Error)]
 pub enum WriteError {
-    /// The names of other files in a scene are relative to its folder.
+    /// Names of other files in a scene are relative to its folder, so the copy must be in the same
+    /// folder.
     #[error(
-        "{}: the scene names other files relative to its folder, so a copy must lie there, too; write to {}",
+        "{}: the scene names other files relative to its folder, so a copy must be in that folder; write to {}",
         path.display(), instead.display()
     )]
     OtherFolder {
-        /// Where it was to go.
+        /// Requested path of the copy.
         path: PathBuf,
-        /// Where it may.
+        /// Path at which a copy can be written.
         instead: PathBuf,
     },
     /// The copy would replace the original.
@@ -28,46 +30,48 @@ pub enum WriteError {
         /// The file.
         path: PathBuf,
     },
-    /// A scene is RON.
+    /// The name of the copy does not end in `.ron`.
     #[error("{}: the copy is a scene file in RON; let its name end in .ron", path.display())]
     NotRon {
-        /// Where it was to go.
+        /// Requested path of the copy.
         path: PathBuf,
     },
-    /// A file's name that a scene file cannot hold.
-    #[error("{}: this name is no UTF-8 text, so no scene file can hold it; rename the file", path.display())]
+    /// The name of the model is not UTF-8, so a scene file cannot contain it.
+    #[error("{}: this name is not UTF-8, so a scene file cannot contain it; rename the file", path.display())]
     Name {
         /// The model.
         path: PathBuf,
     },
-    /// The file system refused.
+    /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
-    /// The original cannot be read any more.
+    /// The original can no longer be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
 
-/// What is different in a copy.
+/// Field that differs in a copy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// Where it is computed.
+    /// Space in which the scene is computed.
     Space(Rebase),
-    /// Where it is seen from, in the scene's own units.
+    /// Camera, in the scene's own units.
     Camera(CameraPose),
 }
 
-/// Writes a copy of the scene file `from`, which `scene` was read from, to `to`, with another field: all other
-/// text, comments included, stays. Of a model it writes a scene file that shows the model as `trisect render` does by itself.
+/// Writes a copy of the scene file `from`, which `scene` was read from, to `to`, with the changed
+/// field. All other text stays, comments included. For a model, writes a scene file that shows the
+/// model as `trisect render` shows it.
 ///
 /// # Errors
 ///
-/// [`WriteError`] says what stands against it; nothing was written then, or the file system says so.
+/// [`WriteError`] with the reason. Nothing was written then, unless the file system failed while
+/// writing.
 pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> Result<(), WriteError> {
     let io = |path: &Path| {
         let path = path.to_owned();
@@ -102,12 +106,14 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
     write_atomic_or_in_place(to, text.as_bytes()).map_err(io(to))
 }
 
-/// The field's value. Rust's debug form of an f64 reads back to the same bits.
+/// Returns the value of the field `space`. Rust's debug format of an f64 reads back to the same
+/// bits.
 fn field(space: Rebase) -> String {
     format!("(origin: {}, scale: {:?})", point(space.origin), space.scale)
 }
 
-/// A scene file with nothing but a model, and what the model lacks.
+/// Returns the text of a scene file that contains the model, and the camera and sky that the model
+/// lacks.
 fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<String, WriteError> {
     let Some(name) = from.file_name().and_then(|name| name.to_str()) else {
         return Err(WriteError::Name { path: from.to_owned() });

@@ -1,4 +1,4 @@
-//! Making a renderer: trees and lights, and what tells whether two made the same.
+//! Construction of a renderer: BVH, light table, and the checksum by which renderers compare them.
 
 use super::scene_params::SceneParams;
 use super::submissions::SubmissionSizer;
@@ -14,7 +14,7 @@ use crate::stats::Phases;
 use glam::Vec3;
 use std::time::Instant;
 
-/// CRC-32 of trees and lights.
+/// Returns the CRC-32 of BVH and light table.
 fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
     let mut crc = crc32fast::Hasher::new();
     let parts: [&[u8]; 6] = [
@@ -30,12 +30,13 @@ fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
 }
 
 impl Renderer {
-    /// Builds the BVH and the light table, and uploads the scene.
+    /// Creates a renderer: builds the BVH and the light table, and uploads the scene.
     pub fn new(backend: Box<dyn Backend>, scene: &Scene) -> Result<Self, Error> {
         Self::with_quality(backend, scene, None)
     }
 
-    /// The same with a BVH of this quality; `None` leaves it to the number of primitives.
+    /// Creates a renderer with a BVH of this quality; with `None` it follows from the number of
+    /// primitives.
     pub fn with_quality(
         mut backend: Box<dyn Backend>,
         scene: &Scene,
@@ -82,12 +83,13 @@ impl Renderer {
         })
     }
 
-    /// Another renderer of the same scene on the same device, for frames that are rendered at the same time: where one waits for its last lanes or for the host,
-    /// the other's lanes fill the device. None where that brings nothing.
+    /// Returns another renderer of the same scene on the same device, for frames that are rendered
+    /// at the same time: where one waits for its last lanes or for the host, the other's lanes fill
+    /// the device. Returns `None` if that gains nothing.
     ///
     /// # Errors
     ///
-    /// [`Error::Backend`] when the device fails.
+    /// [`Error::Backend`] if the device fails.
     pub fn second_stream(&self) -> Result<Option<Self>, Error> {
         let Some(backend) = self.backend.second_stream()? else { return Ok(None) };
         Ok(Some(Self {
@@ -109,8 +111,9 @@ impl Renderer {
         }))
     }
 
-    /// CRC-32 of what the host made of the scene, for an image of this size: trees, lights and the camera's record. Films of which it differs do not belong
-    /// together, though scene and settings be the same: another library may have built another tree.
+    /// Returns the CRC-32 of what the host made of the scene, for an image of this size: BVH, light
+    /// table and camera record. Films that differ in it do not belong together, even with equal
+    /// scene and settings: another version of a library may have built another BVH.
     pub fn prepared_crc(&self, width: u32, height: u32) -> u32 {
         let mut crc = crc32fast::Hasher::new_with_initial(self.structures_crc);
         crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));

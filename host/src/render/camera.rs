@@ -1,15 +1,16 @@
-//! The camera's launch record, from its pose and the image's size.
+//! Camera record of the launch parameters, from the camera's pose and the image's size.
 
 use crate::scene::CameraPose;
 use trisect_shared::camera::Camera;
 
-/// Computed in f64: only the record's vectors are rounded to f32.
+/// Returns the camera record of an image. It is computed in f64; only the record's vectors are
+/// rounded to f32.
 pub(super) fn record(pose: &CameraPose, width: u32, height: u32) -> Camera {
     let back = (pose.look_from - pose.look_at).normalize();
     let right = pose.up.cross(back).normalize();
     let up = back.cross(right);
     let (width, height) = (f64::from(width), f64::from(height));
-    // A pinhole is in focus everywhere: its image plane may lie at distance 1.
+    // A pinhole is in focus everywhere, so its image plane may lie at distance 1.
     let focus_distance = if pose.defocus_angle > 0.0 { pose.focus_distance } else { 1.0 };
     let image_height = 2.0 * (0.5 * pose.vertical_fov).tan() * focus_distance;
     let pixel = image_height / height; // square pixels

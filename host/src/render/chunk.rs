@@ -1,4 +1,4 @@
-//! Chunks of samples of some rows, as the device sums them.
+//! Rendering of one chunk: samples of some rows, which the device sums.
 
 use super::chunk_pipeline::resize_records;
 use super::submissions::{Submission, Submissions};
@@ -13,33 +13,36 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::params::FLAG_END_OF_CHUNK;
 
-/// Sums over samples of some rows, one below the other, as the device gave them; [`Film::merge`](crate::film::Film::merge) takes them.
+/// Sums over the samples of a chunk of some rows, packed, as the device returned them.
+/// [`Film::merge`](crate::film::Film::merge) takes them.
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkResult<'a> {
-    /// A record a pixel.
+    /// Sums of each pixel.
     pub pixels: &'a [PixelSums],
-    /// The same, for settings with guides; else none.
+    /// AOV sums of each pixel; empty if the settings ask for none.
     pub aovs: &'a [AovSums],
-    /// That rendered them.
+    /// Name of the kernel that rendered them.
     pub kernel: &'static str,
-    /// Of their random numbers.
+    /// Seed of their random numbers.
     pub seed: u32,
-    /// By the device's timer.
+    /// Time by the device's timer.
     pub device: Duration,
-    /// Launches.
+    /// Number of launches.
     pub submissions: u64,
 }
 
-/// What a chunk took.
+/// Times of a chunk.
 #[derive(Default)]
 pub(super) struct ChunkTiming {
+    /// Time of rendering, by the device's timer.
     pub device: Duration,
-    /// Copying it from the device.
+    /// Time of copying the sums from the device.
     pub read: Duration,
     pub submissions: u64,
 }
 
-/// Samples as a render sums them: from multiples of [`CHUNK_SAMPLES`] on, so many at most.
+/// Returns the chunks that a render divides samples into: they end at multiples of
+/// [`CHUNK_SAMPLES`] and at the last sample.
 pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let mut first = samples.start;
     std::iter::from_fn(move || {
@@ -49,12 +52,15 @@ pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
 }
 
 impl Renderer {
-    /// Renders samples of some rows, at most a chunk, for a film that someone else merges: rows of a share, and samples from any one on.
-    /// Sums over other samples than those of [`chunks`] round otherwise than a render's.
+    /// Renders samples of some rows, at most a chunk, for a film that the caller merges. The rows
+    /// may be those of a share, and the samples may begin at any one; but sums over other samples
+    /// than those of [`chunks`] are rounded differently from a render's.
     ///
     /// # Errors
     ///
-    /// As [`render_part`](Self::render_part), but for samples that split a chunk; [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for more samples than one has.
+    /// The errors of [`render_part`](Self::render_part), except that samples may split a chunk;
+    /// [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) also for more samples than a
+    /// chunk has.
     pub fn render_chunk(
         &mut self,
         settings: &Settings,
@@ -78,7 +84,7 @@ impl Renderer {
         })
     }
 
-    /// Makes all ready for chunks of some rows, which it checks.
+    /// Checks rows and samples, and prepares kernel, film and tile entries for their chunks.
     pub(super) fn ready_for(
         &mut self,
         settings: &Settings,
@@ -92,7 +98,7 @@ impl Renderer {
         Ok(variant)
     }
 
-    /// Renders a chunk and reads it: what it holds is in `self.chunk` and `self.guides`.
+    /// Renders a chunk and reads it into `self.chunk` and `self.aovs`.
     pub(super) fn run_chunk(
         &mut self,
         settings: &Settings,
@@ -126,7 +132,8 @@ impl Renderer {
         Ok(took)
     }
 
-    /// Renders a submission of the chunk of `samples` samples that begins at `first_sample`.
+    /// Renders one submission of the chunk of `samples` samples that begins at `first_sample`.
+    /// Returns the device time.
     pub(super) fn submit(
         &mut self,
         settings: &Settings,

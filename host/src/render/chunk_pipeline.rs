@@ -1,4 +1,4 @@
-//! Chunks one after the other: what one holds is summed on the host while the device renders the next.
+//! Pipeline of chunks: the host adds one to the film while the device renders the next.
 
 use super::chunk::{ChunkResult, ChunkTiming};
 use super::{Renderer, Settings};
@@ -14,19 +14,20 @@ use trisect_kernels::Variant;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
 
-/// What chunks took in all.
+/// Total times of some chunks.
 #[derive(Default)]
 pub(crate) struct PipelineTiming {
+    /// Time of rendering, by the device's timer.
     pub device: Duration,
-    /// Copying from the device.
+    /// Time of copying from the device.
     pub read: Duration,
-    /// That, and what else the device waited for.
+    /// Time that the device waited for the host, copying included.
     pub waited: Duration,
     pub submissions: u64,
 }
 
 impl PipelineTiming {
-    /// Those of others, too.
+    /// Adds the times of other chunks.
     pub fn add(&mut self, other: &Self) {
         self.device += other.device;
         self.read += other.read;
@@ -35,24 +36,25 @@ impl PipelineTiming {
     }
 }
 
-/// Samples of some rows, cut into chunks.
+/// Samples of some rows, to render chunk by chunk.
 pub(crate) struct ChunkJob<'a> {
     pub settings: &'a Settings,
     pub rows: &'a RowSet,
     pub samples: &'a [Range<u32>],
-    /// Each chunk is taken by each of these seeds in turn, whatever the settings' own.
+    /// Seeds with which each chunk is rendered in turn, instead of the settings' own.
     pub seeds: &'a [u32],
-    /// Asked before each chunk: with no, those that are left are not taken.
+    /// Asked before each chunk; if false, the remaining chunks are not rendered.
     pub should_continue: &'a dyn Fn() -> bool,
 }
 
-/// What takes chunks, and memory for one.
+/// Consumer of chunks, with memory for one chunk.
 type Consumer<T> = (T, HostRecords<PixelSums>, HostRecords<AovSums>);
 
-/// Chunks from which on memory that the device copies to without a detour is worth what making it such takes: at 1920x1080 some 15 ms, for 6 ms a chunk.
+/// Minimum number of chunks for which pinned memory, to which the device copies directly, saves
+/// more time than pinning takes (docs/notebook/denoising.md).
 const MIN_PINNED_CHUNKS: usize = 4;
 
-/// The same, or the thread that has it.
+/// A consumer, or the thread that it runs on.
 enum ConsumerState<'scope, T> {
     Idle(Consumer<T>),
     Running(ScopedJoinHandle<'scope, Result<Consumer<T>, Error>>),
@@ -67,7 +69,7 @@ impl<T> ConsumerState<'_, T> {
     }
 }
 
-/// Gives memory room for records of so many pixels; the device lets go of what is too small.
+/// Resizes memory to records for `pixels` pixels. Memory that is too small is unpinned first.
 pub(super) fn resize_records<T: Pod + Zeroable>(
     backend: &mut dyn Backend,
     records: &mut HostRecords<T>,
@@ -80,12 +82,13 @@ pub(super) fn resize_records<T: Pod + Zeroable>(
 }
 
 impl Renderer {
-    /// Renders chunks for a film that someone else merges. `take` gets each, in order, with `state`; where the device is no processor of the host, on another
-    /// thread while the next chunk is rendered. `watch` is told how many samples were taken so far, and may end it.
+    /// Renders chunks for a film that the caller merges. `take` gets each chunk, in order, with
+    /// `state`; on a GPU it runs on another thread while the next chunk is rendered. `watch` gets
+    /// the number of samples taken so far, and may cancel the render.
     ///
     /// # Errors
     ///
-    /// As [`render_chunk`](Self::render_chunk), and what `take` says.
+    /// The errors of [`render_chunk`](Self::render_chunk), and errors of `take`.
     pub(crate) fn for_each_chunk<T: Send>(
         &mut self,
         parts: &ChunkJob<'_>,
@@ -97,11 +100,12 @@ impl Renderer {
         Ok(self.for_each_prepared_chunk(parts, variant, watch, state, take)?.0)
     }
 
-    /// The same with what was made ready for it.
+    /// Renders chunks as [`for_each_chunk`](Self::for_each_chunk) does, after they were prepared.
+    /// Also returns the times.
     ///
     /// # Errors
     ///
-    /// As [`chunk`](Self::chunk), and what `take` says.
+    /// The errors of [`render_chunk`](Self::render_chunk), and errors of `take`.
     pub(super) fn for_each_prepared_chunk<T: Send>(
         &mut self,
         parts: &ChunkJob<'_>,
@@ -177,7 +181,7 @@ impl Renderer {
         Ok((state, all))
     }
 
-    /// Makes memory for two chunks of so many pixels to which a GPU copies without a detour.
+    /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
     pub(crate) fn pin_chunks(&mut self, pixels: usize, with_guides: bool) {
         if self.backend.device().kind != DeviceKind::Gpu {
             return;

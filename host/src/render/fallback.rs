@@ -1,4 +1,4 @@
-//! Where a device fails, another goes on.
+//! Fallback to another device, which continues a render after a device failed.
 
 use super::{FilmObserver, RenderObserver, Renderer, Settings};
 use crate::Error;
@@ -7,17 +7,21 @@ use crate::film::Film;
 use crate::stats::RenderStats;
 use std::ops::Range;
 
-/// Makes a renderer of the same scene elsewhere, and fits the settings to it; none to give up. Told why, and what there is so far.
+/// Creates a renderer of the same scene on another device, and adapts the settings to it; `None`
+/// gives up. Gets the error of the device, and the film so far.
 pub type FallbackFactory<'a> =
     dyn FnMut(&BackendError, &Film, &mut Settings) -> Option<Result<Renderer, Error>> + 'a;
 
 impl Renderer {
-    /// As [`render_missing`](Self::render_missing), and where the device fails, `elsewhere` says who goes on: this renderer becomes that one. Parts that were not
-    /// complete are rendered anew; the film is that of one device, bit for bit, if both round alike. What is returned is of the last device alone.
+    /// Renders as [`render_missing`](Self::render_missing) does. If the device fails, `elsewhere`
+    /// chooses the renderer that continues, and this renderer becomes that one. Parts that were not
+    /// complete are rendered again; if both devices round alike, the film has the same bits as with
+    /// one device. The statistics are those of the last device alone.
     ///
     /// # Errors
     ///
-    /// As there, of who gave up.
+    /// The errors of [`render_missing`](Self::render_missing) if `elsewhere` gives up, or of
+    /// creating another renderer.
     pub fn render_missing_with_fallback(
         &mut self,
         film: &mut Film,

@@ -1,5 +1,5 @@
-//! What identifies an image: the one list for ranks that render it, checkpoints of it, and
-//! references.
+//! Fingerprint of an image: the one list of what identifies it, for ranks that render it,
+//! checkpoints of it, and references.
 
 use super::Settings;
 use crate::bvh::BvhQuality;
@@ -7,25 +7,25 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
-/// All that decides the samples of an image, but for the rounding of the device: two of the same
-/// fingerprint are films of one image.
+/// Everything that decides the samples of an image, except the device's rounding. Films with equal
+/// fingerprints belong to one image.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fingerprint {
-    /// The program's version.
+    /// Version of the program.
     pub version: String,
     /// Hash of the kernels, hexadecimal.
     pub kernels: String,
-    /// Hash of the scene with all that it refers to, hexadecimal.
+    /// Hash of the scene and all that it refers to, hexadecimal.
     pub scene: String,
-    /// The settings, by name.
+    /// Settings by name.
     pub settings: Map<String, Value>,
 }
 
 impl Fingerprint {
-    /// Makes that of a scene with this [digest](crate::scene::Scene::digest), rendered with these
-    /// settings and a tree of this quality.
+    /// Returns the fingerprint of a scene with this [digest](crate::scene::Scene::digest), rendered
+    /// with these settings and a BVH of this quality.
     pub fn new(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>) -> Self {
-        // Each field by name: who adds one decides whether the image depends on it.
+        // Each field is named, so that whoever adds one decides whether the image depends on it.
         let Settings {
             width,
             height,
@@ -40,7 +40,7 @@ impl Fingerprint {
             light_sampling,
             clamp,
             guides,
-            // How the same image is computed.
+            // These decide only how the image is computed.
             traversal: _,
             schedule: _,
             tile: _,
@@ -60,7 +60,7 @@ impl Fingerprint {
             ("light_sampling", Value::from(*light_sampling)),
             ("clamp", Value::from(*clamp)),
             ("guides", Value::from(*guides)),
-            // Which of two surfaces in one place is hit depends on the tree.
+            // The BVH decides which of two coincident surfaces is hit.
             ("bvh_quality", value(&quality)),
         ];
         Self {
@@ -71,7 +71,7 @@ impl Fingerprint {
         }
     }
 
-    /// Returns a hash of it.
+    /// Returns a hash of the fingerprint.
     pub fn sha256(&self) -> [u8; 32] {
         let Self { version, kernels, scene, settings } = self;
         let mut hash = Sha256::new();
@@ -86,12 +86,12 @@ impl Fingerprint {
     }
 }
 
-/// The value of an enum without data.
+/// Returns the JSON value of an enum without data.
 fn value(of: &impl Serialize) -> Value {
     serde_json::to_value(of).unwrap_or_default()
 }
 
-/// The first half of a hash: enough to tell two apart.
+/// Returns the first half of a hash, hexadecimal: enough to tell two apart.
 fn hex(hash: &[u8]) -> String {
     hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
@@ -106,7 +106,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::tradeoff::hash;
 
-    /// Settings with one field changed.
+    /// Change of one field of the settings, or of the BVH's quality.
     type Change = fn(&mut Settings, &mut Option<BvhQuality>);
 
     #[test]
@@ -149,7 +149,8 @@ mod tests {
         for (name, change) in decisive {
             assert_eq!(changed(change), (true, true, true), "{name}");
         }
-        // How the same image is computed, and what roulette would do if it were on.
+        // Fields that decide only how the image is computed, and the start of a roulette that is
+        // off.
         let ways: [(&str, Change); 4] = [
             ("traversal", |s, _| s.traversal = Some(Traversal::Linear)),
             ("schedule", |s, _| s.schedule = Some(Schedule::Pixel)),

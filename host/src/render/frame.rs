@@ -1,4 +1,4 @@
-//! Frames for a screen straight from the samples: neither guides nor filters, and nothing that the host sums.
+//! Frames for a display straight from the samples: without AOVs, filters or sums on the host.
 
 use super::interactive::display_params;
 use super::submissions::Submissions;
@@ -8,24 +8,25 @@ use crate::denoise::DisplayLaunch;
 use crate::film::{RowSet, RowTarget};
 use std::time::Duration;
 
-/// What a frame took.
+/// Times of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct DisplayTiming {
-    /// That traced it.
+    /// Name of the kernel that traced it.
     pub kernel: &'static str,
-    /// Tracing it, by the device's timer.
+    /// Time of tracing, by the device's timer.
     pub trace: Duration,
-    /// Making it fit for the screen, by the same.
+    /// Time of the conversion for the display, by the device's timer.
     pub display: Duration,
 }
 
 impl Renderer {
-    /// Renders these rows of a frame of at most one chunk of samples, and copies them to `pixels`, one below the other: red, green, blue and opacity from the
-    /// lowest byte on. What is no number is black.
+    /// Renders these rows of a frame of at most one chunk of samples, and copies them, packed, to
+    /// `pixels`: red, green, blue and opacity from the lowest byte on. NaN becomes black.
     ///
     /// # Errors
     ///
-    /// As [`render_chunk`](Self::render_chunk); [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
+    /// The errors of [`render_chunk`](Self::render_chunk);
+    /// [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
     pub fn frame(
         &mut self,
         settings: &Settings,
@@ -40,11 +41,12 @@ impl Renderer {
         self.frame_to(settings, screen, &mut RowTarget::packed(pixels, settings.width, rows))
     }
 
-    /// The same, to where the rows belong.
+    /// Renders rows of a frame as [`frame`](Self::frame) does, and copies them to their places in
+    /// the target.
     ///
     /// # Errors
     ///
-    /// As [`frame`](Self::frame); [`Error::Backend`] for a target of another width.
+    /// The errors of [`frame`](Self::frame); [`Error::Backend`] for a target of another width.
     pub fn frame_to(
         &mut self,
         settings: &Settings,
@@ -54,7 +56,7 @@ impl Renderer {
         let rows = to.rows().clone();
         settings.check_live()?;
         settings.check_rows(&rows, &(0..settings.samples))?;
-        // Each frame writes all pixels of its rows anew: nothing needs to be erased.
+        // Each frame writes all pixels of its rows again, so nothing needs to be erased.
         let variant = match self.previous_frame.take().filter(|framed| framed.0 == *settings) {
             Some((_, variant)) => variant,
             None => self.prepare(settings)?,

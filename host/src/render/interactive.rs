@@ -1,4 +1,4 @@
-//! Denoising: of a film, and of frames that stay on the device.
+//! Denoising of a film, and live frames, which are denoised and stay on the device.
 
 use super::chunk_pipeline::resize_records;
 use super::submissions::Submissions;
@@ -20,47 +20,48 @@ use trisect_shared::denoise::{FilteredPixel, PinholeView, STOP_FACTORS};
 use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
 
-/// A frame that stayed on the device, and what it took there.
+/// Live frame, which stayed on the device, with its times there.
 #[derive(Clone, Debug)]
 pub struct LiveFrame {
-    /// That traced it.
+    /// Name of the kernel that traced it.
     pub kernel: &'static str,
-    /// Samples a pixel since the camera came to rest, this frame's among them.
+    /// Samples per pixel since the camera came to rest, this frame's included.
     pub samples: u32,
-    /// Tracing it.
+    /// Time of tracing.
     pub trace: Duration,
-    /// Each pass over it.
+    /// Time of each pass over it.
     pub passes: Vec<(Kernel, Duration)>,
-    /// Which of the denoiser's two images it is.
+    /// Image of the denoiser that holds it, 0 or 1.
     image: usize,
-    /// Whether its samples are summed with those before.
+    /// True if its samples are summed with those of earlier frames.
     accumulated: bool,
     /// Pixels across and down the whole image.
     size: (u32, u32),
-    /// Those of it that were made.
+    /// Rows of the image that were rendered.
     rows: Range<u32>,
 }
 
-/// Samples a pixel that frames are summed to while the camera rests: with as many, the rounding of the sums (1e-5 of them) stays well below the noise that is left.
+/// Maximum number of samples per pixel that frames are summed to while the camera rests. The
+/// rounding of these sums, relative 1e-5, stays well below the noise that is left.
 pub const MAX_ACCUMULATED_SAMPLES: u32 = 1 << 16;
 
-/// Live frames that follow each other, of the same settings.
+/// State of live frames that follow each other with the same settings.
 pub(super) struct TemporalState {
     settings: Settings,
     variant: Variant,
-    /// Of the image.
+    /// Rows of the image that the frames render.
     rows: Range<u32>,
-    /// The last one's.
+    /// Image of the last frame.
     image: Option<FrameView>,
-    /// Where the past is from that is read.
+    /// View that the history to read was seen from.
     previous_view: Option<PinholeView>,
-    /// Which of both pasts that is.
+    /// History to read, 0 or 1.
     past: usize,
-    /// Whether the last frame wrote the other.
+    /// True if the last frame wrote the other history.
     wrote: bool,
-    /// Samples a pixel since the camera came to rest; 0 without a history.
+    /// Samples per pixel since the camera came to rest; 0 without temporal settings.
     accumulated: u32,
-    /// The first sample of the next frame.
+    /// Index of the next frame's first sample.
     sample: u32,
 }
 
@@ -79,12 +80,12 @@ impl TemporalState {
         }
     }
 
-    /// Whether the camera moves.
+    /// Returns whether the camera moved since the last frame.
     fn moves(&self, image: &FrameView) -> bool {
         self.image.is_some_and(|last| last != *image)
     }
 
-    /// What the next frame knows of those before it.
+    /// Returns the next frame's inputs from earlier frames, and advances the state.
     fn next(&mut self, image: &FrameView, history: Option<&TemporalSettings>) -> TemporalInputs {
         let last = self.image.replace(*image);
         let Some(history) = history else {
@@ -94,7 +95,7 @@ impl TemporalState {
         let samples = self.settings.samples;
         let kept = self.accumulated > 0 && last == Some(*image);
         if !kept {
-            // What the last frame left is the past now.
+            // The camera moved, so the history that the last frame wrote is the one to read.
             self.previous_view = last.filter(|_| self.wrote).map(|last| last.view);
             self.past = 1 - self.past;
             self.accumulated = 0;
@@ -113,7 +114,7 @@ impl TemporalState {
         }
     }
 
-    /// The first of this frame's samples.
+    /// Returns the index of this frame's first sample, and advances the state.
     fn first_sample(&mut self) -> u32 {
         let count = self.settings.samples;
         let first = if self.sample.checked_add(count).is_some() { self.sample } else { 0 };
@@ -123,11 +124,13 @@ impl TemporalState {
 }
 
 impl Renderer {
-    /// Denoises a film of this scene on the backend, which `settings` render with guides. Returns the image and what each pass took.
+    /// Denoises a film of this scene on the backend. `settings` are those that rendered it, with
+    /// AOVs. Returns the image and the time of each pass.
     ///
     /// # Errors
     ///
-    /// [`Error::Denoise`] for parameters that are none or a film without guides, and as [`render`](Self::render).
+    /// [`Error::Denoise`] for parameters out of range or a film without AOV totals, and the errors
+    /// of [`render`](Self::render).
     pub fn denoise(
         &mut self,
         film: &Film,
@@ -139,11 +142,12 @@ impl Renderer {
         self.denoise_sums(&|sums, guides| denoise::sums(film, sums, guides), &settings, denoise)
     }
 
-    /// The same of sums and guides of an image of the settings' size, as kernels write them: `fill` writes one for each pixel.
+    /// Denoises sums and AOV sums of an image of the settings' size. `fill` writes a record of each
+    /// for every pixel, in the kernels' format.
     ///
     /// # Errors
     ///
-    /// As [`denoise`](Self::denoise).
+    /// The errors of [`denoise`](Self::denoise).
     pub(crate) fn denoise_sums(
         &mut self,
         fill: &dyn Fn(&mut [PixelSums], &mut [AovSums]),
@@ -152,7 +156,8 @@ impl Renderer {
     ) -> Result<(Image, Vec<Duration>), Error> {
         denoise.check()?;
         let settings = Settings { guides: true, ..settings.clone() };
-        // The memory was checked before the film was rendered, and much of what is held now was asked for then.
+        // The memory was checked before the film was rendered, and much of what is held now was
+        // counted then.
         self.make_film(&settings)?;
         let count = settings.pixels() as usize;
         resize_records(self.backend.as_mut(), &mut self.chunk, count);
@@ -168,15 +173,19 @@ impl Renderer {
         Ok((denoise::image(width, height, &self.filtered), times))
     }
 
-    /// Renders a frame and denoises it where it is: nothing is read back, so that frames follow each other as fast as the device has them.
-    /// At most one chunk of samples a pixel. Without a filter the frame comes out as it is, but for the rounding of a division.
+    /// Renders a frame of at most one chunk of samples per pixel, and denoises it on the device.
+    /// Nothing is read back, so frames follow each other as fast as the device renders them.
+    /// Without a filter the frame comes out as it is, except for the rounding of a division.
     ///
-    /// With a [`TemporalSettings`] each frame has samples of its own, which go on where the last frame's ended, as long as the settings stay the same;
-    /// from [`MAX_ACCUMULATED_SAMPLES`] samples a pixel on an image that rests stays as it is. Without one, each frame is the same.
+    /// With [`TemporalSettings`] each frame takes new samples, which continue where the last
+    /// frame's ended as long as the settings stay the same; from [`MAX_ACCUMULATED_SAMPLES`]
+    /// samples per pixel on, the image of a camera at rest stays as it is. Without them, each frame
+    /// takes the same samples.
     ///
     /// # Errors
     ///
-    /// As [`denoise`](Self::denoise); [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
+    /// The errors of [`denoise`](Self::denoise);
+    /// [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
     pub fn live(
         &mut self,
         settings: &Settings,
@@ -186,12 +195,15 @@ impl Renderer {
         self.live_rows(settings, denoise, history, &(0..settings.height))
     }
 
-    /// Some rows of the frame that [`live`](Self::live) renders: the same bits, for which as many rows around them are traced and filtered as the
-    /// filter reaches. What the camera saw before is known in those only.
+    /// Renders some rows of the frame that [`live`](Self::live) renders, to the same bits. To that
+    /// end, as many rows around them as the filter reaches are traced and filtered too. The history
+    /// covers only these rows.
     ///
     /// # Errors
     ///
-    /// As there; [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for rows that the image does not have.
+    /// The errors of [`live`](Self::live);
+    /// [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for rows that the image does
+    /// not have.
     pub fn live_rows(
         &mut self,
         settings: &Settings,
@@ -206,7 +218,7 @@ impl Renderer {
         let settings = Settings { guides: true, ..settings.clone() };
         let camera = self.camera(&settings);
         let image = FrameView::by(&camera, settings.width, settings.height);
-        // Taken: after an error the next frame begins anew.
+        // The state is taken, so that after an error the next frame starts anew.
         let same = |series: &TemporalState| series.settings == settings && series.rows == *rows;
         let mut series = match self.live.take().filter(same) {
             Some(series) => series,
@@ -252,11 +264,12 @@ impl Renderer {
         Ok(live)
     }
 
-    /// The pixels of the live frame that was rendered last; of rows that it has not, what the device happens to have.
+    /// Returns the pixels of the last live frame. Rows that it did not render have unspecified
+    /// values.
     ///
     /// # Errors
     ///
-    /// [`Error::Backend`] when the device fails, or has another image by now.
+    /// [`Error::Backend`] if the device fails, or no longer has this image.
     pub fn read_live(&mut self, live: &LiveFrame) -> Result<Image, Error> {
         let (width, height) = live.size;
         let mut pixels = vec![FilteredPixel::UNKNOWN; width as usize * height as usize];
@@ -264,12 +277,13 @@ impl Renderer {
         Ok(denoise::image(width, height, &pixels))
     }
 
-    /// The rows of the live frame that was rendered last for a screen, in `pixels`: red, green, blue and opacity from the lowest byte on, row by
-    /// row from the top. Returns the device's time.
+    /// Converts the rows of the last live frame for a display and copies them to `pixels`, row by
+    /// row from the top: red, green, blue and opacity from the lowest byte on. Returns the device
+    /// time.
     ///
     /// # Errors
     ///
-    /// As [`read_live`](Self::read_live).
+    /// The errors of [`read_live`](Self::read_live).
     pub fn show(
         &mut self,
         live: &LiveFrame,
@@ -280,11 +294,13 @@ impl Renderer {
         self.show_to(live, screen, &mut RowTarget::packed(pixels, live.size.0, &rows))
     }
 
-    /// The same, to where the rows belong: those of the target, of which the frame must have rendered all.
+    /// Converts rows of the last live frame for a display and copies them to their places in the
+    /// target. The frame must have rendered all rows of the target. Returns the device time.
     ///
     /// # Errors
     ///
-    /// As there, and for a target of another width.
+    /// The errors of [`show`](Self::show), and an error for a target of another width or with other
+    /// rows.
     pub fn show_to(
         &mut self,
         live: &LiveFrame,
@@ -303,29 +319,30 @@ impl Renderer {
         Ok(self.backend.display(&shown, to)?)
     }
 
-    /// Lets the device copy frames to this memory without a detour, where it can.
+    /// Pins this memory, so that the device copies frames to it directly, if that is possible.
     pub fn pin(&mut self, memory: &Arc<HostMemory>) {
         self.backend.pin(memory);
     }
 
-    /// Takes that back.
+    /// Undoes [`pin`](Self::pin).
     pub fn unpin(&mut self, memory: &Arc<HostMemory>) {
         self.backend.unpin(memory);
     }
 }
 
-/// For a display's launch.
+/// Returns the parameters of a display launch.
 pub(super) fn display_params(size: (u32, u32), split: u32, stops: f32, first_row: u32) -> DisplayParams {
     let exposure = stops.clamp(-MAX_STOPS, MAX_STOPS).exp2();
     DisplayParams { width: size.0, height: size.1, split, exposure, first_row, pad0: 0, pad1: 0, pad2: 0 }
 }
 
-/// How a screen shows a frame.
+/// Options of a display for a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayOptions {
-    /// Share of the width, from the left, that shows the samples' plain mean; the rest shows the denoised image.
+    /// Fraction of the width, from the left, that shows the plain mean of the samples; the rest
+    /// shows the denoised image.
     pub split: f64,
-    /// Exposure: each of these stops doubles the light.
+    /// Exposure in stops, each of which doubles the light.
     pub stops: f32,
 }
 

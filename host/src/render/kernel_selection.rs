@@ -1,4 +1,5 @@
-//! Which kernel renders: by what the scene needs and by the method that was asked for.
+//! Kernel selection: by the features that the scene needs, and by the traversal and schedule that
+//! the settings ask for.
 
 use super::settings::{Settings, SettingsError};
 use serde::Serialize;
@@ -8,19 +9,20 @@ use trisect_shared::features::{
     SCHLICK, SOBOL, STRATEGY, TEXTURES, TRIANGLES, WIDE,
 };
 
-/// How the closest hit is found. All find the same.
+/// Method of finding the closest hit. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Traversal {
-    /// By a test of each primitive.
+    /// Test of each primitive.
     Linear,
-    /// In the binary tree, with a stack a ray.
+    /// Binary BVH, with a stack for each ray.
     Stack,
-    /// In the wide tree.
+    /// Wide BVH.
     Wide,
 }
 
-/// What a lane of the device works on, and when it goes on to the next. None changes the image.
+/// Work of a lane of the device: a pixel or a queue, and when it takes the next sample or pixel.
+/// The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Schedule {
@@ -28,12 +30,12 @@ pub enum Schedule {
     Pixel,
     /// A pixel; a lane whose path ended starts its next sample at once.
     Regenerate,
-    /// As many lanes as the device holds; each takes pixels from a queue.
+    /// Pixels from a queue, taken by as many lanes as the device holds.
     Persistent,
 }
 
 impl Traversal {
-    /// Of a kernel.
+    /// Returns the traversal of a kernel with these features.
     pub fn of(features: Features) -> Self {
         match features & (LINEAR | WIDE) {
             LINEAR => Self::Linear,
@@ -52,7 +54,7 @@ impl Traversal {
 }
 
 impl Schedule {
-    /// Of a kernel.
+    /// Returns the schedule of a kernel with these features.
     pub fn of(features: Features) -> Self {
         match features & (REGENERATE | PERSISTENT) {
             0 => Self::Pixel,
@@ -70,9 +72,10 @@ impl Schedule {
     }
 }
 
-/// The kernel for a scene with these features: the one that the settings name, or the cheapest that covers them with the method asked for.
-/// Where the settings name no traversal or schedule, what is `best` for that kernel, unless only a larger kernel has the schedule. Where
-/// there is a `wide` tree, each kernel for the binary one can trace it, too.
+/// Returns the kernel for a scene with these features: the one that the settings name, or the
+/// cheapest that supports them with the traversal and schedule asked for. Where the settings name
+/// no traversal or schedule, `best` chooses by the kernel's features, unless only a larger kernel
+/// has that schedule. If there is a `wide` BVH, each kernel for the binary one can trace it too.
 pub(super) fn choose(
     scene: Features,
     settings: &Settings,
@@ -90,7 +93,7 @@ pub(super) fn choose(
     Ok(better.unwrap_or(cheapest))
 }
 
-/// The cheapest by the traversal asked for or by default.
+/// Returns the cheapest kernel with the traversal that the settings ask for, or with the default.
 fn of_traversal(
     scene: Features,
     settings: &Settings,
@@ -111,7 +114,7 @@ fn of_traversal(
     Ok(variant)
 }
 
-/// The same of the kernels as they are built.
+/// Returns the cheapest prebuilt kernel, of which none traces the wide BVH.
 fn among_built(
     scene: Features,
     settings: &Settings,
@@ -141,7 +144,7 @@ fn among_built(
         };
     }
     let traversal = settings.traversal.unwrap_or(default.0);
-    // A schedule that no one asked for gives way to a traversal that someone did.
+    // A schedule that the settings do not ask for gives way to a traversal that they ask for.
     let schedules = match settings.schedule {
         Some(schedule) => vec![schedule],
         None => vec![default.1, Schedule::Regenerate, Schedule::Pixel],
@@ -163,7 +166,7 @@ fn names(which: impl Fn(&Variant) -> bool) -> String {
         .join(", ")
 }
 
-/// Features in words.
+/// Returns the names of features, for messages.
 fn describe(features: Features) -> String {
     let table = [
         (ROULETTE, "roulette"),
@@ -172,7 +175,7 @@ fn describe(features: Features) -> String {
         (PLANAR, "quads or discs"),
         (TRIANGLES, "triangles"),
         (EMITTERS, "lights"),
-        (ENVIRONMENT, "a panorama"),
+        (ENVIRONMENT, "an environment map"),
         (TEXTURES, "textures"),
         (MICROFACETS, "microfacets"),
         (LINEAR, "--traversal linear"),
@@ -205,7 +208,7 @@ mod tests {
         assert_eq!(name(TEXTURES, &settings()), Ok("render_all"));
     }
 
-    /// The best schedule is taken where a kernel as small has it.
+    /// The best schedule is taken if a kernel of the same size has it.
     #[test]
     fn a_schedule_does_not_make_a_kernel_larger() {
         let queue = |_| (Traversal::Stack, Schedule::Persistent);
@@ -217,7 +220,8 @@ mod tests {
         assert_eq!(all, Ok("render_all_persistent"));
     }
 
-    /// Hello world reflects by Fresnel's equations: no variant that has Schlick's approximation alone will do.
+    /// Hello world needs Fresnel's equations, so a variant with Schlick's approximation alone is
+    /// not chosen.
     #[test]
     fn fresnel_is_met() {
         for schedule in [Schedule::Pixel, Schedule::Persistent] {
@@ -230,7 +234,8 @@ mod tests {
         assert!(error.is_err_and(|error| error.contains("lacks Fresnel's equations")));
     }
 
-    /// A Sobol kernel renders another image than settings that say "independent".
+    /// A kernel with the Sobol sampler would render another image than settings with the
+    /// independent one.
     #[test]
     fn the_sampler_is_met() {
         let named = Settings { variant: Some("render_all_sobol"), ..settings() };

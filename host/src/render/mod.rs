@@ -1,4 +1,7 @@
-//! Renders a scene on a backend: cuts the work into submissions, merges chunks into the film.
+//! Rendering of a scene on a backend.
+//!
+//! A [`Renderer`] divides the work into chunks and submissions, launches the kernels, and merges
+//! the chunks into a [`Film`] or shows them on a display. [`Settings`] say what to render.
 
 mod build;
 mod camera;
@@ -51,18 +54,20 @@ use trisect_shared::params::{FLAG_HOLES, FLAG_PADDED_BOXES, FLAG_SCHLICK, NO_CLA
 use trisect_shared::path::FirstHit;
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
-/// Watches a render, and may end it.
+/// Observer of a render, which may cancel it.
 pub trait RenderObserver {
-    /// Called after each submission: samples done and samples in all.
+    /// Gets the number of samples done and the total, after each submission; `Break` cancels the
+    /// render.
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
 
-    /// Asked between parts by a render that has no number of samples to take ([`sampling`](crate::adaptive)): with no, it ends with the image that it has.
+    /// Asked between parts by a render without a fixed number of samples
+    /// ([`adaptive`](crate::adaptive)); if false, the render ends with the image so far.
     fn should_continue(&self) -> bool {
         true
     }
 }
 
-/// Watches nothing.
+/// Observer that does nothing.
 impl RenderObserver for () {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -72,48 +77,49 @@ impl RenderObserver for () {
 /// A finished render.
 #[derive(Debug)]
 pub struct Frame {
-    /// Its sums.
+    /// Sums over all samples.
     pub film: Film,
-    /// What it took.
+    /// Times and counts.
     pub stats: RenderStats,
 }
 
-/// A scene on a backend, ready for any number of frames.
+/// Scene on a backend, ready for any number of frames.
 pub struct Renderer {
     backend: Box<dyn Backend>,
     camera: CameraPose,
     features: Features,
-    /// Whether the backend has the wide tree.
+    /// True if the backend has the wide BVH.
     wide: bool,
-    /// What is the same in all launches of the scene.
+    /// Launch parameters that are the same in all launches of the scene.
     scene: SceneParams,
-    /// Learned from earlier submissions, kept from frame to frame.
+    /// Sizes submissions by the speed of earlier ones, also of earlier frames.
     submission_sizer: SubmissionSizer,
-    /// One chunk as the device gives it, kept too.
+    /// Memory for a chunk as the device returns it, kept from frame to frame.
     chunk: HostRecords<PixelSums>,
-    /// Memory for another, where one is rendered while one is summed.
+    /// Memory for another chunk, because one is rendered while one is summed.
     spare: HostRecords<PixelSums>,
-    /// The same, where a render has them.
+    /// Memory for AOV sums of the chunk in `chunk`, if a render has them.
     aovs: HostRecords<AovSums>,
-    /// Memory for those of the chunk in `spare`.
+    /// Memory for AOV sums of the chunk in `spare`.
     spare_aovs: HostRecords<AovSums>,
-    /// One whose memory the next render may have.
+    /// Film whose memory the next render may use.
     film: Option<Film>,
-    /// A denoised image as the device gives it.
+    /// Memory for a denoised image as the device returns it.
     filtered: Vec<FilteredPixel>,
     phases: Phases,
     tile_entries: TileEntryCache,
-    /// Of which instance of a mesh each triangle is, in the order of the tree.
+    /// Mesh instance of each triangle, in BVH order.
     instances: Vec<u32>,
-    /// The live frames before, if nothing was rendered since.
+    /// State of the live frames before, if nothing else was rendered since.
     live: Option<TemporalState>,
-    /// What the backend's film is ready for: nothing of it is written.
+    /// Settings and kernel for which the backend's film is ready, with nothing written to it.
     ready: Option<(Settings, Variant)>,
-    /// The frame before, if nothing was rendered since.
+    /// Settings and kernel of the display frame before, if nothing else was rendered since.
     previous_frame: Option<(Settings, Variant)>,
-    /// How far from the world's origin along each axis a ray may start for which the boxes have room.
+    /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
+    /// boxes are padded.
     ray_origin_extent: Vec3,
-    /// CRC-32 of trees and lights.
+    /// CRC-32 of BVH and light table.
     structures_crc: u32,
 }
 
@@ -124,22 +130,23 @@ impl AsMut<Renderer> for Renderer {
 }
 
 impl Renderer {
-    /// Cuts work into submissions of about so many samples (a whole row has at least one each), or of 50 ms again. The film does not depend on it.
+    /// Sets the size of submissions to about `samples` samples, but at least one for each pixel of
+    /// a row; `None` returns to about 50 ms. The film does not depend on it.
     pub fn limit_submissions(&mut self, samples: Option<u64>) {
         self.submission_sizer.limit(samples);
     }
 
-    /// The backend in use.
+    /// Returns the backend in use.
     pub fn backend(&self) -> &dyn Backend {
         self.backend.as_ref()
     }
 
-    /// What happened once, before any frame.
+    /// Returns the times of what happened once, before any frame.
     pub(crate) fn phases(&self) -> &Phases {
         &self.phases
     }
 
-    /// Gives the backend back, for another scene.
+    /// Returns the backend itself, for another scene.
     pub fn into_backend(self) -> Box<dyn Backend> {
         self.backend
     }
@@ -148,20 +155,22 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] when the device fails,
-    /// [`Error::Cancelled`] when the observer says so.
+    /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] if the
+    /// device fails, [`Error::Cancelled`] if the observer cancels the render.
     pub fn render(&mut self, settings: &Settings, observer: &mut dyn RenderObserver) -> Result<Frame, Error> {
         self.render_part(settings, &settings.whole(), observer)
     }
 
-    /// Renders some rows and some samples of the frame that `settings` describe. The films of parts that make up the frame, added by
-    /// [`Film::add`] in any order and grouping, are the film of the whole: a pixel's chunks are the same everywhere, and the sum over
-    /// them is exact. Rows beyond the part stay unwritten.
+    /// Renders some rows and some samples of the frame that `settings` describe. The films of parts
+    /// that make up the frame, added by [`Film::add`] in any order and grouping, are the film of
+    /// the whole: a pixel's chunks are the same everywhere, and the sum over them is exact. Rows
+    /// outside the part stay unwritten.
     ///
     /// # Errors
     ///
-    /// As [`render`](Self::render); [`SettingsError::NoSuchPart`] for rows and samples beyond the frame, and
-    /// [`SettingsError::SplitsChunk`] for samples that do not begin and end at multiples of [`CHUNK_SAMPLES`](trisect_shared::film::CHUNK_SAMPLES) (or at the last sample).
+    /// The errors of [`render`](Self::render); [`SettingsError::NoSuchPart`] for rows and samples
+    /// beyond the frame; [`SettingsError::SplitsChunk`] for samples that do not begin and end at
+    /// multiples of [`CHUNK_SAMPLES`](trisect_shared::film::CHUNK_SAMPLES) (or at the last sample).
     pub fn render_part(
         &mut self,
         settings: &Settings,
@@ -205,7 +214,8 @@ impl Renderer {
         Ok(Frame { film, stats })
     }
 
-    /// Makes all ready for a frame, of whose memory so many bytes are there already; what that took.
+    /// Prepares a frame, of whose memory `held` bytes are allocated already. Returns the kernel,
+    /// and statistics with the times of the preparation.
     fn begin(&mut self, settings: &Settings, held: u64) -> Result<(Variant, RenderStats), Error> {
         let start = Instant::now();
         let variant = self.prepare_holding(settings, held)?;
@@ -220,8 +230,8 @@ impl Renderer {
         Ok((variant, stats))
     }
 
-    /// Takes back a film that is no longer needed: the next render of its size needs no fresh memory, whose first touch takes longer than
-    /// a few samples.
+    /// Takes a film that is no longer needed. The next render of its size then needs no fresh
+    /// memory, whose first touch takes longer than a few samples.
     pub fn recycle(&mut self, film: Film) {
         self.film = Some(film);
     }
@@ -241,7 +251,7 @@ impl Renderer {
         }
     }
 
-    /// The first hits of one sample of each pixel, row-major.
+    /// Returns the first hit of one sample of each pixel, row-major.
     pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
         self.prepare(settings)?;
         let mut params = self.launch(settings);
@@ -253,7 +263,7 @@ impl Renderer {
         Ok(hits)
     }
 
-    /// Chooses the kernel and makes the film.
+    /// Selects the kernel and makes the backend's film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
         (self.ready, self.previous_frame) = (None, None);
         let best = |kernel| self.backend.best_method(kernel, settings.math);
@@ -264,13 +274,14 @@ impl Renderer {
         Ok(variant)
     }
 
-    /// Checks the settings, memory among them, chooses the kernel and makes the film.
+    /// Checks the settings and the memory that they need, selects the kernel and makes the
+    /// backend's film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
         self.prepare_holding(settings, 0)
     }
 
     fn prepare_holding(&mut self, settings: &Settings, held: u64) -> Result<Variant, Error> {
-        // A film that is ready is so for any seed and number of samples.
+        // A film that is ready serves any seed and number of samples.
         let alike = |ready: &Settings| {
             let Settings { seed, samples, .. } = *settings;
             Settings { seed, samples, ..ready.clone() } == *settings
@@ -284,7 +295,8 @@ impl Renderer {
         self.make_film(settings)
     }
 
-    /// The object that a primitive is of, counted from 1: spheres, then quads and discs, in the scene's order, then instances of meshes. 0 for none.
+    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
+    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
     pub fn object(&self, primitive: Option<u32>) -> u32 {
         let first = self.scene.first_triangle;
         match primitive {
@@ -296,22 +308,23 @@ impl Renderer {
         }
     }
 
-    /// Where the camera is.
+    /// Returns the pose of the camera.
     pub fn pose(&self) -> &CameraPose {
         &self.camera
     }
 
-    /// Looks from somewhere else, from the next frame on.
+    /// Moves the camera, from the next frame on.
     ///
     /// # Errors
     ///
-    /// [`SceneError::Inconsistent`] for a pose that is none: the camera stays where it was.
+    /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
     pub fn set_camera(&mut self, pose: CameraPose) -> Result<(), SceneError> {
         pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
         if pose != self.camera {
             let record = camera::record(&pose, 1, 1);
             let start = record.origin.abs() + record.lens_x.length();
-            // Boxes with room are wider than others need: those of a camera beyond lose nothing.
+            // Rays from beyond use the test for boxes without padding. Padded boxes are wider than
+            // that needs, so no hit is lost.
             self.scene.padded = start.cmple(self.ray_origin_extent).all();
             self.camera = pose;
             self.tile_entries.forget();
@@ -319,7 +332,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// The camera's launch record.
+    /// Returns the camera record of the launch parameters.
     pub fn camera(&self, settings: &Settings) -> Camera {
         camera::record(&self.camera, settings.width, settings.height)
     }

@@ -1,4 +1,5 @@
-//! A film that grows part by part: what it lacks is rendered, and between parts someone may keep what there is, or end it.
+//! Rendering of what a film lacks, part by part, with a callback after each part that may keep the
+//! film or end the render.
 
 use super::chunk::{ChunkResult, chunks};
 use super::chunk_pipeline::{ChunkJob, PipelineTiming};
@@ -12,38 +13,41 @@ use std::time::{Duration, Instant};
 use trisect_kernels::Variant;
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// What goes on between the parts of a render.
+/// Observer of a film that grows part by part, which may end the render.
 pub trait FilmObserver: Sync {
-    /// Asked before each part: with no, the render ends with what it has.
+    /// Asked before each part; if false, the render ends with what the film has.
     fn should_continue(&self) -> bool {
         true
     }
 
-    /// Told after each part that was added, on the thread that adds it; the next one may be rendered meanwhile.
+    /// Gets the film after each part that was added, on the thread that adds it; meanwhile the next
+    /// part may be rendered.
     fn part_added(&self, _film: &Film) {}
 }
 
-/// Keeps nothing, and never ends.
+/// Observer that does nothing.
 impl FilmObserver for () {}
 
-/// What a part takes on a processor of the host, about: so long does a render go on that was told to end.
+/// Target duration in seconds of a part on a CPU, and so the delay after a request to stop.
 const PART_SECONDS: f64 = 2.0;
 
-/// Samples of the first part, whose speed is not known.
+/// Number of samples of the first part, before its speed is known.
 const FIRST_PART_SAMPLES: u64 = 1 << 21;
 
-/// Rows of a part are a multiple of this, as those of tiles for camera rays are, unless fewer take long enough.
+/// Multiple that the rows of a part are rounded down to, as those of camera-ray tiles, unless fewer
+/// rows take long enough.
 const ROW_MULTIPLE: u32 = 16;
 
-/// How fast parts are.
+/// Sizes parts by the speed of earlier ones.
 #[derive(Clone, Debug)]
 pub(crate) struct PartSizer {
-    /// Samples of a part.
+    /// Number of samples of a part.
     pub samples: u64,
 }
 
 impl PartSizer {
-    /// Before any part: a GPU is busy with whole frames only.
+    /// Returns the size before any part: a chunk of the whole frame on a GPU, which less does not
+    /// fill.
     pub fn unknown(kind: DeviceKind, frame: u64) -> Self {
         Self {
             samples: if kind == DeviceKind::Gpu {
@@ -54,31 +58,34 @@ impl PartSizer {
         }
     }
 
-    /// Rows of a part, of so many that are left.
+    /// Returns the number of rows of the next part, of `left` rows.
     fn rows(&self, left: u32, samples_of_row: u64) -> u32 {
         let rows = u32::try_from(self.samples / samples_of_row.max(1)).unwrap_or(u32::MAX).max(1);
         let rows = if rows < ROW_MULTIPLE { rows } else { rows / ROW_MULTIPLE * ROW_MULTIPLE };
-        // No crumbs at the end.
+        // A small remainder is not left for the end.
         if rows.saturating_add(rows / 2) >= left { left } else { rows }
     }
 
     pub fn learn(&mut self, samples: u64, took: Duration) {
         let fits = samples as f64 * PART_SECONDS / took.as_secs_f64().max(1e-6);
-        // What was much faster or slower was disturbed, or is another part of the image.
+        // A part that was much faster or slower was disturbed, or is of another part of the image.
         let (least, most) = (self.samples as f64 / 4.0, self.samples as f64 * 8.0);
         self.samples = fits.clamp(least, most) as u64;
     }
 }
 
 impl Renderer {
-    /// Renders what `film` lacks of these samples of the settings' frame, and adds it. However the film came to what it has, and wherever this ends, the
-    /// film that has them all is the same: a pixel's chunks are the same everywhere, and sums over them exact.
+    /// Renders the samples of the settings' frame that `film` lacks, and adds them. The film that
+    /// has all samples is the same whatever it held before, and wherever a render ended: a pixel's
+    /// chunks are the same everywhere, and the sums over them are exact.
     ///
-    /// A GPU takes chunks of the whole frame, a processor some rows of a chunk at a time. After an error the film has all parts before.
+    /// On a GPU a part is one chunk of the whole frame, on a CPU some rows of a chunk. After an
+    /// error the film has all parts before it.
     ///
     /// # Errors
     ///
-    /// As [`render_part`](Self::render_part); [`FilmError`] for a film of another size, or without guides where the settings ask for them.
+    /// The errors of [`render_part`](Self::render_part); [`FilmError`] for a film of another size,
+    /// or without AOV totals if the settings ask for them.
     pub fn render_missing(
         &mut self,
         film: &mut Film,
@@ -129,7 +136,7 @@ impl Renderer {
         Ok(stats)
     }
 
-    /// Renders chunks of some rows and adds them.
+    /// Renders chunks of some rows and adds them to the film.
     fn render_block_into(
         &mut self,
         film: &mut Film,
@@ -155,11 +162,11 @@ impl Renderer {
     }
 }
 
-/// Whether a film is one of the settings' frame.
+/// Checks that a film has the size and the AOV totals of the settings' frame.
 ///
 /// # Errors
 ///
-/// [`FilmError`] says in what it differs.
+/// [`FilmError`] names the difference.
 pub(crate) fn check_film(film: &Film, settings: &Settings) -> Result<(), FilmError> {
     let (has, of) = ((film.width, film.height), (settings.width, settings.height));
     if has != of || film.pixels.len() as u64 != settings.pixels() {
@@ -178,13 +185,13 @@ mod tests {
     #[test]
     fn parts_take_as_long_as_they_should() {
         let mut speed = PartSizer { samples: 1000 };
-        // A row of 10 samples.
+        // 10 samples per row.
         assert_eq!(speed.rows(1000, 10), 96);
         assert_eq!(speed.rows(1000, 100), 10);
         assert_eq!(speed.rows(140, 10), 140);
         assert_eq!(speed.rows(7, 10), 7);
         assert_eq!(speed.rows(1000, u64::MAX), 1);
-        // In a second: twice as many fit.
+        // The part took 1 s, half the target: twice as many samples fit.
         speed.learn(1000, Duration::from_secs(1));
         assert_eq!(speed.samples, 2000);
         speed.learn(2000, Duration::ZERO);

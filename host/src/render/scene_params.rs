@@ -1,4 +1,4 @@
-//! What of a scene a launch record holds.
+//! The part of the launch parameters that depends on the scene alone.
 
 use crate::bvh::Bvh;
 use crate::lights::Lights;
@@ -7,7 +7,7 @@ use trisect_shared::bvh::Child;
 use trisect_shared::material::{BLENDED, MASKED};
 use trisect_shared::sky::Sky;
 
-/// The scene's part of a launch record.
+/// Launch parameters that depend on the scene alone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SceneParams {
     pub sky: Sky,
@@ -16,8 +16,9 @@ pub(super) struct SceneParams {
     pub first_triangle: u32,
     pub primitives: u32,
     pub lights: u32,
-    /// Whether the tree's boxes have room.
+    /// True if the BVH's boxes are padded.
     pub padded: bool,
+    /// True if any material is masked or blended.
     pub holes: bool,
     pub environment_probability: f32,
     pub environment_size: (u32, u32),

@@ -1,4 +1,4 @@
-//! What to render.
+//! Settings of a render, and their errors.
 
 use super::kernel_selection::{Schedule, Traversal};
 use crate::film::{Film, RowSet, SampleBlock};
@@ -9,13 +9,13 @@ use thiserror::Error;
 use trisect_shared::features::{AOVS, Features, ROULETTE, SCHLICK, SOBOL};
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// The greatest depth of a path.
+/// Maximum number of segments of a path.
 pub const MAX_DEPTH: u32 = 65_535;
 
-/// Edges of tiles, in pixels: smaller ones would need more memory than they save time.
+/// Edges of tiles, in pixels; smaller tiles would cost more in memory than they save in time.
 const TILES: RangeInclusive<u32> = 4..=1024;
 
-/// How dielectrics reflect.
+/// Reflectance of dielectrics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fresnel {
@@ -25,96 +25,100 @@ pub enum Fresnel {
     Schlick,
 }
 
-/// Which build of the kernels.
+/// Math build of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MathMode {
-    /// No contraction, and on CUDA correctly rounded operations: there the CPU's bits, and on Vulkan wherever the driver's division
-    /// and square root are correctly rounded, too.
+    /// No contraction, and on CUDA correctly rounded operations. The bits are those of the CPU: on
+    /// CUDA, and on Vulkan where the driver's division and square root are correctly rounded too.
     Precise,
     /// Fused multiply-add, and on CUDA approximate division and square root; not on the CPU.
     Fast,
 }
 
-/// One render.
+/// Settings of a render.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Segments a path, at most.
+    /// Maximum number of segments of a path; the camera ray is the first.
     pub depth: u32,
-    /// Of the random numbers.
+    /// Random seed.
     pub seed: u32,
-    /// End paths at random, by their throughput: the same mean, fewer segments, more variance.
+    /// Russian roulette: paths end at random, by their throughput. The mean is the same, with fewer
+    /// segments and more variance.
     pub roulette: bool,
-    /// From which segment on; 1 is the first.
+    /// Segment from which on roulette may end a path; 1 is the first.
     pub roulette_depth: u32,
-    /// How dielectrics reflect.
+    /// Reflectance of dielectrics.
     pub fresnel: Fresnel,
-    /// Which build of the kernels.
+    /// Math build of the kernels.
     pub math: MathMode,
-    /// Where random numbers come from.
+    /// Source of random numbers.
     pub sampler: Sampler,
-    /// Connect each vertex to a light, and weigh by multiple importance sampling. Off, paths find lights by chance: the same mean,
-    /// but for lights without extent, which they never find.
+    /// Next-event estimation: each path vertex is connected to a light, with multiple importance
+    /// sampling. Without it, paths find lights by chance: the mean is the same, except for point,
+    /// spot and directional lights, which they never find.
     pub light_sampling: bool,
-    /// The most that a channel of a sample's radiance is, for less noise and a darker mean. `None`: any.
+    /// Maximum radiance of a sample per channel: less noise, and a darker mean. `None` for no
+    /// maximum.
     pub clamp: Option<f32>,
-    /// How the closest hit is found; `None`: by what is fastest on the backend.
+    /// Traversal; `None` for the fastest on the backend.
     pub traversal: Option<Traversal>,
-    /// What a lane works on; `None`: what is fastest on the backend.
+    /// Schedule; `None` for the fastest on the backend.
     pub schedule: Option<Schedule>,
-    /// Edge in pixels of the tiles for whose camera rays the binary tree is pruned: a power of two from 4 to 1024, or 0 for none;
-    /// `None`: by the number of samples, and none where there are lights.
+    /// Edge in pixels of the tiles for whose camera rays the binary BVH is pruned: a power of two
+    /// from 4 to 1024, or 0 for none. `None` chooses by the number of samples, and none where there
+    /// are lights.
     pub tile: Option<u32>,
-    /// Whether the film gets normals, albedos and positions of what its pixels see.
+    /// True if the film gets AOV totals: normal, albedo, position and emission of the first hits.
     pub guides: bool,
-    /// The kernel, by name; `None`: the cheapest that the scene can do with.
+    /// Kernel variant, by name; `None` for the cheapest that supports the scene.
     pub variant: Option<&'static str>,
 }
 
-/// Where random numbers come from.
+/// Source of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampler {
-    /// A hash: each number independent of each other.
+    /// Hash: all numbers are independent of each other.
     Independent,
     /// The Owen-scrambled Sobol sequence.
     Sobol,
 }
 
-/// Settings that cannot be rendered.
+/// Error of settings that cannot be rendered.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum SettingsError {
     /// A number that must be at least 1 is 0.
     #[error("{name} is 0; it must be 1 or more")]
     Zero {
-        /// Of the setting.
+        /// Name of the setting.
         name: &'static str,
     },
-    /// Longer paths than a film counts: 256 samples of the greatest depth fit 32 bits.
+    /// Paths are longer than a film can count: 256 samples of [`MAX_DEPTH`] segments fit 32 bits.
     #[error("depth is {depth}; it must be at most {MAX_DEPTH}")]
     TooDeep {
-        /// What was asked for.
+        /// Requested depth.
         depth: u32,
     },
-    /// A tile's edge that is none.
-    #[error("a tile has an edge of {edge} pixels; choose 0, or a power of two from 4 to 1024")]
+    /// The edge of a tile is out of range, or no power of two.
+    #[error("tiles of {edge} pixels are not supported; choose 0, or a power of two from 4 to 1024")]
     NoSuchTile {
-        /// What was asked for.
+        /// Requested edge in pixels.
         edge: u32,
     },
-    /// A clamp that leaves nothing, or is none.
+    /// The clamp is not a positive number.
     #[error("--clamp is {clamp}; it must be a number above 0")]
     NoClamp {
-        /// What was asked for.
+        /// Requested clamp.
         clamp: String,
     },
-    /// More pixels than indices.
+    /// The image has more pixels than 32-bit indices can number.
     #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
     TooManyPixels {
         /// Pixels across.
@@ -122,7 +126,7 @@ pub enum SettingsError {
         /// Pixels down.
         height: u32,
     },
-    /// More than this machine can hold.
+    /// The image needs more memory than is free.
     #[error(
         "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller --resolution",
         memory::display(*needed), memory::display(*available)
@@ -132,109 +136,109 @@ pub enum SettingsError {
         width: u32,
         /// Pixels down.
         height: u32,
-        /// Bytes.
+        /// Bytes that the image needs.
         needed: u64,
-        /// Bytes.
+        /// Bytes that are free.
         available: u64,
     },
-    /// Rows or samples that the frame does not have, or none at all.
+    /// Rows or samples are empty, or beyond the frame.
     #[error(
-        "rows {} to {} and samples {} to {} are no part of an image of {height} rows and {of} samples; name some, all within it",
+        "rows {} to {} and samples {} to {} are not part of an image of {height} rows and {of} samples; choose at least one of each, all within the image",
         rows.start, rows.end, samples.start, samples.end
     )]
     NoSuchPart {
-        /// From the first to one past the last.
+        /// Requested rows.
         rows: Range<u32>,
-        /// The same.
+        /// Requested samples.
         samples: Range<u32>,
-        /// Rows of the image.
+        /// Number of rows of the image.
         height: u32,
-        /// Samples a pixel of the image.
+        /// Samples per pixel of the image.
         of: u32,
     },
-    /// A part that splits a chunk: its f32 sum would be rounded otherwise than in one piece.
+    /// A part splits a chunk, whose f32 sum would then be rounded differently.
     #[error(
         "samples {} to {} of {of} split a chunk; a part begins at a multiple of {CHUNK_SAMPLES} and ends at one or at the last sample",
         samples.start, samples.end
     )]
     SplitsChunk {
-        /// From the first to one past the last.
+        /// Requested samples.
         samples: Range<u32>,
-        /// Samples a pixel of the image.
+        /// Samples per pixel of the image.
         of: u32,
     },
-    /// More samples than stay on the device.
+    /// A live frame has more samples than a chunk.
     #[error(
         "a frame that is denoised on the device has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower --spp, or render it to a file"
     )]
     TooManyLive {
-        /// What was asked for.
+        /// Requested samples per pixel.
         samples: u32,
     },
-    /// `--variant` names none.
-    #[error("--variant {name}: there is none of this name; there are {known}")]
+    /// `--variant` names a kernel that does not exist.
+    #[error("--variant: unknown kernel variant {name}; available: {known}")]
     NoSuchVariant {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// All.
+        /// Names of all variants.
         known: String,
     },
-    /// `--variant` names one that would not render the scene right.
-    #[error("--variant {name} lacks {missing}; {able} have what this render needs")]
+    /// `--variant` names a kernel that would not render the scene correctly.
+    #[error("--variant {name} lacks {missing}; variants that support this render: {able}")]
     VariantLacks {
-        /// The kernel.
+        /// Name of the kernel.
         name: String,
-        /// What it cannot do.
+        /// Features that it lacks.
         missing: String,
-        /// Those that can.
+        /// Names of the variants that support the render.
         able: String,
     },
-    /// A combination that no kernel was built for.
+    /// No kernel was built for this combination.
     #[error(
-        "no kernel was built for {needed} together; leave --traversal and --schedule out, or choose what one of these does: {able}"
+        "no kernel variant combines {needed}; leave --traversal and --schedule out, or choose those of one of these variants: {able}"
     )]
     NoVariant {
-        /// What it would have to do.
+        /// Features that the kernel would need.
         needed: String,
-        /// Those that cover the scene, by other methods.
+        /// Names of the variants that support the scene by other methods.
         able: String,
     },
-    /// A schedule that the route to the driver does not have.
+    /// The route to the driver does not support the schedule.
     #[error(
-        "--schedule persistent needs kernels that reach the driver as they are, which {backend} does on Vulkan only; leave --schedule out"
+        "--schedule persistent needs SPIR-V pass-through, which {backend} has on Vulkan only; leave --schedule out"
     )]
     NoQueue {
-        /// The backend.
+        /// Name of the backend.
         backend: &'static str,
     },
-    /// `--device` without a backend.
+    /// `--device` without `--backend`.
     #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
     DeviceWithoutBackend,
-    /// A build of the kernels that the backend does not have.
+    /// The backend does not have this math build.
     #[error("--math fast exists for cuda and wgpu; {backend} has one build: leave --math out")]
     NoFastMath {
-        /// The backend.
+        /// Name of the backend.
         backend: &'static str,
     },
 }
 
 impl Settings {
-    /// `width * height`.
+    /// Returns `width * height`.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// Samples of all pixels.
+    /// Returns the number of samples of all pixels.
     pub fn total_samples(&self) -> u64 {
         self.pixels() * u64::from(self.samples)
     }
 
-    /// All of the frame.
+    /// Returns the block of all rows and samples of the frame.
     pub fn whole(&self) -> SampleBlock {
         SampleBlock { rows: 0..self.height, samples: 0..self.samples }
     }
 
-    /// Refuses a part of something else, and one that splits a chunk.
+    /// Checks that a part is one of this frame, and splits no chunk.
     pub fn check_part(&self, part: &SampleBlock) -> Result<(), SettingsError> {
         let SampleBlock { rows, samples } = part.clone();
         if rows.is_empty() || rows.end > self.height || samples.is_empty() || samples.end > self.samples {
@@ -247,7 +251,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Refuses rows of something else, and more samples than a chunk has.
+    /// Checks that rows and samples are of this frame, and that the samples are at most a chunk.
     pub fn check_rows(&self, rows: &RowSet, samples: &Range<u32>) -> Result<(), SettingsError> {
         let fits = samples.end <= self.samples && samples.len() <= CHUNK_SAMPLES as usize;
         if rows.is_empty() || rows.end() > self.height || samples.is_empty() || !fits {
@@ -257,7 +261,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Refuses what cannot be a frame that stays on the device.
+    /// Checks that a frame can be live: its samples are at most a chunk.
     pub fn check_live(&self) -> Result<(), SettingsError> {
         match self.samples <= CHUNK_SAMPLES {
             true => Ok(()),
@@ -265,7 +269,7 @@ impl Settings {
         }
     }
 
-    /// What a kernel must be able to do, besides what the scene needs.
+    /// Returns the features that a kernel needs besides those of the scene.
     pub fn features(&self) -> Features {
         let roulette = if self.roulette { ROULETTE } else { 0 };
         let schlick = if self.fresnel == Fresnel::Schlick { SCHLICK } else { 0 };
@@ -274,21 +278,21 @@ impl Settings {
         roulette | schlick | sobol | guides
     }
 
-    /// Refuses what cannot be rendered, before anything is allocated.
+    /// Checks the settings, and the memory that they need, before anything is allocated.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.check_within(memory::available(), 0)
     }
 
-    /// The same of a render that has so many bytes of its memory already.
+    /// Checks the settings of a render that already holds `held` bytes of its memory.
     pub(crate) fn check_holding(&self, held: u64) -> Result<(), SettingsError> {
         self.check_within(memory::available().saturating_add(held), 0)
     }
 
-    /// The same of a render that holds so many more bytes a pixel.
+    /// Checks the settings of a render that holds `more` additional bytes per pixel.
     ///
     /// # Errors
     ///
-    /// As [`check`](Self::check).
+    /// The errors of [`check`](Self::check).
     pub fn check_with(&self, more: u64) -> Result<(), SettingsError> {
         self.check_within(memory::available(), more)
     }

@@ -1,28 +1,31 @@
-//! Cuts a chunk of samples into submissions of about 50 ms, so that no driver's watchdog fires and progress shows.
+//! Division of a chunk into submissions of about 50 ms, so that no driver's watchdog fires and
+//! progress is visible.
 //!
-//! How a chunk is cut does not touch its bits: a kernel resumes a pixel's sums where the last submission left them.
+//! The division does not affect the film's bits: a kernel resumes a pixel's sums where the last
+//! submission left them.
 
 use crate::backend::DeviceKind;
 use crate::film::RowSet;
 use std::time::Duration;
 
-/// What a submission should take.
+/// Target duration of a submission.
 const TARGET_TIME: Duration = Duration::from_millis(50);
 
-/// The speed of a device on the scene at hand.
+/// Sizes submissions by the speed of the device on the current scene.
 #[derive(Clone, Debug)]
 pub(super) struct SubmissionSizer {
-    /// Samples for the next submission.
+    /// Number of samples for the next submission.
     budget: u64,
-    /// Pixels that keep the device busy.
+    /// Number of pixels that keep the device busy.
     pixels: u64,
-    /// Whether `budget` is what the caller wants, whatever time it takes.
+    /// True if the caller has set `budget`, whatever time a submission then takes.
     fixed: bool,
 }
 
 impl SubmissionSizer {
     pub(super) fn new(kind: DeviceKind) -> Self {
-        // First budgets are small enough for the slowest device of their kind and grow eightfold a step.
+        // The first budgets are small enough for the slowest device of their kind, and grow up to
+        // eightfold a step.
         match kind {
             DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20, fixed: false },
             DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12, fixed: false },
@@ -30,59 +33,59 @@ impl SubmissionSizer {
         }
     }
 
-    /// Fixes the budget, or lets it follow the device's speed again.
+    /// Sets the budget, or with `None` lets it follow the device's speed again.
     pub(super) fn limit(&mut self, samples: Option<u64>) {
         self.fixed = samples.is_some();
         self.budget = samples.unwrap_or(self.budget).max(1);
     }
 
-    /// Samples for the next submission.
+    /// Returns the number of samples for the next submission.
     pub(super) fn budget(&self) -> u64 {
         self.budget
     }
 
-    /// Pixels that keep the device busy.
+    /// Returns the number of pixels that keep the device busy.
     pub(super) fn pixels(&self) -> u64 {
         self.pixels
     }
 
-    /// Learns from a submission of `samples` that took `time`.
+    /// Adapts the budget to a submission of `samples` samples that took `time`.
     pub(super) fn learn(&mut self, samples: u64, time: Duration) {
         if self.fixed {
             return;
         }
         let wanted = samples as f64 * TARGET_TIME.as_secs_f64() / time.as_secs_f64().max(1e-6);
-        // A small submission says little about a large one: no leaps up.
+        // A small submission says little about a large one, so the budget grows by limited steps.
         let limit = self.budget.max(samples).saturating_mul(8);
         self.budget = (wanted as u64).clamp(1, limit);
     }
 }
 
-/// One submission: rows of a share of the image, samples of the chunk.
+/// Submission: rows of a share of the image, and samples of the chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Submission {
-    /// See [`Rows::share`].
+    /// Share of the image; see [`RowSet::share`].
     pub share: (u32, u32, u32),
-    /// Of the share.
+    /// First row, by its index in the share.
     pub first_row: u32,
     pub rows: u32,
-    /// From the chunk's start.
+    /// First sample, from the start of the chunk.
     pub first_sample: u32,
     pub samples: u32,
 }
 
 impl Submission {
-    /// Samples of all its pixels.
+    /// Returns the number of samples of all its pixels.
     pub(super) fn samples(&self, width: u32) -> u64 {
         u64::from(width) * u64::from(self.rows) * u64::from(self.samples)
     }
 }
 
-/// The submissions of one chunk: bands of rows, each finished before the next begins.
+/// Submissions of one chunk: bands of rows, each finished before the next begins.
 pub(super) struct Submissions {
     width: u32,
     share: (u32, u32, u32),
-    /// One past the last row of the share.
+    /// One past the last row, by its index in the share.
     end_row: u32,
     samples: u32,
     first_row: u32,
@@ -91,7 +94,7 @@ pub(super) struct Submissions {
 }
 
 impl Submissions {
-    /// Of `samples` samples of some rows of an image.
+    /// Divides `samples` samples of some rows of an image.
     pub(super) fn new(width: u32, rows: impl Into<RowSet>, samples: u32) -> Self {
         let rows = rows.into();
         let (share, own) = (rows.share(), rows.places());
@@ -109,7 +112,8 @@ impl Submissions {
         let width = u64::from(self.width);
         let left = self.samples - self.first_sample;
         if self.first_sample == 0 {
-            // Enough rows to fill the device; more only if even all samples of those are less than the budget.
+            // Enough rows to fill the device; more only if even all samples of those rows are below
+            // the budget.
             let least = pace.pixels.div_ceil(width);
             let samples = (pace.budget / (least * width)).clamp(1, u64::from(left));
             let rows = (pace.budget / (samples * width)).max(1);
@@ -133,7 +137,8 @@ impl Submissions {
 mod tests {
     use super::*;
 
-    /// Every sample of every pixel exactly once, in order, whatever the device's speed does meanwhile.
+    /// Submissions have every sample of every pixel exactly once, in order, however the device's
+    /// speed changes.
     #[test]
     fn parts_cover_the_chunk_once() {
         for kind in [DeviceKind::Gpu, DeviceKind::SoftwareGpu, DeviceKind::Cpu] {

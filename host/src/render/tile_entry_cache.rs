@@ -1,4 +1,4 @@
-//! The tree as the camera sees it, kept from frame to frame.
+//! Cache of the tile entries for the current camera, kept on the backend from frame to frame.
 
 use super::{Settings, Traversal};
 use crate::Error;
@@ -11,16 +11,18 @@ use trisect_shared::features::{HEAVY, has_any};
 use trisect_shared::params::RenderParams;
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
-/// Samples a pixel from which on smaller tiles gain more than they cost, by docs/performance.md.
+/// Minimum samples per pixel for which smaller tiles gain more than they cost
+/// (docs/notebook/camera-ray-tiles.md).
 const FINE_FROM: u32 = 64;
 
-/// What a tree is pruned from, and for which image the backend has it pruned.
+/// BVH that is pruned, and the image for which the backend has tile entries.
 pub(super) struct TileEntryCache {
     nodes: Vec<BvhNode>,
     root: Child,
-    /// Width, height, and the edge of a tile as a power of two.
+    /// Width and height of that image, and the edge of its tiles as a power of two; `None` without
+    /// tile entries.
     built_for: Option<(u32, u32, u32)>,
-    /// Why the backend did not take what was pruned last.
+    /// Error of the backend when it last had no memory for tile entries.
     refused: Option<String>,
 }
 
@@ -29,14 +31,15 @@ impl TileEntryCache {
         Self { nodes: bvh.nodes, root: bvh.root, built_for: None, refused: None }
     }
 
-    /// The same for another backend, which has no view yet.
+    /// Returns a cache for another backend, which has no tile entries yet.
     pub fn for_other_backend(&self) -> Self {
         Self { nodes: self.nodes.clone(), built_for: None, refused: None, ..*self }
     }
 
-    /// Gives the backend the view of the image that the settings describe, if the kernel can make use of one: by default only one whose
-    /// paths are short, so that its camera rays are a good part of all, and while the camera rests. Without memory for it, the image is made without it, and is the
-    /// same: [`TileEntryCache::refused`] says so.
+    /// Gives the backend tile entries for the image of these settings, if the kernel can use them.
+    /// By default only kernels for short paths, of which camera rays are a large part, get them,
+    /// and only while the camera rests. If there is no memory for them, the image is rendered
+    /// without them and is the same; [`TileEntryCache::refused`] then returns the reason.
     pub fn update(
         &mut self,
         backend: &mut dyn Backend,
@@ -71,22 +74,22 @@ impl TileEntryCache {
         Ok(())
     }
 
-    /// Forgets what an earlier camera saw.
+    /// Discards the tile entries, because the camera changed.
     pub fn forget(&mut self) {
         self.built_for = None;
     }
 
-    /// Pixels along the edge of the tiles that the image is made by; `None` without.
+    /// Returns the edge in pixels of the tiles in use; `None` without tile entries.
     pub fn tile(&self) -> Option<u32> {
         self.built_for.map(|(.., shift)| 1 << shift)
     }
 
-    /// Why there are no tiles where there should be some.
+    /// Returns why there are no tile entries although there should be.
     pub fn refused(&self) -> Option<&str> {
         self.refused.as_deref()
     }
 
-    /// Says in a launch record where the view is.
+    /// Writes the place of the tile entries to launch parameters.
     pub fn fill_params(&self, params: &mut RenderParams) {
         (params.first_tile_entry, params.tile_shift) = match self.built_for {
             Some((_, _, shift)) => (self.nodes.len() as u32, shift),

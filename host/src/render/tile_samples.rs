@@ -1,4 +1,5 @@
-//! Samples that tiles of an image take by themselves: a launch in which some take more than others, and some none.
+//! Launches in which each tile of the image takes its own number of samples, or none. Adaptive
+//! sampling uses them.
 
 use super::chunk::ChunkResult;
 use super::chunk_pipeline::resize_records;
@@ -13,24 +14,27 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE};
 
-/// How many samples each tile takes. All end at the same index, so that what a tile takes next lies beyond what any took before.
+/// Number of samples of each tile. All tiles end at the same index, so that a tile's next samples
+/// lie beyond all that were taken before.
 pub(crate) struct TileSamples<'a> {
     pub tiles: &'a Tiles,
-    /// Samples of each tile, at most a chunk.
+    /// Number of samples of each tile, at most a chunk.
     pub counts: &'a [u32],
     /// One past the last sample's index.
     pub end: u32,
 }
 
-/// Submissions of all pixels that take as long as one of tiles' own samples, at most: with fewer pixels the device would idle while those with most samples end.
+/// Maximum duration of a submission of too few pixels, in units of a normal submission. With fewer
+/// pixels the device would idle while those with the most samples finish, so rows are added beyond
+/// the normal duration.
 const MAX_SUBMISSION_RATIO: u64 = 8;
 
 impl Renderer {
-    /// Renders these samples. A pixel that takes none keeps no sums: what its records hold says nothing.
+    /// Renders these samples. The records of a pixel that takes none are unspecified.
     ///
     /// # Errors
     ///
-    /// As [`render_chunk`](Self::render_chunk), also where no tile takes any.
+    /// The errors of [`render_chunk`](Self::render_chunk), also if no tile takes any sample.
     pub(crate) fn render_tile_samples(
         &mut self,
         settings: &Settings,
@@ -52,7 +56,7 @@ impl Renderer {
         self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
         self.backend.write_film(&self.chunk, &self.aovs)?;
         let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
-        // By row of tiles: samples, and pixels that take any.
+        // For each row of tiles: the number of samples, and of pixels that take any.
         let taking: Vec<u32> = counts.iter().map(|&count| count.min(1)).collect();
         let of_row: Vec<(u64, u64)> = (0..tiles.down())
             .map(|row| (tiles.samples_of_row(row, counts), tiles.samples_of_row(row, &taking)))
@@ -61,7 +65,8 @@ impl Renderer {
         let mut left: u64 = of_row.iter().map(|row| row.1).sum();
         let mut next = 0;
         while next < of_row.len() {
-            // Rows of tiles until the device is busy, and for long enough; none are left that would not keep it busy.
+            // Rows of tiles are added until the submission keeps the device busy for long enough,
+            // and until the rows left can do so too.
             let (from, mut samples, mut pixels) = (next, 0, 0);
             while let Some(row) = of_row.get(next) {
                 let few = pixels.min(left) < self.submission_sizer.pixels();
@@ -83,7 +88,8 @@ impl Renderer {
             (params.first_row, params.rows) = (band.start, band.len() as u32);
             (params.first_sample, params.end_sample) = (end, end);
             params.flags |= FLAG_PER_PIXEL_RANGE | FLAG_END_OF_CHUNK;
-            // What that takes says little of the device's pace: the pixels with most samples decide.
+            // The time says little about the device's speed: it depends on the pixels with the most
+            // samples.
             let time = self.backend.render(&Launch::new(params))?;
             (device, submissions, done) = (device + time, submissions + 1, done + samples);
             if observer.progress(done, total).is_break() {

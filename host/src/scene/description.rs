@@ -1,6 +1,8 @@
-//! A scene as its author describes it: what every reader (RON, glTF, OBJ, PLY) produces, in f64 and without device records.
+//! A scene before lowering: every reader (RON, glTF, OBJ, PLY) produces a [`Description`], and
+//! `lower` makes device records from it. Numbers are f64, except those of meshes and images.
 //!
-//! A reader has checked each number: finite and in the ranges of `super::values`, indices in range.
+//! Readers have checked each number: it is finite and in the ranges of `super::values`. Indices are
+//! in range.
 
 use super::CameraPose;
 use glam::{DAffine2, DAffine3, DVec3};
@@ -9,49 +11,51 @@ use std::path::PathBuf;
 /// A whole scene, or a part that a scene file includes.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
-    /// Cameras by name, in the file's order. A glTF camera's pose is already in the world.
+    /// Cameras by name, in the file's order. The pose of a glTF camera is already in world space.
     pub cameras: Vec<(String, CameraPose)>,
-    /// What [`Shape::material`] and [`Mesh::material`] index.
+    /// Materials, indexed by [`Shape::material`] and [`Mesh::material`].
     pub materials: Vec<Material>,
-    /// What [`TextureUse::image`] indexes.
+    /// Images, indexed by [`TextureUse::image`].
     pub images: Vec<TextureImage>,
     /// Analytic shapes.
     pub shapes: Vec<Shape>,
     /// Triangle meshes, each placed by any number of [`Instance`]s.
     pub meshes: Vec<Mesh>,
-    /// Which mesh stands where.
+    /// Meshes placed in the world.
     pub instances: Vec<Instance>,
     /// Lights without extent.
     pub lights: Vec<PunctualLight>,
     /// Radiance from infinity; `None` is black.
     pub sky: Option<Sky>,
-    /// What the file asks for and this program does not do, each by name and once; what was dropped, with counts.
+    /// Warnings: each feature that the file asks for and the renderer does not support, named once,
+    /// and dropped data with its count.
     pub warnings: Vec<String>,
-    /// Which object of a scene file each of `shapes` belongs to, by its index; empty for a model.
+    /// Index of the scene file's object that each of `shapes` belongs to; empty for a model.
     pub shape_objects: Vec<usize>,
-    /// The same for `instances`.
+    /// Index of the scene file's object that each of `instances` belongs to; empty for a model.
     pub instance_objects: Vec<usize>,
-    /// Files that it was read from. A scene file's own is not among them.
+    /// Files that the description was read from, except the scene file itself.
     pub files: Vec<PathBuf>,
 }
 
 /// Radiance from infinity.
 #[derive(Clone, Debug)]
 pub enum Sky {
-    /// From straight down to straight up, linear in the y of the unit direction.
+    /// Gradient from straight down to straight up, linear in the y of the unit direction.
     Gradient {
         /// Radiance straight down.
         bottom: DVec3,
         /// Radiance straight up.
         top: DVec3,
     },
-    /// A panorama: latitude and longitude, top row straight up; its middle column is seen along -z at rotation 0.
+    /// A panorama (environment map) in latitude and longitude. Its top row is straight up. At
+    /// rotation 0 its middle column is seen along -z.
     Image {
         /// Linear radiance, row-major.
         image: crate::image::Image,
         /// Factor on the image's radiance.
         scale: f64,
-        /// About +y, in radians, counter-clockwise seen from above.
+        /// Rotation about +y in radians, counter-clockwise seen from above.
         rotation: f64,
     },
 }
@@ -59,28 +63,29 @@ pub enum Sky {
 /// A material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// How it scatters.
+    /// Scattering model.
     pub surface: Surface,
-    /// Reflected share (the albedo, or glTF's base colour): linear Rec. 709, each 0 to 1.
+    /// Reflected fraction (the albedo, or glTF's base colour) in linear Rec. 709, each channel 0 to
+    /// 1.
     pub base_color: DVec3,
-    /// Multiplies `base_color`, and its alpha `opacity`.
+    /// Texture that multiplies `base_color`; its alpha multiplies `opacity`.
     pub base_color_texture: Option<TextureUse>,
-    /// Emitted radiance; zero for what is no light.
+    /// Emitted radiance; zero for a material that does not emit.
     pub emission: DVec3,
-    /// Multiplies `emission`.
+    /// Texture that multiplies `emission`.
     pub emission_texture: Option<TextureUse>,
-    /// Whether the back emits, too.
+    /// True if the back emits too.
     pub emits_both_sides: bool,
-    /// Share that does not pass through unseen, 0 to 1.
+    /// Fraction of the light that meets the surface, 0 to 1; the rest passes straight through.
     pub opacity: f64,
-    /// What opacity means.
+    /// Meaning of `opacity`.
     pub alpha: Alpha,
 }
 
 impl Material {
-    /// Returns the textures that it reads.
+    /// Returns the textures that the material reads.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
         let of_surface = match &self.surface {
             Surface::MetallicRoughness { metallic_roughness_texture, transmission_texture, .. } => {
@@ -93,14 +98,14 @@ impl Material {
     }
 }
 
-/// How a material scatters.
+/// Scattering model of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
-    /// Diffuse.
+    /// Diffuse reflection.
     Lambertian,
-    /// The book's metal.
+    /// The metal of "Ray Tracing in One Weekend" (the book).
     Metal {
-        /// Radius of the ball that moves the mirrored direction, 0 to 1.
+        /// Radius of the ball of random offsets to the mirrored direction, 0 to 1.
         fuzz: f64,
     },
     /// Smooth clear glass.
@@ -112,29 +117,29 @@ pub enum Surface {
     RoughDielectric {
         /// Index of refraction inside, relative to outside.
         ior: f64,
-        /// GGX alpha is its square; 0 to 1.
+        /// Roughness, 0 to 1; GGX alpha is its square.
         roughness: f64,
     },
     /// A rough metal (GGX).
     Conductor {
-        /// How much it reflects.
+        /// Fresnel reflectance.
         fresnel: ConductorFresnel,
-        /// GGX alpha is its square; 0 to 1.
+        /// Roughness, 0 to 1; GGX alpha is its square.
         roughness: f64,
     },
-    /// glTF's material.
+    /// glTF's metallic-roughness material.
     MetallicRoughness {
-        /// 0 a dielectric, 1 a metal.
+        /// 0 for a dielectric, 1 for a metal.
         metallic: f64,
-        /// GGX alpha is its square; 0 to 1.
+        /// Roughness, 0 to 1; GGX alpha is its square.
         roughness: f64,
-        /// Green multiplies `roughness`, blue `metallic`.
+        /// Texture whose green multiplies `roughness` and whose blue multiplies `metallic`.
         metallic_roughness_texture: Option<TextureUse>,
-        /// Of the dielectric's boundary.
+        /// Index of refraction of the dielectric's boundary.
         ior: f64,
-        /// Share of the light that enters a dielectric and passes through its thin wall, 0 to 1.
+        /// Fraction of the light that enters a dielectric and passes through its thin wall, 0 to 1.
         transmission: f64,
-        /// Red multiplies `transmission`.
+        /// Texture whose red multiplies `transmission`.
         transmission_texture: Option<TextureUse>,
     },
 }
@@ -142,93 +147,93 @@ pub enum Surface {
 /// A conductor's reflectance.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ConductorFresnel {
-    /// Fresnel's equations for a complex index, eta + i k, by channel.
+    /// Fresnel's equations for a complex index of refraction, eta + i k, by channel.
     Ior {
-        /// Real part, relative to outside.
+        /// Real part of the index, relative to outside.
         eta: DVec3,
-        /// Absorption.
+        /// Imaginary part of the index (absorption).
         k: DVec3,
     },
-    /// Schlick's approximation; [`Material::base_color`] is the reflectance at normal incidence.
+    /// Schlick's approximation. [`Material::base_color`] is the reflectance at normal incidence.
     Schlick,
 }
 
-/// What a material's opacity means.
+/// Meaning of a material's opacity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Alpha {
-    /// Nothing: it is opaque.
+    /// Opacity is ignored.
     #[default]
     Opaque,
-    /// There where it is at least `alpha_cutoff`, else not.
+    /// The surface exists where opacity is at least `cutoff`.
     Mask {
-        /// 0 to 1.
+        /// Threshold of opacity, 0 to 1.
         cutoff: f64,
     },
-    /// The share of the light that meets the surface.
+    /// Opacity is the fraction of the light that meets the surface.
     Blend,
 }
 
-/// How a material reads an image.
+/// The use of an image by a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureUse {
     /// Index into [`Description::images`].
     pub image: usize,
-    /// Beyond 0 to 1, across and down.
+    /// Continuation beyond 0 to 1, across and down.
     pub wrap: [Wrap; 2],
-    /// Between texels.
+    /// Interpolation between texels.
     pub filter: Filter,
-    /// From the mesh's (u, v) to the image's, (0, 0) its top left corner as in glTF.
+    /// Map from the mesh's (u, v) to the image's, where (0, 0) is the top left corner as in glTF.
     pub transform: DAffine2,
 }
 
-/// What lies beyond an image's border.
+/// Continuation of an image beyond its border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     Repeat,
-    /// The image again, mirrored.
+    /// Repeats the image, mirrored at each border.
     Mirror,
-    /// Its border.
+    /// Extends the texels of the border.
     Clamp,
 }
 
-/// How to read between texels.
+/// Interpolation between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// The nearest texel.
+    /// Takes the nearest texel.
     Nearest,
-    /// Bilinear.
+    /// Interpolates bilinearly.
     Linear,
 }
 
 /// An image for textures.
 #[derive(Clone, Debug)]
 pub struct TextureImage {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// Texels across, at least 1.
+    /// Width in texels, at least 1.
     pub width: u32,
-    /// Texels down, at least 1.
+    /// Height in texels, at least 1.
     pub height: u32,
-    /// `width * height` of them, top row first.
+    /// `width * height` texels, top row first.
     pub texels: Texels,
 }
 
-/// The texels of an image: red, green, blue, alpha. Alpha is linear always.
+/// The texels of an image: red, green, blue, alpha. Alpha is always linear.
 #[derive(Clone, Debug)]
 pub enum Texels {
-    /// 8 bits a channel, sRGB's curve.
+    /// 8 bits per channel, sRGB-encoded.
     Srgb8(Vec<[u8; 4]>),
-    /// 8 bits a channel, linear.
+    /// 8 bits per channel, linear.
     Linear8(Vec<[u8; 4]>),
-    /// Linear.
+    /// Linear f32.
     Float(Vec<[f32; 4]>),
 }
 
 /// An analytic shape in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// What shape.
+    /// Kind and dimensions of the shape.
     pub kind: ShapeKind,
     /// Index into [`Description::materials`].
     pub material: usize,
@@ -239,33 +244,34 @@ pub struct Shape {
 pub enum ShapeKind {
     /// A sphere.
     Sphere {
-        /// Its centre.
+        /// Centre of the sphere.
         center: DVec3,
-        /// Positive.
+        /// Positive radius.
         radius: f64,
     },
     /// A parallelogram; its front is where u × v points.
     Quad {
         /// One corner.
         corner: DVec3,
-        /// To the next corner.
+        /// Edge from `corner` to the next corner.
         u: DVec3,
-        /// To the other next corner.
+        /// Edge from `corner` to the other adjacent corner.
         v: DVec3,
     },
     /// A disc; its front is where the normal points.
     Disc {
-        /// Its centre.
+        /// Centre of the disc.
         center: DVec3,
-        /// Of any length but 0.
+        /// Normal of any length but 0.
         normal: DVec3,
-        /// Positive.
+        /// Positive radius.
         radius: f64,
     },
 }
 
 impl ShapeKind {
-    /// Whether it has no border: a disc as large as a scene may be.
+    /// Returns whether the shape is a plane: a disc of the maximum radius, which has no visible
+    /// border.
     pub fn is_plane(&self) -> bool {
         matches!(self, Self::Disc { radius, .. } if *radius >= super::values::MAX_MAGNITUDE)
     }
@@ -274,13 +280,13 @@ impl ShapeKind {
 /// A triangle mesh in its own coordinates.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// Vertices.
+    /// Vertex positions.
     pub positions: Vec<[f32; 3]>,
     /// Unit normals by vertex; empty for flat shading.
     pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates by vertex, (0, 0) the image's top left; empty for none.
+    /// Texture coordinates by vertex, where (0, 0) is the image's top left; empty without.
     pub uvs: Vec<[f32; 2]>,
     /// Vertices of each triangle, counter-clockwise seen from its front.
     pub triangles: Vec<[u32; 3]>,
@@ -288,49 +294,50 @@ pub struct Mesh {
     pub material: usize,
 }
 
-/// A mesh in the world.
+/// A mesh placed in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
     /// Index into [`Description::meshes`].
     pub mesh: usize,
-    /// From the mesh's coordinates to the world's; may mirror.
+    /// Transform from mesh to world coordinates; may mirror.
     pub transform: DAffine3,
 }
 
 /// A light without extent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PunctualLight {
-    /// The same in all directions.
+    /// A point light, equal in all directions.
     Point {
-        /// Where.
+        /// Position in the world.
         position: DVec3,
-        /// Power a solid angle, by channel.
+        /// Radiant intensity (power per solid angle), by channel.
         intensity: DVec3,
     },
-    /// A cone.
+    /// A spot light: a cone.
     Spot {
-        /// Where.
+        /// Position in the world.
         position: DVec3,
-        /// Unit vector along its axis.
+        /// Unit vector along the axis.
         direction: DVec3,
-        /// Power a solid angle on the axis, by channel.
+        /// Radiant intensity (power per solid angle) on the axis, by channel.
         intensity: DVec3,
-        /// Half angle within which it has its full intensity, radians.
+        /// Half angle of full intensity, in radians.
         inner: f64,
-        /// Half angle beyond which it is dark, radians; greater than `inner`, at most π / 2. Between: glTF's smooth falloff.
+        /// Half angle beyond which the light is dark, in radians; greater than `inner`, at most π /
+        /// 2. Between the two is glTF's smooth falloff.
         outer: f64,
     },
-    /// From infinitely far.
+    /// A directional light: parallel light from infinity.
     Directional {
         /// Unit vector along which the light travels.
         direction: DVec3,
-        /// Power an area perpendicular to it, by channel.
+        /// Irradiance (power per area) of a surface perpendicular to the light, by channel.
         irradiance: DVec3,
     },
 }
 
 impl PunctualLight {
-    /// Returns its intensity, or a directional light's irradiance.
+    /// Returns the intensity of a point or spot light, or the irradiance of a directional light.
     pub fn strength(&self) -> DVec3 {
         match *self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,

@@ -1,118 +1,123 @@
-//! What is wrong with a scene, and where.
+//! Errors of reading a scene: the problem, its place and a remedy.
 
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A scene that cannot be used.
+/// An error that makes a scene unusable.
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// The file could not be read.
     #[error("{}: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
-    /// The text is not a scene: a syntax error, an unknown field, a value out of range, an unknown material.
-    #[error("{file}:{line}:{column}: {message}\n{excerpt}\n  see docs/scenes.md for the format")]
+    /// The text is not a scene: a syntax error, an unknown field, a value out of range or an
+    /// unknown material.
+    #[error(
+        "{file}:{line}:{column}: {message}\n{excerpt}\n  see docs/reference/scene-format/README.md for the format"
+    )]
     Invalid {
-        /// The file, or what stands for it.
+        /// Path of the file, or the name that stands for it.
         file: String,
-        /// Counted from 1.
+        /// Line, counted from 1.
         line: usize,
-        /// Counted from 1, in characters.
+        /// Column, counted from 1 in characters.
         column: usize,
-        /// What is wrong and what would be right.
+        /// Problem and remedy.
         message: String,
-        /// The line and a mark below the place.
+        /// The line, with a mark below the column.
         excerpt: String,
     },
-    /// Values that are right by themselves but not together.
+    /// Values that are valid on their own but not together.
     #[error("{file}: {message}")]
     Inconsistent {
-        /// The file, or what stands for it.
+        /// Path of the file, or the name that stands for it.
         file: String,
-        /// What is wrong and what would be right.
+        /// Problem and remedy.
         message: String,
     },
-    /// The extension names no format of scenes or models.
+    /// The extension is not that of a scene or model format.
     #[error("{}: unknown scene format; use .ron, .gltf, .glb, .obj or .ply", path.display())]
     UnknownFormat {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A part of an imported file is not what its format allows.
+    /// A part of an imported file violates its format.
     #[error("{file}: {place}: {problem}; {remedy}")]
     Malformed {
-        /// The file, or what stands for it.
+        /// Path of the file, or the name that stands for it.
         file: String,
-        /// The part, as the format's own words name it: `meshes[3].primitives[0].attributes.POSITION`.
+        /// Part of the file in the format's own words, such as
+        /// `meshes[3].primitives[0].attributes.POSITION`.
         place: String,
-        /// What is wrong.
+        /// Violation of the format.
         problem: String,
-        /// What would be right.
+        /// Content that the format allows.
         remedy: String,
     },
-    /// An imported file cannot be shown without a feature that this program does not have.
+    /// An imported file needs a feature that the renderer does not have.
     #[error("{file}: {place}: {feature} is not supported; {remedy}")]
     Unsupported {
-        /// The file, or what stands for it.
+        /// Path of the file, or the name that stands for it.
         file: String,
-        /// The part, as the format's own words name it.
+        /// Part of the file, in the format's own words.
         place: String,
-        /// What is missing.
+        /// The missing feature.
         feature: String,
-        /// What to do instead.
+        /// Alternative without the feature.
         remedy: String,
     },
-    /// A part of an imported file is larger than this program takes, or than memory is.
+    /// A part of an imported file exceeds a limit of the program or the available memory.
     #[error("{file}: {place}: {what}; the maximum is {maximum}")]
     TooLarge {
-        /// The file, or what stands for it.
+        /// Path of the file, or the name that stands for it.
         file: String,
-        /// The part, as the format's own words name it.
+        /// Part of the file, in the format's own words.
         place: String,
-        /// What is too large, and how large it is.
+        /// Part that is too large, with its size.
         what: String,
-        /// How large it may be, and what limits it.
+        /// Maximum size, and the reason for it.
         maximum: String,
     },
     /// An imported file refers to a file outside the scene's folder.
     #[error(
-        "{file}: {place}: \"{uri}\" lies outside the scene's folder; put it there, or say --allow-outside"
+        "{file}: {place}: \"{uri}\" lies outside the scene's folder; move it there, or pass --allow-outside"
     )]
     Outside {
-        /// The file that refers to it, or what stands for it.
+        /// Path of the referring file, or the name that stands for it.
         file: String,
-        /// The part that refers to it, as the format's own words name it.
+        /// Part that refers to the other file, in the format's own words.
         place: String,
-        /// What it is called there.
+        /// The other file's name, as the referring file has it.
         uri: String,
     },
     /// A file that an imported file refers to cannot be read.
     #[error(
-        "{file}: {place}: cannot read \"{uri}\": {source}; it must lie where {file} says, relative to its folder"
+        "{file}: {place}: cannot read \"{uri}\": {source}; it must be at this path, relative to the folder of {file}"
     )]
     Resource {
-        /// The file that refers to it, or what stands for it.
+        /// Path of the referring file, or the name that stands for it.
         file: String,
-        /// The part that refers to it, as the format's own words name it.
+        /// Part that refers to the other file, in the format's own words.
         place: String,
-        /// What it is called there.
+        /// The other file's name, as the referring file has it.
         uri: String,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
 }
 
 impl SceneError {
-    /// An error at a place of `text`.
+    /// Returns an error at a line and column of `text`, both counted from 1.
     pub(crate) fn at(file: &str, text: &str, line: usize, column: usize, message: String) -> Self {
-        // A file without line breaks may be one long line: at most 100 characters before the place, and 100 after.
+        // A file without line breaks may be one long line: show at most 100 characters before the
+        // place and 100 after it.
         let skipped = column.saturating_sub(101);
         let all = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
-        // One character each, so that the mark stays below its place.
+        // Each character becomes one character, so that the mark stays below its place.
         let plain = |letter: char| match letter {
             '\t' => ' ',
             letter if letter.is_control() => '\u{fffd}',

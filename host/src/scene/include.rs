@@ -1,4 +1,4 @@
-//! Models within a scene: each file is read once, and stands wherever an object names it.
+//! Models within a scene. Each file is read once and placed wherever an object names it.
 
 use super::CameraPose;
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Surface, TextureUse};
@@ -17,19 +17,19 @@ use std::path::{Path, PathBuf};
 pub struct Models<'a> {
     folder: &'a Folder,
     source: Source<'a>,
-    /// Whether any object shows a file's own materials.
+    /// True for each file whose own materials some object shows.
     shows_its_own: HashMap<PathBuf, bool>,
     read: HashMap<PathBuf, Model>,
     budget: MemoryBudget,
 }
 
-/// A model that is part of the scene, except for what each of its copies has for itself.
+/// A model whose meshes are in the scene, with the parts that each copy adds.
 struct Model {
-    /// The file, for messages.
+    /// File name, for messages.
     name: String,
-    /// Of its meshes, in the scene.
+    /// Scene material of each mesh.
     materials: Vec<usize>,
-    /// The first of the meshes that have an object's material, or their own.
+    /// First scene mesh by the object's material; `None` for the model's own materials.
     meshes: HashMap<Option<usize>, usize>,
     instances: Vec<Instance>,
     lights: Vec<PunctualLight>,
@@ -37,11 +37,11 @@ struct Model {
 }
 
 impl<'a> Models<'a> {
-    /// Those of a file, none of them read yet.
+    /// Returns the models of a scene file, before any is read.
     pub fn of(file: &'a SceneFile, folder: &'a Folder) -> Self {
         let mut shows_its_own = HashMap::new();
         for object in &file.objects {
-            // What lies outside is an error when it is placed.
+            // A name outside the scene's folder is an error once it is placed.
             if let Object::Mesh { file, material, .. } = object
                 && let Ok(path) = folder.locate(Path::new(&file.name))
             {
@@ -57,7 +57,7 @@ impl<'a> Models<'a> {
         }
     }
 
-    /// Adds a copy of a model to the scene; `material` replaces its own.
+    /// Adds a copy of a model to the scene; `material` replaces the model's own materials.
     pub fn place(
         &mut self,
         scene: &mut Description,
@@ -88,7 +88,8 @@ impl<'a> Models<'a> {
 }
 
 impl Model {
-    /// Moves a model's parts to the scene. `own` says whether its materials will be seen.
+    /// Moves a model's parts to the scene. `own` is true if some object shows the model's own
+    /// materials; otherwise they are left out.
     fn merge(
         scene: &mut Description,
         name: String,
@@ -122,7 +123,7 @@ impl Model {
         }
     }
 
-    /// Whether there is room for a copy.
+    /// Checks that there is memory for a copy.
     fn reserve(
         &self,
         meshes: &[Mesh],
@@ -142,7 +143,7 @@ impl Model {
         transform: &DAffine3,
         material: Option<usize>,
     ) -> Result<(), String> {
-        // A mesh has one material, so another material makes another mesh.
+        // A mesh has one material, so another material needs another mesh.
         let first = match self.meshes.get(&material) {
             Some(&first) => first,
             None => {
@@ -170,7 +171,7 @@ impl Model {
             scene.instances.push(Instance { mesh: first + instance.mesh, transform });
         }
         if flat > 0 {
-            // Some models hide parts so.
+            // Some models hide parts this way.
             warn(scene, format!("{}: {flat} instances of meshes are scaled to nothing: left out", self.name));
         }
         for light in &self.lights {
@@ -185,14 +186,14 @@ impl Model {
     }
 }
 
-/// Adds a warning that is not there yet.
+/// Adds a warning, unless the scene has it already.
 fn warn(scene: &mut Description, warning: String) {
     if !scene.warnings.contains(&warning) {
         scene.warnings.push(warning);
     }
 }
 
-/// A material whose images stand further back.
+/// Returns a material whose image indices are larger by `images`.
 fn offset(mut material: Material, images: usize) -> Material {
     let shift = |texture: &mut Option<TextureUse>| {
         if let Some(texture) = texture {
@@ -219,10 +220,10 @@ fn move_point(point: DVec3, transform: &DAffine3) -> Result<DVec3, String> {
     }
 }
 
-/// As glTF has it, a light's strength does not change with its transform's scale.
+/// Transforms a light. As in glTF, its strength does not change with the transform's scale.
 fn move_light(light: &PunctualLight, transform: &DAffine3) -> Result<PunctualLight, String> {
     let turn = |direction: DVec3| {
-        unit(transform.transform_vector3(direction)).ok_or_else(|| "a light's direction is lost".to_owned())
+        unit(transform.transform_vector3(direction)).ok_or_else(|| "a light's direction becomes 0".to_owned())
     };
     let mut moved = light.clone();
     match &mut moved {
@@ -236,7 +237,8 @@ fn move_light(light: &PunctualLight, transform: &DAffine3) -> Result<PunctualLig
     Ok(moved)
 }
 
-/// A camera keeps its angles; its distances scale as those along its axis do. What mirrors the scene does not mirror the image.
+/// Transforms a camera. Its angles stay, and its focus distance scales as lengths along its axis
+/// do. A transform that mirrors the scene does not mirror the image.
 fn move_camera(camera: &CameraPose, transform: &DAffine3) -> Result<CameraPose, String> {
     let axis = camera.look_at - camera.look_from;
     let moved = CameraPose {

@@ -1,16 +1,17 @@
-//! Whether there is memory for a scene's triangles, asked before they are made.
+//! Checks that there is memory for a scene's triangles before they are made.
 
 use super::description::Mesh;
 use crate::memory;
 
-/// Bytes for each triangle in the world while its tree is built: records of 112 in the scene's order and in the tree's, a node, the
-/// builder's own; measured.
+/// Estimated bytes for each triangle in the world while the BVH is built: records of 112 bytes in
+/// the scene's order and in the BVH's, a node, and the builder's own memory
+/// (docs/notebook/triangles-and-trees.md).
 const TRIANGLE: u64 = 450;
 
-/// Less is not worth asking the system how much there is.
+/// Needs up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 64 << 20;
 
-/// What is left of the memory.
+/// Memory that was taken, and the free memory if it was asked for.
 #[derive(Debug, Default)]
 pub struct MemoryBudget {
     taken: u64,
@@ -18,12 +19,20 @@ pub struct MemoryBudget {
 }
 
 impl MemoryBudget {
-    /// Asks for a copy of a mesh in the world.
+    /// Takes memory for the triangles of an instance of a mesh.
+    ///
+    /// # Errors
+    ///
+    /// A message if the free memory does not suffice.
     pub fn place(&mut self, mesh: &Mesh) -> Result<(), String> {
         self.take((mesh.triangles.len() as u64).saturating_mul(TRIANGLE))
     }
 
-    /// Asks for another mesh with the same vertices and triangles.
+    /// Takes memory for another mesh with the vertices and triangles of `mesh`.
+    ///
+    /// # Errors
+    ///
+    /// A message if the free memory does not suffice.
     pub fn store(&mut self, mesh: &Mesh) -> Result<(), String> {
         let vertices = 12 * (mesh.positions.len() + mesh.normals.len()) + 8 * mesh.uvs.len();
         self.take((vertices + 12 * mesh.triangles.len()) as u64)

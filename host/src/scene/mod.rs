@@ -1,6 +1,7 @@
-//! Scenes: read, validated, turned into device records.
+//! Scenes: reading, validation and device records.
 //!
-//! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`]; `lower` makes records of it.
+//! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`], and
+//! `lower` makes a [`Scene`] of device records from it.
 
 pub mod description;
 mod error;
@@ -44,25 +45,29 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// A thin-lens camera in the world: scene units, radians.
+/// A thin-lens camera in the world; lengths in scene units, angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraPose {
     /// Centre of the lens.
     pub look_from: DVec3,
     /// A point on the optical axis.
     pub look_at: DVec3,
-    /// What is up in the image, not along the axis.
+    /// Up direction of the image; not along the axis.
     pub up: DVec3,
-    /// Of the whole image, in (0, π).
+    /// Vertical angle of the whole image, in (0, π).
     pub vertical_fov: f64,
     /// Cone angle from a point in focus to the lens, in [0, π); 0 for a pinhole.
     pub defocus_angle: f64,
-    /// From the lens to the plane in focus.
+    /// Distance from the lens to the plane in focus.
     pub focus_distance: f64,
 }
 
 impl CameraPose {
-    /// Refuses what is none, with what would be right.
+    /// Checks that the camera is valid.
+    ///
+    /// # Errors
+    ///
+    /// A message that says what would be valid.
     pub fn check(&self) -> Result<(), String> {
         let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
         let far = values::MAX_MAGNITUDE;
@@ -80,92 +85,97 @@ impl CameraPose {
     }
 }
 
-/// A panorama.
+/// A panorama (environment map).
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
-    /// About +y, radians, counter-clockwise seen from above.
+    /// Rotation about +y in radians, counter-clockwise seen from above.
     pub rotation: f64,
     /// `width * height` texels with their alias table.
     pub texels: Vec<EnvironmentTexel>,
 }
 
-/// A validated scene: every number is finite and in range, every index below the length of what it indexes.
+/// A validated scene: every number is finite and in range, and every index is in range.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Where it came from, for messages.
+    /// File of the scene, or the name that stands for it, for messages.
     pub name: String,
-    /// The eye.
+    /// Camera of the image.
     pub camera: CameraPose,
-    /// Radiance from infinity, where there is no panorama.
+    /// Radiance from infinity if there is no panorama.
     pub sky: Sky,
-    /// Radiance from infinity.
+    /// Panorama; replaces `sky`.
     pub environment: Option<Environment>,
-    /// Primitives of the first kind, in the file's order: an index here is a primitive's id.
+    /// Spheres in the file's order. Their indices are their primitive ids.
     pub spheres: Vec<Sphere>,
-    /// Primitives of the second kind.
+    /// Quads and discs; their primitive ids follow those of the spheres.
     pub flats: Vec<Planar>,
-    /// Primitives of the third kind.
+    /// Triangles; their primitive ids follow those of the quads and discs.
     pub triangles: Vec<Triangle>,
-    /// One for each triangle.
+    /// Shading record of each triangle.
     pub shading: Vec<TriangleShading>,
-    /// By index from the primitives.
+    /// Materials, indexed by primitives.
     pub materials: Vec<Material>,
-    /// By index from the materials.
+    /// Textures, indexed by materials.
     pub textures: Vec<Texture>,
-    /// Of all textures.
+    /// Texels of all textures.
     pub texels: Vec<Texel>,
-    /// Lights without extent; their part of the alias table is not filled in.
+    /// Lights without extent, before their rows of the alias table are filled in.
     pub lights: Vec<Light>,
-    /// What was left out or changed, for people.
+    /// Warnings for people: what was left out or changed.
     pub warnings: Vec<String>,
-    /// What to render unless told otherwise.
+    /// Settings that the scene asks for; the command line overrides them.
     settings: Settings,
 }
 
 impl Scene {
-    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`) with a camera and a light of its own or, where it has none,
-    /// such as show all of it.
+    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`). A model without a camera
+    /// gets one that shows all of it, and a model whose own lights do not carry the image gets a
+    /// sky.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_in(path, Rebase::IDENTITY)
     }
 
-    /// The same, then moved and scaled to `space`, after the space that the file itself asks for. Its doc says what scales how: the
-    /// image stays, since the intensity of point and spot lights scales with the square of lengths, while emitted radiance, the
-    /// irradiance of directional lights, the sky and panoramas stay as they are.
+    /// Reads a scene as [`Self::load`] does, then moves and scales it to `space`, after the space
+    /// that the file itself asks for. [`Rebase`] says what scales and how. The image stays: the
+    /// intensity of point and spot lights scales with the square of lengths, while emitted
+    /// radiance, the irradiance of directional lights, the sky and panoramas stay as they are.
     pub fn load_in(path: &Path, space: Rebase) -> Result<Self, SceneError> {
         SceneDocument::load(path)?.lower(space)
     }
 
-    /// Reads a scene from text; `name` stands for the file in messages. Files that it names are sought in the current folder.
+    /// Reads a scene from text; `name` stands for the file in messages. Files that it names are
+    /// relative to the current folder.
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
         Self::parse_in(text, name, Rebase::IDENTITY)
     }
 
-    /// The same in another space, as [`Self::load_in`].
+    /// Reads a scene from text as [`Self::parse`] does, then moves and scales it to `space` as
+    /// [`Self::load_in`] does.
     pub fn parse_in(text: &str, name: &str, space: Rebase) -> Result<Self, SceneError> {
         SceneDocument::parse(text, name)?.lower(space)
     }
 
-    /// A model that was read from somewhere else; as with [`Self::load`], it gets what it lacks to be seen.
+    /// Makes a scene of a model that was read from elsewhere. As with [`Self::load`], it gets the
+    /// camera and the sky that it lacks.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         SceneDocument::from_model(model, name)?.lower(Rebase::IDENTITY)
     }
 
-    /// The built-in scene: `scenes/three_spheres.ron`.
+    /// Returns the built-in scene, `scenes/three_spheres.ron`.
     pub fn hello_world() -> Result<Self, SceneError> {
         SceneDocument::hello_world()?.lower(Rebase::IDENTITY)
     }
 
-    /// Primitives of all kinds.
+    /// Returns the number of primitives of all kinds.
     pub fn primitives(&self) -> usize {
         self.spheres.len() + self.flats.len() + self.triangles.len()
     }
 
-    /// What a kernel must be able to do to render it.
+    /// Returns the features that a kernel needs to render the scene.
     pub fn features(&self) -> Features {
         let mut features = 0;
         let mut needs = |feature: Features, needed: bool| features |= if needed { feature } else { 0 };
@@ -188,7 +198,7 @@ impl Scene {
         features
     }
 
-    /// What the file asks for.
+    /// Returns the settings that the scene asks for.
     pub fn settings(&self) -> Settings {
         self.settings.clone()
     }

@@ -1,4 +1,5 @@
-//! A model by itself as a scene: what it lacks to be seen.
+//! Completes a model that is rendered without a scene file: adds the camera and the sky that it
+//! lacks.
 
 use super::ImageSettings;
 use super::description::{Description, ShapeKind, Sky};
@@ -7,16 +8,16 @@ use super::own_light::OwnLight;
 use crate::render::Fresnel;
 use glam::DVec3;
 
-/// A model with what it lacks to be seen.
+/// A model with the camera and the sky that it lacked.
 pub(super) struct Completed {
     pub description: Description,
     pub image: ImageSettings,
-    /// What was decided, for people.
+    /// Decisions about the model, for people.
     pub notes: Vec<String>,
 }
 
-/// Gives a model a camera that sees all of it, if it has none, and a sky of radiance 1, unless its
-/// own lights carry the image.
+/// Gives a model a camera that sees all of it, if it has no camera, and a sky of radiance 1, unless
+/// its own lights carry the image.
 pub(super) fn complete(mut model: Description) -> Completed {
     let mut notes = Vec::new();
     let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
@@ -49,7 +50,7 @@ pub(super) fn complete(mut model: Description) -> Completed {
     Completed { description: model, image, notes }
 }
 
-/// A ball around everything; of radius 1 around nothing.
+/// Returns centre and radius of a ball around everything; radius 1 if there is nothing.
 fn ball(model: &Description) -> (DVec3, f64) {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut add = |p: DVec3| (low, high) = (low.min(p), high.max(p));

@@ -1,8 +1,7 @@
 //! Estimates whether a model's own lights carry its image.
 //!
-//! Compares the direct irradiance at points spread over the model with that of the sky that it
-//! would get otherwise. Nothing casts shadows here: an estimate decides about a sky, not about an
-//! image.
+//! Compares the direct irradiance at points spread over the model with that of the sky that would
+//! be added otherwise. Shadows are ignored: the estimate decides about a sky, not about an image.
 
 use super::description::{Description, Material, Mesh, PunctualLight, Texels, TextureImage};
 use crate::metrics::srgb;
@@ -10,27 +9,27 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use trisect_shared::math::luminance;
 
-/// Points on the whole surface, and points on what emits.
+/// Number of points on the whole surface, and on the surfaces that emit.
 const POINTS: usize = 1024;
-/// Least irradiance of a lit point, relative to that of a sky of radiance 1.
+/// Minimum irradiance of a lit point, relative to that from a sky of radiance 1.
 const MIN_IRRADIANCE: f64 = 1.0 / 16.0;
-/// Least share of lit points: a lamp beside a convex body lights less than half of it.
+/// Minimum fraction of lit points. A lamp beside a convex body lights less than half of it.
 const MIN_LIT_SHARE: f64 = 1.0 / 8.0;
 
-/// Light that a model brings along.
+/// Light of a model's own lights and emitting surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OwnLight {
     /// Neither lights nor surfaces that emit.
     Nothing,
-    /// Less than what shows the model.
+    /// Less light than shows the model.
     Little,
-    /// At least an eighth of the surface gets a sixteenth of what a sky of radiance 1 gives, or
-    /// more.
+    /// At least an eighth of the surface receives at least a sixteenth of the irradiance from a sky
+    /// of radiance 1.
     Enough,
 }
 
 impl OwnLight {
-    /// Estimates the light that a model brings along.
+    /// Estimates the light of a model.
     pub fn of(model: &Description) -> Self {
         let radiance: Vec<f64> =
             model.materials.iter().map(|material| emitted(material, &model.images)).collect();
@@ -38,7 +37,7 @@ impl OwnLight {
         let lights: Vec<&PunctualLight> = model.lights.iter().filter(|light| strength(light) > 0.0).collect();
         let emits = model.meshes.iter().any(|mesh| of(mesh.material) > 0.0);
         if model.shapes.iter().any(|shape| of(shape.material) > 0.0) {
-            return Self::Enough; // no file of a model has shapes: who puts them there knows what they light
+            return Self::Enough; // model files have no shapes: who adds them knows what they light
         }
         if lights.is_empty() && !emits {
             return Self::Nothing;
@@ -58,12 +57,12 @@ impl OwnLight {
             sum >= least
         };
         let lit = surface.iter().filter(is_lit).count();
-        // Without a surface nothing is known of its light.
+        // Without a surface, nothing is known about its light.
         if lit as f64 >= MIN_LIT_SHARE * surface.len() as f64 { Self::Enough } else { Self::Little }
     }
 }
 
-/// Returns the luminance that a material emits, the mean over its texture.
+/// Returns the luminance that a material emits, averaged over its texture.
 fn emitted(material: &Material, images: &[TextureImage]) -> f64 {
     if material.emission.max_element() <= 0.0 {
         return 0.0;
@@ -73,7 +72,7 @@ fn emitted(material: &Material, images: &[TextureImage]) -> f64 {
     f64::from(luminance((material.emission * mean).as_vec3()))
 }
 
-/// Returns the mean of an image's texels, linear.
+/// Returns the mean of an image's texels in linear light.
 fn mean(image: &TextureImage) -> DVec3 {
     let bytes = |texels: &[[u8; 4]], linear: &dyn Fn(f32) -> f32| {
         let mut counts = [[0u64; 3]; 256];
@@ -98,7 +97,7 @@ fn mean(image: &TextureImage) -> DVec3 {
     }
 }
 
-/// Returns the greatest channel of what a light sends.
+/// Returns the largest channel of a light's intensity or irradiance.
 fn strength(light: &PunctualLight) -> f64 {
     let (PunctualLight::Point { intensity: strength, .. }
     | PunctualLight::Spot { intensity: strength, .. }
@@ -110,18 +109,18 @@ fn strength(light: &PunctualLight) -> f64 {
 #[derive(Clone, Copy, Debug)]
 struct Point {
     place: DVec3,
-    /// Unit vector out of the front.
+    /// Unit normal of the front.
     normal: DVec3,
-    /// Area that it stands for.
+    /// Area that the point represents.
     area: f64,
-    /// Weight of the area that it stands for: radiance, for a point that emits.
+    /// Weight of the represented area: the radiance, for a point that emits.
     weight: f64,
-    /// Whether both sides emit.
+    /// True if both sides emit.
     both_sides: bool,
 }
 
 impl Point {
-    /// Returns the irradiance of this point's front by another that emits.
+    /// Returns the irradiance on this point's front from a point that emits.
     fn irradiance_from(&self, emitter: &Self) -> f64 {
         let to = emitter.place - self.place;
         let square = to.length_squared();
@@ -132,11 +131,11 @@ impl Point {
         let facing = -emitter.normal.dot(direction);
         let facing = if emitter.both_sides { facing.abs() } else { facing.max(0.0) };
         let cosine = self.normal.dot(direction).max(0.0);
-        // Bounded by π times the radiance, however near it is.
+        // At most π times the radiance, however near the emitter is.
         emitter.weight * emitter.area * facing * cosine / (square + emitter.area / PI)
     }
 
-    /// Returns the irradiance of this point's front by a light without extent.
+    /// Returns the irradiance on this point's front from a light without extent.
     fn irradiance_of(&self, light: &PunctualLight) -> f64 {
         let luminance = |strength: DVec3| f64::from(luminance(strength.as_vec3()));
         let from = |position: DVec3, intensity: DVec3, share: &dyn Fn(DVec3) -> f64| {
@@ -162,8 +161,8 @@ impl Point {
     }
 }
 
-/// Calls `visit` with each triangle of the world whose material weighs something, front
-/// counter-clockwise.
+/// Calls `visit` with each world triangle whose material has a positive weight, its corners
+/// counter-clockwise seen from the front.
 fn triangles(
     model: &Description,
     weight: &dyn Fn(usize) -> f64,

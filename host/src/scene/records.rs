@@ -1,4 +1,4 @@
-//! A scene as bytes: to send it to another process, and to tell whether two are the same.
+//! A scene as bytes, to send it to another process and to identify it by a digest.
 
 use super::{CameraPose, Environment, ImageSettings, Scene, SceneError};
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_collect_to_vec};
@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use trisect_shared::sky::Sky;
 
-/// What is no array.
+/// The parts of a scene that are encoded as JSON.
 #[derive(Serialize, Deserialize)]
 struct Header {
     name: String,
     warnings: Vec<String>,
     image: ImageSettings,
-    /// Pixels across and down the panorama.
+    /// Width and height of the panorama, in texels.
     environment: Option<(u32, u32)>,
 }
 
-/// The same in numbers that must keep their bits.
+/// The numbers of camera and panorama, encoded so that they keep their bits.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Numbers {
@@ -30,7 +30,7 @@ struct Numbers {
     environment_rotation: f64,
 }
 
-/// Reads one part after the other.
+/// The bytes that have not been read yet.
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
@@ -53,7 +53,8 @@ fn put<T: Pod>(bytes: &mut Vec<u8>, array: &[T]) {
 }
 
 impl Scene {
-    /// All of it, for a process of the same version on a machine with the same order of bytes.
+    /// Returns the whole scene as bytes, for a process of the same version on a machine of the same
+    /// byte order.
     pub fn to_bytes(&self) -> Vec<u8> {
         let settings = &self.settings;
         let header = Header {
@@ -74,7 +75,7 @@ impl Scene {
         bytes
     }
 
-    /// What decides the image, but for settings.
+    /// Appends everything that decides the image, except settings.
     fn put_records(&self, bytes: &mut Vec<u8>) {
         let CameraPose { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = self.camera;
         let environment = self.environment.as_ref();
@@ -100,15 +101,15 @@ impl Scene {
         put(bytes, &self.lights);
     }
 
-    /// The scene of [`to_bytes`](Self::to_bytes).
+    /// Decodes a scene from the bytes of [`to_bytes`](Self::to_bytes).
     ///
     /// # Errors
     ///
-    /// [`SceneError::Inconsistent`] for anything else.
+    /// [`SceneError::Inconsistent`] for any other bytes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
         let scene = Self::read_bytes(bytes).ok_or_else(|| SceneError::Inconsistent {
             file: "the scene that was sent".to_owned(),
-            message: "it is cut off, or of another version of the program".to_owned(),
+            message: "it is truncated, or from another version of the program".to_owned(),
         })?;
         scene.validate()?;
         Ok(scene)
@@ -157,7 +158,7 @@ impl Scene {
         })
     }
 
-    /// SHA-256 of what decides the image, but for settings.
+    /// Returns the SHA-256 of everything that decides the image, except settings.
     pub fn digest(&self) -> [u8; 32] {
         let mut bytes = Vec::new();
         self.put_records(&mut bytes);
@@ -167,7 +168,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+    #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
     use super::*;
     use std::path::Path;

@@ -1,4 +1,4 @@
-//! From the words of a scene file to what it describes, with the files that it names.
+//! Makes a description from a parsed scene file and the files that it names.
 
 use super::description::{
     Alpha, ConductorFresnel, Description, Filter, Material, PunctualLight, Shape, ShapeKind, Sky, Surface,
@@ -21,17 +21,18 @@ mod tests;
 
 /// Reads the files that a scene file names.
 pub trait Loader {
-    /// Reads a model: glTF, OBJ or PLY by its extension, in letters of either case.
+    /// Reads a model: glTF, OBJ or PLY by its extension, in upper or lower case.
     fn model(&mut self, path: &Path) -> Result<Description, SceneError>;
 
-    /// Reads a panorama: HDR or EXR by its extension, in letters of either case.
+    /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.
     fn panorama(&mut self, path: &Path) -> Result<Image, SceneError>;
 
-    /// Reads a texture. Unless `linear`, the red, green and blue of an integer format have sRGB's curve.
+    /// Reads a texture. Unless `linear`, red, green and blue of an integer format are sRGB-encoded.
     fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError>;
 }
 
-/// Describes a scene. `folder` is the scene file's, from where the names of other files go. The first camera is the one to use.
+/// Describes a scene. `folder` is that of the scene file; names of other files are relative to it.
+/// The first camera is the one to use.
 pub fn describe(
     file: &SceneFile,
     folder: &Folder,
@@ -101,7 +102,8 @@ fn settings(file: &SceneFile) -> ImageSettings {
     }
 }
 
-/// What `textures` has, in its order. A file that two of them read alike is read once.
+/// Reads `textures`, in its order. A file that several textures name is read once for each colour
+/// space.
 fn textures(
     file: &SceneFile,
     folder: &Folder,
@@ -139,7 +141,8 @@ fn textures(
     Ok(uses)
 }
 
-/// As in glTF's KHR_texture_transform, where v points down: counter-clockwise takes +u towards -v.
+/// Returns a texture's map of coordinates. As in KHR_texture_transform, v points down:
+/// counter-clockwise turns +u towards -v.
 fn texture_transform(texture: &format::Texture) -> DAffine2 {
     let (sine, cosine) = sin_cos_degrees(texture.rotation.0);
     let rotation = DMat2::from_cols(DVec2::new(cosine, -sine), DVec2::new(sine, cosine));
@@ -249,7 +252,7 @@ impl Textures<'_> {
     }
 }
 
-/// The analytic shapes that an object is.
+/// Returns the analytic shapes that make up an object.
 fn shapes(object: &Object) -> impl Iterator<Item = ShapeKind> {
     let mut sides = Vec::new();
     let one = match object {

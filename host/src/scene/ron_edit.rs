@@ -1,4 +1,4 @@
-//! Putting a field into a scene file's text.
+//! Inserts a field into the text of a scene file, or replaces it, for `trisect check --write`.
 
 use super::error::SceneError;
 use super::{CameraPose, format};
@@ -6,15 +6,17 @@ use glam::DVec3;
 use ron::value::RawValue;
 use serde::Deserialize;
 
-/// The text with `value` as its field `space`, in place of the one that it has or as its first field; and whether it names other files.
+/// Returns the text with `value` as its field `space`, in place of the present one or as the first
+/// field, and whether the scene names other files.
 ///
 /// # Errors
 ///
-/// Those of a text that is no scene.
+/// Those of a text that is not a scene; [`SceneError::Inconsistent`] if the field cannot be
+/// inserted.
 pub(crate) fn insert_space(text: &str, file: &str, value: &str) -> Result<(String, bool), SceneError> {
     let scene = format::parse(text, file)?;
     let written = insert_field(text, scene.space.place, "space", value);
-    // Whatever the text was: what is written reads as it should.
+    // Whatever the text was, the result must read back as intended.
     let parsed = written.as_deref().map(|written| format::parse(written, file));
     match (&written, parsed) {
         (Some(written), Some(Ok(parsed))) if parsed.space.place.map(str::trim) == Some(value) => {
@@ -24,11 +26,12 @@ pub(crate) fn insert_space(text: &str, file: &str, value: &str) -> Result<(Strin
     }
 }
 
-/// The same of the field `camera`.
+/// Returns the text with `camera` as its field `camera`, in place of the present one or as the
+/// first field, and whether the scene names other files.
 ///
 /// # Errors
 ///
-/// As [`insert_space`].
+/// Those of [`insert_space`].
 pub(crate) fn insert_camera(
     text: &str,
     file: &str,
@@ -55,7 +58,7 @@ pub(crate) fn insert_camera(
     }
 }
 
-/// Up to the rounding of degrees.
+/// Returns whether two cameras are equal up to the rounding of degrees.
 fn same(a: &CameraPose, b: &CameraPose) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
     (a.look_from, a.look_at, a.up, a.focus_distance) == (b.look_from, b.look_at, b.up, b.focus_distance)
@@ -63,12 +66,13 @@ fn same(a: &CameraPose, b: &CameraPose) -> bool {
         && near(a.defocus_angle, b.defocus_angle)
 }
 
-/// A point or a direction as a scene file has it. Rust's debug form of an f64 reads back to the same bits.
+/// Formats a point or a direction as in a scene file. Rust's debug form of an f64 reads back to the
+/// same bits.
 pub(crate) fn point(v: DVec3) -> String {
     format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
 }
 
-/// The field's value.
+/// Formats a camera as the value of the field `camera`.
 pub(crate) fn camera_value(camera: &CameraPose) -> String {
     format!(
         "(\n        look_from: {}, look_at: {}, up: {},\n        vertical_fov: {:?}, defocus_angle: {:?}, focus_distance: {:?},\n    )",
@@ -84,11 +88,11 @@ pub(crate) fn camera_value(camera: &CameraPose) -> String {
 fn no_place(file: &str, name: &str, value: &str) -> SceneError {
     SceneError::Inconsistent {
         file: file.to_owned(),
-        message: format!("there is no place for a {name}; add the field by hand: {name}: {value},"),
+        message: format!("cannot insert the field {name}; add it by hand: {name}: {value},"),
     }
 }
 
-/// The text with `value` in `place`, which is a part of it, or as its first field.
+/// Returns the text with `value` in place of `place`, a part of the text, or as its first field.
 fn insert_field(text: &str, place: Option<&str>, name: &str, value: &str) -> Option<String> {
     let (start, end, inserted) = match place {
         Some(place) => {
@@ -105,7 +109,8 @@ fn insert_field(text: &str, place: Option<&str>, name: &str, value: &str) -> Opt
     Some(format!("{}{inserted}{}", text.get(..start)?, text.get(end..)?))
 }
 
-/// Behind the parenthesis that opens the scene: the first one outside comments and attributes.
+/// Returns the offset behind the parenthesis that opens the scene: the first one outside comments
+/// and attributes.
 fn first_field(text: &str) -> usize {
     let mut at = 0;
     let mut depth = 0; // block comments nest

@@ -1,4 +1,4 @@
-//! A scene that was read: in f64, and what to render of it.
+//! A scene that was read, in f64, with its image settings.
 
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes};
@@ -10,26 +10,26 @@ use crate::render::{Fresnel, MathMode, Sampler, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The scene that `trisect render` draws when none is named: that of `scenes`, which a published crate does not have.
+/// The built-in scene, a copy of the one in `scenes`, which a published crate does not contain.
 const HELLO_WORLD: &str = include_str!("../../assets/three_spheres.ron");
 
-/// What to render unless the command line says otherwise.
+/// Image settings of a scene; the command line overrides them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImageSettings {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Segments a path, at most.
+    /// Maximum number of segments of a path.
     pub depth: u32,
-    /// How dielectrics reflect.
+    /// Reflectance model of dielectrics.
     pub fresnel: Fresnel,
 }
 
 impl ImageSettings {
-    /// With the program's defaults for what no file says.
+    /// Returns settings with the program's defaults for everything that a file cannot state.
     pub fn settings(&self) -> Settings {
         Settings {
             width: self.width,
@@ -53,22 +53,23 @@ impl ImageSettings {
     }
 }
 
-/// A scene as its author describes it, before anything is rounded to f32. [`Self::lower`] makes a [`Scene`] of it.
+/// A scene as its author describes it, before anything is rounded to f32. [`Self::lower`] makes a
+/// [`Scene`] of it.
 #[derive(Clone, Debug)]
 pub struct SceneDocument {
-    /// Where it came from, for messages.
+    /// File of the scene, or the name that stands for it, for messages.
     pub name: String,
-    /// What there is, in the scene's own units; the first camera is the one to use.
+    /// Content of the scene, in its own units. The first camera is the one to use.
     pub description: Description,
-    /// What to render unless told otherwise.
+    /// Image settings of the scene; the command line overrides them.
     pub image: ImageSettings,
-    /// Where the file asks to compute.
+    /// Space that the file asks to compute in.
     pub space: Rebase,
-    /// What was decided about a model by itself, for people.
+    /// Decisions about a model without a scene file, for people.
     pub notes: Vec<String>,
 }
 
-/// Reads the files that a scene in this folder names from the file system.
+/// A loader that reads from the file system the files that a scene in this folder names.
 struct FromDisk<'a>(&'a Folder);
 
 impl Loader for FromDisk<'_> {
@@ -101,7 +102,7 @@ impl SceneDocument {
         Self::load_including(path, Includes::Below)
     }
 
-    /// Reads a scene file, or a model, that may name such files.
+    /// Reads a scene file, or a model, which may name the files that `includes` allows.
     ///
     /// # Errors
     ///
@@ -112,7 +113,7 @@ impl SceneDocument {
         if import::is_model(path) {
             return Self::from_model(import::load_below(path, &folder)?, &name);
         }
-        // A pipe has no extension.
+        // Files without an extension, such as `/dev/stdin`, are scene files.
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
             return Err(SceneError::UnknownFormat { path: path.to_owned() });
         }
@@ -126,7 +127,8 @@ impl SceneDocument {
         Self::parse_including(text, name, Includes::Below)
     }
 
-    /// Reads a scene from text, which may name such files, relative to the current folder.
+    /// Reads a scene from text, which may name the files that `includes` allows, relative to the
+    /// current folder.
     ///
     /// # Errors
     ///
@@ -135,12 +137,13 @@ impl SceneDocument {
         Self::read(text, name, &Folder::new("".into()).including(includes))
     }
 
-    /// The built-in scene; see [`Scene::hello_world`].
+    /// Returns the built-in scene; see [`Scene::hello_world`].
     pub fn hello_world() -> Result<Self, SceneError> {
         Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
     }
 
-    /// A model with what it lacks to be seen; see [`Scene::from_model`].
+    /// Makes a scene of a model, with the camera and the sky that it lacks; see
+    /// [`Scene::from_model`].
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
         lower::check_memory(&model).map_err(refused)?;
@@ -155,21 +158,23 @@ impl SceneDocument {
         Ok(Self { name: name.to_owned(), description, image, space: file.space.space, notes })
     }
 
-    /// What to render unless told otherwise, with the program's defaults for what no file says.
+    /// Returns the scene's settings, with the program's defaults for everything that a file cannot
+    /// state.
     pub fn settings(&self) -> Settings {
         self.image.settings()
     }
 
-    /// Returns what was left out or changed as it was read, and what in it is hardly meant.
+    /// Returns what was left out or changed while reading, and what in the scene is probably a
+    /// mistake.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.description.warnings.clone();
         warnings.extend(warnings::warnings(&self.description));
         warnings
     }
 
-    /// The device's records, in the file's space and then `space`.
+    /// Makes the device records, in the file's space and then `space`.
     pub fn lower(mut self, space: Rebase) -> Result<Scene, SceneError> {
-        // By the author's own numbers, which a space may move out of range.
+        // Warnings are about the author's own numbers, which a space may move out of range.
         self.description.warnings = self.warnings();
         let moved = self.description.move_to(self.space.then(space));
         moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;

@@ -1,5 +1,6 @@
-//! Where the renderer computes: another origin and unit of length than the file's, so that single precision has digits for what is
-//! seen. Applied in f64, before anything is rounded.
+//! The space that the renderer computes in: an origin and a unit of length other than the file's,
+//! so that single precision has digits for what is seen. It is applied in f64, before anything is
+//! rounded.
 
 use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind};
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
@@ -7,29 +8,37 @@ use super::{CameraPose, format};
 use glam::{DAffine3, DVec3};
 use serde::{Serialize, Serializer};
 
-/// A plane stays one in any space: a disc so large that it has no border. `crate::lights` knows planes by this least radius.
+/// Radii that keep a disc a plane, without a visible border, in any space. `crate::lights`
+/// recognises planes by the minimum.
 const PLANE: std::ops::RangeInclusive<f64> = 1e11..=MAX_MAGNITUDE;
 
-/// An intensity may become so large: the square of the greatest length, finite in f32.
+/// Maximum intensity after a change of space: the square of the maximum length, finite in f32.
 const MAX_INTENSITY: f64 = MAX_MAGNITUDE * MAX_MAGNITUDE;
 
-/// The space that the renderer computes in: a point p of the scene is at (p - `origin`) · `scale` there.
+/// The space that the renderer computes in: a point p of the scene is at (p - `origin`) · `scale`
+/// there.
 ///
-/// The image stays the same, but for rounding. Lengths scale with `scale`: positions, radii, edges, meshes, the camera's focus
-/// distance. The intensity of point and spot lights (power a solid angle) scales with its square, as the square of their distances
-/// does, so that what arrives stays. Emitted radiance, the irradiance of directional lights, the sky and panoramas, directions, angles
-/// and textures have no length and stay as they are. With a power of two as `scale` and no origin, the CPU's image keeps its bits,
-/// as long as no number leaves the range of f32.
+/// The image stays the same, except for rounding:
+///
+/// * Lengths scale with `scale`: positions, radii, edges, meshes and the camera's focus distance.
+/// * The intensity of point and spot lights (power per solid angle) scales with its square, as the
+///   squares of their distances do, so that their irradiance stays.
+/// * Emitted radiance, the irradiance of directional lights, the sky and panoramas, directions,
+///   angles and textures have no length and stay as they are.
+///
+/// With a power of two as `scale` and no origin, the CPU's image keeps its bits, as long as no
+/// number leaves the range of f32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rebase {
-    /// The point of the scene that becomes 0, in the scene's units; each coordinate at most 1e18 from 0.
+    /// Point of the scene that becomes 0, in the scene's units; each coordinate at most 1e18 from
+    /// 0.
     #[serde(serialize_with = "triple")]
     pub origin: DVec3,
     /// Factor on all lengths, between 1e-18 and 1e18. A power of two rounds nothing.
     pub scale: f64,
 }
 
-/// As a list of three numbers.
+/// Serializes a vector as a list of three numbers.
 pub(crate) fn triple<S: Serializer>(vector: &DVec3, serializer: S) -> Result<S::Ok, S::Error> {
     vector.to_array().serialize(serializer)
 }
@@ -41,15 +50,15 @@ impl Default for Rebase {
 }
 
 impl Rebase {
-    /// The scene's own.
+    /// The scene's own space.
     pub const IDENTITY: Self = Self { origin: DVec3::ZERO, scale: 1.0 };
 
-    /// Where the scene's `point` is.
+    /// Returns the scene's `point` in this space.
     pub fn point(&self, point: DVec3) -> DVec3 {
         (point - self.origin) * self.scale
     }
 
-    /// The scene's camera there.
+    /// Returns the scene's camera in this space.
     pub fn camera(&self, pose: &CameraPose) -> CameraPose {
         CameraPose {
             look_from: self.point(pose.look_from),
@@ -59,7 +68,7 @@ impl Rebase {
         }
     }
 
-    /// The same back.
+    /// Returns a camera of this space in the scene: the inverse of [`Self::camera`].
     pub fn camera_of(&self, pose: &CameraPose) -> CameraPose {
         let back = |point: DVec3| point / self.scale + self.origin;
         CameraPose {
@@ -70,7 +79,7 @@ impl Rebase {
         }
     }
 
-    /// The space `next` of what is already in this one, as one.
+    /// Returns the combination of this space and then `next` as one space.
     pub fn then(self, next: Self) -> Self {
         Self { origin: self.origin + next.origin / self.scale, scale: self.scale * next.scale }
     }
@@ -99,11 +108,12 @@ fn is_length(length: f64) -> bool {
 }
 
 impl Description {
-    /// The same scene in another space; see [`Rebase`] for what changes. In its own space it stays as it is.
+    /// Moves the scene to another space; see [`Rebase`] for what changes. [`Rebase::IDENTITY`]
+    /// changes nothing.
     ///
     /// # Errors
     ///
-    /// What goes beyond the ranges of a scene file there, and which object it is.
+    /// A message that names an object and how it leaves the ranges of a scene file.
     pub fn move_to(&mut self, space: Rebase) -> Result<(), String> {
         if space == Rebase::IDENTITY {
             return Ok(());
@@ -118,14 +128,14 @@ impl Description {
             camera.look_at = camera.look_from + axis;
             camera.focus_distance *= space.scale;
             if camera.defocus_angle == 0.0 {
-                camera.focus_distance = camera.focus_distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE); // a pinhole's means nothing
+                camera.focus_distance = camera.focus_distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE); // unused by a pinhole
             }
             let beyond =
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
             let inside =
                 in_world(camera.look_from) && in_world(camera.look_at) && is_length(camera.focus_distance);
             let checked = if inside { format::check_camera(camera) } else { Err(beyond()) };
-            checked.map_err(|reason| fault(format!("the camera \"{name}\" is none: {reason}")))?;
+            checked.map_err(|reason| fault(format!("the camera \"{name}\" is invalid: {reason}")))?;
         }
         for (index, shape) in self.shapes.iter_mut().enumerate() {
             shape.move_to(space).map_err(|reason| fault(format!("shape {index} {reason}")))?;
@@ -243,7 +253,7 @@ mod tests {
         assert_eq!(map.transform_point3(DVec3::Z), DVec3::new(4.0, 0.0, 4.0));
         assert_eq!(moved.lights[0], PunctualLight::Point { position: center, intensity: DVec3::splat(16.0) });
         assert_eq!(moved.lights[1], description().lights[1]);
-        // Two spaces, one after the other, are one.
+        // Two spaces, one after the other, equal their combination.
         let next = Rebase { origin: DVec3::new(-2.0, 0.5, 8.0), scale: 0.25 };
         let mut at_once = description();
         moved.move_to(next).unwrap();

@@ -1,12 +1,14 @@
-//! Numbers that are in range once they exist. Serde checks them while it reads, so the reader's error names line and column.
+//! Number types that guarantee their ranges. Serde checks them while it reads, so the reader's
+//! error names line and column.
 
 use glam::DVec3;
 use serde::Deserialize;
 
-/// Coordinates and distances may be this large: their squares, summed over three axes, stay finite in f32.
+/// Maximum magnitude of coordinates and distances: their squares, summed over three axes, stay
+/// finite in f32.
 pub const MAX_MAGNITUDE: f64 = 1e18;
 
-/// Radii may be this small: their squares stay normal numbers in f32.
+/// Minimum radius: its square stays a normal number in f32.
 pub const MIN_MAGNITUDE: f64 = 1e-18;
 
 macro_rules! number {
@@ -45,7 +47,7 @@ number!(
     Magnification, "a factor on lengths, between 1e-18 and 1e18", x => (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&x)
 );
 number!(
-    /// A reflected share, a fuzz radius, a roughness.
+    /// A reflected fraction, a fuzz radius or a roughness.
     Share, "between 0 and 1", x => (0.0..=1.0).contains(&x)
 );
 number!(
@@ -73,7 +75,7 @@ number!(
     Absorption, "an imaginary part of an index of refraction, between 0 and 1e3", x => (0.0..=1e3).contains(&x)
 );
 number!(
-    /// The angle of a view, in degrees.
+    /// The vertical angle of an image, in degrees.
     FieldOfView, "an angle between 0.001 and 179 degrees", x => (1e-3..=179.0).contains(&x)
 );
 number!(
@@ -97,7 +99,7 @@ number!(
     TextureNumber, "a number between -1e6 and 1e6", x => x.abs() <= 1e6
 );
 
-/// A count from 1.
+/// A count of at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "u32")]
 pub struct Count(pub u32);
@@ -113,7 +115,7 @@ impl TryFrom<u32> for Count {
 /// A point or vector.
 pub type Point = (Coordinate, Coordinate, Coordinate);
 
-/// Red, green and blue shares, linear Rec. 709.
+/// Red, green and blue reflected fractions, linear Rec. 709.
 pub type Albedo = (Share, Share, Share);
 
 /// Red, green and blue radiance, linear Rec. 709.
@@ -135,18 +137,19 @@ impl TryFrom<Point> for Direction {
     }
 }
 
-/// Three numbers as a vector.
+/// Returns three numbers as a vector.
 pub fn vector<T: Into<f64>>((x, y, z): (T, T, T)) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into())
 }
 
-/// The unit vector along a finite vector, none for 0. Unlike `DVec3::normalize` right for those whose squares underflow.
+/// Returns the unit vector along a finite vector; `None` for 0. Unlike `DVec3::normalize`, it is
+/// right for vectors whose squares underflow.
 pub fn unit(vector: DVec3) -> Option<DVec3> {
     let greatest = vector.abs().max_element();
     (greatest > 0.0).then(|| (vector / greatest).normalize())
 }
 
-/// Sine and cosine of an angle in degrees, exact for quarter turns.
+/// Returns sine and cosine of an angle in degrees, exact for quarter turns.
 pub fn sin_cos_degrees(angle: f64) -> (f64, f64) {
     match angle.rem_euclid(360.0) {
         0.0 => (0.0, 1.0),

@@ -1,4 +1,4 @@
-//! What in a scene is hardly meant as it is: each said once, with a remedy.
+//! Warnings about scenes that are valid but probably not meant: each once, with a remedy.
 
 mod glass;
 #[cfg(test)]
@@ -12,7 +12,7 @@ pub(super) fn warnings(scene: &Description) -> Vec<String> {
     [no_light(scene), glass::in_the_way(scene), texture_on_plane(scene)].into_iter().flatten().collect()
 }
 
-/// Returns whether nothing that is there emits.
+/// Warns if nothing in the scene emits.
 fn no_light(scene: &Description) -> Option<String> {
     let sky = match &scene.sky {
         None => false,
@@ -37,7 +37,8 @@ fn no_light(scene: &Description) -> Option<String> {
     })
 }
 
-/// A plane has no border that texture coordinates could go from 0 to 1 between.
+/// Warns of a texture on a plane, which has no border between which texture coordinates could go
+/// from 0 to 1.
 fn texture_on_plane(scene: &Description) -> Option<String> {
     let textured = |material: &Material| material.textures().next().is_some();
     let mut planes = scene.shapes.iter().enumerate().filter(|(_, shape)| {

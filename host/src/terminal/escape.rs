@@ -1,4 +1,5 @@
-//! What messages may hold: they quote files, whose text must not reach a terminal as it is.
+//! Escaping of messages: they quote file names and contents, which must not reach a terminal
+//! unchanged.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -6,12 +7,14 @@ use std::fmt::Write;
 /// Maximum length of a line, in characters.
 const MAX_LINE: usize = 300;
 
-/// What lines begin with that may quote names from outside. Their further lines are indented.
+/// Prefixes of messages that may quote names from outside. Further lines of these messages are
+/// indented.
 const QUOTING: [&str; 3] = ["error: ", "warning: ", "wrote "];
 
 /// Returns `text` with control characters other than line breaks escaped as in Rust (`\u{1b}`), and
-/// the middle of lines of more than 300 characters left out. Of a message that may quote names, a line
-/// break is escaped, too, where the next line is not indented: no name may begin another message.
+/// without the middle of lines of more than 300 characters. In a message that may quote names, a
+/// line break is also escaped unless the next line is indented, so that no name can fake another
+/// message.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     let mut lines = text.split('\n').skip(1);
     if QUOTING.iter().any(|start| text.starts_with(start)) && lines.any(|line| !line.starts_with("  ")) {
@@ -26,7 +29,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     plain_lines(text)
 }
 
-/// Returns `text` with its lines plain and short.
+/// Returns `text` with control characters escaped and long lines shortened.
 fn plain_lines(text: &str) -> Cow<'_, str> {
     let is_plain = |line: &str| !line.chars().any(is_unsafe) && line.len() <= MAX_LINE;
     if text.split('\n').all(is_plain) {
@@ -36,8 +39,8 @@ fn plain_lines(text: &str) -> Cow<'_, str> {
     Cow::Owned(lines.join("\n"))
 }
 
-/// Returns whether a terminal would act on a character: move its cursor, change colours, or write
-/// what follows from right to left.
+/// Returns whether a terminal would act on a character: move the cursor, change colours, or write
+/// from right to left.
 fn is_unsafe(letter: char) -> bool {
     let is_format = matches!(
         letter,
@@ -58,7 +61,7 @@ fn plain(line: &str) -> String {
     plain
 }
 
-/// Keeps both ends of a line: the file comes first, reason and remedy last.
+/// Shortens a line, and keeps both ends: the file comes first, reason and remedy last.
 fn shortened(line: &str) -> String {
     let count = line.chars().count();
     if count <= MAX_LINE {
@@ -88,7 +91,7 @@ mod tests {
         let forged = "error: x.ron\nerror: all is lost: not there\n  remedy";
         assert_eq!(escaped(forged), "error: x.ron\\nerror: all is lost: not there\n  remedy");
         assert_eq!(escaped("wrote a\nb.png"), "wrote a\\nb.png");
-        // What quotes nothing keeps its lines.
+        // A message without quotes keeps its lines.
         assert_eq!(escaped("64 spp\n2 s"), "64 spp\n2 s");
         assert_eq!(escaped("error: a\n  b"), "error: a\n  b");
     }
@@ -102,7 +105,7 @@ mod tests {
         let lengths: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
         assert_eq!(lengths, [3, 300, 5]);
         assert!(text.contains("\nfirst") && text.contains("é…é") && text.contains("last\n"), "{text}");
-        // Escapes count as they are shown.
+        // The length of an escape is that of its shown characters.
         assert_eq!(escaped(&"\u{1b}".repeat(100)).chars().count(), 300);
     }
 }

@@ -1,26 +1,26 @@
-//! Bias in words that agree with the figures beside them.
+//! Names a bias in words that agree with the figures printed beside them.
 
 use super::errors::Errors;
 use std::fmt;
 
-/// What repetitions show of a bias, as far as three digits of a percentage say it.
+/// Bias that the repetitions show, at the three decimals of a percentage that are printed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Bias {
-    /// None that chance would not show.
+    /// No bias beyond chance.
     NotSeen,
-    /// A significant one that is less than what is printed.
+    /// A significant bias that is smaller than the printed decimals.
     Tiny,
-    /// Of this relative root mean square.
+    /// A bias of this relative root mean square.
     Size(f64),
-    /// Of the image's mean, by this share; its mean square does not stand out from the noise.
+    /// A bias of the image's mean by this share. Its mean square does not stand out from the noise.
     Brightness(f64),
 }
 
-/// Percentages of less than this are printed as 0.000.
+/// Percentages below this are printed as 0.000.
 const MIN_PERCENT: f64 = 0.0005;
 
 impl Bias {
-    /// Returns whether it is one to speak of.
+    /// Returns whether the bias is large enough to report.
     pub fn is_seen(self) -> bool {
         matches!(self, Self::Size(_) | Self::Brightness(_))
     }
@@ -77,7 +77,8 @@ mod tests {
         }
     }
 
-    /// What is said of a way with these errors: its line, and that of its course.
+    /// Returns the printed lines for a configuration with these errors: that of a point, and that
+    /// of its error curve.
     fn said(errors: &Errors, exact: bool) -> [String; 2] {
         let seconds = super::super::Seconds {
             all: Summary::NOTHING,
@@ -103,7 +104,7 @@ mod tests {
 
     #[test]
     fn what_prints_as_nothing_is_not_called_a_bias() {
-        // The squared bias is below 0 by chance; that of 0.00049 % rounds to 0.000.
+        // The squared bias is below 0 by chance; a bias of 0.00049 % rounds to 0.000.
         for (squared, brightness) in [(-1e-9, 0.0), (2.4e-11, 4e-6), (0.0, -4e-6)] {
             for line in
                 [false, true].into_iter().flat_map(|exact| said(&errors(true, squared, brightness), exact))
@@ -119,7 +120,7 @@ mod tests {
         assert!(line.contains("bias -0.200 % of the brightness") && line.ends_with(": biased"), "{line}");
         assert!(course.contains("bias -0.200 % of the brightness"), "{course}");
         assert!(said(&errors(true, 1e-6, 0.0), true)[0].contains("rare paths"));
-        // The control: the same figures without significance.
+        // Negative control: the same figures without significance.
         assert!(said(&errors(false, 1e-6, 0.1), false).iter().all(|line| !line.contains("biased")));
     }
 }

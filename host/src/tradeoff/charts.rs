@@ -1,10 +1,10 @@
-//! The charts: error over time by ways of rendering, and the Pareto front.
+//! Charts of the report: error over time for selected configurations, and the Pareto front.
 
 use super::point::{Point as Found, Tradeoff};
 use super::reference::ReferenceInfo;
 use crate::plot::{Axis, Chart, Plot, Point, Series};
 
-/// Ways that get a line of their own, in the order of their colours.
+/// Names of the configurations with a line in the chart, in the order of their colours.
 const SHOWN: [&str; 7] = [
     "base",
     "sampler sobol",
@@ -26,7 +26,7 @@ fn place(point: &Found, hollow: bool) -> Point {
     Point { x: point.seconds.all.median, y: 100.0 * point.relative_error(), hollow }
 }
 
-/// Lines of the ways that most users will ask about.
+/// Returns the chart of error over time for the configurations that most users ask about.
 pub(super) fn over_time(found: &Tradeoff) -> Chart {
     let line = |(style, name): (usize, &&str)| {
         let points: Vec<Point> = found
@@ -52,7 +52,7 @@ pub(super) fn over_time(found: &Tradeoff) -> Chart {
     })
 }
 
-/// All points, and those that nothing beats.
+/// Returns the chart of all points, with a line through the Pareto front.
 pub(super) fn front(found: &Tradeoff) -> Chart {
     let series = |name: &str, style, line, points: Vec<Point>| {
         let name = name.to_owned();
@@ -75,7 +75,7 @@ pub(super) fn front(found: &Tradeoff) -> Chart {
         series("Pareto front", 2, true, best),
     ];
     Chart::Plot(Plot {
-        title: "What nothing else beats in both time and error".to_owned(),
+        title: "Pareto front of time and error".to_owned(),
         notes: notes(found),
         x: Axis::log("seconds"),
         y: Axis::log("relative error, %"),

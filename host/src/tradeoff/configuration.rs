@@ -1,4 +1,4 @@
-//! Ways of rendering: the settings with one knob turned, or a few together.
+//! Configurations to measure: the settings with one knob changed, or a few together.
 
 use super::TradeoffError;
 use crate::bvh::BvhQuality;
@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use trisect_shared::features::{EMITTERS, ENVIRONMENT, has_any};
 use trisect_shared::material::DIELECTRIC;
 
-/// The knobs, beside the number of samples.
+/// Names of the knobs, besides the number of samples per pixel.
 pub const KNOBS: [&str; 14] = [
     "sampler",
     "roulette",
@@ -26,32 +26,34 @@ pub const KNOBS: [&str; 14] = [
     "together",
 ];
 
-/// Primitives that a test of each for each ray takes no hours for.
+/// Maximum number of primitives of a scene for which linear traversal, a test of each primitive for
+/// each ray, is measured.
 const MAX_LINEAR_PRIMITIVES: usize = 64;
 
-/// A way of rendering.
+/// A set of render settings that the lab measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Configuration {
-    /// Which knob was turned: one of [`KNOBS`], or `base`.
+    /// Knob that was changed: one of [`KNOBS`], or `base`.
     pub knob: &'static str,
-    /// To what.
+    /// Value that the knob was set to, for people.
     pub level: String,
-    /// But for the number of samples and the seed.
+    /// Render settings. Each render sets its own number of samples and seed.
     pub settings: Settings,
-    /// The filter.
+    /// Denoiser, if any.
     pub denoise: Option<DenoiseSettings>,
-    /// Pixels of the image for each that is rendered, along each axis.
+    /// Pixels of the image per rendered pixel, along each axis.
     pub divisor: u32,
-    /// Whether pixels get samples by their noise.
+    /// True if samples are distributed by noise (adaptive sampling).
     pub adaptive: bool,
-    /// Of the tree.
+    /// Quality of the BVH; `None` for the default.
     pub quality: Option<BvhQuality>,
-    /// Whether textures are read at the nearest texel.
+    /// True if textures are sampled at the nearest texel.
     pub nearest: bool,
 }
 
 impl Configuration {
-    /// The settings as they are.
+    /// Returns the configuration that the others are compared with: `settings` without AOVs, no
+    /// denoiser, full resolution.
     pub fn base(settings: &Settings, quality: Option<BvhQuality>) -> Self {
         Self {
             knob: "base",
@@ -65,13 +67,15 @@ impl Configuration {
         }
     }
 
-    /// Knob and level.
+    /// Returns knob and level.
     pub fn name(&self) -> String {
         if self.knob == "base" { self.knob.to_owned() } else { format!("{} {}", self.knob, self.level) }
     }
 
-    /// Whether its image is the reference's but for noise, by construction: it differs in how samples are taken and in nothing else. What looks like bias
-    /// then is of paths too rare for the samples, or a fault. `lights`: whether the scene has lights without extent, which no path finds by chance.
+    /// Returns whether the image differs from the reference's only by noise, by construction: the
+    /// configurations differ in nothing but how samples are taken. An apparent bias then comes from
+    /// paths too rare for the samples, or from a fault. `lights`: true if the scene has lights
+    /// without extent, which no path hits by chance.
     pub fn is_exact(&self, base: &Self, lights: bool) -> bool {
         let Settings { depth, fresnel, light_sampling, .. } = self.settings;
         (depth, fresnel) == (base.settings.depth, base.settings.fresnel)
@@ -90,11 +94,12 @@ impl Configuration {
     }
 }
 
-/// The base, and it with each of `knobs` turned to what makes sense in this scene; fast math where the device has it.
+/// Returns the base, and for each of `knobs` the base with that knob set to each level that makes
+/// sense in this scene; fast math only if `fast`, that is if the device has it.
 ///
 /// # Errors
 ///
-/// [`TradeoffError::NoKnob`] for a name that is none.
+/// [`TradeoffError::NoKnob`] for an unknown name.
 pub fn configurations(
     scene: &Scene,
     base: &Configuration,
@@ -224,7 +229,7 @@ mod tests {
         let half = base.with("scale", "1/2", |m| m.divisor = 2);
         let both = roulette.with("together", "", |m| m.denoise = Some(DenoiseSettings::new(Filter::Svgf)));
         assert!(![&clamp, &half, &both].iter().any(|mode| mode.is_exact(&base, false)));
-        // A base that is biased itself.
+        // The base is biased here.
         assert!(
             !clamp.with("sampler", "sobol", |m| m.settings.sampler = Sampler::Sobol).is_exact(&clamp, false)
         );

@@ -1,4 +1,5 @@
-//! Convergence as evidence: noise falls as the root of the samples, and what does not is bias.
+//! Measures errors over a growing number of samples: noise falls with the root of the samples, a
+//! bias stays. Used by `trisect converge`.
 
 use super::error_curve::{Capture, Convergence, ErrorCurve, MIN_CAPTURES, Pair};
 use super::errors::{self, Errors, Means};
@@ -11,34 +12,34 @@ use crate::film::{Film, SampleBlock};
 use crate::render::{Settings, chunks};
 use std::time::Duration;
 
-/// Version of the JSON. A field that changes its meaning, or goes, raises it.
+/// Version of the JSON format. It is raised when a field changes its meaning or is removed.
 const FORMAT: u32 = 1;
 
-/// Repetitions that get a FLIP.
+/// Repetitions for which FLIP is computed.
 const FLIPS: usize = 2;
 
-/// The first seed; the others follow.
+/// First seed; the others follow it.
 const FIRST_SEED: u32 = 2000;
 
-/// What to follow.
+/// Configurations, numbers of samples and repetitions to measure.
 #[derive(Clone, Debug)]
 pub struct ConvergencePlan<'a> {
-    /// The base first.
+    /// Configurations to measure, the base first.
     pub configurations: &'a [Configuration],
-    /// Samples a pixel at first.
+    /// First number of samples per pixel.
     pub first: u32,
-    /// Samples a pixel at last, at most.
+    /// Maximum number of samples per pixel.
     pub last: u32,
-    /// Repetitions.
+    /// Repetitions (seeds) of each configuration.
     pub seeds: usize,
 }
 
 impl ConvergencePlan<'_> {
-    /// Returns the numbers of samples at which errors are measured.
+    /// Returns the numbers of samples per pixel at which errors are measured.
     ///
     /// # Errors
     ///
-    /// [`TradeoffError::TooFew`] for seeds or numbers that tell nothing.
+    /// [`TradeoffError::TooFew`] for too few seeds, or too few numbers of samples for a slope.
     pub fn counts(&self) -> Result<Vec<u32>, TradeoffError> {
         check_seeds(self.seeds)?;
         let doubled = std::iter::successors(Some(self.first), |count| count.checked_mul(2));
@@ -53,15 +54,15 @@ impl ConvergencePlan<'_> {
 }
 
 impl Lab<'_> {
-    /// Follows each way from the first number of samples a pixel to the last, doubling. Each way
-    /// gets an equal share of the time that is left, and ends where the next doubling would take
-    /// longer; what the supervisor does not let be measured is in [`Convergence::missing`]. Without
-    /// a reference that is everything. Ways that scale the image, or place samples by noise, have
-    /// no course.
+    /// Measures the errors of each configuration from the first number of samples per pixel to the
+    /// last, doubling each time. Each configuration gets an equal share of the time that is left,
+    /// and ends where the next doubling would exceed it. What the supervisor left no time for is
+    /// listed in [`Convergence::missing`]; without a reference, that is everything. Configurations
+    /// that scale the image, or distribute samples by noise, have no error curve.
     ///
     /// # Errors
     ///
-    /// As rendering, and [`ConvergencePlan::counts`].
+    /// Errors of rendering, and of [`ConvergencePlan::counts`].
     pub fn converge(
         &mut self,
         all: &ConvergencePlan,
@@ -85,7 +86,7 @@ impl Lab<'_> {
         let truth = reference.zip(image.as_ref()).map(|(of, image)| Truth::new(of, image)).transpose()?;
         let (modes, others): (Vec<&Configuration>, Vec<&Configuration>) =
             all.configurations.iter().partition(|mode| mode.divisor == 1 && !mode.adaptive);
-        let no_course = || "it has no course: its images are no series of samples".to_owned();
+        let no_course = || "it has no error curve: its image does not grow sample by sample".to_owned();
         found.missing.extend(others.into_iter().map(|mode| Missing::new(mode, no_course())));
         for (index, &mode) in modes.iter().enumerate() {
             let mut run = Run { captures: Vec::new(), means: None, cut: None };
@@ -94,7 +95,7 @@ impl Lab<'_> {
                 let followed = self.follow(mode, (&counts, all.seeds), place, truth, &mut run, supervisor);
                 match followed {
                     Err(error) if is_missing(&error) => {
-                        supervisor.report(&format!("{}: not here: {error}", mode.name()));
+                        supervisor.report(&format!("{}: not available here: {error}", mode.name()));
                         found.missing.push(Missing::new(mode, error.to_string()));
                         continue;
                     }
@@ -128,8 +129,8 @@ impl Lab<'_> {
         Ok(found)
     }
 
-    /// Lets each seed's film grow, and measures all of them at each count; [`Error::Cancelled`] if
-    /// the supervisor ends it.
+    /// Renders further samples into the film of each seed, and measures the errors at each count.
+    /// Returns [`Error::Cancelled`] if the supervisor ends it.
     fn follow(
         &mut self,
         mode: &Configuration,
@@ -151,7 +152,7 @@ impl Lab<'_> {
         let new = if mode.denoise.is_some() { Film::with_aovs } else { Film::new };
         let mut films: Vec<Film> = (0..seeds).map(|_| new(width, height)).collect();
         let mut before = 0;
-        // Time for each sample a pixel, by the doubling before.
+        // Time per sample of each pixel, in the doubling before.
         let mut pace = None;
         for &count in counts {
             let next = pace.map_or(Duration::ZERO, |pace: Duration| pace.saturating_mul(count - before));
@@ -193,12 +194,13 @@ impl Lab<'_> {
     }
 }
 
-/// What was seen of a way so far.
+/// Measurements of one configuration so far.
 struct Run {
     captures: Vec<Capture>,
-    /// Of the last of them.
+    /// Means of the images of the last capture.
     means: Option<Means>,
-    /// Why it ended before the last count without being stopped, if so.
+    /// Reason why the configuration ended before the last count although the supervisor did not
+    /// stop it.
     cut: Option<Stop>,
 }
 

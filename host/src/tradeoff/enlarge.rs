@@ -1,10 +1,10 @@
-//! A larger image of a smaller one, as a render at a lower resolution is shown.
+//! Enlarges the image of a render at a lower resolution to the size of the reference.
 
 use crate::film::TASK;
 use crate::image::Image;
 use rayon::prelude::*;
 
-/// Linear between the centres of pixels.
+/// Returns the image at another size, interpolated linearly between the centres of pixels.
 pub(super) fn enlarge(image: &Image, (width, height): (u32, u32)) -> Image {
     if image.pixels.is_empty() {
         return Image { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] };
@@ -22,7 +22,8 @@ pub(super) fn enlarge(image: &Image, (width, height): (u32, u32)) -> Image {
     Image { width, height, pixels: pixels.collect() }
 }
 
-/// The two that are nearest to a larger image's pixel along an axis, and how far it is on the way to the second.
+/// Returns the two nearest pixels of the smaller image to a pixel of the larger one along an axis,
+/// and the position between them, from 0 at the first to 1 at the second.
 fn between(at: usize, from: u32, to: u32) -> (usize, usize, f32) {
     let last = from.saturating_sub(1);
     let at = ((at as f32 + 0.5) * (from as f32 / to as f32) - 0.5).clamp(0.0, last as f32);
@@ -37,7 +38,8 @@ mod tests {
     use image::{ImageBuffer, Rgb, imageops};
     use trisect_shared::rng::PathKey;
 
-    /// As another's code, which takes no radiance above 1, for sizes that divide each other and that do not.
+    /// Gives the result of the crate `image`, which takes no radiance above 1, for sizes that
+    /// divide each other and sizes that do not.
     #[test]
     fn linear_between_centres() {
         for (from, to) in [((5, 3), (10, 6)), ((7, 4), (25, 13)), ((1, 1), (3, 2)), ((4, 9), (4, 9))] {
@@ -52,7 +54,7 @@ mod tests {
             // Values up to 1, rounded a few times.
             let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(apart < 1e-6, "{from:?} {to:?}: {apart}");
-            // The twin: the nearest pixel is not it.
+            // Negative control: the nearest pixel gives a different image.
             let nearest = imageops::resize(&buffer, to.0, to.1, imageops::FilterType::Nearest);
             let pairs = found.pixels.iter().flatten().zip(nearest.pixels().flat_map(|pixel| pixel.0));
             assert!(
@@ -60,7 +62,7 @@ mod tests {
             );
         }
     }
-    /// Light has no upper bound.
+    /// Radiance above 1 is kept: light has no upper bound.
     #[test]
     fn a_lamp_stays_as_bright_as_it_is() {
         let lamp = Image { width: 2, height: 1, pixels: vec![[1000.0; 3], [0.0; 3]] };

@@ -1,4 +1,4 @@
-//! Error against the number of samples: the course of each way, and its verdict.
+//! Error of a configuration over the number of samples, with a verdict.
 
 use super::bias::Bias;
 use super::errors::Errors;
@@ -9,78 +9,80 @@ use crate::bench::Line;
 use crate::statistics::{Interval, jackknife_error};
 use serde::{Deserialize, Serialize};
 
-/// How far a slope may be from -1/2.
+/// Maximum deviation of a noise-like slope from -1/2.
 const TOLERANCE: f64 = 0.05;
 
-/// Numbers of samples that tell a slope.
+/// Minimum numbers of samples per pixel for a slope.
 pub(super) const MIN_CAPTURES: usize = 3;
 
-/// Samples that go by before an image is looked at.
+/// Errors of the images at one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Capture {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Then.
+    /// Errors at that number of samples.
     pub errors: Errors,
 }
 
-/// How the error of a way of rendering falls.
+/// Error of a configuration over the number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorCurve {
-    /// As [`Configuration::name`](super::Configuration::name).
+    /// Name, as returned by [`Configuration::name`](super::Configuration::name).
     pub mode: String,
-    /// From few samples to many.
+    /// Errors by number of samples, ascending.
     pub captures: Vec<Capture>,
-    /// Of log relative RMSE over log samples: -1/2 for independent noise. `None` of fewer than
-    /// three numbers of samples.
+    /// Slope of log relative RMSE over log samples: -1/2 for independent noise. `None` for fewer
+    /// than three numbers of samples.
     pub slope: Option<Interval>,
-    /// Where the error ends that no samples lower, relative; none where no bias was seen.
+    /// Relative error that more samples do not lower; `None` if no such bias was seen.
     pub plateau: Option<f64>,
-    /// In words.
+    /// Verdict in words.
     pub verdict: String,
 }
 
-/// Two ways of rendering beside each other, without a reference.
+/// Comparison of two configurations without a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
-    /// As [`Configuration::name`](super::Configuration::name).
+    /// Names, as returned by [`Configuration::name`](super::Configuration::name).
     pub modes: [String; 2],
-    /// Mean over all pixels of the first over the second's, less 1.
+    /// Mean over all pixels of the first over that of the second, less 1.
     pub brightness: Interval,
-    /// The chance of means that differ as much, of the whole and of blocks, if both converge to one
-    /// image (Welch's test, Šidák's correction).
+    /// Probability that the means of the whole image and of blocks differ at least as much if both
+    /// configurations converge to one image (Welch's test, Šidák's correction).
     pub p: f64,
-    /// Whether that is too small to believe.
+    /// True if `p` is below the significance level.
     pub differ: bool,
 }
 
-/// All that was found.
+/// Results of a convergence measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
-    /// Of the JSON.
+    /// Version of the JSON format.
     pub format: u32,
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
     /// Name of the scene.
     pub scene: String,
-    /// What errors are measured against; `None` if the end came before there was any.
+    /// Reference that errors are measured against; `None` if the measurement ended before there was
+    /// one.
     pub reference: Option<ReferenceInfo>,
-    /// Repetitions.
+    /// Repetitions (seeds) of each configuration.
     pub seeds: usize,
-    /// Each way.
+    /// Error curve of each configuration.
     pub courses: Vec<ErrorCurve>,
-    /// Each two of them, with the most samples that each has.
+    /// Comparison of each two configurations, each at the largest number of samples that it
+    /// reached.
     pub pairs: Vec<Pair>,
-    /// What could not be measured.
+    /// Configurations and numbers of samples that were not measured.
     #[serde(default)]
     pub missing: Vec<Missing>,
-    /// Why it ended before all was measured, if so.
+    /// Reason why the measurement ended early, if it did.
     #[serde(default)]
     pub ended: Option<Stop>,
 }
 
 impl ErrorCurve {
-    /// Of what was seen.
+    /// Builds the error curve of a configuration from its captures.
     pub fn of(mode: String, captures: Vec<Capture>) -> Self {
         let seeds = captures.first().map_or(0, |capture| capture.errors.each.len());
         let slope = |without: Option<usize>| {
@@ -111,7 +113,7 @@ impl ErrorCurve {
         Self { mode, captures, slope, plateau, verdict }
     }
 
-    /// One line for people.
+    /// Returns one line for people.
     pub fn line(&self) -> String {
         let errors: Vec<String> = self
             .captures
@@ -130,7 +132,8 @@ impl Convergence {
         self.courses.first().map_or("", |course| &course.mode)
     }
 
-    /// Which ways differ from the base, for people.
+    /// Returns a summary for people: which configurations differ from the base, and what was not
+    /// measured.
     pub fn summary(&self) -> String {
         let mut text = format!(
             "{}: {} seeds; {}\n",

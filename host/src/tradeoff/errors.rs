@@ -1,4 +1,6 @@
-//! What repetitions of a render show of its error: how much of it is noise, and how much would stay with any number of samples.
+//! Estimates the errors of a configuration from repetitions with different seeds, and separates
+//! noise from the bias that any number of samples would leave. Method:
+//! docs/explanation/noise-and-bias.md.
 
 use super::reference::{Reference, Truth};
 use super::supervisor::{Supervisor, check};
@@ -9,54 +11,60 @@ use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quanti
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Least edge in pixels of the blocks whose means are compared.
+/// Minimum edge, in pixels, of the blocks whose means are compared.
 const MIN_BLOCK: u32 = 16;
 
-/// Blocks across an image, at most: in smaller ones of few samples, rare bright paths are missing in all repetitions at once, which then agree with each other and not with
-/// the truth (seen at 1920x1080, 1 to 16 samples, 4 seeds: Sobol's points were called biased).
+/// Maximum number of blocks across an image. In smaller blocks with few samples, rare bright paths
+/// are missing from all repetitions at once. The repetitions then agree with each other but not
+/// with the truth, which looks like a bias (docs/notebook/tradeoff-fronts.md).
 const MAX_BLOCKS: u32 = 8;
 
-/// A bias is called one if chance would show as much in one of a thousand.
+/// A bias is reported if chance alone would show as much in at most one of a thousand cases.
 pub const SIGNIFICANCE: f64 = 1e-3;
 
-/// The error of one way of rendering.
+/// Error of a configuration with one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Repetitions.
     pub seeds: usize,
     /// Mean over pixels and channels of (x − r)² / (r² + 0.01).
     pub rel_mse: Interval,
-    /// What of it is noise: goes with more samples.
+    /// Part of relMSE that is noise and falls with more samples.
     pub variance: Interval,
-    /// What of it stays. May be negative by chance, where there is none.
+    /// Part of relMSE that more samples do not lower. May be negative by chance if there is no
+    /// bias.
     pub squared_bias: Interval,
-    /// Root of the mean square difference.
+    /// Root mean square difference from the reference.
     pub rmse: Interval,
-    /// Mean LDR-FLIP; of as many repetitions as it was computed for.
+    /// Mean LDR-FLIP, over the repetitions for which it was computed.
     pub flip: Interval,
     /// Mean of all pixels and channels over the reference's, less 1.
     pub brightness: Interval,
-    /// The chance of means so different from the reference's without any bias: of the whole, and of up to 64 blocks.
+    /// Probability that the means of the whole image and of up to 64 blocks differ from the
+    /// reference's at least as much without a bias.
     pub means_p: f64,
-    /// The chance of so great a [`squared_bias`](Self::squared_bias) without any.
+    /// Probability of a [`squared_bias`](Self::squared_bias) at least as large without a bias
+    /// (one-sided).
     pub bias_p: f64,
-    /// Whether one of the two is below [`SIGNIFICANCE`], shared between them.
+    /// True if the smaller of the two probabilities, with Šidák's correction, is below
+    /// [`SIGNIFICANCE`].
     pub biased: bool,
-    /// relMSE by repetition, for tests against others.
+    /// relMSE of each repetition, for tests against other configurations.
     pub each: Vec<f64>,
-    /// Pixels with a NaN or infinite value in some image, left out.
+    /// Pixels with a NaN or infinite value in any image. They are left out.
     pub left_out: usize,
 }
 
-/// Sums over some pixels.
+/// Sums of products over a range of pixels.
 #[derive(Clone)]
 struct Products {
-    /// Of each pair of repetitions s and t: (x_s − a)(x_t − b) over r² + 0.01, with the reference's halves a and b. Each has an error of its own, so that
-    /// the mean of a product is that of the squared difference from the truth.
+    /// For each pair of repetitions s and t: the sum of (x_s − a)(x_t − b) / (r² + 0.01), with the
+    /// reference's halves a and b. The errors of a and b are independent, so the mean of a product
+    /// is the mean squared difference from the truth.
     relative: Vec<f64>,
-    /// (x_s − a)(x_s − b).
+    /// For each repetition s: the sum of (x_s − a)(x_s − b).
     plain: Vec<f64>,
-    /// What of the relative products the reference's noise may be.
+    /// Variance that the reference's noise adds to a sum of relative products.
     reference: f64,
     values: f64,
     left_out: usize,
@@ -92,7 +100,7 @@ impl Products {
                     let scaled = weight * from_a;
                     row.iter_mut().zip(&from_b).for_each(|(sum, &from_b)| *sum += scaled * from_b);
                 }
-                // Each half has twice the variance of their mean.
+                // The variance of each half is twice that of their mean.
                 let noise = 2.0 * f64::from(reference.variance[pixel][c]) * weight;
                 sums.reference += noise * noise;
                 sums.values += 1.0;
@@ -111,7 +119,7 @@ impl Products {
     }
 }
 
-/// Mean over pairs of different repetitions, but for one of them.
+/// Returns the mean over pairs of different repetitions, without the repetition `without`.
 fn between(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for s in (0..n).filter(|&s| Some(s) != without) {
@@ -123,15 +131,15 @@ fn between(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
     if count > 0.0 { sum / count } else { f64::NAN }
 }
 
-/// The same of pairs of one with itself.
+/// Returns the mean over pairs of a repetition with itself, without the repetition `without`.
 fn within(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
     let each = (0..n).filter(|&s| Some(s) != without);
     each.clone().map(|s| relative[s * n + s]).sum::<f64>() / each.count().max(1) as f64
 }
 
 impl Errors {
-    /// Of images of one scene by different random numbers, all of the reference's size, and the
-    /// FLIP of some of them.
+    /// Estimates the errors of images of one scene with different seeds, all of the reference's
+    /// size. `flips` has the mean FLIP of some of them.
     ///
     /// # Errors
     ///
@@ -168,7 +176,7 @@ impl Errors {
         let of_variance = |without| within(&relative, n, without) - between(&relative, n, without);
         let variance_error = jackknife_error(&leave_out(&of_variance));
         let squared: Vec<f64> = sums.plain.iter().map(|sum| sum / values).collect();
-        // One-sided: less than none is none.
+        // One-sided: a squared bias below 0 counts as none.
         let bias_p = 0.5 * welch((bias, bias_error, freedom), (0.0, 0.0, f64::INFINITY)).p;
         let bias_p = if bias > 0.0 { bias_p } else { 1.0 - bias_p };
         let (brightness, means_p) = means(images, truth);
@@ -188,7 +196,8 @@ impl Errors {
         })
     }
 
-    /// Whether two ways differ in relMSE, by the logarithms of what each repetition has: their spread is a factor.
+    /// Tests whether two configurations differ in relMSE: Welch's test of the logarithms by
+    /// repetition, because repetitions vary by a factor.
     pub fn differs(&self, other: &Self) -> Welch {
         let of = |errors: &Self| {
             let logs: Vec<f64> = errors.each.iter().map(|each| each.max(1e-300).ln()).collect();
@@ -198,14 +207,14 @@ impl Errors {
         welch(of(self), of(other))
     }
 
-    /// 1 / (relMSE × seconds), with what the error's interval leaves of it.
+    /// Returns 1 / (relMSE × seconds), with the interval that follows from relMSE's.
     pub fn efficiency(&self, seconds: f64) -> Interval {
         self.rel_mse.map(|error| 1.0 / (error.max(1e-300) * seconds))
     }
 }
 
-/// Returns the mean LDR-FLIP of each of the first `count` images; [`Error::Cancelled`] if the
-/// supervisor ends it between two of them.
+/// Returns the mean LDR-FLIP of each of the first `count` images. Returns [`Error::Cancelled`] if
+/// the supervisor ends the measurement between two of them.
 pub(super) fn flips(
     images: &[Image],
     truth: &Truth,
@@ -223,7 +232,8 @@ pub(super) fn view(image: &Image) -> ImageView<'_> {
     ImageView { width: image.width as usize, height: image.height as usize, pixels: &image.pixels }
 }
 
-/// Means of blocks and of the whole, all channels together, of an image.
+/// Returns the sum over each block of an image and the number of its finite values, block rows from
+/// the top.
 fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(f64, f64)> {
     let edge = width.max(height).div_ceil(MAX_BLOCKS).max(MIN_BLOCK);
     let across = width.div_ceil(edge);
@@ -244,9 +254,9 @@ fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(
     (0..across * height.div_ceil(edge)).into_par_iter().map(of).collect()
 }
 
-/// Means of blocks and of the whole of each of several images, in the same order.
+/// Means of the blocks and of the whole image, for several images in the same order.
 pub(super) struct Means {
-    /// By block: of each image.
+    /// Mean of each block in each image: `blocks[block][image]`.
     blocks: Vec<Vec<f64>>,
     whole: Vec<f64>,
 }
@@ -266,7 +276,7 @@ impl Means {
     }
 }
 
-/// Channels of a pixel share their paths: as if they were one.
+/// Returns the mean of a pixel's channels. They share paths, so they count as one value.
 fn gray(value: [f32; 3]) -> f64 {
     value.iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0
 }
@@ -275,7 +285,7 @@ fn total(blocks: &[(f64, f64)]) -> (f64, f64) {
     blocks.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1))
 }
 
-/// A mean with its standard error and degrees of freedom.
+/// Mean, standard error and degrees of freedom.
 type Measured = (f64, f64, f64);
 
 fn measured(values: &[f64]) -> Measured {
@@ -283,7 +293,8 @@ fn measured(values: &[f64]) -> Measured {
     (mean, error, values.len() as f64 - 1.0)
 }
 
-/// Welch's test, blind to what sums in f32 and their rounding may be off.
+/// Returns Welch's test of two means. Differences within the rounding of f32 sums (1e-6 of the
+/// larger mean) count as none.
 fn test(a: Measured, b: Measured) -> Welch {
     let rounding = 1e-6 * a.0.abs().max(b.0.abs());
     let off = a.0 - b.0;
@@ -291,7 +302,8 @@ fn test(a: Measured, b: Measured) -> Welch {
     welch((a_mean, a.1, a.2), b)
 }
 
-/// By how much two wholes differ, relative; and the chance that they and their blocks differ as much.
+/// Returns the relative difference of two means of the whole image, and the probability that they
+/// and the blocks' means differ at least as much by chance.
 fn compare(whole: (Measured, Measured), of_blocks: Vec<f64>) -> (Interval, f64) {
     let (a, b) = whole;
     let found = test(a, b);
@@ -303,7 +315,8 @@ fn compare(whole: (Measured, Measured), of_blocks: Vec<f64>) -> (Interval, f64) 
     (Interval { value, low: value - half, high: value + half }, p)
 }
 
-/// The mean over all pixels less the reference's, relative; and the chance that means differ as much as they do.
+/// Returns the relative difference of the image's mean from the reference's, and the probability
+/// that the means of image and blocks differ at least as much without a bias.
 fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
     let own = Means::of(images);
     let Truth { reference, image: r, .. } = truth;
@@ -318,7 +331,8 @@ fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
     compare((measured(&own.whole), known(total(&of_reference), total(&noise).0)), of_blocks)
 }
 
-/// The mean over all pixels of some images less that of others, relative; and the chance that means differ as much, if they converge to one image.
+/// Returns the relative difference of the mean over all pixels between two configurations, and the
+/// probability that means differ at least as much if both converge to one image.
 pub(super) fn difference(a: &Means, b: &Means) -> (Interval, f64) {
     let of_blocks = a.blocks.iter().zip(&b.blocks).map(|(a, b)| test(measured(a), measured(b)).p).collect();
     compare((measured(&a.whole), measured(&b.whole)), of_blocks)

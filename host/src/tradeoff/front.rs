@@ -1,9 +1,9 @@
-//! The Pareto front and slopes.
+//! Computes the Pareto front of time and error, and each configuration's slopes.
 
 use super::point::{Point, Slope};
 use crate::bench::Line;
 
-/// Marks the points than which no other is both faster and nearer.
+/// Marks the points that no other point beats in time and error.
 pub(super) fn mark(points: &mut [Point]) {
     let places: Vec<(f64, f64)> =
         points.iter().map(|point| (point.seconds.all.median, point.relative_error())).collect();
@@ -13,7 +13,7 @@ pub(super) fn mark(points: &mut [Point]) {
     }
 }
 
-/// How each way's error falls, over the points that it has.
+/// Returns the slopes of each configuration's error over time and over samples.
 pub(super) fn slopes(points: &[Point]) -> Vec<Slope> {
     let mut slopes: Vec<Slope> = Vec::new();
     for point in points {

@@ -1,4 +1,5 @@
-//! A scene on a device, rendered one way or another.
+//! Renders a scene on a device with one configuration after another. Used by the sweep
+//! ([`Lab::measure`]) and by [`Lab::converge`].
 
 use super::configuration::Configuration;
 use super::enlarge::enlarge;
@@ -15,23 +16,24 @@ use std::path::Path;
 use std::time::Instant;
 use trisect_shared::texture::NEAREST;
 
-/// The first seed of a measurement; the others follow.
+/// First seed of a measurement; the others follow it.
 pub(super) const FIRST_SEED: u32 = 1000;
 
-/// An error that no image has: as many samples as there may be are taken.
+/// Target error that no image reaches, so that the maximum number of samples is taken.
 const UNREACHABLE_ERROR: f64 = 1e-9;
 
-/// Part of its time that makes a kept reference as good as a new one.
+/// A kept reference is good enough if it took at least this share of the time for a new one.
 const MIN_TIME_SHARE: f64 = 0.9;
 
-/// A scene on a device, however it has to be built.
+/// A scene on a device. Rebuilds its renderer where a configuration needs another BVH or texture
+/// filter.
 pub struct Lab<'a> {
     pub(super) scene: &'a Scene,
     backend: Option<Box<dyn Backend>>,
     built: Option<((Option<BvhQuality>, bool), Renderer)>,
 }
 
-/// What an image took.
+/// Seconds that an image took.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ImageTiming {
     pub render: f64,
@@ -46,16 +48,16 @@ impl ImageTiming {
 }
 
 impl<'a> Lab<'a> {
-    /// Of a scene.
+    /// Creates a lab for a scene on a device. Nothing is uploaded before the first render.
     pub fn new(scene: &'a Scene, backend: Box<dyn Backend>) -> Self {
         Self { scene, backend: Some(backend), built: None }
     }
 
-    /// The renderer for a way.
+    /// Returns the renderer for a configuration.
     ///
     /// # Errors
     ///
-    /// As [`Renderer::with_quality`].
+    /// Errors of [`Renderer::with_quality`].
     pub fn renderer(&mut self, mode: &Configuration) -> Result<&mut Renderer, Error> {
         let wanted = (mode.quality, mode.nearest);
         if self.built.as_ref().is_none_or(|(built, _)| *built != wanted) {
@@ -74,14 +76,15 @@ impl<'a> Lab<'a> {
         self.built.as_mut().map(|(_, renderer)| renderer).ok_or_else(lost)
     }
 
-    /// Returns the reference of a way's settings: the one kept in `folder` if it is good enough for
-    /// `goal`, else a new one, which is kept there if it has more samples. A new one takes at most
-    /// `share` of the time that is left. `None` if the end came before there was one.
+    /// Returns the reference for a configuration's settings: the one kept in `folder` if it is good
+    /// enough for `goal`, otherwise a new one, which is kept there if it has more samples.
+    /// Rendering takes at most `share` of the time that is left. `None` if the measurement ended
+    /// before there was a reference.
     ///
     /// # Errors
     ///
-    /// As rendering; [`TradeoffError::Cache`](super::TradeoffError::Cache), before a reference is
-    /// rendered, for a folder that cannot be written.
+    /// Errors of rendering; [`TradeoffError::Cache`](super::TradeoffError::Cache), before a
+    /// reference is rendered, for a folder that cannot be written.
     pub fn reference(
         &mut self,
         base: &Configuration,
@@ -124,17 +127,17 @@ impl<'a> Lab<'a> {
         });
         let Some(made) = was_stopped(made, supervisor)? else { return Ok(kept) };
         if let Some(kept) = kept.filter(|kept| kept.facts.samples >= made.facts.samples) {
-            supervisor.report(&format!("reference: kept in {}, of more samples", path.display()));
+            supervisor.report(&format!("reference: the one kept in {} has more samples", path.display()));
             return Ok(Some(kept));
         }
         if let Err(error) = made.write(folder) {
-            // What took minutes is not lost by a disk that is full now.
-            supervisor.report(&format!("warning: {error}; this reference is used, and not kept"));
+            // A reference that took minutes to render is not lost because the disk is full now.
+            supervisor.report(&format!("warning: {error}; this reference is used but not kept"));
         }
         Ok(Some(made))
     }
 
-    /// Renders an image of a way; [`Error::Cancelled`] if the supervisor ends it.
+    /// Renders an image of a configuration. Returns [`Error::Cancelled`] if the supervisor ends it.
     pub(super) fn image(
         &mut self,
         mode: &Configuration,
@@ -187,12 +190,12 @@ impl<'a> Lab<'a> {
         Ok((image, took))
     }
 
-    /// Returns the seconds that the base takes for a sample of each pixel, and for none; infinite
-    /// if the end came before it was measured.
+    /// Returns the seconds that the base takes per sample of each pixel, and the fixed seconds of
+    /// an image; infinity and 0 if the measurement ended before.
     ///
     /// # Errors
     ///
-    /// As rendering.
+    /// Errors of rendering.
     pub fn pace(
         &mut self,
         base: &Configuration,
@@ -216,7 +219,7 @@ impl<'a> Lab<'a> {
         let fixed = time(1)?;
         let mut spp = 1;
         let mut took = fixed;
-        // Long enough for a clock, short enough for a person.
+        // Long enough for the clock's resolution, short enough for a user who waits.
         while took < 0.2 && spp < 4096 {
             spp *= 4;
             took = time(spp)?;
@@ -226,8 +229,8 @@ impl<'a> Lab<'a> {
     }
 }
 
-/// After a scene that could not be uploaded there is no backend any more.
+/// Returns the error for a lab without a backend: it was lost when a scene could not be uploaded.
 fn lost() -> Error {
-    let message = "it was lost with a scene that could not be uploaded".to_owned();
-    Error::Backend(BackendError::Device { backend: "the", action: "taking it up again", message })
+    let message = "the backend was lost when a scene could not be uploaded".to_owned();
+    Error::Backend(BackendError::Device { backend: "trade-off lab", action: "reuse of the backend", message })
 }

@@ -1,4 +1,4 @@
-//! Measuring: each way of rendering, with each number of samples, by several seeds.
+//! Measures each configuration with each number of samples and several seeds.
 
 use super::configuration::Configuration;
 use super::errors::{self, Errors};
@@ -17,30 +17,30 @@ use crate::render::SettingsError;
 use crate::statistics;
 use std::time::Instant;
 
-/// Samples from which on those by noise differ from as many for each pixel.
+/// Minimum samples per pixel for adaptive sampling: with fewer, none are distributed by noise.
 const MIN_ADAPTIVE: u32 = 8;
 
-/// Ways between two looks at the base's time.
+/// Configurations measured between two measurements of the base's time.
 const CONFIGURATIONS_PER_EPOCH: usize = 3;
 
-/// What to measure.
+/// Configurations, numbers of samples and repetitions to measure.
 #[derive(Clone, Debug)]
 pub struct Sweep<'a> {
-    /// The base first.
+    /// Configurations to measure, the base first.
     pub configurations: &'a [Configuration],
-    /// Numbers of samples a pixel, ascending.
+    /// Numbers of samples per pixel, ascending.
     pub levels: &'a [u32],
-    /// Repetitions.
+    /// Repetitions (seeds) of each point.
     pub seeds: usize,
-    /// Repetitions that get a FLIP.
+    /// Repetitions for which FLIP is computed.
     pub flips: usize,
 }
 
-/// What a sweep has found so far.
+/// Results of a sweep so far.
 struct SweepResult {
-    /// Each with the index of its mode.
+    /// Points, each with the index of its configuration.
     points: Vec<(usize, Point)>,
-    /// Why each mode cannot be rendered here, if so.
+    /// Reason why each configuration cannot be rendered here; `None` if it can.
     absent: Vec<Option<String>>,
     /// Logarithms of the base's median time at several moments, by level.
     epochs: Vec<Vec<f64>>,
@@ -48,13 +48,13 @@ struct SweepResult {
 }
 
 impl Lab<'_> {
-    /// Measures every way at the first level, then at the next, until all is measured or the
-    /// supervisor ends it. What is not measured by then is in [`Tradeoff::missing`]; without a
-    /// reference that is everything. The supervisor is told of each point.
+    /// Measures every configuration at the first level, then at the next, until all are measured or
+    /// the supervisor ends it. What was not measured by then is listed in [`Tradeoff::missing`];
+    /// without a reference, that is everything. Reports each point to the supervisor.
     ///
     /// # Errors
     ///
-    /// As rendering, and [`TradeoffError`].
+    /// Errors of rendering, and [`TradeoffError`].
     pub fn measure(
         &mut self,
         sweep: &Sweep,
@@ -63,7 +63,9 @@ impl Lab<'_> {
     ) -> Result<(Tradeoff, Pictures), Error> {
         check_seeds(sweep.seeds)?;
         let [base, ..] = sweep.configurations else {
-            return Err(TradeoffError::TooFew { what: "the number of modes", given: 0, least: 1 }.into());
+            return Err(
+                TradeoffError::TooFew { what: "the number of configurations", given: 0, least: 1 }.into()
+            );
         };
         let start = Instant::now();
         let device = self.renderer(base)?.backend().device().clone();
@@ -114,7 +116,7 @@ impl Lab<'_> {
         Ok((found, pictures))
     }
 
-    /// Measures all points; [`Error::Cancelled`] if the supervisor ends it.
+    /// Measures all points. Returns [`Error::Cancelled`] if the supervisor ends it.
     fn sweep(
         &mut self,
         sweep: &Sweep,
@@ -137,11 +139,11 @@ impl Lab<'_> {
                 check(supervisor)?;
                 let stage = format!("{}, {spp} samples a pixel", mode.name());
                 supervisor.begin(level * sweep.configurations.len() + index, all, &stage);
-                // Compiles what this way needs, outside of what is measured.
+                // Compiles what this configuration needs, so that compiling is not measured.
                 match self.image(mode, 1, FIRST_SEED - 1, supervisor) {
                     Ok(_) => {}
                     Err(error) if is_missing(&error) => {
-                        supervisor.report(&format!("{}: not here: {error}", mode.name()));
+                        supervisor.report(&format!("{}: not available here: {error}", mode.name()));
                         found.absent[index] = Some(error.to_string());
                         continue;
                     }
@@ -165,7 +167,7 @@ impl Lab<'_> {
         Ok(())
     }
 
-    /// Returns the logarithm of the base's median time, now.
+    /// Returns the logarithm of the base's median time at this moment.
     fn base_again(
         &mut self,
         base: &Configuration,
@@ -179,7 +181,7 @@ impl Lab<'_> {
         Ok(Summary::of(&times).map_or(f64::NAN, |summary| summary.median.ln()))
     }
 
-    /// Measures a way with a number of samples; returns the image of the first seed, too.
+    /// Measures a configuration with a number of samples. Also returns the image of the first seed.
     fn point(
         &mut self,
         mode: &Configuration,
@@ -216,7 +218,7 @@ impl Lab<'_> {
     }
 }
 
-/// Returns what was not measured, and why, in the order of the modes.
+/// Returns what was not measured, and why, in the order of the configurations.
 fn missing(
     sweep: &Sweep,
     points: &[(usize, Point)],
@@ -230,9 +232,10 @@ fn missing(
             add(reason.clone());
             continue;
         }
-        // Two halves of two samples each say where noise is; what comes after them goes there.
+        // The two halves need two samples each to tell where noise is; adaptive sampling
+        // distributes the samples after those.
         for &spp in sweep.levels.iter().filter(|&&spp| is_too_few(mode, spp)) {
-            let needs = format!("it needs {MIN_ADAPTIVE} to tell where noise is");
+            let needs = format!("adaptive sampling needs at least {MIN_ADAPTIVE}");
             add(format!("{spp} samples a pixel; {needs}"));
         }
         let levels: Vec<String> = lacking(sweep, points, index).iter().map(u32::to_string).collect();
@@ -244,19 +247,19 @@ fn missing(
     all
 }
 
-/// Returns the numbers of samples that a mode should have been measured with, and was not.
+/// Returns the numbers of samples that a configuration should have been measured with but was not.
 fn lacking(sweep: &Sweep, points: &[(usize, Point)], index: usize) -> Vec<u32> {
     let is_there = |spp| points.iter().any(|(of, point)| *of == index && point.spp == spp);
     let levels = sweep.levels.iter().copied();
     levels.filter(|&spp| !is_too_few(&sweep.configurations[index], spp) && !is_there(spp)).collect()
 }
 
-/// Returns whether a way has no meaning with so few samples.
+/// Returns whether a configuration has no meaning with so few samples.
 fn is_too_few(mode: &Configuration, spp: u32) -> bool {
     mode.adaptive && spp < MIN_ADAPTIVE
 }
 
-/// The standard deviation of what was measured at several times; 0 of fewer than two.
+/// Returns the standard deviation of values measured at several moments; 0 for fewer than two.
 fn epochs_deviation(logs: &[f64]) -> f64 {
     match statistics::mean_and_error(logs) {
         (_, error) if error.is_finite() => error * (logs.len() as f64).sqrt(),
@@ -264,7 +267,8 @@ fn epochs_deviation(logs: &[f64]) -> f64 {
     }
 }
 
-/// Returns whether a way is not there, and others may be.
+/// Returns whether the error means that this configuration is not available here, while others may
+/// be.
 pub(super) fn is_missing(error: &Error) -> bool {
     use SettingsError::{NoFastMath, NoQueue, NoVariant, VariantLacks};
     let of = |error: &SettingsError| {

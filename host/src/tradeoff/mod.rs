@@ -1,8 +1,9 @@
-//! The trade-off lab: what each knob for speed costs in accuracy, measured.
+//! The trade-off lab measures what each knob that makes rendering faster costs in accuracy.
 //!
-//! [`Configuration`]s are ways of rendering; a [`Lab`] renders each with several seeds and numbers of
-//! samples; [`Errors`] tell noise from bias against a [`Reference`]; [`Tradeoff::write`] writes it
-//! down. A [`Supervisor`] ends it, with what was measured by then.
+//! A [`Configuration`] is a set of render settings. [`Lab`] renders each configuration with several
+//! seeds and numbers of samples. [`Errors`] separates noise from bias against a [`Reference`].
+//! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
+//! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
 
 mod bias;
 mod charts;
@@ -38,15 +39,15 @@ pub use supervisor::{Stop, Supervisor};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// What the lab cannot do.
+/// Errors of the trade-off lab.
 #[derive(Debug, Error)]
 pub enum TradeoffError {
-    /// The file system refused.
+    /// A file or folder could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
     /// The folder of references cannot be written.
@@ -54,58 +55,58 @@ pub enum TradeoffError {
     Cache {
         /// The folder or file.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
-    /// A reference that was kept and cannot be used.
+    /// A kept reference cannot be used.
     #[error("{}: not a reference image: {message}; remove it, and it is rendered again", path.display())]
     Reference {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Reason.
         message: String,
     },
-    /// Too little to tell noise from bias.
+    /// Too few repetitions or numbers of samples to tell noise from bias.
     #[error("{what} is {given}; it must be at least {least}")]
     TooFew {
-        /// The option.
+        /// Option, or quantity, that is too small.
         what: &'static str,
-        /// What was asked for.
+        /// Given number.
         given: usize,
-        /// What there must be.
+        /// Minimum.
         least: usize,
     },
-    /// A knob that is none.
-    #[error("there is no knob {name}; there are {known}")]
+    /// An unknown knob was named.
+    #[error("unknown knob {name}; available: {known}")]
     NoKnob {
-        /// What was asked for.
+        /// Given name.
         name: String,
-        /// All.
+        /// Names of all knobs, with commas between them.
         known: String,
     },
-    /// No folder for references.
+    /// There is no folder to keep references in.
     #[error(
         "there is no home folder to keep references in; name a folder with --cache, or set XDG_CACHE_HOME"
     )]
     NoCache,
-    /// A page or a chart that could not be made.
+    /// A page, chart or JSON file could not be encoded.
     #[error("{}: {message}", path.display())]
     Encode {
-        /// The file it was for.
+        /// File that it was for.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         message: String,
     },
 }
 
-/// Repetitions that bias can be told from.
+/// Minimum number of repetitions (seeds) from which bias can be told from noise.
 pub const MIN_SEEDS: usize = 4;
 
-/// Whether so many repetitions tell anything.
+/// Checks that `given` repetitions are enough to tell bias from noise.
 ///
 /// # Errors
 ///
-/// [`TradeoffError::TooFew`] if they do not.
+/// [`TradeoffError::TooFew`] below [`MIN_SEEDS`].
 pub fn check_seeds(given: usize) -> Result<(), TradeoffError> {
     if given < MIN_SEEDS {
         return Err(TradeoffError::TooFew { what: "--seeds", given, least: MIN_SEEDS });
@@ -114,7 +115,7 @@ pub fn check_seeds(given: usize) -> Result<(), TradeoffError> {
 }
 
 impl TradeoffError {
-    /// Of a file.
+    /// Returns a function that makes a [`TradeoffError::Io`] for a file or folder.
     pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
         move |source| Self::Io { path: path.to_owned(), source }
     }

@@ -1,4 +1,5 @@
-//! All that was found as one page that needs no other file, with data and charts beside it.
+//! Writes a trade-off measurement as one HTML page that needs no other file, with the data and
+//! charts as files beside it.
 
 use super::bias::Bias;
 use super::picture::{Pictures, Thumbnail};
@@ -34,21 +35,22 @@ pub fn is_output(name: &Path) -> bool {
 }
 
 impl Tradeoff {
-    /// All of it.
+    /// Returns the results as JSON.
     ///
     /// # Errors
     ///
-    /// [`TradeoffError`] for what has no JSON.
+    /// [`TradeoffError`] if they cannot be encoded.
     pub fn json(&self) -> Result<String, TradeoffError> {
         let text = serde_json::to_string_pretty(self);
         text.map(|text| text + "\n").map_err(|error| TradeoffError::encode(Path::new("tradeoff.json"), error))
     }
 
-    /// Writes `report.html`, `tradeoff.json`, `tradeoff.csv` and the charts into a folder, which it makes if need be. Returns the files.
+    /// Writes `report.html`, `tradeoff.json`, `tradeoff.csv` and the charts into a folder, which is
+    /// created if necessary. Returns the paths of the files.
     ///
     /// # Errors
     ///
-    /// [`TradeoffError`] names the file.
+    /// [`TradeoffError`] with the path of the file.
     pub fn write(&self, pictures: &Pictures, folder: &Path) -> Result<Vec<PathBuf>, TradeoffError> {
         fs::create_dir_all(folder).map_err(TradeoffError::io(folder))?;
         let mut files = Vec::new();
@@ -84,19 +86,19 @@ impl Tradeoff {
         );
         let reference = self.reference.as_ref().map_or("There is no reference.".to_owned(), |r| {
             format!(
-                "The reference has {:.0} samples a pixel, by {}, and an error of {:.3} % itself, \
-                 which is not in the figures below.",
+                "The reference has {:.0} samples a pixel, by {}, and an own error of {:.3} %, \
+                 which the figures below do not contain.",
                 r.samples,
                 escape(&r.device),
                 100.0 * r.error
             )
         });
         let ended = self.ended.map_or(String::new(), |stop| {
-            format!(" This measurement was {}: what it lacks is listed below.", stop.reason())
+            format!(" This measurement was {}; what was not measured is listed below.", stop.reason())
         });
         let mut add = |text: String| page.push_str(&text);
         add(format!(
-            "<p>{}×{}, depth {}, on {}. Trisect {}. {} seeds a point. {reference}{ended}</p>\n",
+            "<p>{}×{}, depth {}, on {}. Trisect {}. {} seeds per point. {reference}{ended}</p>\n",
             self.width,
             self.height,
             self.depth,
@@ -105,9 +107,9 @@ impl Tradeoff {
             self.seeds,
         ));
         charts.iter().for_each(|chart| add(format!("<figure>{chart}</figure>\n")));
-        add("<h2>All points</h2>\n<p>Error: root of relMSE, with its 95 % interval. Noise: what of it goes with more samples; bias: what stays. \
-             Efficiency: of the base with as many samples; above 1 the same error takes less time. Green: on the Pareto front.</p>\n<table><tr>\
-             <th>way</th><th>spp</th><th>seconds</th><th>error, %</th><th>noise, %</th><th>bias, %</th><th>brightness, %</th><th>RMSE</th><th>FLIP</th>\
+        add("<h2>All points</h2>\n<p>Error: root of relMSE, with its 95 % interval. Noise: the part that falls with more samples; bias: the part that stays. \
+             Efficiency: relative to the base with as many samples; above 1 the same error takes less time. Green: on the Pareto front.</p>\n<table><tr>\
+             <th>configuration</th><th>spp</th><th>seconds</th><th>error, %</th><th>noise, %</th><th>bias, %</th><th>brightness, %</th><th>RMSE</th><th>FLIP</th>\
              <th>efficiency</th><th></th></tr>\n"
             .to_owned());
         self.points.iter().for_each(|point| add(row(point)));
@@ -122,8 +124,8 @@ impl Tradeoff {
         }
         if let Some(reference) = &pictures.reference {
             add(format!(
-                "<h2>Images</h2>\n<p>The image of the first seed; its difference from the reference, over the root of the reference's square plus 0.01, \
-                 brightest from 50 %; and FLIP. Of each way with the most samples a pixel.</p>\n<figure><figcaption>Reference</figcaption>\
+                "<h2>Images</h2>\n<p>The image of the first seed; its difference from the reference, divided by the root of the reference's square plus 0.01, \
+                 brightest from 50 %; and FLIP. Each configuration has its largest number of samples per pixel.</p>\n<figure><figcaption>Reference</figcaption>\
                  <div class=\"grid\">{}</div></figure>\n",
                 picture(reference, folder)?
             ));
@@ -191,7 +193,7 @@ fn picture(small: &Thumbnail, folder: &Path) -> Result<String, TradeoffError> {
     Ok(format!("<img src=\"data:image/png;base64,{}\" alt=\"\">", STANDARD.encode(bytes.into_inner())))
 }
 
-/// For a text of HTML.
+/// Escapes text for HTML.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,4 +1,4 @@
-//! Small pictures of images and of their errors, for the page.
+//! Thumbnails of images and of their errors, for the report page.
 
 use super::errors::view;
 use super::point::Point;
@@ -7,13 +7,14 @@ use crate::Error;
 use crate::image::Image;
 use crate::metrics::srgb;
 
-/// Pixels across, at most.
+/// Maximum width in pixels.
 const WIDTH: u32 = 360;
 
-/// The relative difference that is shown brightest.
+/// Relative difference that is shown with the brightest colour.
 const BRIGHTEST: f64 = 0.5;
 
-/// Colours of errors from none to all, equally far apart in lightness: matplotlib's "inferno" (N. Smith and S. van der Walt, 2015; CC0) at ninths.
+/// Colours of errors from 0 to 1, evenly spaced in lightness: matplotlib's "inferno" (N. Smith and
+/// S. van der Walt, 2015; CC0), sampled at ninths.
 const INFERNO: [[u8; 3]; 10] = [
     [0, 0, 4],
     [27, 12, 65],
@@ -27,7 +28,7 @@ const INFERNO: [[u8; 3]; 10] = [
     [252, 255, 164],
 ];
 
-/// Eight bits a channel.
+/// A small image with three bytes (RGB) per pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Thumbnail {
     pub width: u32,
@@ -35,17 +36,17 @@ pub(super) struct Thumbnail {
     pub bytes: Vec<u8>,
 }
 
-/// An image, its difference from the reference, and what of it the eye sees.
+/// Thumbnails of an image, of its relative difference from the reference, and of its FLIP errors.
 pub(super) struct Picture {
     pub image: Thumbnail,
     pub difference: Thumbnail,
     pub flip: Thumbnail,
 }
 
-/// Those of a page.
+/// Thumbnails on a report page.
 #[derive(Default)]
 pub struct Pictures {
-    /// `None` without a reference.
+    /// Reference image; `None` without a reference.
     pub(super) reference: Option<Thumbnail>,
     pub(super) shown: Vec<(String, u32, Picture)>,
 }
@@ -81,7 +82,7 @@ impl Picture {
     }
 }
 
-/// As a screen shows it.
+/// Returns a thumbnail of an image, encoded as sRGB.
 fn shown(image: &Image) -> Thumbnail {
     small(
         image.width,
@@ -91,7 +92,7 @@ fn shown(image: &Image) -> Thumbnail {
     )
 }
 
-/// Errors from 0 to 1 as colours.
+/// Returns a thumbnail of errors from 0 to 1, as colours.
 fn map(width: u32, height: u32, error: impl Fn(usize) -> f64) -> Thumbnail {
     small(width, height, |pixel| [error(pixel); 3], |mean| colour(mean[0]))
 }
@@ -104,7 +105,7 @@ fn colour(error: f64) -> [u8; 3] {
     std::array::from_fn(|c| mix(INFERNO[below][c], INFERNO[below + 1][c]))
 }
 
-/// Means over squares of pixels.
+/// Returns a thumbnail whose pixels are means over squares of pixels.
 fn small(
     width: u32,
     height: u32,

@@ -1,4 +1,4 @@
-//! What was found.
+//! Results of a trade-off measurement, as its JSON holds them.
 
 use super::configuration::Configuration;
 use super::errors::Errors;
@@ -8,95 +8,98 @@ use crate::bench::Summary;
 use crate::statistics::{Interval, Welch, mean_and_error, welch};
 use serde::{Deserialize, Serialize};
 
-/// Version of the JSON. A field that changes its meaning, or goes, raises it.
+/// Version of the JSON format. It is raised when a field changes its meaning or is removed.
 pub const FORMAT: u32 = 1;
 
 /// Wall-clock seconds of a render, over its repetitions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
-    /// Of all that makes the image.
+    /// Summary of `each`.
     pub all: Summary,
-    /// Median of rendering, with the sums.
+    /// Median of rendering, with sums of the film and, without a denoiser, the image made from
+    /// them.
     pub render: f64,
     /// Median of denoising, with the copies to and from the device.
     pub denoise: f64,
     /// Median of scaling to the image's size.
     pub scale: f64,
-    /// `all` of each repetition.
+    /// Rendering, denoising and scaling together, by repetition.
     pub each: Vec<f64>,
 }
 
-/// A way of rendering beside the base with as many samples.
+/// Comparison of a point with the base at the same number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VsBase {
-    /// Its seconds over the base's.
+    /// Time over the base's time.
     pub time: f64,
-    /// Its relMSE over the base's.
+    /// relMSE over the base's relMSE.
     pub error: f64,
-    /// Whether times differ, by their logarithms.
+    /// Welch's test of the logarithms of the times, with the machine's drift.
     pub time_test: Welch,
-    /// The same of relMSE.
+    /// Welch's test of the logarithms of relMSE.
     pub error_test: Welch,
-    /// Its efficiency over the base's: how many times faster it reaches the same error, where that is noise.
+    /// Efficiency over the base's: how many times faster the same error is reached, where the error
+    /// is noise.
     pub efficiency: Interval,
-    /// Whether time, error or bias differ by more than noise does.
+    /// True if time, error or bias differ by more than noise.
     pub measurable: bool,
 }
 
-/// One way of rendering with one number of samples.
+/// Measurement of one configuration with one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// As [`Configuration::knob`](super::Configuration::knob).
+    /// Knob, as in [`Configuration::knob`](super::Configuration::knob).
     pub knob: String,
-    /// As [`Configuration::level`](super::Configuration::level).
+    /// Level, as in [`Configuration::level`](super::Configuration::level).
     pub level: String,
-    /// As [`Configuration::is_exact`](super::Configuration::is_exact).
+    /// True if the configuration has no bias by construction: see
+    /// [`Configuration::is_exact`](super::Configuration::is_exact).
     #[serde(default)]
     pub exact: bool,
-    /// Samples a pixel of what was rendered.
+    /// Samples per rendered pixel.
     pub spp: u32,
-    /// What it takes.
+    /// Render times.
     pub seconds: Seconds,
-    /// How wrong it is.
+    /// Errors against the reference.
     pub errors: Errors,
     /// 1 / (relMSE × seconds).
     pub efficiency: Interval,
-    /// Beside the base; none for the base itself.
+    /// Comparison with the base; `None` for the base itself.
     pub against: Option<VsBase>,
-    /// Whether nothing else is both faster and nearer.
+    /// True if no other point is both faster and more accurate.
     pub on_front: bool,
 }
 
-/// How the error of a way falls.
+/// Slope of a configuration's error over time and over samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
-    /// As [`Point::knob`].
+    /// Knob, as in [`Point::knob`].
     pub knob: String,
-    /// As [`Point::level`].
+    /// Level, as in [`Point::level`].
     pub level: String,
-    /// Of log relative RMSE over log seconds; -1/2 for noise.
+    /// Slope of log relative RMSE over log seconds; -1/2 for noise.
     pub over_time: Option<f64>,
-    /// Over log samples.
+    /// Slope of log relative RMSE over log samples.
     pub over_samples: Option<f64>,
 }
 
-/// A way of rendering, or numbers of samples of it, that were not measured.
+/// A configuration, or numbers of samples of it, that was not measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Missing {
-    /// As [`Point::knob`].
+    /// Knob, as in [`Point::knob`].
     pub knob: String,
-    /// As [`Point::level`].
+    /// Level, as in [`Point::level`].
     pub level: String,
-    /// Why.
+    /// Numbers of samples, if not all, and the cause.
     pub reason: String,
 }
 
-/// All that was found of a scene on a device.
+/// Results for one scene on one device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tradeoff {
-    /// Of the JSON.
+    /// Version of the JSON format.
     pub format: u32,
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
     /// Name of the scene.
     pub scene: String,
@@ -106,24 +109,26 @@ pub struct Tradeoff {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Segments a path, at most, of the base.
+    /// Maximum number of segments of a path, for the base.
     pub depth: u32,
-    /// What errors are measured against; `None` if the end came before there was any.
+    /// Reference that errors are measured against; `None` if the measurement ended before there was
+    /// one.
     pub reference: Option<ReferenceInfo>,
     /// Repetitions of each point.
     pub seeds: usize,
-    /// Standard deviation of the base's time from minute to minute, relative: the clock of a machine drifts, and what others do on it.
+    /// Relative standard deviation of the base's time over the measurement: clock rates drift, and
+    /// other programs use the machine.
     pub drift: f64,
-    /// In the order of the knobs.
+    /// Points, in the order of the knobs.
     pub points: Vec<Point>,
-    /// Of each way.
+    /// Slopes of each configuration.
     pub slopes: Vec<Slope>,
-    /// What could not be measured.
+    /// Configurations and numbers of samples that were not measured.
     pub missing: Vec<Missing>,
-    /// Why it ended before all was measured, if so.
+    /// Reason why the measurement ended early, if it did.
     #[serde(default)]
     pub ended: Option<Stop>,
-    /// Of the whole measurement.
+    /// Duration of the whole measurement in seconds.
     pub seconds: f64,
 }
 
@@ -132,24 +137,24 @@ impl Missing {
         Self { knob: mode.knob.to_owned(), level: mode.level.clone(), reason }
     }
 
-    /// One line for people.
+    /// Returns one line for people.
     pub fn line(&self) -> String {
         format!("not measured: {} {}: {}", self.knob, self.level, self.reason)
     }
 }
 
 impl Point {
-    /// Knob and level, as [`Configuration::name`](super::Configuration::name).
+    /// Returns knob and level, as [`Configuration::name`](super::Configuration::name) does.
     pub fn name(&self) -> String {
         if self.knob == "base" { self.knob.clone() } else { format!("{} {}", self.knob, self.level) }
     }
 
-    /// The root of the relMSE; of what is none by chance, 0.
+    /// Returns the root of relMSE; 0 if the estimate of relMSE is negative by chance.
     pub fn relative_error(&self) -> f64 {
         self.errors.rel_mse.value.max(0.0).sqrt()
     }
 
-    /// In a word: what turning the knob did.
+    /// Returns the verdict on the knob in a word or two.
     pub fn verdict(&self) -> &'static str {
         match &self.against {
             _ if self.errors.bias().is_seen() && self.exact => "rare paths",
@@ -165,7 +170,8 @@ impl Point {
 }
 
 impl VsBase {
-    /// `point` beside `base`, on a device whose speed has this standard deviation from minute to minute, relative.
+    /// Compares `point` with `base` on a device whose speed varies over the measurement by the
+    /// relative standard deviation `drift`.
     pub(super) fn of(point: &Point, base: &Point, drift: f64) -> Self {
         let logs = |values: &[f64]| {
             let logs: Vec<f64> = values.iter().map(|value| value.max(1e-300).ln()).collect();

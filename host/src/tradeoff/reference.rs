@@ -1,4 +1,5 @@
-//! What is true of a scene, nearly: an image of many samples, whose own error is known. Rendered once and kept by hash.
+//! Reference images: renders of many samples whose own error is known, rendered once and kept in a
+//! folder under a hash of scene, kernels and settings.
 
 use super::TradeoffError;
 use super::errors::view;
@@ -19,67 +20,68 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Of the random numbers: others than any that is measured.
+/// Seed of references. No measurement uses it.
 const SEED: u32 = 0x7e57_5eed;
 
-/// First bytes of a file.
+/// First bytes of a reference file.
 const MAGIC: &[u8; 8] = b"TRISREF2";
 
-/// Two images by different random numbers, and how much their mean varies.
+/// Reference of a scene: two images with different random numbers, and the variance of their mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
-    /// Each of half the samples.
+    /// Two images, each of half the samples.
     pub halves: [Image; 2],
-    /// Variance of the mean of both, by pixel and channel.
+    /// Variance of the mean of both images, by pixel and channel.
     pub variance: Vec<[f32; 3]>,
-    /// What it is.
+    /// Description of the reference.
     pub facts: ReferenceInfo,
 }
 
-/// A reference with what is found of it once, for many images.
+/// A reference with what is derived from it once for the comparison with many images.
 pub struct Truth<'a> {
-    /// With its noise.
+    /// The reference, with its noise.
     pub reference: &'a Reference,
-    /// The mean of both halves.
+    /// Mean of both halves.
     pub image: &'a Image,
-    /// That, as FLIP sees it.
+    /// The mean image as prepared for FLIP.
     pub seen: FlipReference<'a>,
 }
 
 impl<'a> Truth<'a> {
-    /// Of a reference and its [image](Reference::image).
+    /// Prepares a reference with its [image](Reference::image).
     ///
     /// # Errors
     ///
-    /// [`MetricsError`] for one of no pixels.
+    /// [`MetricsError`] for an image without pixels.
     pub fn new(reference: &'a Reference, image: &'a Image) -> Result<Self, MetricsError> {
         let seen = FlipReference::new(&view(image), DEFAULT_PIXELS_PER_DEGREE)?;
         Ok(Self { reference, image, seen })
     }
 }
 
-/// What a reference is of.
+/// Description of a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceInfo {
-    /// Of the scene, the kernels and the settings that decide the image.
+    /// Hash of the scene, the kernels and the settings that decide the image.
     pub hash: String,
-    /// Of the program.
+    /// Version of the program that rendered it.
     pub version: String,
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Samples a pixel in the mean.
+    /// Mean number of samples per pixel.
     pub samples: f64,
-    /// The root of its own relMSE, estimated.
+    /// Root of the relMSE of the reference itself, estimated.
     pub error: f64,
-    /// What rendered it.
+    /// Device that rendered it.
     pub device: String,
-    /// That took.
+    /// Seconds that rendering took.
     pub seconds: f64,
 }
 
-/// What a reference is rendered with: the settings without what may bias them, or changes noise alone.
+/// Returns the settings for a reference: `settings` without anything that may add bias, and with
+/// defaults for what changes noise alone.
 pub fn settings_of(settings: &Settings) -> Settings {
     let Settings { width, height, depth, fresnel, .. } = *settings;
     Settings {
@@ -103,14 +105,15 @@ pub fn settings_of(settings: &Settings) -> Settings {
     }
 }
 
-/// Returns a hash of all that identifies an image of these settings, by a tree of this quality.
+/// Returns a hash of everything that identifies an image with these settings and a BVH of this
+/// quality.
 pub fn hash(scene: &Scene, settings: &Settings, quality: Option<BvhQuality>) -> String {
     let fingerprint = Fingerprint::new(&scene.digest(), settings, quality);
     fingerprint.sha256().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl ReferenceInfo {
-    /// Says of how many samples a reference is, and how far from the truth.
+    /// Returns a summary of a reference's samples and own error, or "no reference".
     pub(super) fn summary(of: Option<&Self>) -> String {
         match of {
             Some(Self { samples, error, .. }) => {
@@ -122,11 +125,11 @@ impl ReferenceInfo {
 }
 
 impl Reference {
-    /// Renders one until the goal; `quality` is that of the renderer's tree.
+    /// Renders a reference until the goal is reached. `quality` is that of the renderer's BVH.
     ///
     /// # Errors
     ///
-    /// As [`adaptive::render`].
+    /// Errors of [`adaptive::render`].
     pub fn render(
         renderer: &mut Renderer,
         scene: &Scene,
@@ -163,7 +166,7 @@ impl Reference {
         Self { halves: [image(0), image(1)], variance, facts }
     }
 
-    /// The mean of both halves.
+    /// Returns the mean of both halves.
     pub fn image(&self) -> Image {
         let [a, b] = &self.halves;
         let pixels = a.pixels.par_iter().zip(&b.pixels);
@@ -171,16 +174,16 @@ impl Reference {
         Image { width: a.width, height: a.height, pixels }
     }
 
-    /// Where a reference of this hash is kept.
+    /// Returns the path of the file for a reference with this hash.
     pub fn path(folder: &Path, hash: &str) -> PathBuf {
         folder.join(format!("{hash}.reference"))
     }
 
-    /// Reads the one of this hash; `None` where there is none.
+    /// Reads the reference with this hash; `None` if the folder has none.
     ///
     /// # Errors
     ///
-    /// [`TradeoffError`] for a file that is none, is cut off or was changed.
+    /// [`TradeoffError`] for a file that is not a reference, is cut off or was changed.
     pub fn read(folder: &Path, hash: &str) -> Result<Option<Self>, TradeoffError> {
         let path = Self::path(folder, hash);
         let wrong =
@@ -197,7 +200,7 @@ impl Reference {
             serde_json::from_slice(&header).map_err(|error| wrong(&error.to_string()))?;
         let pixels = u64::from(facts.width) * u64::from(facts.height);
         if facts.hash != hash || data.len() as u64 != pixels.saturating_mul(36) {
-            return Err(wrong("it is of another scene or size"));
+            return Err(wrong("it belongs to another scene or size"));
         }
         let values: Vec<f32> =
             data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
@@ -211,11 +214,12 @@ impl Reference {
         Ok(Some(Self { halves: [image(a), image(b)], variance, facts: facts.clone() }))
     }
 
-    /// Finds out before one is rendered whether the folder, which is made if need be, takes files.
+    /// Checks, before a reference is rendered, that files can be written to the folder. Creates the
+    /// folder if necessary.
     ///
     /// # Errors
     ///
-    /// [`TradeoffError::Cache`] names the folder.
+    /// [`TradeoffError::Cache`] with the path of the folder.
     pub fn check_folder(folder: &Path) -> Result<(), TradeoffError> {
         let probe = folder.join(format!(".{}.part", std::process::id()));
         fs::create_dir_all(folder)
@@ -224,11 +228,11 @@ impl Reference {
             .map_err(|source| TradeoffError::Cache { path: folder.to_owned(), source })
     }
 
-    /// Keeps it, in place of an earlier one: complete, or not at all.
+    /// Writes the reference into the folder and replaces an earlier one, atomically.
     ///
     /// # Errors
     ///
-    /// [`TradeoffError`] names the file.
+    /// [`TradeoffError`] with the path of the file.
     pub fn write(&self, folder: &Path) -> Result<(), TradeoffError> {
         let path = Self::path(folder, &self.facts.hash);
         let io = |source| TradeoffError::Cache { path: path.clone(), source };

@@ -1,4 +1,5 @@
-//! Supervision of a measurement: its progress, and its end.
+//! Supervision of a measurement: reports its progress and decides when it ends. The commands
+//! `tradeoff` and `converge` implement [`Supervisor`].
 
 use crate::Error;
 use crate::render::RenderObserver;
@@ -6,18 +7,18 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Why a measurement ended before all of it was done.
+/// Reason why a measurement ended before all of it was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stop {
-    /// Its time was over.
+    /// Its time limit was reached.
     OutOfTime,
     /// The user interrupted it.
     Interrupted,
 }
 
 impl Stop {
-    /// Says what ended the measurement.
+    /// Returns the reason as words for messages.
     pub fn reason(self) -> String {
         let cause = match self {
             Self::OutOfTime => "--time-limit",
@@ -27,18 +28,19 @@ impl Stop {
     }
 }
 
-/// Watches a measurement: says when it must end, and tells people how far it is.
+/// Decides when a measurement must end, and reports its progress to the user.
 pub trait Supervisor: RenderObserver {
-    /// Returns why no further stage may begin, or `None` while the measurement continues.
+    /// Returns the reason why no further stage may begin, or `None` while the measurement
+    /// continues.
     fn stop(&self) -> Option<Stop>;
 
     /// Returns the time that is left, or `None` without a limit.
     fn time_left(&self) -> Option<Duration>;
 
-    /// Tells people a result.
+    /// Reports a result to the user.
     fn report(&mut self, line: &str);
 
-    /// Tells people which stage begins, after `done` of `all`.
+    /// Reports to the user which stage begins, after `done` of `all` stages.
     fn begin(&mut self, done: usize, all: usize, stage: &str);
 }
 
@@ -47,7 +49,7 @@ pub(super) fn check(supervisor: &dyn Supervisor) -> Result<(), Error> {
     if supervisor.stop().is_some() { Err(Error::Cancelled) } else { Ok(()) }
 }
 
-/// Returns whether the supervisor ended a stage; an error that has another cause is returned.
+/// Returns `None` if the supervisor ended the stage. Errors of another cause are returned.
 pub(super) fn was_stopped<T>(
     result: Result<T, Error>,
     supervisor: &dyn Supervisor,
@@ -74,11 +76,12 @@ impl RenderObserver for Cancelling<'_> {
     }
 }
 
-/// Ends a render with the samples that it has once its share of the time is over. Cancels it if
-/// the measurement must end and the render has hardly begun.
+/// Ends a render with the samples that it has once its share of the time is over. Cancels it if the
+/// measurement must end and the render has no samples yet.
 pub(super) struct Ending<'a> {
     pub supervisor: &'a mut dyn Supervisor,
-    /// Time left when the render's share is over, or `None` for a render that ends by itself.
+    /// Time left to the measurement when the render's share is over, or `None` for a render whose
+    /// goal is a time.
     pub until: Option<Duration>,
 }
 
@@ -98,25 +101,25 @@ impl RenderObserver for Ending<'_> {
     }
 }
 
-/// Part of the time that is left, for one of several that share it.
+/// Share of the time that is left, for one of several tasks.
 pub(super) struct Share {
-    /// Time left when it began, and its own; `None` without a limit.
+    /// Time left when the share began, and the share itself; `None` without a limit.
     of: Option<(Duration, Duration)>,
 }
 
 impl Share {
-    /// Returns an equal share for each of `count` that are still to come.
+    /// Returns an equal share for each of `count` tasks that are still to come.
     pub fn new(supervisor: &dyn Supervisor, count: usize) -> Self {
         Self { of: supervisor.time_left().map(|left| (left, left / count.clamp(1, 1 << 20) as u32)) }
     }
 
-    /// Returns the time that was spent of it.
+    /// Returns the time spent since the share began.
     pub fn spent(&self, supervisor: &dyn Supervisor) -> Duration {
         let of = self.of.zip(supervisor.time_left());
         of.map_or(Duration::ZERO, |((before, _), left)| before.saturating_sub(left))
     }
 
-    /// Returns whether a stage of this duration ends within it.
+    /// Returns whether a stage of this duration ends within the share.
     pub fn has_room_for(&self, stage: Duration, supervisor: &dyn Supervisor) -> bool {
         self.of.is_none_or(|(_, share)| self.spent(supervisor).saturating_add(stage) <= share)
     }
@@ -127,20 +130,20 @@ pub(super) mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// Ends a measurement after a number of submissions, and counts what begins after that. Its
-    /// clock shows a second for each submission.
+    /// Test supervisor that ends a measurement after a number of submissions, and counts what
+    /// begins after that. Its clock shows one second per submission.
     pub struct Scripted {
         /// Submissions until the end.
         pub submissions: u32,
-        /// Seconds of the whole, if it has a limit.
+        /// Time limit in seconds, if any.
         pub limit: Option<u32>,
-        /// Why it ends.
+        /// Reason why the measurement ends.
         pub stop: Stop,
         /// Submissions so far.
         pub done: u32,
         /// Stages and submissions that began after the end.
         pub late: Cell<u32>,
-        /// What was said.
+        /// Reported lines.
         pub said: Vec<String>,
     }
 
@@ -200,7 +203,7 @@ pub(super) mod tests {
         supervisor.done = 3;
         assert_eq!(share.spent(&supervisor), seconds(3));
         assert!(share.has_room_for(seconds(1), &supervisor) && !share.has_room_for(seconds(2), &supervisor));
-        // What one leaves the others get.
+        // Time that one task leaves is shared by the others.
         assert!(Share::new(&supervisor, 2).has_room_for(seconds(4), &supervisor));
         assert!(Share::new(&Scripted::new(1), 3).has_room_for(Duration::MAX, &supervisor));
     }

@@ -1,4 +1,4 @@
-//! What was found as lines for people and as CSV.
+//! Results as lines for people and as CSV.
 
 use super::point::{Point, Tradeoff};
 use super::reference::ReferenceInfo;
@@ -10,7 +10,7 @@ fn percent(interval: Interval) -> String {
 }
 
 impl Point {
-    /// One line for people.
+    /// Returns one line for people.
     pub fn line(&self) -> String {
         let errors = &self.errors;
         let bias = match errors.bias() {
@@ -39,7 +39,7 @@ impl Point {
     }
 }
 
-/// A row a point.
+/// Returns a CSV table with one row per point.
 pub(super) fn csv(found: &Tradeoff) -> String {
     let mut text = "knob,level,spp,seconds,seconds_lower_quartile,seconds_upper_quartile,render_seconds,denoise_seconds,scale_seconds,\
         rel_mse,rel_mse_low,rel_mse_high,variance,variance_low,variance_high,squared_bias,squared_bias_low,squared_bias_high,\
@@ -79,10 +79,10 @@ pub(super) fn csv(found: &Tradeoff) -> String {
 }
 
 impl Tradeoff {
-    /// What to turn, for people: the front, and what could not be measured.
+    /// Returns a summary for people: the Pareto front, and what was not measured.
     pub fn summary(&self) -> String {
         let mut text = format!(
-            "{}, {}x{} on {}: {} points in {:.0} s; {}\nnothing beats, from fast to near:\n",
+            "{}, {}x{} on {}: {} points in {:.0} s; {}\nPareto front, from fast to accurate:\n",
             self.scene,
             self.width,
             self.height,

@@ -1,4 +1,6 @@
-//! Looking around in a scene: moving the camera, frames that follow each other, and files of camera paths.
+//! Viewer of a scene: navigation of the camera, series of frames, and files of camera paths.
+//!
+//! Used by `trisect view`, in a window and without one.
 
 mod navigate;
 mod path;

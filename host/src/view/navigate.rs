@@ -1,61 +1,62 @@
-//! Moving a camera by hand.
+//! Interactive navigation of a camera: orbit and fly.
 
 use crate::scene::CameraPose;
 use glam::{DQuat, DVec3};
 
-/// Least angle between the view and straight up or down, radians: beyond, the image would turn over.
+/// Minimum angle in radians between the viewing direction and straight up or down; beyond it the
+/// image would turn over.
 const POLE: f64 = 0.02;
 
-/// Least and greatest distance to the middle of an orbit, relative to that at the start.
+/// Minimum and maximum distance to the centre of an orbit, relative to the distance at the start.
 const DISTANCES: (f64, f64) = (1e-4, 1e4);
 
-/// How a camera moves.
+/// Mode of moving a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NavigationMode {
-    /// About a point that it looks at.
+    /// Around the point that the camera looks at.
     Orbit,
-    /// Where it looks.
+    /// Through the scene, in the viewing direction.
     Fly,
 }
 
-/// A camera that is moved. "Up" stays up: the horizon does not roll.
+/// Camera that the user moves. It does not roll: `up` stays up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Navigator {
-    /// How.
+    /// Mode of moving.
     pub mode: NavigationMode,
     start: CameraPose,
     pose: CameraPose,
 }
 
 impl Navigator {
-    /// From a pose that is one.
+    /// Returns a navigator that starts at a valid pose.
     pub fn new(pose: CameraPose) -> Self {
         let up = pose.up.normalize_or(DVec3::Y);
         let pose = CameraPose { up, ..pose };
         Self { mode: NavigationMode::Orbit, start: pose, pose }
     }
 
-    /// Where the camera is.
+    /// Returns the current pose.
     pub fn pose(&self) -> CameraPose {
         self.pose
     }
 
-    /// Back to where it was at first.
+    /// Moves the camera back to the start.
     pub fn reset(&mut self) {
         self.pose = self.start;
     }
 
-    /// From the camera to the point that it looks at.
+    /// Returns the vector from the camera to the point that it looks at.
     fn towards(&self) -> DVec3 {
         self.pose.look_at - self.pose.look_from
     }
 
-    /// What is right in the image.
+    /// Returns the unit direction to the right in the image.
     fn right(&self) -> DVec3 {
         self.towards().cross(self.pose.up).normalize_or(DVec3::X)
     }
 
-    /// The direction `towards`, turned by radians to the right and up, as far as the poles.
+    /// Returns the vector `towards` turned by radians to the right and up, at most to the poles.
     fn turned(&self, right: f64, up: f64) -> DVec3 {
         let towards = self.towards();
         let height = towards.normalize().dot(self.pose.up).clamp(-1.0, 1.0).asin();
@@ -65,7 +66,8 @@ impl Navigator {
         DQuat::from_axis_angle(self.pose.up, -right) * turned
     }
 
-    /// Turns by radians to the right and up: in an orbit the camera goes to the other side, so that the scene turns as if held.
+    /// Turns the viewing direction by radians to the right and up. In an orbit the camera moves the
+    /// opposite way around the point, so that the scene turns as if it was held.
     pub fn turn(&mut self, right: f64, up: f64) {
         let towards = self.turned(right, up);
         match self.mode {
@@ -74,14 +76,15 @@ impl Navigator {
         };
     }
 
-    /// Shifts camera and point by shares of their distance.
+    /// Shifts camera and point to the right and up, in units of their distance.
     pub fn pan(&mut self, right: f64, up: f64) {
         let upwards = self.right().cross(self.towards()).normalize_or(self.pose.up);
         let shift = (self.right() * right + upwards * up) * self.towards().length();
         self.place(self.pose.look_from + shift, self.pose.look_at + shift);
     }
 
-    /// Divides the distance to the point by e^`closer`; the plane in focus stays on the point if it was there.
+    /// Divides the distance to the point by e^`closer`. The plane in focus stays on the point if it
+    /// was there.
     pub fn dolly(&mut self, closer: f64) {
         let first = (self.start.look_at - self.start.look_from).length();
         let now = self.towards().length();
@@ -93,7 +96,7 @@ impl Navigator {
         }
     }
 
-    /// Moves by shares of the distance at the start: forwards, to the right, up.
+    /// Moves forwards, to the right and up, in units of the distance at the start.
     pub fn fly(&mut self, forwards: f64, right: f64, up: f64) {
         let first = (self.start.look_at - self.start.look_from).length();
         let ahead = self.towards().normalize_or(DVec3::NEG_Z);
@@ -101,7 +104,8 @@ impl Navigator {
         self.place(self.pose.look_from + shift, self.pose.look_at + shift);
     }
 
-    /// Takes a pose if it is one: at the ends of numbers it stays where it was.
+    /// Takes the new pose if it is valid and returns whether it is; otherwise, as for overflowing
+    /// numbers, the camera stays.
     fn place(&mut self, look_from: DVec3, look_at: DVec3) -> bool {
         let pose = CameraPose { look_from, look_at, ..self.pose };
         let good = pose.check().is_ok();

@@ -1,14 +1,14 @@
-//! A camera's way through a scene: a file of poses at frames.
+//! Camera paths: poses of the camera at some frames, read from a RON file.
 
 use crate::input;
 use crate::scene::{Camera, CameraPose, SceneError};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The only version so far.
+/// Version of the file format, the only one so far.
 const VERSION: u32 = 1;
 
-/// Poses at frames, with straight lines between.
+/// Poses at frames, interpolated linearly in between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPath {
     keys: Vec<(u32, CameraPose)>,
@@ -24,34 +24,34 @@ struct File {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Key {
-    /// Counted from 0.
+    /// Frame number, from 0.
     frame: u32,
     camera: Camera,
 }
 
 impl CameraPath {
-    /// A camera that rests.
+    /// Returns the path of a camera at rest.
     pub fn rest(pose: CameraPose) -> Self {
         Self { keys: vec![(0, pose)] }
     }
 
-    /// Reads a file: RON, `CameraPath(version: 1, keys: [(frame: 0, camera: (look_from: …)), …])`, cameras as in scene files, in the scene's units,
-    /// frames in ascending order.
+    /// Reads a RON file `CameraPath(version: 1, keys: [(frame: 0, camera: (look_from: …)), …])`.
+    /// Cameras have the fields and units of scene files; frames are in ascending order.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] names the file, the place and what would be right.
+    /// [`SceneError`] with the file, the place and a remedy.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let text =
             input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// The same from text; `name` stands for the file in messages.
+    /// Parses the text of a file, which is called `name` in messages.
     ///
     /// # Errors
     ///
-    /// As [`load`](Self::load).
+    /// [`SceneError`], as [`load`](Self::load) returns it.
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
         let file: File = ron::from_str(text).map_err(|error| {
             let place = error.span.start;
@@ -60,7 +60,7 @@ impl CameraPath {
         let refused = |message: String| SceneError::Inconsistent { file: name.to_owned(), message };
         if file.version != VERSION {
             return Err(refused(format!(
-                "version {} of the format of camera paths; this program reads {VERSION}",
+                "unsupported version {} of the camera path format; this program reads version {VERSION}",
                 file.version
             )));
         }
@@ -77,17 +77,18 @@ impl CameraPath {
         Ok(Self { keys })
     }
 
-    /// The last frame with a pose of its own.
+    /// Returns the frame of the last key.
     pub fn last(&self) -> u32 {
         self.keys.last().map_or(0, |key| key.0)
     }
 
-    /// Where the camera is at a frame: before the first key where that has it, and after the last where that has it. Between two keys each number
-    /// goes straight from one to the other.
+    /// Returns the pose at a frame. Before the first key it is that of the first, after the last
+    /// key that of the last; between two keys each number is interpolated linearly.
     ///
     /// # Errors
     ///
-    /// What is wrong with a pose halfway between two, such as a camera in the very point that it looks at.
+    /// [`SceneError::Inconsistent`] for an invalid interpolated pose, such as a camera at the point
+    /// that it looks at.
     pub fn pose(&self, frame: u32) -> Result<CameraPose, SceneError> {
         let after = self.keys.partition_point(|key| key.0 <= frame);
         let (before, after) = (after.saturating_sub(1), after.min(self.keys.len() - 1));

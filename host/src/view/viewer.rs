@@ -1,4 +1,4 @@
-//! Frames one after the other, as a window shows them and as files.
+//! Series of frames of one scene, for a window and for files.
 
 use crate::Error;
 use crate::denoise::{DenoiseSettings, Kernel, TemporalSettings};
@@ -8,34 +8,35 @@ use crate::scene::CameraPose;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// What can change from frame to frame.
+/// Options that can change from frame to frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewOptions {
-    /// How to render; samples are those of one frame.
+    /// Settings of the render; `samples` are those of one frame.
     pub settings: Settings,
-    /// Of both sides of the image, 0.05 to 1.
+    /// Factor on width and height of the settings, from [`MIN_SCALE`] to 1.
     pub scale: f64,
-    /// The filter.
+    /// Filter, if any.
     pub denoise: Option<DenoiseSettings>,
-    /// What becomes of the frames before.
+    /// Use of earlier frames.
     pub history: TemporalSettings,
-    /// Samples a pixel from which on an image that rests is finished.
+    /// Samples per pixel at which an image at rest is finished.
     pub max_samples: u32,
-    /// How it is shown.
+    /// Split between raw and denoised image, and exposure.
     pub screen: DisplayOptions,
 }
 
-/// The least scale.
+/// Minimum of [`ViewOptions::scale`].
 pub const MIN_SCALE: f64 = 0.05;
 
 impl ViewOptions {
-    /// With the settings' size, [`TemporalSettings::DEFAULT`], and frames that are never enough.
+    /// Returns options with the settings' size, [`TemporalSettings::DEFAULT`], and as many samples
+    /// at rest as can be accumulated.
     pub fn new(settings: Settings, denoise: Option<DenoiseSettings>) -> Self {
         let (history, screen) = (TemporalSettings::DEFAULT, DisplayOptions::default());
         Self { settings, scale: 1.0, denoise, history, max_samples: MAX_ACCUMULATED_SAMPLES, screen }
     }
 
-    /// The settings of a frame, smaller by the scale.
+    /// Returns the settings of a frame with width and height multiplied by the scale.
     pub fn scaled(&self) -> Settings {
         let scale = if self.scale.is_nan() { 1.0 } else { self.scale.clamp(MIN_SCALE, 1.0) };
         let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
@@ -44,42 +45,42 @@ impl ViewOptions {
     }
 }
 
-/// What a frame took, and is.
+/// Rendered frame with its times.
 #[derive(Clone, Debug)]
 pub struct FrameTiming {
-    /// The frame; the renderer has its image until the next.
+    /// Rendered frame; the renderer keeps its image until the next one.
     pub live: LiveFrame,
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Making it fit for the screen, on the device.
+    /// Time of the display conversion, by the device's timer.
     pub display: Duration,
-    /// That, and copying it here.
+    /// Wall-clock time of the display conversion and the copy to the host.
     pub present: Duration,
-    /// All, as the host sees it.
+    /// Wall-clock time of the whole frame on the host.
     pub whole: Duration,
 }
 
 impl FrameTiming {
-    /// Tracing, in seconds of the device.
+    /// Returns the seconds of path tracing, by the device's timer.
     pub fn trace(&self) -> f64 {
         self.live.trace.as_secs_f64()
     }
 
-    /// All passes of the denoiser, in seconds of the device.
+    /// Returns the seconds of all passes of the denoiser, by the device's timer.
     pub fn denoise(&self) -> f64 {
         self.live.passes.iter().map(|pass| pass.1.as_secs_f64()).sum()
     }
 
-    /// Each pass.
+    /// Returns each pass of the denoiser with its seconds, by the device's timer.
     pub fn passes(&self) -> impl Iterator<Item = (Kernel, f64)> + '_ {
         self.live.passes.iter().map(|pass| (pass.0, pass.1.as_secs_f64()))
     }
 }
 
-/// A scene, and its frames.
+/// Renders frames of a scene one after the other, which share samples and history.
 pub struct Viewer {
     renderer: Renderer,
-    /// Of [`shot`](Self::shot).
+    /// Memory of [`render_to_host_frame`](Self::render_to_host_frame).
     frame: Option<HostFrame>,
     last: Option<(ViewOptions, CameraPose, FrameTiming)>,
 }
@@ -91,32 +92,35 @@ impl AsMut<Renderer> for Viewer {
 }
 
 impl Viewer {
-    /// Of a scene on a backend.
+    /// Returns a viewer of the renderer's scene.
     pub fn new(renderer: Renderer) -> Self {
         Self { renderer, frame: None, last: None }
     }
 
-    /// The scene on its backend.
+    /// Returns the renderer with the scene on its backend.
     pub fn renderer(&mut self) -> &mut Renderer {
         &mut self.renderer
     }
 
-    /// Whether a frame would bring nothing new.
+    /// Returns whether another frame would show nothing new: options and pose are those of the last
+    /// frame, and the image is finished.
     pub fn is_converged(&self, look: &ViewOptions, pose: &CameraPose) -> bool {
         let same = |last: &&(ViewOptions, CameraPose, FrameTiming)| last.0 == *look && last.1 == *pose;
         self.last.as_ref().filter(same).is_some_and(|last| {
             let samples = last.2.live.samples;
-            // With another frame's there would be more than are kept.
+            // Another frame would exceed the number of samples that are accumulated.
             samples >= look.max_samples
                 || samples.saturating_add(look.settings.samples) > MAX_ACCUMULATED_SAMPLES
         })
     }
 
-    /// Renders the next frame and copies it to `pixels`: red, green, blue and opacity from the lowest byte on, row by row from the top.
+    /// Renders the next frame and copies it to `pixels`: RGBA with 8 bits each, red in the lowest
+    /// byte, row by row from the top.
     ///
     /// # Errors
     ///
-    /// As [`Renderer::live`] and [`Renderer::set_camera`]. The frame after begins anew.
+    /// Those of [`Renderer::live`] and [`Renderer::set_camera`]. After an error the next frame
+    /// starts a new series.
     pub fn frame(
         &mut self,
         look: &ViewOptions,
@@ -130,11 +134,13 @@ impl Viewer {
         self.rows_to(look, pose, &rows, &mut to)
     }
 
-    /// The same to memory of its own, which the device copies to without a detour where it can: faster, for who needs the pixels for a moment only.
+    /// Renders the next frame to memory of the viewer and returns its pixels as
+    /// [`frame`](Self::frame) does. The memory is pinned where possible, so the copy is faster; it
+    /// is overwritten by the next frame.
     ///
     /// # Errors
     ///
-    /// As [`frame`](Self::frame).
+    /// Those of [`frame`](Self::frame).
     pub fn render_to_host_frame(
         &mut self,
         look: &ViewOptions,
@@ -159,11 +165,11 @@ impl Viewer {
         Ok((shot?, frame.pixels()))
     }
 
-    /// The same of these rows of it alone, to where they belong.
+    /// Renders only `rows` of the next frame and copies them to `to`.
     ///
     /// # Errors
     ///
-    /// As [`frame`](Self::frame), and for rows that the image does not have.
+    /// Those of [`frame`](Self::frame), and one for rows that the image does not have.
     pub fn rows_to(
         &mut self,
         look: &ViewOptions,
@@ -216,7 +222,7 @@ mod tests {
             counts.push(shot.live.samples);
         }
         assert_eq!(counts, [2, 4, 6]);
-        // Another place, another look: it goes on, from the start and where it was.
+        // Another pose starts a new series; another display option continues the same one.
         pose.look_from.x += 0.5;
         assert!(!viewer.is_converged(&look, &pose));
         assert_eq!(viewer.frame(&look, &pose, &mut pixels).unwrap().live.samples, 2);
@@ -226,7 +232,7 @@ mod tests {
         assert!(shot.denoise() > 0.0 && shot.whole >= shot.present);
     }
 
-    /// Frames whose samples do not divide what is kept at most end, too.
+    /// Checks that a series also ends if the samples of a frame do not divide the maximum number.
     #[test]
     fn a_series_ends_where_no_more_is_kept() {
         let scene = Scene::hello_world().unwrap();
@@ -243,7 +249,7 @@ mod tests {
         assert_eq!(frames, MAX_ACCUMULATED_SAMPLES / 255);
     }
 
-    /// Without a filter both sides show what a file would.
+    /// Checks that without a filter both sides of the split show the pixels of an image file.
     #[test]
     fn the_screen_shows_the_image() {
         let scene = Scene::hello_world().unwrap();
@@ -258,7 +264,7 @@ mod tests {
             viewer.frame(&look, &scene.camera, &mut pixels).unwrap();
             if split > 0.0 {
                 viewer.frame(&look, &scene.camera, &mut pixels).unwrap();
-                continue; // it goes on with other samples
+                continue; // later frames have other samples
             }
             for (shown, pixel) in pixels.iter().zip(&image.pixels) {
                 for (byte, value) in shown.to_le_bytes().into_iter().zip(pixel) {

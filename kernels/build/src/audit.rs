@@ -40,14 +40,15 @@ pub fn audit(artifact: &Artifact) -> Result<(), Error> {
     Ok(())
 }
 
-/// What box tests are made of, and nothing else: `trisect_shared::math::{fused, reciprocal}`. They decide which boxes a ray visits, not what it
-/// hits. No compiler contracts to the first, as it flushes denormals, which nothing else does.
+/// What box tests are made of, and nothing else: `trisect_shared::math::{fused, reciprocal}`. They
+/// decide which boxes a ray visits, not what it hits. No compiler contracts to the first, as it
+/// flushes denormals, which nothing else does.
 const BOX_TEST_INSTRUCTIONS: [&str; 2] = ["fma.rn.ftz.f32", "rcp.approx.ftz.f32"];
 
 /// Finds instructions that break a promise of the build.
 ///
-/// A missing function would only show when a driver loads the module. A `trap` is a panic that the optimiser could not rule
-/// out. The other three would give other bits than the CPU.
+/// A missing function would only show when a driver loads the module. A `trap` is a panic that the
+/// optimiser could not rule out. The other three would give other bits than the CPU.
 pub fn check_instructions(artifact: &Artifact) -> Result<(), Error> {
     let everywhere =
         [(".extern .func", "a function that no driver provides"), ("trap;", "a panic is reachable")];

@@ -21,7 +21,8 @@ pub enum Kind {
     PtxFast,
 }
 
-/// One compiled module: of SPIR-V, an entry point has it alone; of PTX, a crate's entry points share it.
+/// One compiled module: of SPIR-V, an entry point has it alone; of PTX, a crate's entry points
+/// share it.
 #[derive(Debug)]
 pub struct Artifact {
     /// The file, from the workspace.

@@ -1,8 +1,9 @@
-//! Forbids a Vulkan driver to contract: the decoration `NoContraction` on each arithmetic instruction.
+//! Forbids a Vulkan driver to contract: the decoration `NoContraction` on each arithmetic
+//! instruction.
 //!
-//! Without it a driver may fuse x y + z, which rounds once where the CPU rounds twice, and reassociate, which turns the rounding
-//! error (a - (s - (s - a))) of a sum into 0 (Vulkan specification, "Precision and Operation of SPIR-V Instructions"). rust-gpu
-//! has no option for it.
+//! Without it a driver may fuse x y + z, which rounds once where the CPU rounds twice, and
+//! reassociate, which turns the rounding error (a - (s - (s - a))) of a sum into 0 (Vulkan
+//! specification, "Precision and Operation of SPIR-V Instructions"). rust-gpu has no option for it.
 
 /// First words of a module, little endian.
 const MAGIC: u32 = 0x0723_0203;
@@ -13,8 +14,8 @@ const DECORATE: u32 = 71;
 const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
 /// The decoration.
 const NO_CONTRACTION: u32 = 42;
-/// FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar to OuterProduct, Dot. Not FNegate, which is exact: NVIDIA's compiler would make an
-/// addition of each instead of the sign of an operand.
+/// FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar to OuterProduct, Dot. Not FNegate, which
+/// is exact: NVIDIA's compiler would make an addition of each instead of the sign of an operand.
 const ARITHMETIC: [u32; 13] = [129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
 
 /// `module` with each result of floating-point arithmetic decorated; `None` for what is no module.

@@ -6,7 +6,8 @@
 //! cargo kernels --sources   compare the sources with the manifest; needs no kernel toolchain
 //! ```
 //!
-//! `TRISECT_KERNEL_TOOLCHAIN` names the toolchain's folder, `TRISECT_PTXAS` the `ptxas` to use; see `kernels/README.md`.
+//! `TRISECT_KERNEL_TOOLCHAIN` names the toolchain's folder, `TRISECT_PTXAS` the `ptxas` to use; see
+//! `kernels/README.md`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

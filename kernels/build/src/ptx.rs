@@ -6,14 +6,15 @@ use crate::toolchain::{Toolchain, output_of};
 use std::path::Path;
 use std::process::Command;
 
-/// The oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers compile it for newer devices.
+/// The oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers
+/// compile it for newer devices.
 pub const ARCHITECTURE: &str = "sm_61";
 
 /// The oldest version of PTX with votes that wait for all lanes of a warp: CUDA 9 (2017).
 pub const VERSION: &str = "ptx60";
 
-/// LLVM's options of the fast build: fused multiply-add; division within 1 ULP-ish `div.full`; square root and its reciprocal
-/// approximate.
+/// LLVM's options of the fast build: fused multiply-add; division within 1 ULP-ish `div.full`;
+/// square root and its reciprocal approximate.
 pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
 
 /// What [`FAST_MATH`] makes of division, square root and its reciprocal.
@@ -51,7 +52,8 @@ pub(crate) fn module(
     Ok(if fast { flush_denormals(&ptx) } else { ptx })
 }
 
-/// Fast PTX whose approximate operations take denormal numbers for zero: else each has instructions around it that scale them.
+/// Fast PTX whose approximate operations take denormal numbers for zero: else each has instructions
+/// around it that scale them.
 fn flush_denormals(ptx: &[u8]) -> Vec<u8> {
     let mut text = String::from_utf8_lossy(ptx).into_owned();
     for operation in APPROXIMATE_INSTRUCTIONS {

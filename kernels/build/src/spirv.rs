@@ -12,7 +12,8 @@ use std::process::Command;
 /// Vulkan 1.2 is what wgpu asks of a device for SPIR-V 1.5.
 pub const TARGET: &str = "spirv-unknown-vulkan1.2";
 
-/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x / c becomes x (1 / c).)
+/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x
+/// / c becomes x (1 / c).)
 pub const SPIRV_OPT: &str = "spirv-opt";
 
 /// Compiles the crate to a module of each of its entry points: their names and files.

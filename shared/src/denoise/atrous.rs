@@ -7,14 +7,15 @@ use crate::buffer::{load, store};
 use crate::buffer_layout::Packed;
 use glam::Vec3;
 
-/// Less than any variance of a picture: no division by 0 (what SVGF adds to the deviation, squared).
+/// Less than any variance of a picture: no division by 0 (what SVGF adds to the deviation,
+/// squared).
 const MIN_VARIANCE: f32 = 1e-10;
 
 /// The B3 spline's coefficients at 0, 1 and 2.
 const B3: [f32; 3] = [0.375, 0.25, 0.0625];
 
-/// Pixels that a thread of a device serves, below each other on the level's lattice: they share most of their taps. Four share more, and take
-/// more registers than pay (docs/performance.md).
+/// Pixels that a thread of a device serves, below each other on the level's lattice: they share
+/// most of their taps. Four share more, and take more registers than pay (docs/performance.md).
 pub const PIXELS_PER_THREAD: u32 = 2;
 
 /// A pixel and the sums over its taps.
@@ -152,8 +153,8 @@ fn clamp_to_image(coordinate: u32, end: u32, other: u32) -> (u32, bool) {
     (if inside { coordinate } else { other }, inside)
 }
 
-/// The tap at pixel `x` of `y`, both with whether the image has it. Without branches: they would keep lanes apart, and values from
-/// being added up at once.
+/// The tap at pixel `x` of `y`, both with whether the image has it. Without branches: they would
+/// keep lanes apart, and values from being added up at once.
 ///
 /// # Safety
 ///
@@ -173,7 +174,8 @@ unsafe fn tap(
     Tap { lit, edge, open: if inside & below & lit.is_known() { OPEN } else { SHUT } }
 }
 
-/// Pixel (`x`, `y`) of the next level. With `BY_VARIANCE` the stop of the colour is relative to the variance around the pixel.
+/// Pixel (`x`, `y`) of the next level. With `BY_VARIANCE` the stop of the colour is relative to the
+/// variance around the pixel.
 ///
 /// A pixel without a colour gets that of its neighbours, and none gets anything of it.
 ///
@@ -209,7 +211,8 @@ pub unsafe fn atrous_level<const BY_VARIANCE: bool>(
     sums.mean::<BY_VARIANCE>()
 }
 
-/// What [`atrous_level`] does, with the same bits, for [`PIXELS_PER_THREAD`] pixels in column `x`, `params.step` apart: the `row`-th such set of the image.
+/// What [`atrous_level`] does, with the same bits, for [`PIXELS_PER_THREAD`] pixels in column `x`,
+/// `params.step` apart: the `row`-th such set of the image.
 ///
 /// # Safety
 ///

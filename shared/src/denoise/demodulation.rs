@@ -10,8 +10,9 @@ use glam::Vec3;
 /// The range of depths that passes can compute with.
 const DEPTH_RANGE: (f32, f32) = (1e-15, 1e15);
 
-/// Reflected radiance over albedo with the variance of its mean, and the surface, of a pixel. What the pixel sees shining has no noise
-/// but that of edges, and is no light that a neighbour should get: it stays out.
+/// Reflected radiance over albedo with the variance of its mean, and the surface, of a pixel. What
+/// the pixel sees shining has no noise but that of edges, and is no light that a neighbour should
+/// get: it stays out.
 #[inline(always)]
 pub fn demodulate(params: &DenoiseParams, sums: PixelSums, aovs: AovSums) -> (FilteredPixel, GBufferTexel) {
     let n = sums.samples as f32;

@@ -50,13 +50,15 @@ pub struct PinholeView {
 
 const _: () = assert!(size_of::<PinholeView>() == 80 && align_of::<PinholeView>() == 16);
 
-/// What a pixel lets through of its neighbours, but for their colours. Factors are multiplied in: all is in units of the stops.
+/// What a pixel lets through of its neighbours, but for their colours. Factors are multiplied in:
+/// all is in units of the stops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeStopping {
     normal: Vec3,
     /// Of the normal alone.
     normal_factor: f32,
-    /// The tangent plane: cosine of normal and direction, its change a tap to the right and a tap down, and over the inverse depth.
+    /// The tangent plane: cosine of normal and direction, its change a tap to the right and a tap
+    /// down, and over the inverse depth.
     cosine: f32,
     across: f32,
     along: f32,
@@ -101,7 +103,8 @@ impl EdgeStopping {
         }
     }
 
-    /// What is left of `open` behind the stops between the surfaces of this pixel and of the tap (`i`, `j`).
+    /// What is left of `open` behind the stops between the surfaces of this pixel and of the tap
+    /// (`i`, `j`).
     #[inline(always)]
     pub(super) fn remaining(&self, open: f32, texel: GBufferTexel, i: f32, j: f32) -> f32 {
         let turned = max(self.normal_factor - self.normal.dot(texel.normal), 0.0);

@@ -1,15 +1,20 @@
 //! Edge-avoiding filters for images of few samples.
 //!
-//! [`demodulate`] takes what render kernels summed ([`PixelSums`](crate::film::PixelSums) and [`Guides`](crate::aovs::AovSums)), divides by the
-//! albedo, and finds the edges; [`estimate_variance`] tells the variance from a pixel's neighbours where its own samples do not; each [`atrous_level`] is a
-//! pass of the à-trous wavelet transform (Dammertz et al., "Edge-Avoiding À-Trous Wavelet Transform for fast Global Illumination Filtering", HPG
-//! 2010), with fixed stops or with those of Schied et al., "Spatiotemporal Variance-Guided Filtering" (HPG 2017); [`remodulate`] multiplies
-//! by the albedo again.
+//! [`demodulate`] takes what render kernels summed ([`PixelSums`](crate::film::PixelSums) and
+//! [`Guides`](crate::aovs::AovSums)), divides by the albedo, and finds the edges;
+//! [`estimate_variance`] tells the variance from a pixel's neighbours where its own samples do not;
+//! each [`atrous_level`] is a pass of the à-trous wavelet transform (Dammertz et al.,
+//! "Edge-Avoiding À-Trous Wavelet Transform for fast Global Illumination Filtering", HPG 2010),
+//! with fixed stops or with those of Schied et al., "Spatiotemporal Variance-Guided Filtering" (HPG
+//! 2017); [`remodulate`] multiplies by the albedo again.
 //!
-//! Stops let (1 - x/2)² of a neighbour through, and nothing from x = 2 on, where x is the sum of their squared distances: Tukey's biweight (Black
-//! et al., "Robust Anisotropic Diffusion", IEEE Transactions on Image Processing 7(3), 1998) in place of both papers' exponential, for
-//! which it takes a few operations that round the same everywhere. Depth is kept as its inverse, which is linear in the image over a plane: so the distance of a point from the tangent plane of
-//! another, relative to its depth, takes a multiplication and two additions. Neither scale nor position of a scene matter.
+//! Stops let (1 - x/2)² of a neighbour through, and nothing from x = 2 on, where x is the sum of
+//! their squared distances: Tukey's biweight (Black et al., "Robust Anisotropic Diffusion", IEEE
+//! Transactions on Image Processing 7(3), 1998) in place of both papers' exponential, for which it
+//! takes a few operations that round the same everywhere. Depth is kept as its inverse, which is
+//! linear in the image over a plane: so the distance of a point from the tangent plane of another,
+//! relative to its depth, takes a multiplication and two additions. Neither scale nor position of a
+//! scene matter.
 
 mod atrous;
 mod demodulation;
@@ -32,7 +37,8 @@ use glam::Vec3;
 pub struct FilteredPixel {
     /// Finite.
     pub color: Vec3,
-    /// Of the colour, summed over its channels; [`UNKNOWN_VARIANCE`] where there is no colour: no sample, or none that is a number.
+    /// Of the colour, summed over its channels; [`UNKNOWN_VARIANCE`] where there is no colour: no
+    /// sample, or none that is a number.
     pub variance: f32,
 }
 
@@ -70,7 +76,8 @@ pub struct DenoiseParams {
     pub color_factor: f32,
     /// Half the factor of 1 minus the cosine of two normals.
     pub normal_factor: f32,
-    /// Root of half the factor of the squared distance from the tangent plane, relative to the depth.
+    /// Root of half the factor of the squared distance from the tangent plane, relative to the
+    /// depth.
     pub depth_factor: f32,
     /// Samples a pixel below which its variance is told from its neighbours.
     pub trusted_samples: u32,

@@ -1,9 +1,10 @@
 //! What earlier frames saw of the surfaces that this one sees.
 //!
-//! While the camera rests, frames are summed as they are ([`add`]): that is the plain mean over all samples, whatever comes after.
-//! While it moves, [`reproject`] finds each pixel's surface in the frame before (Schied et al. 2017, section 4.1, with Karis's clamp to the
-//! neighbourhood, "High-Quality Temporal Supersampling", SIGGRAPH 2014), and lets what was known there count as some samples more. It
-//! counts less with each frame that the camera rests, and then for nothing.
+//! While the camera rests, frames are summed as they are ([`add`]): that is the plain mean over all
+//! samples, whatever comes after. While it moves, [`reproject`] finds each pixel's surface in the
+//! frame before (Schied et al. 2017, section 4.1, with Karis's clamp to the neighbourhood,
+//! "High-Quality Temporal Supersampling", SIGGRAPH 2014), and lets what was known there count as
+//! some samples more. It counts less with each frame that the camera rests, and then for nothing.
 
 use super::edge_stopping::{EdgeStopping, OPEN};
 use super::variance::{MAX_VARIANCE, NeighbourhoodStats, neighbourhood_stats};
@@ -68,10 +69,12 @@ pub fn accumulate(
     (total_sums, total_aovs)
 }
 
-/// The pixel (`x`, `y`), of so many `samples`, with what the past knows of its surface; and what it keeps for the next frame.
+/// The pixel (`x`, `y`), of so many `samples`, with what the past knows of its surface; and what it
+/// keeps for the next frame.
 ///
-/// Its variance is that of all samples, or, where they are fewer than `params.trusted_samples`, what its neighbourhood shows. Without a
-/// past that is what [`estimate_variance`](super::estimate_variance) says.
+/// Its variance is that of all samples, or, where they are fewer than `params.trusted_samples`,
+/// what its neighbourhood shows. Without a past that is what
+/// [`estimate_variance`](super::estimate_variance) says.
 ///
 /// # Safety
 ///
@@ -153,7 +156,8 @@ fn clamp_to_neighbourhood(color: Vec3, shown: NeighbourhoodStats, deviations: f3
     )
 }
 
-/// Where a view has a point, in pixels from the middle of the top left one, and whether that is in front of it.
+/// Where a view has a point, in pixels from the middle of the top left one, and whether that is in
+/// front of it.
 #[inline(always)]
 fn project(view: &PinholeView, point: Vec3) -> (f32, f32, bool) {
     let to = point - view.origin;
@@ -184,7 +188,8 @@ unsafe fn find_history(
 ) -> HistoryPixel {
     let point = aovs.position / aovs.hits as f32;
     let (now, then) = (project(&params.view, point), project(&params.previous_view, point));
-    // The way of the point, not its place: within its pixel the next sample may lie elsewhere. Without a motion it is just 0.
+    // The way of the point, not its place: within its pixel the next sample may lie elsewhere.
+    // Without a motion it is just 0.
     let (across, down) = (x as f32 + (then.0 - now.0), y as f32 + (then.1 - now.1));
     let (width, height) = (params.width as f32, params.height as f32);
     // Comparisons of what is no number are false.

@@ -24,8 +24,8 @@ fn positive(x: f32) -> f32 {
 /// Pixels to each side of a neighbourhood (Schied et al. 2017, section 4.2).
 pub const NEIGHBOURHOOD_RADIUS: i32 = 3;
 
-/// The pixel (`x`, `y`) with the variance that its neighbourhood shows, where it has fewer than `params.trusted_samples` samples; neighbours count by
-/// how near their surface is.
+/// The pixel (`x`, `y`) with the variance that its neighbourhood shows, where it has fewer than
+/// `params.trusted_samples` samples; neighbours count by how near their surface is.
 ///
 /// # Safety
 ///

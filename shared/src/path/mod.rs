@@ -30,8 +30,9 @@ use crate::surface::{self, Surface, bend_shading_normal};
 use glam::Vec3;
 use nee::{sample_direct_light, weighted_emission};
 
-/// Blocks of random words: 0 for the camera, k for the scattering at the k-th vertex, and for the k-th vertex with these bits the
-/// point of a light, the choice of the panorama, the passing of a surface with holes.
+/// Blocks of random words: 0 for the camera, k for the scattering at the k-th vertex, and for the
+/// k-th vertex with these bits the point of a light, the choice of the panorama, the passing of a
+/// surface with holes.
 const LIGHT_BLOCK: u32 = 0x8000_0000;
 const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
@@ -39,18 +40,21 @@ const PASS_BLOCK: u32 = 0xc000_0000;
 /// Surfaces with holes that a sample may pass; it is black beyond, so that no path is endless.
 const MAX_PASSES: u32 = 1023;
 
-/// `radiance` with each channel at most `limit`: less noise from rare bright paths, and a darker mean. What is infinite stays so, and no sum takes it. (Scaling the
-/// colour instead would keep its hue, and needs a division, which took 5 % of the samples a second on CUDA even where no limit was set.)
+/// `radiance` with each channel at most `limit`: less noise from rare bright paths, and a darker
+/// mean. What is infinite stays so, and no sum takes it. (Scaling the colour instead would keep its
+/// hue, and needs a division, which took 5 % of the samples a second on CUDA even where no limit
+/// was set.)
 #[inline(always)]
 fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
     let clamp = |c: f32| if c > limit && c.to_bits() < f32::INFINITY.to_bits() { limit } else { c };
     Vec3::new(clamp(radiance.x), clamp(radiance.y), clamp(radiance.z))
 }
 
-/// A sample between two of its rays. A shadow ray is a ray like any other, so that there is one traversal.
+/// A sample between two of its rays. A shadow ray is a ray like any other, so that there is one
+/// traversal.
 ///
-/// A path has at most `params.depth` segments, a light's connection among them, and is black beyond, as in the book.
-/// Vectors begin rows: naga lays records out so.
+/// A path has at most `params.depth` segments, a light's connection among them, and is black
+/// beyond, as in the book. Vectors begin rows: naga lays records out so.
 #[repr(C, align(16))]
 #[derive(Clone, Copy)]
 struct Path {
@@ -174,7 +178,8 @@ impl Path {
             let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
             let mut passed = false;
             if const { has(FEATURES, TEXTURES) } && blocked && params.flags & FLAG_HOLES != 0 {
-                // SAFETY: traversal returns a primitive of the scene, and the caller promises its material.
+                // SAFETY: traversal returns a primitive of the scene, and the caller promises its
+                // material.
                 let (surface, material) = unsafe {
                     let surface = surface::at::<FEATURES>(params, scene, ray, hit);
                     (surface, load::<Material>(scene.materials, surface.material))
@@ -211,7 +216,8 @@ impl Path {
             }
         } else {
             self.segment += 1;
-            // SAFETY: traversal returns a primitive of the scene, and the caller promises its material.
+            // SAFETY: traversal returns a primitive of the scene, and the caller promises its
+            // material.
             let (surface, material) = unsafe {
                 let surface = surface::at::<FEATURES>(params, scene, ray, hit);
                 (surface, load::<Material>(scene.materials, surface.material))
@@ -253,7 +259,8 @@ impl Path {
                 if continues || writes_aovs {
                     let normal = if front { surface.normal } else { -surface.normal };
                     let mut shading = normal;
-                    // Only a triangle's shading normal is not its own: other primitives keep their bits in every variant.
+                    // Only a triangle's shading normal is not its own: other primitives keep their
+                    // bits in every variant.
                     let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
                     if bent {
                         shading = if front { surface.shading_normal } else { -surface.shading_normal };

@@ -15,7 +15,8 @@ use crate::surface::Surface;
 use crate::texture;
 use glam::Vec3;
 
-/// What the surface emits towards the ray, by the weight of having found it by scattering with `pdf`.
+/// What the surface emits towards the ray, by the weight of having found it by scattering with
+/// `pdf`.
 ///
 /// # Safety
 ///

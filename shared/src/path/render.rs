@@ -14,16 +14,18 @@ use crate::tile_entry::{self, NO_TILE_ENTRIES};
 use crate::traversal::closest_hit_below;
 use crate::warp::{self, Counter};
 
-/// Adds the launch's samples of pixel (`x`, `y`), in the order of their indices, to `film[slot]`, and what they round off to
-/// `compensations[slot]`. Whether both stay in memory between samples is the caller's choice: in Vulkan's buffers they do, and are 11 % faster
-/// there on scenes with light sampling; CUDA is 19 % slower so, and hands over variables of its own.
+/// Adds the launch's samples of pixel (`x`, `y`), in the order of their indices, to `film[slot]`,
+/// and what they round off to `compensations[slot]`. Whether both stay in memory between samples is
+/// the caller's choice: in Vulkan's buffers they do, and are 11 % faster there on scenes with light
+/// sampling; CUDA is 19 % slower so, and hands over variables of its own.
 ///
-/// With [`REGENERATE`] a lane whose path ended starts its next sample at once; without it waits for the longest path of its warp.
+/// With [`REGENERATE`] a lane whose path ended starts its next sample at once; without it waits for
+/// the longest path of its warp.
 ///
 /// # Safety
 ///
-/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is below both lengths, and with [`AOVS`] there
-/// are guides for each pixel of the image. All lanes of
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is
+/// below both lengths, and with [`AOVS`] there are guides for each pixel of the image. All lanes of
 /// a warp that reach their end call this together, for as many samples each.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, unsafe_code, reason = "buffers each; see buffer")]
@@ -120,14 +122,15 @@ unsafe fn trace_segment<const FEATURES: Features>(
     }
 }
 
-/// Lanes with a camera ray from which on a warp traces those. Measured on an H100: 10 and 16 are 1 % slower, 24 are 5 %.
+/// Lanes with a camera ray from which on a warp traces those. Measured on an H100: 10 and 16 are 1
+/// % slower, 24 are 5 %.
 const MIN_CAMERA_LANES: u32 = 14;
 
 /// Pixels across and down a tile: a warp starts on one.
 const TILE: (u32, u32) = (8, 4);
 
-/// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border have less. Those of blocks of rows that are no
-/// multiple of a tile lie on two.
+/// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border
+/// have less. Those of blocks of rows that are no multiple of a tile lie on two.
 #[inline(always)]
 fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
     let across = params.width.div_ceil(TILE.0).max(1); // no division by 0, which would be a panic
@@ -137,14 +140,17 @@ fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
     (x, params.row(row), x < params.width && row < params.rows)
 }
 
-/// Renders pixels of the launch's rows until a queue that all lanes share has no more: what [`render_pixel`] does, by persistent threads
-/// (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs", HPG 2009). A lane that is done with its pixel takes the next one
-/// of the 32 that its warp took; so no lane waits for another's pixel, and neighbours mostly are in one warp.
+/// Renders pixels of the launch's rows until a queue that all lanes share has no more: what
+/// [`render_pixel`] does, by persistent threads (Aila and Laine, "Understanding the Efficiency of
+/// Ray Traversal on GPUs", HPG 2009). A lane that is done with its pixel takes the next one of the
+/// 32 that its warp took; so no lane waits for another's pixel, and neighbours mostly are in one
+/// warp.
 ///
 /// # Safety
 ///
-/// As [`render_pixel`], for all pixels of the image; whole warps call this, with `counter` at 0 when the launch begins, and
-/// the launch has less than 2^31 pixels, tiles rounded up. All lanes together take enough of them, by `params.max_lane_pixels`, which is not 0.
+/// As [`render_pixel`], for all pixels of the image; whole warps call this, with `counter` at 0
+/// when the launch begins, and the launch has less than 2^31 pixels, tiles rounded up. All lanes
+/// together take enough of them, by `params.max_lane_pixels`, which is not 0.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn render_persistent<const FEATURES: Features>(
@@ -202,8 +208,9 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
         if !warp::any(busy || has_work) {
             break;
         }
-        // Where the camera has a view, its rays are traced together, and others together: those of a tile visit a few nodes, and the same
-        // ones. Not where lights make paths so long that lanes would wait for enough of them.
+        // Where the camera has a view, its rays are traced together, and others together: those of
+        // a tile visit a few nodes, and the same ones. Not where lights make paths so long that
+        // lanes would wait for enough of them.
         let mut is_active = busy;
         if const { warp::HAS_WARP_VOTES && !has_any(FEATURES, NEE) } {
             let camera_lanes = warp::count(busy && path.needs_camera_ray);

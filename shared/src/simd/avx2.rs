@@ -7,21 +7,24 @@
 use super::{LANES, Simd, SimdRow, StackTop};
 use core::arch::x86_64::*;
 
-/// AVX2.
+/// AVX2 instruction set.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
 
 impl Avx2 {
+    /// Creates the value that allows the use of AVX2.
+    ///
     /// # Safety
     ///
-    /// The CPU has AVX2, and the caller's `target_feature` says so (else each instruction is a call).
+    /// The CPU has AVX2, and the caller's `target_feature` says so (else each instruction is a
+    /// call).
     #[inline(always)]
     pub unsafe fn assume() -> Self {
         Self(())
     }
 }
 
-/// For each mask the lanes whose bit is set, in their order, then zeros.
+/// For each mask: the lanes whose bit is set, in ascending order, then zeros.
 const COMPRESSED: [[u8; LANES]; 256] = {
     let mut table = [[0; LANES]; 256];
     let mut mask = 0;
@@ -164,7 +167,8 @@ impl Simd for Avx2 {
         order: u32,
         top: StackTop,
     ) -> u32 {
-        // SAFETY: a row is 32 aligned bytes, so long is each half of the top, and a mask of eight bits is below 256.
+        // SAFETY: a row is 32 aligned bytes, each half of the top is as long, and a mask of eight
+        // bits is below 256.
         unsafe {
             let order = _mm256_srlv_epi32(
                 _mm256_set1_epi32(order as i32),

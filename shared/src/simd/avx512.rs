@@ -1,4 +1,4 @@
-//! Lanes by AVX-512 (its 256-bit form).
+//! Lanes by AVX-512, in its 256-bit form.
 #![allow(
     unsafe_code,
     reason = "audited: an instruction is used through a value only, whose maker promised that the CPU has it"
@@ -7,14 +7,17 @@
 use super::{LANES, Simd, SimdRow, StackTop};
 use core::arch::x86_64::*;
 
-/// AVX-512: masks of their own, permutations, compression.
+/// AVX-512 instruction set: mask registers, permutations, compression.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(());
 
 impl Avx512 {
+    /// Creates the value that allows the use of AVX-512.
+    ///
     /// # Safety
     ///
-    /// The CPU has AVX2, AVX-512F and AVX-512VL, and the caller's `target_feature` says so (else each instruction is a call).
+    /// The CPU has AVX2, AVX-512F and AVX-512VL, and the caller's `target_feature` says so (else
+    /// each instruction is a call).
     #[inline(always)]
     pub unsafe fn assume() -> Self {
         Self(())
@@ -138,7 +141,7 @@ impl Simd for Avx512 {
         order: u32,
         top: StackTop,
     ) -> u32 {
-        // SAFETY: a row is 32 aligned bytes, and so long is each half of the top.
+        // SAFETY: a row is 32 aligned bytes, and each half of the top is as long.
         unsafe {
             let order = _mm256_srlv_epi32(
                 _mm256_set1_epi32(order as i32),

@@ -1,7 +1,8 @@
-//! Eight lanes of f32: the operations of the wide traversal, once for each instruction set of a CPU.
+//! Eight lanes of f32: the operations of the wide traversal, for each instruction set of a CPU.
 //!
-//! Each arithmetic operation is IEEE 754's, rounded to nearest even, lane by lane, and none is contracted: whatever the instruction
-//! set, the bits are those of scalar code. An instruction set is a value; whoever has one may use its instructions.
+//! Each arithmetic operation is IEEE 754's, rounded to nearest even, lane by lane, and none is
+//! contracted: with each instruction set the bits are those of scalar code. An instruction set is a
+//! value; code that has one may use its instructions. Called by `wide` only.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -17,17 +18,17 @@ pub use portable::Portable;
 
 use bytemuck::{Pod, Zeroable};
 
-/// Lanes of each set.
+/// Number of lanes, of each instruction set.
 pub const LANES: usize = 8;
 
-/// A row of a record: a number for each lane. 32 bytes.
+/// Row of a record: a number for each lane. 32 bytes.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimdRow<T>(pub [T; LANES]);
 
 const _: () = assert!(size_of::<SimdRow<f32>>() == 32 && size_of::<SimdRow<u32>>() == 32);
 
-/// The implementations that the derive macro does not know to be sound for one type.
+/// Implementations that the derive macro provides for one type only if it knows them to be sound.
 #[allow(unsafe_code, reason = "audited: eight numbers of four bytes fill the 32 bytes of the alignment")]
 mod pod {
     use super::{Pod, SimdRow, Zeroable};
@@ -42,67 +43,70 @@ mod pod {
     unsafe impl Pod for SimdRow<u32> {}
 }
 
-/// What waits to be visited, and where the ray enters it: eight entries at the top of a traversal's stack.
+/// Eight entries at the top of a traversal's stack: children, and where the ray enters them.
 #[derive(Debug)]
 pub struct StackTop<'a> {
-    /// Distances.
+    /// Distances at which the ray enters the children's boxes.
     pub entries: &'a mut [f32; LANES],
-    /// Children.
+    /// Children, as [`WideChild`](crate::wide::WideChild) words.
     pub children: &'a mut [u32; LANES],
 }
 
-/// An instruction set.
+/// Instruction set.
 pub trait Simd: Copy {
     /// Eight numbers.
     type F: Copy;
-    /// Eight truths.
+    /// Eight booleans, a mask.
     type M: Copy;
 
-    /// The numbers of a row.
+    /// Returns the numbers of a row.
     fn load(self, row: &SimdRow<f32>) -> Self::F;
-    /// The same number in each lane.
+    /// Returns `x` in each lane.
     fn splat(self, x: f32) -> Self::F;
-    /// Back to memory.
+    /// Returns the numbers as a row.
     fn store(self, x: Self::F) -> SimdRow<f32>;
-    /// a + b.
+    /// Returns a + b.
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a - b.
+    /// Returns a - b.
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a · b.
+    /// Returns a · b.
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a / b, correctly rounded.
+    /// Returns a / b, correctly rounded.
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
-    /// Correctly rounded; NaN below zero.
+    /// Returns the square root, correctly rounded; NaN below zero.
     fn sqrt(self, a: Self::F) -> Self::F;
-    /// The other sign.
+    /// Returns -a.
     fn neg(self, a: Self::F) -> Self::F;
-    /// The larger of two numbers of which one is not negative; of two negative ones either. Neither is NaN. (Compared as integers, which
-    /// takes a processor one cycle instead of four.)
+    /// Returns the larger of two numbers of which one is not negative; of two negative ones either.
+    /// Neither may be NaN. (It compares integers, which takes a processor one cycle instead of
+    /// four.)
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The smaller of two numbers that are not negative; if one is negative, some negative number. Neither is NaN.
+    /// Returns the smaller of two numbers that are not negative; if one is negative, some negative
+    /// number. Neither may be NaN.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
-    /// a < b; false for NaN, as the next two.
+    /// Returns the lanes where a < b; false for NaN.
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
-    /// a <= b.
+    /// Returns the lanes where a <= b; false for NaN.
     fn le(self, a: Self::F, b: Self::F) -> Self::M;
-    /// a == b.
+    /// Returns the lanes where a == b; false for NaN.
     fn eq(self, a: Self::F, b: Self::F) -> Self::M;
-    /// Lanes whose integer is `value`.
+    /// Returns the lanes whose integer is `value`.
     fn eq_u32(self, row: &SimdRow<u32>, value: u32) -> Self::M;
-    /// The same truth in each lane.
+    /// Returns `value` in each lane.
     fn splat_mask(self, value: bool) -> Self::M;
-    /// Both.
+    /// Returns a and b.
     fn and(self, a: Self::M, b: Self::M) -> Self::M;
-    /// One of both, or both.
+    /// Returns a or b.
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
-    /// `b`, and not `a`.
+    /// Returns b and not a.
     fn and_not(self, a: Self::M, b: Self::M) -> Self::M;
-    /// A bit for each lane, the first lowest.
+    /// Returns a bit for each lane, the first one lowest.
     fn bits(self, a: Self::M) -> u32;
-    /// `a` where the truth holds, else `b`.
+    /// Returns `a` in the lanes of `mask`, `b` in the others.
     fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
-    /// Writes the lanes whose entry is at most their exit to the beginning of `top`, all of which may be overwritten, and returns how many.
-    /// Their order is that of the lanes in `order`: three bits each, the lowest first.
+    /// Writes the lanes whose entry is at most their exit to the beginning of `top` and returns
+    /// their number. They are written in the order of the lanes in `order`: three bits each, the
+    /// lowest first. All of `top` may be overwritten.
     fn push_sorted(
         self,
         entries: Self::F,

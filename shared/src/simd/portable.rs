@@ -1,9 +1,9 @@
-//! Lanes as arrays, for any processor.
+//! Lanes as arrays, for any processor; the reference for the other instruction sets.
 
 use super::{LANES, Simd, SimdRow, StackTop};
 use crate::math;
 
-/// No instruction set in particular.
+/// Scalar code, without an instruction set of its own.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Portable;
 

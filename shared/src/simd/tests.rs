@@ -1,4 +1,4 @@
-//! Each instruction set against arrays.
+//! Tests of each instruction set against arrays.
 
 use super::*;
 
@@ -21,7 +21,7 @@ const NUMBERS: [f32; 16] = [
     7.25,
 ];
 
-/// Rows of which each pair of numbers stands in some lane.
+/// Returns rows in which each pair of numbers stands in some lane.
 fn rows() -> impl Iterator<Item = (SimdRow<f32>, SimdRow<f32>)> {
     (0..2 * NUMBERS.len()).map(|shift| {
         let first = shift / NUMBERS.len() * LANES;
@@ -36,7 +36,7 @@ fn same(a: SimdRow<f32>, b: SimdRow<f32>) -> bool {
     (0..LANES).all(|i| a.0[i].to_bits() == b.0[i].to_bits() || (a.0[i].is_nan() && b.0[i].is_nan()))
 }
 
-/// Whether `l` does what arrays do.
+/// Returns whether `l` gives the results of arrays.
 fn agrees<L: Simd>(l: L) -> bool {
     let p = Portable;
     rows().all(|(x, y)| {
@@ -88,7 +88,7 @@ fn pushes<L: Simd>(l: L, entry: SimdRow<f32>, exit: SimdRow<f32>) -> (u32, [u32;
     let words = SimdRow([10, 11, 12, 13, 14, 15, 16, 17]);
     let top = StackTop { entries: &mut entries, children: &mut children };
     let count = l.push_sorted(l.load(&entry), l.load(&exit), &words, order, top);
-    // What is beyond the count is anything.
+    // Entries beyond the count may hold anything.
     entries[count as usize..].fill(0.0);
     children[count as usize..].fill(0);
     (count, entries.map(f32::to_bits), children)

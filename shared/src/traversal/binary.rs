@@ -1,4 +1,4 @@
-//! The binary tree on a CPU and through Vulkan.
+//! Traversal of the binary BVH on the CPU and through Vulkan.
 
 use super::{distance, initial_hit, is_closer};
 use crate::buffer::{load, load_local, store_local};
@@ -11,8 +11,12 @@ use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
 use crate::triangle::Shear;
 use core::mem::MaybeUninit;
 
-/// Descends the binary tree: down to a leaf, which it tests, and so on. Lanes that found one wait for the others and test together; in large
-/// kernels on Vulkan they wait for two nodes at most, which an H100 is 3 to 10 % faster with there, and 3 % slower with in small ones.
+/// Returns the closest hit below `root`: descends to a leaf, tests it, and continues with the
+/// stack.
+///
+/// Lanes that found a leaf wait for the others and test together. In heavy kernels on Vulkan they
+/// wait for two nodes at most, which is faster there but not in small ones
+/// (docs/notebook/vulkan.md).
 ///
 /// # Safety
 ///
@@ -26,12 +30,14 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
-    let shear = Shear::new(ray.direction); // without triangles no one reads it
+    let shear = Shear::new(ray.direction); // unused without triangles
     let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
-    // Not cleared: 256 bytes for each ray cost more than all the boxes that it tests. Two variables, not a record with methods:
-    // LLVM clears the whole of one that holds the length too, and SPIR-V has no pointers in records to borrow the entries. So macros.
+    // Not cleared: clearing 256 bytes for each ray costs more than all the boxes that it tests.
+    // Stack and depth are two variables: LLVM clears the whole of a record that also holds the
+    // depth, and SPIR-V has no pointers in records through which methods could borrow the entries.
+    // Hence macros.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
     let mut depth = 0u32;
     let mut child = root;
@@ -60,7 +66,8 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
                     let second_is_near = t_second < t_first;
                     child = Child(if second_is_near { node.second } else { node.first });
                     let far = if second_is_near { node.first } else { node.second };
-                    // SAFETY: one push a level, and the caller's promise for the levels.
+                    // SAFETY: there is at most one push a level, and the caller promises the number
+                    // of levels.
                     unsafe { store_local(&mut stack, depth, far) };
                     depth += 1;
                 } else {
@@ -90,7 +97,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
             pop!();
         };
     }
-    // What is left when all is visited counts as a leaf.
+    // The value after the last node, `EMPTY`, is a leaf by its top bit.
     if const { cfg!(target_arch = "spirv") && has_any(FEATURES, HEAVY) } {
         while child != Child::EMPTY {
             if !child.is_leaf() {

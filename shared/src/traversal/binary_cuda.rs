@@ -1,4 +1,4 @@
-//! The binary tree on CUDA.
+//! Traversal of the binary BVH on CUDA.
 
 use super::{distance, initial_hit, is_closer};
 use crate::buffer::{load, load_local, store_local};
@@ -11,8 +11,9 @@ use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
 use crate::triangle::Shear;
 use core::mem::MaybeUninit;
 
-/// What `binary` does, on CUDA, where an H100 is 8 % faster so: lanes with a leaf wait for the others to visit a second node, so that more
-/// of them test together.
+/// Returns the closest hit below `root`, as `binary` does on other targets. Lanes with a leaf wait
+/// for the others to visit a second node, so that more of them test together, which is faster on
+/// CUDA (docs/notebook/kernels-and-schedules.md).
 ///
 /// # Safety
 ///
@@ -26,15 +27,15 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
-    /// Inner nodes that a lane visits before it tests a leaf.
+    /// Number of nodes that a lane visits before it tests a leaf.
     const STEPS: u32 = 2;
     let shear = Shear::new(ray.direction);
     let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
-    // One entry more than levels: the lowest is what is left when all is visited.
+    // One entry more than levels: the lowest is `EMPTY`, which ends the search.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE + 1]>::uninit();
-    // SAFETY: there is a first entry.
+    // SAFETY: the stack has a first entry.
     unsafe { store_local(&mut stack, 0, Child::EMPTY.0) };
     let mut depth = 1u32;
     let mut child = root;
@@ -54,7 +55,8 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
                     if second {
                         let second_is_near = t_second < t_first;
                         child = Child(if second_is_near { node.second } else { node.first });
-                        // SAFETY: one push a level, and the caller's promise for the levels.
+                        // SAFETY: there is at most one push a level, and the caller promises the
+                        // number of levels.
                         unsafe {
                             store_local(
                                 &mut stack,

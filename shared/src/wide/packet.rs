@@ -1,4 +1,4 @@
-//! A ray and the primitives of a packet.
+//! Tests of a ray against the primitives of a packet, for [`closest_hit`](super::closest_hit).
 
 use super::{SpherePacket, TrianglePacket};
 use crate::buffer::borrow;
@@ -6,12 +6,13 @@ use crate::ray::Ray;
 use crate::simd::Simd;
 use glam::Vec3;
 
-/// A ray, ready for packets.
+/// A ray with what the tests of packets need.
 #[derive(Clone, Copy)]
 pub(super) struct PreparedRay {
     origin: Vec3,
     direction: Vec3,
-    /// For triangles: which axes are the ray's own x, y and z, the origin along them, the shear.
+    /// Triangles only: the axes that are the ray's own x, y and z; below, the origin along them,
+    /// and the shear.
     axes: [u32; 3],
     permuted_origin: Vec3,
     shear: Vec3,
@@ -22,12 +23,12 @@ impl PreparedRay {
     #[allow(unsafe_code, reason = "see buffer")]
     pub(super) fn new(ray: Ray) -> Self {
         let Ray { origin, direction, .. } = ray;
-        // As `Shear::new`, but without a branch, which a processor cannot foresee.
+        // As in `Shear::new`, but without a branch, which a processor cannot predict.
         let size = direction.abs();
         let is_x = (size.x > size.y) & (size.x > size.z);
         let is_y = !is_x & (size.y > size.z);
         let z = 2 - 2 * u32::from(is_x) - u32::from(is_y);
-        let x = 0b00_10_01 >> (2 * z) & 3; // the next of the axes in turn
+        let x = 0b00_10_01 >> (2 * z) & 3; // next axis in cyclic order
         let y = 3 - x - z;
         let (o, d) = (origin.to_array(), direction.to_array());
         // SAFETY: three axes.
@@ -39,9 +40,9 @@ impl PreparedRay {
     }
 }
 
-/// Distances to the triangles of a packet, and a bit for each lane that is hit, closer than `limit` or as close.
+/// Returns a bit for each lane whose triangle is hit at most at `t_max`, and the distances.
 ///
-/// [`Triangle::hit`](crate::triangle::Triangle::hit), lane by lane.
+/// It is [`Triangle::hit`](crate::triangle::Triangle::hit), lane by lane.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub(super) fn intersect_triangles<L: Simd>(
@@ -73,11 +74,11 @@ pub(super) fn intersect_triangles<L: Simd>(
     (within & l.bits(l.and_not(none, valid)), t)
 }
 
-/// The vertices from row `first` on, in the ray's coordinates.
+/// Returns the vertices from row `first` on, in the ray's coordinates.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 fn vertex<L: Simd>(l: L, packet: &TrianglePacket, first: u32, ray: &PreparedRay) -> [L::F; 3] {
-    // SAFETY: `first` is 0, 3 or 6, an axis at most 2, and there are nine rows.
+    // SAFETY: `first` is 0, 3 or 6, an axis is at most 2, and there are nine rows.
     let (x, y, z) = unsafe {
         (
             l.load(borrow(&packet.vertices, first + ray.axes[0])),
@@ -90,13 +91,15 @@ fn vertex<L: Simd>(l: L, packet: &TrianglePacket, first: u32, ray: &PreparedRay)
     [l.sub(x, l.mul(l.splat(ray.shear.x), z)), l.sub(y, l.mul(l.splat(ray.shear.y), z)), z]
 }
 
-/// The dot product, summed as glam does.
+/// Returns the dot product, summed in glam's order.
 #[inline(always)]
 fn dot<L: Simd>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
     l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
 }
 
-/// As [`triangles`]: [`Sphere::distance`](crate::sphere::Sphere::distance), lane by lane.
+/// Returns a bit for each lane whose sphere is hit at most at `t_max`, and the distances.
+///
+/// It is [`Sphere::distance`](crate::sphere::Sphere::distance), lane by lane.
 #[inline(always)]
 pub(super) fn intersect_spheres<L: Simd>(
     l: L,

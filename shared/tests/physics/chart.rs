@@ -7,7 +7,8 @@ const ROWS: usize = 32;
 const COLUMNS: usize = 32;
 /// Of a chart.
 pub const CELLS: usize = ROWS * COLUMNS;
-/// A grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2) = a⁴ and φ = 2πb.
+/// A grid over all directions, fine around its axis: row a, column b of the unit square has
+/// sin²(θ/2) = a⁴ and φ = 2πb.
 pub struct Chart {
     axis: DVec3,
     x: DVec3,
@@ -38,7 +39,8 @@ impl Chart {
         (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
     }
 
-    /// The integral of `pdf` over a cell, by so many points in each direction; four times as many where it holds an edge of it.
+    /// The integral of `pdf` over a cell, by so many points in each direction; four times as many
+    /// where it holds an edge of it.
     pub fn integral(&self, cell: usize, points: usize, pdf: impl Fn(Vec3) -> f64) -> f64 {
         let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
         let sum = |n: usize| {

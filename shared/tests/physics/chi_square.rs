@@ -1,4 +1,5 @@
-//! Sampled directions against their density (torture test 34), and each sample's weight against value over density.
+//! Sampled directions against their density (torture test 34), and each sample's weight against
+//! value over density.
 
 use crate::chart::{CELLS, Chart};
 use crate::materials::{self, BsdfView, Setup};
@@ -23,8 +24,8 @@ struct Outcome {
     lost_error: f64,
     /// Integral of the density.
     total: f64,
-    /// The share of samples whose weight times density differs from the value evaluated at their direction, or density from density,
-    /// by more than rounding explains.
+    /// The share of samples whose weight times density differs from the value evaluated at their
+    /// direction, or density from density, by more than rounding explains.
     disagreement: f64,
 }
 
@@ -52,8 +53,8 @@ fn compare(of: &BsdfView, by: &BsdfView, eta: f32, stream: u32) -> Outcome {
         assert_eq!(below, s.transmitted);
         observed[usize::from(below) * CELLS + charts[usize::from(below)].cell(s.direction)] += 1.0;
         let e = of.evaluate(s.direction);
-        // The direction is rounded to 1e-7: relative to its cosine with the normal, and to the narrowest lobe's width over the
-        // viewer's cosine.
+        // The direction is rounded to 1e-7: relative to its cosine with the normal, and to the
+        // narrowest lobe's width over the viewer's cosine.
         let allowed = 2e-4 + 1e-6 / f64::from(s.direction.dot(of.normal).abs());
         let relative = |a: f32, b: f32| f64::from((a - b).abs()) / f64::from(b.abs().max(1e-6)) / allowed;
         let value = max_component(e.value);
@@ -101,10 +102,12 @@ fn check(setups: &[Setup]) {
             let name = format!("{} at {cos}: {outcome:?}", setup.name);
             println!("{name}");
             assert!(outcome.p > min_p, "{name}");
-            // Two thousandths: the quadrature's error in the cells that hold an edge of the density.
+            // Two thousandths: the quadrature's error in the cells that hold an edge of the
+            // density.
             let missing = (outcome.total + outcome.lost - 1.0).abs();
             assert!(missing < 4.5 * outcome.lost_error + if SLOW { 2e-2 } else { 2e-3 }, "{missing} {name}");
-            // One in 5000: facets at glass's critical angle, where the share that passes goes like a square root.
+            // One in 5000: facets at glass's critical angle, where the share that passes goes like
+            // a square root.
             assert!(outcome.disagreement < 2e-4, "{name}");
         }
     }

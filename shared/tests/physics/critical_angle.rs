@@ -9,8 +9,9 @@ fn step(cos: f32, steps: i32) -> f32 {
     f32::from_bits(cos.to_bits().wrapping_add_signed(steps))
 }
 
-/// For cosines around the critical angle, how often glass refracts where double precision says total reflection, or the other way
-/// round, by index and `margin`: the steps to either side of the edge that are left out.
+/// For cosines around the critical angle, how often glass refracts where double precision says
+/// total reflection, or the other way round, by index and `margin`: the steps to either side of the
+/// edge that are left out.
 fn wrong(refracts: impl Fn(f32, f32) -> bool, margin: i32) -> u32 {
     let mut wrong = 0;
     for ior in [1.000_1f32, 1.01, 1.1, 1.33, 1.5, 2.4, 4.0, 100.0] {
@@ -45,7 +46,8 @@ fn refracts(cos: f32, ior: f32) -> bool {
 
 #[test]
 fn reflection_is_total_beyond_it_only() {
-    // Two steps: 1 - eta² and eta² cos², which are alike there, round by half a step each, as do eta and the edge itself.
+    // Two steps: 1 - eta² and eta² cos², which are alike there, round by half a step each, as do
+    // eta and the edge itself.
     let count = wrong(refracts, 2);
     assert_eq!(count, 0);
     // The twin: an edge that is off by 1e-4 in the square of the cosine of refraction.

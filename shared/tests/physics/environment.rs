@@ -104,8 +104,8 @@ fn directions_follow_the_weights() {
     assert!(p(&texels, &other, 0.7, 0.7) < 1e-3);
 }
 
-/// What looking finds is what sampling promised; the densities cover the directions that can be chosen; the mean of radiance over
-/// density is the radiance's integral.
+/// What looking finds is what sampling promised; the densities cover the directions that can be
+/// chosen; the mean of radiance over density is the radiance's integral.
 #[test]
 fn densities_and_energy() {
     let (colors, mut weights) = random();
@@ -122,7 +122,8 @@ fn densities_and_energy() {
         assert!((light.direction.length() - 1.0).abs() < 1e-6 && light.pdf > 0.0);
         covered.add(1.0 / f64::from(light.pdf));
         let found = look(light.direction);
-        // Rounding moves one in some ten thousand over the border of two texels, and radiance there only a little.
+        // Rounding moves one in some ten thousand over the border of two texels, and radiance there
+        // only a little.
         disagreeing += u32::from((found.pdf / light.pdf - 1.0).abs() > 1e-4);
         let error = (found.radiance - light.radiance).abs().max_element();
         assert!(error < 1e-4 * light.radiance.max_element() + 1e-4, "{found:?} {light:?}");
@@ -159,7 +160,8 @@ fn densities_and_energy() {
     assert!(!mean.is(integral * 1.03, 1e-3 * integral), "{mean:?} for {integral}");
 }
 
-/// The middle column is seen along -z, the columns right of it towards +x; turned by 90 degrees the middle is along -x.
+/// The middle column is seen along -z, the columns right of it towards +x; turned by 90 degrees the
+/// middle is along -x.
 #[test]
 fn where_the_columns_are() {
     let bright = |column: usize| {

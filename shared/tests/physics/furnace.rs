@@ -1,4 +1,5 @@
-//! The white furnace by material (torture test 10): the share of light that a white surface sends on, by the viewer's angle.
+//! The white furnace by material (torture test 10): the share of light that a white surface sends
+//! on, by the viewer's angle.
 
 use crate::materials::{self, Setup};
 use crate::statistics::{Mean, SLOW, samples};
@@ -56,8 +57,9 @@ fn table(title: &str, setup: impl Fn(f32) -> Setup) -> bool {
     good
 }
 
-/// What single scattering loses at normal incidence: the share of GGX's visible facets (alpha = roughness²) that send light below
-/// the surface or whose reflection Smith's G masks; 1 - ln 2 remains for alpha 1.
+/// What single scattering loses at normal incidence: the share of GGX's visible facets (alpha =
+/// roughness²) that send light below the surface or whose reflection Smith's G masks; 1 - ln 2
+/// remains for alpha 1.
 #[test]
 fn the_loss_of_rough_metal_is_known() {
     for (roughness, want) in [(0.1, 0.9999), (0.5, 0.9158), (1.0, 1.0 - core::f64::consts::LN_2)] {

@@ -1,4 +1,5 @@
-//! Next-event estimation towards one light of each shape: points on it, densities that integrate to its solid angle.
+//! Next-event estimation towards one light of each shape: points on it, densities that integrate to
+//! its solid angle.
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{Mean, samples, words};
@@ -58,7 +59,8 @@ impl Shape {
     }
 }
 
-/// Samples of `shape` from a vertex, with the density again and the distance; the density of choosing it is that of an area larger by `factor`.
+/// Samples of `shape` from a vertex, with the density again and the distance; the density of
+/// choosing it is that of an area larger by `factor`.
 fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&LightSample, f32, f32)) {
     let point = from.point;
     let mut params = RenderParams::zeroed();
@@ -118,7 +120,8 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
     }
 }
 
-/// Draws, and returns the mean of 1 / density: the solid angle, if each direction to the light is found.
+/// Draws, and returns the mean of 1 / density: the solid angle, if each direction to the light is
+/// found.
 fn solid_angle(name: &str, shape: Shape, point: Vec3, factor: f32) -> Mean {
     let mut mean = Mean::default();
     draw(shape, ReferencePoint { point, primitive: NO_PRIMITIVE }, factor, |s, again, distance| {
@@ -162,7 +165,8 @@ fn spheres() {
     check("centre", Shape::Sphere(sphere), sphere.center, 4.0 * PI);
 }
 
-/// From points of the sphere's own surface, as paths have them that are inside: the inner half of all directions, and no other.
+/// From points of the sphere's own surface, as paths have them that are inside: the inner half of
+/// all directions, and no other.
 #[test]
 fn own_surfaces() {
     let sphere = Sphere { center: Vec3::new(0.1, -0.2, 0.3), radius: 1.0, material: 0, pad: [0; 3] };

@@ -1,4 +1,5 @@
-//! Silhouettes, weights of multiple importance sampling, texture lookups: whatever comes in, what comes out is in range.
+//! Silhouettes, weights of multiple importance sampling, texture lookups: whatever comes in, what
+//! comes out is in range.
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
@@ -16,7 +17,8 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::surface::{self, MIN_REFLECTED_COSINE, bend_shading_normal};
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture, sample};
 
-/// Both weights of a pair sum to 1 whatever the densities; 0 against 0 is asked for nowhere, as each sample has a density.
+/// Both weights of a pair sum to 1 whatever the densities; 0 against 0 is asked for nowhere, as
+/// each sample has a density.
 #[test]
 fn weights_of_a_pair_sum_to_one() {
     let extremes = [0.0f32, 1e-38, 1e-30, 1e-7, 0.5, 1.0, 1e7, 1e30, f32::MAX];
@@ -101,8 +103,8 @@ fn texture(flags: u32, scale: f32) -> Texture {
     }
 }
 
-/// NaN, infinite and huge coordinates read some texel of the image: never beyond it, never NaN, never out of its range. The texels
-/// around the image are infinite.
+/// NaN, infinite and huge coordinates read some texel of the image: never beyond it, never NaN,
+/// never out of its range. The texels around the image are infinite.
 #[test]
 fn texture_lookups_stay_inside() {
     let half = |x: f32| u32::from(((x.to_bits() >> 13) - (112 << 10)) as u16); // of normal numbers
@@ -156,8 +158,9 @@ fn texels_are_where_they_belong() {
     assert_eq!(Vec3::splat(red(0.1, 0.9)), Vec3::ZERO);
 }
 
-/// An image is upright: its first row is the end of a quad's second edge, the end of a disc's, a sphere's north; its first column is
-/// the start of a quad's first edge, the far end of a disc's, a sphere's -x.
+/// An image is upright: its first row is the end of a quad's second edge, the end of a disc's, a
+/// sphere's north; its first column is the start of a quad's first edge, the far end of a disc's, a
+/// sphere's -x.
 #[test]
 fn images_are_upright() {
     let planar = |kind, origin| Planar {

@@ -130,7 +130,8 @@ pub fn mix(metallic: f32, roughness: f32, transmission: f32) -> Setup {
     Setup::new(name, material)
 }
 
-/// One of each kind of metallic-roughness material: plastic, smooth plastic, metal, half of both, a film.
+/// One of each kind of metallic-roughness material: plastic, smooth plastic, metal, half of both, a
+/// film.
 pub fn mixes() -> [Setup; 5] {
     [mix(0.0, 0.3, 0.0), mix(0.0, 0.0, 0.0), mix(1.0, 0.4, 0.0), mix(0.5, 0.6, 0.0), mix(0.2, 0.4, 0.6)]
 }

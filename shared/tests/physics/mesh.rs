@@ -1,4 +1,5 @@
-//! Closed meshes, and rays from inside that look for holes. The torture tests include this file, too.
+//! Closed meshes, and rays from inside that look for holes. The torture tests include this file,
+//! too.
 
 use glam::Vec3;
 use std::collections::HashMap;
@@ -51,13 +52,15 @@ impl Mesh {
     }
 }
 
-/// An octahedron whose vertices and edges lie on a grid of powers of two: rays along its axes and diagonals meet them exactly.
+/// An octahedron whose vertices and edges lie on a grid of powers of two: rays along its axes and
+/// diagonals meet them exactly.
 pub fn crystal() -> Mesh {
     Mesh::octahedron().divided(|v| v).divided(|v| v).divided(|v| v)
 }
 
-/// Rays from inside, origin and direction: at random, at vertices, at the middles of edges, along axes and diagonals.
-/// `random` of the first; the others at each `step`th target. `inside` is the radius of a ball inside.
+/// Rays from inside, origin and direction: at random, at vertices, at the middles of edges, along
+/// axes and diagonals. `random` of the first; the others at each `step`th target. `inside` is the
+/// radius of a ball inside.
 pub fn rays(mesh: &Mesh, inside: f32, random: u32, step: usize) -> Vec<(Vec3, Vec3)> {
     let words = |stream, i| PathKey { seed: stream, pixel: i, sample: 0 }.words(0);
     let start = |i: u32| {

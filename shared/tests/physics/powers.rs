@@ -1,4 +1,5 @@
-//! Distances scale with the scene, bit for bit (torture test 8): no number with a unit of length is hidden in them.
+//! Distances scale with the scene, bit for bit (torture test 8): no number with a unit of length is
+//! hidden in them.
 
 use crate::statistics::{samples, words};
 use bytemuck::Zeroable;

@@ -17,7 +17,8 @@ fn worst(number: impl Fn(u32) -> f32) -> f64 {
     ones.iter().map(sigmas).fold(0.0, f64::max)
 }
 
-/// Along each part of the key, each word: 5 sigma, of 384 bits. A bit that is off by 0.3 % is found.
+/// Along each part of the key, each word: 5 sigma, of 384 bits. A bit that is off by 0.3 % is
+/// found.
 #[test]
 fn each_bit_is_fair() {
     let along: [fn(u32) -> Words; 4] = [

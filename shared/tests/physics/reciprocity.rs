@@ -7,8 +7,9 @@ use trisect_shared::fresnel::refracted_cos2;
 use trisect_shared::material::ROUGH_DIELECTRIC;
 use trisect_shared::math::{max_component, normalize, unit_sphere};
 
-/// Value over both cosines for one way and for the other, for random pairs of directions on one side of the surface or on both.
-/// Returns the greatest relative difference, the second way times `factor`, of how many pairs that scatter.
+/// Value over both cosines for one way and for the other, for random pairs of directions on one
+/// side of the surface or on both. Returns the greatest relative difference, the second way times
+/// `factor`, of how many pairs that scatter.
 fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, u32) {
     let normal = normalize(Vec3::new(0.48, 0.6, -0.64));
     let (mut worst, mut count) = (0.0f32, 0);
@@ -38,8 +39,8 @@ fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, 
     (worst, count)
 }
 
-/// Whether the facet that sends one to the other is glass near the critical angle: there the share that passes goes with the cosine
-/// of refraction, whose square, below 0.003, has rounding's 1e-7.
+/// Whether the facet that sends one to the other is glass near the critical angle: there the share
+/// that passes goes with the cosine of refraction, whose square, below 0.003, has rounding's 1e-7.
 fn is_critical(setup: &Setup, o: Vec3, i: Vec3, through: bool) -> bool {
     if setup.material.kind != ROUGH_DIELECTRIC {
         return false;
@@ -50,7 +51,8 @@ fn is_critical(setup: &Setup, o: Vec3, i: Vec3, through: bool) -> bool {
     passes.abs() < 3e-3 || c * c < 3e-3
 }
 
-/// A few roundings over the least cosine, 0.02, or twice the square of the least cosine of refraction, 0.003.
+/// A few roundings over the least cosine, 0.02, or twice the square of the least cosine of
+/// refraction, 0.003.
 const ROUNDING: f32 = 2e-4;
 
 fn reflects_alike(setup: &Setup) -> bool {
@@ -72,7 +74,8 @@ fn reflection() {
     }
 }
 
-/// The book's fuzz is no reciprocal material: its density, not its value over the cosine, stays the same. It serves as the twin.
+/// The book's fuzz is no reciprocal material: its density, not its value over the cosine, stays the
+/// same. It serves as the twin.
 #[test]
 fn negative_control_fuzz_is_not_reciprocal() {
     assert!(!reflects_alike(&materials::metal(0.5)));
@@ -81,8 +84,8 @@ fn negative_control_fuzz_is_not_reciprocal() {
     assert!((seen(o, i) / seen(i, o) - 1.0).abs() < 1e-5);
 }
 
-/// Without the factor eta² on radiance, a surface transports L / n², n the index of the medium: what is reciprocal then is value over
-/// both cosines times n² of the viewer's medium.
+/// Without the factor eta² on radiance, a surface transports L / n², n the index of the medium:
+/// what is reciprocal then is value over both cosines times n² of the viewer's medium.
 #[test]
 fn refraction() {
     for roughness in [0.3, 0.8] {

@@ -1,4 +1,5 @@
-//! Rays that leave a flat primitive never meet its neighbours (torture test 12): convex meshes, boxes and tiled planes anywhere.
+//! Rays that leave a flat primitive never meet its neighbours (torture test 12): convex meshes,
+//! boxes and tiled planes anywhere.
 
 use crate::materials::NO_SCENE;
 use crate::mesh::Mesh;
@@ -46,8 +47,9 @@ fn outward(normal: Vec3, i: u32) -> Vec3 {
     normalize(flat + normal * (d.dot(normal).abs() * lift + 1e-6))
 }
 
-/// How many of the rays that leave triangles of a convex mesh of `scale` at `place` meet another triangle of it; `margin` scales the
-/// offset. Only pairs count that double precision calls convex: rounding the vertices may dent the mesh.
+/// How many of the rays that leave triangles of a convex mesh of `scale` at `place` meet another
+/// triangle of it; `margin` scales the offset. Only pairs count that double precision calls convex:
+/// rounding the vertices may dent the mesh.
 fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
     let sphere = Mesh::octahedron().divided(normalize).divided(normalize);
     let triangles: Vec<Triangle> = sphere
@@ -139,8 +141,9 @@ fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
         for other in &flats[1..] {
             let t = other.distance(start, direction);
             count += 1;
-            // A face's border is known to the rounding of the face's own size. Where the top's coordinate is smaller than that, by
-            // cancellation, rays may meet a side that pass its border by less: half an ulp of 1 and that of u or v.
+            // A face's border is known to the rounding of the face's own size. Where the top's
+            // coordinate is smaller than that, by cancellation, rays may meet a side that pass its
+            // border by less: half an ulp of 1 and that of u or v.
             let height = (start - f.origin).dot(f.normal) + direction.dot(f.normal) * t;
             let hit = t < MISS && height > f32::EPSILON * scale;
             rehits += u32::from(hit);
@@ -169,8 +172,9 @@ fn sweep(case: Case, margin: f32) -> [(u32, u32); 8] {
     bins
 }
 
-/// No ray meets its surface's neighbours, whether the mesh is as large as its distance from the origin or 10^-7 of that, where its
-/// triangles are a few units of the last place; scales from 10^-4 to 10^4.
+/// No ray meets its surface's neighbours, whether the mesh is as large as its distance from the
+/// origin or 10^-7 of that, where its triangles are a few units of the last place; scales from
+/// 10^-4 to 10^4.
 #[test]
 fn neighbours_are_not_met() {
     for (name, case) in [("triangles", triangle_rehits as Case), ("quads", quad_rehits)] {

@@ -5,7 +5,8 @@ use crate::statistics::{SLOW, samples};
 use trisect_shared::sphere::MISS;
 use trisect_shared::triangle::{Shear, Triangle};
 
-/// The same bits at every scale, down to where the product of three lengths ends, 2e-10 for triangles an eighth as large.
+/// The same bits at every scale, down to where the product of three lengths ends, 2e-10 for
+/// triangles an eighth as large.
 #[test]
 fn scales() {
     let mesh = crystal();

@@ -1,4 +1,5 @@
-//! Traversal enters each box that a ray passes through (torture tests 9, 24 and 25), by double precision.
+//! Traversal enters each box that a ray passes through (torture tests 9, 24 and 25), by double
+//! precision.
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
@@ -14,8 +15,8 @@ use trisect_shared::traversal::closest_hit;
 
 type Box3 = (Vec3, Vec3);
 
-/// Whether traversal looks into the box, as first child and as second: what is in it is a sphere around everything, which a ray
-/// meets wherever it goes.
+/// Whether traversal looks into the box, as first child and as second: what is in it is a sphere
+/// around everything, which a ray meets wherever it goes.
 fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
     let around = Sphere { center: Vec3::ZERO, radius: 1e12, material: 0, pad: [0; 3] };
     let nowhere = (Vec3::splat(1e30), Vec3::splat(1e30));
@@ -34,7 +35,8 @@ fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
     })
 }
 
-/// Whether the ray passes through the box, beyond doubt: not along a face, and by more than rounding of double precision.
+/// Whether the ray passes through the box, beyond doubt: not along a face, and by more than
+/// rounding of double precision.
 fn passes((low, high): Box3, origin: Vec3, direction: Vec3) -> bool {
     let [low, high, origin, direction] = [low, high, origin, direction].map(|v| v.as_dvec3());
     let (mut enters, mut leaves) = (0.0f64, f64::INFINITY);
@@ -87,7 +89,8 @@ fn tight((low, high): Box3, origin: Vec3, direction: Vec3) -> bool {
     a.min(b).max_element().max(0.0) <= a.max(b).min_element()
 }
 
-/// Boxes as tight as they can be: the 2 ULP of the exit (Ize, 2013) make up for the roundings of both ends of the interval.
+/// Boxes as tight as they can be: the 2 ULP of the exit (Ize, 2013) make up for the roundings of
+/// both ends of the interval.
 #[test]
 fn rounding_loses_no_box() {
     for far in [0.1, 1.0, 100.0, 1e4] {
@@ -100,7 +103,8 @@ fn rounding_loses_no_box() {
     }
 }
 
-/// Rays along thin slabs and far through them, with components that are zero, tiny, denormal, of either sign.
+/// Rays along thin slabs and far through them, with components that are zero, tiny, denormal, of
+/// either sign.
 #[test]
 fn odd_directions_lose_no_box() {
     const ODD: [f32; 12] = [0.0, -0.0, 1e-45, -1e-45, 1e-38, 1e-37, 1e-20, -1e-20, 1e-8, -1e-8, 1e-7, 2e-7];

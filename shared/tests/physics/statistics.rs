@@ -45,8 +45,8 @@ impl Mean {
     }
 }
 
-/// The chance of a chi-square statistic at least as great (Wilson and Hilferty, 1931: its cube root is almost normal; relative error
-/// of p below 0.1 for 30 degrees of freedom and p above 1e-5).
+/// The chance of a chi-square statistic at least as great (Wilson and Hilferty, 1931: its cube root
+/// is almost normal; relative error of p below 0.1 for 30 degrees of freedom and p above 1e-5).
 pub fn p_value(statistic: f64, freedom: f64) -> f64 {
     let spread = 2.0 / (9.0 * freedom);
     let z = ((statistic / freedom).cbrt() - (1.0 - spread)) / spread.sqrt();
@@ -58,7 +58,8 @@ pub fn sidak(tests: usize) -> f64 {
     1.0 - (1.0f64 - 0.0025).powf(1.0 / tests as f64)
 }
 
-/// p of Pearson's test. Cells are taken from the least expected on until five are expected together.
+/// p of Pearson's test. Cells are taken from the least expected on until five are expected
+/// together.
 pub fn chi_square(observed: &[f64], expected: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..expected.len()).collect();
     order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
@@ -75,7 +76,8 @@ pub fn chi_square(observed: &[f64], expected: &[f64]) -> f64 {
     p_value(pooled.iter().map(|(o, e)| (o - e).powi(2) / e).sum(), pooled.len() as f64 - 1.0)
 }
 
-/// Quantiles of tables: 124.342 is exceeded with p = 0.05 for 100 degrees of freedom, 149.449 with 0.001.
+/// Quantiles of tables: 124.342 is exceeded with p = 0.05 for 100 degrees of freedom, 149.449 with
+/// 0.001.
 #[test]
 fn p_values_of_tables() {
     for (statistic, freedom, want) in [(124.342, 100.0, 0.05), (149.449, 100.0, 0.001), (50.892, 30.0, 0.01)]

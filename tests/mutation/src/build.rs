@@ -1,4 +1,4 @@
-//! Compiling tests in the copy.
+//! Compiles tests in the copy of the workspace.
 
 use crate::mutant::Test;
 use serde::Deserialize;
@@ -6,29 +6,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A package and its target, as [`Test`] names them.
+/// Package and target of a test, as [`Test`] names them.
 pub type Target = (String, String);
 
 /// A compiled test target.
 #[derive(Clone, Debug)]
 pub struct Executable {
-    /// The file.
+    /// Path of the executable.
     pub path: PathBuf,
-    /// Where Cargo would run it: the package's folder.
+    /// Folder in which Cargo would run it: the package's.
     pub folder: PathBuf,
 }
 
-/// How to call Cargo.
+/// Calls Cargo.
 pub struct Builder {
-    /// The workspace.
+    /// Folder of the workspace.
     pub folder: PathBuf,
-    /// For artifacts.
+    /// Folder for artifacts.
     pub target_dir: PathBuf,
-    /// Settings for `--config`.
+    /// File with settings for `--config`.
     pub config: Option<PathBuf>,
 }
 
-/// What of Cargo's messages (`--message-format=json`) matters.
+/// The used fields of Cargo's messages (`--message-format=json`).
 #[derive(Deserialize)]
 struct Message {
     package_id: Option<String>,
@@ -48,15 +48,16 @@ impl Builder {
     ///
     /// # Errors
     ///
-    /// What Cargo says if one does not compile.
+    /// Cargo's messages if a target does not compile.
     pub fn build<'a>(
         &self,
         tests: impl IntoIterator<Item = &'a Test>,
     ) -> Result<BTreeMap<Target, Executable>, String> {
         let targets: BTreeSet<Target> =
             tests.into_iter().map(|test| (test.package.clone(), test.target.clone())).collect();
-        // `--workspace`, so that crates from elsewhere have the features, and hence the artifacts, that they have when all tests
-        // of the workspace run. With `--lib` that would compile the unit tests of each member.
+        // `--workspace` gives other crates the features, and so the artifacts, that they have when
+        // all tests of the workspace run. With `--lib` it would compile the unit tests of each
+        // member.
         let mut commands: Vec<Vec<&str>> = Vec::new();
         let mut integration = vec!["--workspace"];
         for (package, target) in &targets {
@@ -87,7 +88,7 @@ impl Builder {
         if let Some(config) = &self.config {
             cargo.arg("--config").arg(config);
         }
-        // A mutant changes few functions.
+        // A mutant changes few functions, so compiling incrementally is fast.
         cargo.env("CARGO_INCREMENTAL", "1").current_dir(&self.folder).stdin(Stdio::null());
         let output = cargo.output().map_err(|error| format!("cargo: {error}"))?;
         if !output.status.success() {
@@ -118,7 +119,8 @@ fn executable(message: Message) -> Option<(Target, Executable)> {
     Some(((package(&id)?.to_owned(), name), Executable { path, folder }))
 }
 
-/// The name in a package id: `path+file:///somewhere/folder#name@1.0.0`, or without the name where that is the folder's.
+/// Returns the name in a package id: `path+file:///somewhere/folder#name@1.0.0`, or
+/// `path+file:///somewhere/name#1.0.0` if the folder has the name.
 fn package(id: &str) -> Option<&str> {
     let (place, version) = id.rsplit_once('#')?;
     match version.split_once('@') {

@@ -7,19 +7,19 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// Not tracked, but read by tests that run without it aloud.
+/// Not tracked by Git, but read by tests, which would otherwise skip scenes.
 const GENERATED: &str = "scenes/generated";
 
-/// A copy of the files that Git tracks, or would.
+/// A copy of the files that Git tracks or would add.
 pub struct Copy {
     root: PathBuf,
     folder: PathBuf,
-    /// Held as long as the copy is in use.
+    /// Locked as long as the copy is in use.
     _lock: File,
 }
 
 impl Copy {
-    /// Of the workspace at `root`, in `folder`, which it has to itself.
+    /// Copies the workspace at `root` to `folder`, and locks it.
     ///
     /// # Errors
     ///
@@ -28,7 +28,8 @@ impl Copy {
         fs::create_dir_all(folder).map_err(Error::io(folder))?;
         let path = folder.with_extension("lock");
         let lock = File::create(&path).map_err(Error::io(&path))?;
-        // A child of this process that is about to run another program still has the lock of a copy that is gone: for a moment.
+        // A child process that is about to run another program may still hold the lock of an
+        // earlier copy for a moment.
         let mut left = 20;
         while let Err(error) = lock.try_lock() {
             match error {
@@ -43,12 +44,13 @@ impl Copy {
         Ok(copy)
     }
 
-    /// Where it is.
+    /// Returns the folder of the copy.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Makes the copy equal to the workspace; touches only what differs, so that Cargo builds no more than it must.
+    /// Makes the copy equal to the workspace. It writes only files that differ, so that Cargo
+    /// compiles no more than it must.
     fn fill(&self) -> Result<(), Error> {
         let wanted = self.files()?;
         for file in &wanted {
@@ -62,7 +64,7 @@ impl Copy {
             }
             fs::write(&to, content).map_err(Error::io(&to))?;
         }
-        // A test of an earlier commit must not be found.
+        // Files of an earlier commit are removed, because they might be tests.
         let wanted: HashSet<PathBuf> = wanted.into_iter().collect();
         let mut folders = vec![self.folder.clone()];
         while let Some(folder) = folders.pop() {
@@ -78,7 +80,7 @@ impl Copy {
         Ok(())
     }
 
-    /// The content of a file of the copy.
+    /// Reads a file of the copy.
     ///
     /// # Errors
     ///
@@ -88,7 +90,7 @@ impl Copy {
         fs::read(&path).map_err(Error::io(&path))
     }
 
-    /// Changes a file of the copy.
+    /// Overwrites a file of the copy.
     ///
     /// # Errors
     ///
@@ -98,7 +100,8 @@ impl Copy {
         fs::write(&path, content).map_err(Error::io(&path))
     }
 
-    /// From the root: tracked files, those that are new and not ignored, generated scenes.
+    /// Returns paths from the root: tracked files, new files that are not ignored, and generated
+    /// scenes.
     fn files(&self) -> Result<Vec<PathBuf>, Error> {
         let listed = git(&self.root, &["ls-files", "-z", "--cached", "--others", "--exclude-standard"])?;
         let mut files: Vec<PathBuf> =
@@ -106,17 +109,17 @@ impl Copy {
         if let Ok(entries) = fs::read_dir(self.root.join(GENERATED)) {
             files.extend(entries.flatten().map(|entry| Path::new(GENERATED).join(entry.file_name())));
         }
-        // Git lists what was deleted until that is committed, and submodules as folders.
+        // Git lists deleted files until the deletion is committed, and submodules as folders.
         files.retain(|file| self.root.join(file).is_file());
         Ok(files)
     }
 }
 
-/// What Git prints.
+/// Runs Git and returns what it prints.
 ///
 /// # Errors
 ///
-/// If it fails.
+/// If Git fails.
 pub fn git(root: &Path, arguments: &[&str]) -> Result<String, Error> {
     let failed = |output: String| Error::Tool {
         action: format!("git {} (the gate copies what Git tracks)", arguments.join(" ")),

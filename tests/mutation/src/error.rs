@@ -1,87 +1,88 @@
-//! Why the gate cannot run. (A mutant that goes unnoticed is no error but a [`Verdict`](crate::gate::Verdict).)
+//! Reasons why the gate cannot run. (A mutant that is not caught is a
+//! [`Verdict`](crate::gate::Verdict), not an error.)
 
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// What went wrong.
+/// An error of the gate.
 #[derive(Debug, Error)]
 pub enum Error {
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         source: std::io::Error,
     },
-    /// The list of mutants cannot be understood.
+    /// The list of mutants is invalid.
     #[error("{}: {message}", path.display())]
     Mutants {
-        /// The list.
+        /// Path of the list.
         path: PathBuf,
-        /// Why, and which mutant.
+        /// Reason, with the mutant's name where there is one.
         message: String,
     },
-    /// A mutant that cannot be planted.
+    /// A mutant cannot be planted, because its text does not occur exactly once.
     #[error(
-        "mutant {mutant}: its text stands {count} times in {}, not once; the source has changed: mend `find` in the list of mutants",
+        "mutant {mutant}: its text occurs {count} times in {}, not once; the source has changed: correct `find` in the list of mutants",
         file.display()
     )]
     Text {
-        /// Its name.
+        /// Name of the mutant.
         mutant: String,
-        /// Where it is to be planted.
+        /// File in which it should be planted.
         file: PathBuf,
-        /// How often its text is there.
+        /// Number of occurrences of its text.
         count: usize,
     },
     /// A program that the gate needs failed.
     #[error("{action} failed:\n{output}")]
     Tool {
-        /// What was attempted.
+        /// Attempted action.
         action: String,
-        /// What it said.
+        /// Output of the program.
         output: String,
     },
-    /// Tests that the list of mutants names and that are not there.
-    #[error("no such tests; mend `caught_by` in the list of mutants:\n  {}", tests.join("\n  "))]
+    /// The list of mutants names tests that do not exist.
+    #[error("no such tests; correct `caught_by` in the list of mutants:\n  {}", tests.join("\n  "))]
     NoSuchTests {
-        /// Which.
+        /// The tests.
         tests: Vec<String>,
     },
-    /// A test that is to notice mutants does not pass without any.
+    /// A test that should catch mutants does not pass without a mutant.
     #[error("{test} {outcome} before any mutant is planted{}", if output.is_empty() { String::new() } else { format!(":\n{output}") })]
     Baseline {
         /// The test.
         test: String,
-        /// How it ended.
+        /// Outcome without a mutant.
         outcome: String,
-        /// What it said.
+        /// Output of the test.
         output: String,
     },
-    /// `REQUIRE_BACKENDS` names a backend that a test did not find.
+    /// `REQUIRE_BACKENDS` names a backend that is missing for a test.
     #[error("REQUIRE_BACKENDS names {backend}, but {test} says: {message}")]
     Backend {
         /// `wgpu` or `cuda`.
         backend: &'static str,
         /// The test.
         test: String,
-        /// What it says.
+        /// The test's message.
         message: String,
     },
-    /// Another gate works in the same folder.
+    /// Another gate uses the same folder.
     #[error("another mutation gate runs in {}; wait for it to end", path.display())]
     Busy {
         /// The folder.
         path: PathBuf,
     },
-    /// The command line cannot be understood.
+    /// The command line is invalid.
     #[error("{0}")]
     Usage(String),
 }
 
 impl Error {
-    /// For `map_err`: `path` could not be read or written.
+    /// Returns a function for `map_err`: `path` could not be read or written.
     pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::Io { path, source }

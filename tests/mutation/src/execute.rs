@@ -1,4 +1,4 @@
-//! Running one test.
+//! Runs single tests.
 
 use crate::build::Executable;
 use crate::error::Error;
@@ -9,18 +9,18 @@ use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// How a test ended.
+/// Outcome of a test.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// It ran and found nothing.
+    /// The test passed.
     Passed,
-    /// It found something.
+    /// The test failed.
     Failed,
-    /// It did not run, since a backend is missing.
+    /// The test did not run, because a backend is missing; with its message.
     Skipped(String),
-    /// It ended in another way than a test does.
+    /// The process ended in another way than by passing or failing; with its exit status.
     Crashed(String),
-    /// It did not end.
+    /// The test exceeded its time limit.
     TimedOut,
     /// The target has no test of this name.
     Missing,
@@ -39,18 +39,18 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// An outcome, and what the test printed.
+/// Outcome of a test, and what it printed.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// How it ended.
+    /// Outcome.
     pub outcome: Outcome,
-    /// Both its streams.
+    /// Standard output and standard error.
     pub output: String,
-    /// What it took.
+    /// Duration.
     pub time: Duration,
 }
 
-/// The names of all tests of `executable`.
+/// Returns the names of all tests of `executable`.
 ///
 /// # Errors
 ///
@@ -73,10 +73,11 @@ pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path)
     let start = Instant::now();
     let mut child = Command::new(&executable.path)
         .args(["--exact", name, "--nocapture", "--color", "never"])
-        // A missing backend is to be said, not to look like a mutant that was noticed; and the copy's scenes are meant.
+        // A missing backend must be reported as skipped, and not fail like a caught mutant; and
+        // tests must use the copy's scenes.
         .env_remove("REQUIRE_BACKENDS")
         .env_remove("TRISECT_ROOT")
-        // Tests of the command line would run the program as it is without the mutant.
+        // Tests of the command line would run a program that was compiled without the mutant.
         .env("TRISECT_BIN", "the mutation gate compiles no program")
         .current_dir(&executable.folder)
         .stdin(Stdio::null())
@@ -88,7 +89,7 @@ pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path)
         match child.try_wait().map_err(Error::io(&executable.path))? {
             Some(status) => break Some(status),
             None if start.elapsed() > limit => {
-                // It may have ended meanwhile.
+                // It may have ended in the meantime.
                 let _ = child.kill();
                 let _ = child.wait();
                 break None;
@@ -102,12 +103,12 @@ pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path)
     Ok(Run { outcome: status.map_or(Outcome::TimedOut, |status| outcome(status, &output)), output, time })
 }
 
-/// By libtest's rules: 101 and a result for a failure.
+/// Derives the outcome by libtest's rules: a failure has exit code 101 and a result line.
 fn outcome(status: ExitStatus, output: &str) -> Outcome {
     let says = |text: &str| output.lines().any(|line| line.starts_with(text));
     match status.code() {
         Some(0) if !says("running 1 test") => Outcome::Missing,
-        // After "test a ... " on a machine of one core.
+        // On a machine of one core the message follows "test a ... " on the same line.
         Some(0) => match output.lines().find_map(|line| line.find("SKIPPED for ").map(|at| &line[at..])) {
             Some(message) => Outcome::Skipped(message.to_owned()),
             None => Outcome::Passed,
@@ -129,7 +130,7 @@ mod tests {
         assert_eq!(ended(0, "\nrunning 0 tests\n"), Outcome::Missing);
         let skipped = "running 1 test\nSKIPPED for Wgpu: none\ntest a::wgpu ... ok\n";
         assert_eq!(ended(0, skipped), Outcome::Skipped("SKIPPED for Wgpu: none".into()));
-        // A scene that is not there is no missing backend.
+        // A skipped scene is no missing backend.
         assert_eq!(ended(0, "running 1 test\nSKIPPED mesh.ron: not generated\n"), Outcome::Passed);
         assert_eq!(ended(101, "running 1 test\ntest result: FAILED. 0 passed; 1 failed;"), Outcome::Failed);
         assert!(matches!(ended(101, "thread main panicked"), Outcome::Crashed(_)));

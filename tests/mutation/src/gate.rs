@@ -1,4 +1,4 @@
-//! Plants each mutant in turn and runs the tests that must notice.
+//! Plants each mutant in turn and runs the tests that must catch it.
 
 use crate::build::{Builder, Executable, Target};
 use crate::copy::Copy;
@@ -9,63 +9,63 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// What came of one mutant.
+/// Verdict on a mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Each test that could run failed (or, for a control, passed).
+    /// Each test that could run failed (or passed, for the control).
     Caught,
-    /// Some test did not do what it must.
+    /// Some tests had another outcome.
     Missed(Vec<(Test, Outcome)>),
-    /// With the mutant, it does not compile: that says nothing about the tests.
+    /// The copy does not compile with the mutant, which proves nothing about the tests.
     DoesNotCompile(String),
     /// All its tests need a backend that is missing.
     Skipped(String),
 }
 
-/// A mutant's verdict, and what it rests on.
+/// Verdict on a mutant, with the details.
 #[derive(Clone, Debug)]
 pub struct Finding {
-    /// What came of it.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The tests that did what they must.
+    /// Tests with the wanted outcome.
     pub by: Vec<Test>,
-    /// Tests that did not run, each with what it said.
+    /// Tests that did not run, each with its message.
     pub skipped: Vec<(Test, String)>,
-    /// For compiling.
+    /// Time for compiling.
     pub build: Duration,
-    /// For running tests.
+    /// Time for running tests.
     pub tests: Duration,
 }
 
 impl Finding {
-    /// Whether the gate may open.
+    /// Returns whether the gate accepts this: the mutant is caught, or skipped.
     pub fn is_good(&self) -> bool {
         matches!(self.verdict, Verdict::Caught | Verdict::Skipped(_))
     }
 }
 
-/// A copy of the workspace, its tests compiled without a mutant, and what is known about them.
+/// A copy of the workspace, its tests compiled without a mutant, and their outcomes without one.
 pub struct Gate {
     copy: Copy,
     builder: Builder,
-    /// Of `REQUIRE_BACKENDS`.
+    /// Backends of `REQUIRE_BACKENDS`.
     required: Vec<String>,
-    /// For compiled tests without a mutant, and output.
+    /// Folder for output and for tests compiled without a mutant.
     folder: PathBuf,
     clean: BTreeMap<Target, Executable>,
     baselines: HashMap<Test, Run>,
 }
 
-/// Longer than any test takes; a mutant may make loops endless.
+/// Minimum time limit of a test, longer than any test takes. A mutant may make loops endless.
 const MIN_LIMIT: Duration = Duration::from_secs(30);
 
 impl Gate {
-    /// Copies the workspace at `root` to a folder in `folder` and compiles the tests of `mutants` there, with artifacts in
-    /// `target_dir` and Cargo's settings in `config`.
+    /// Copies the workspace at `root` to a folder in `folder` and compiles the tests of `mutants`
+    /// there, with artifacts in `target_dir` and Cargo's settings in `config`.
     ///
     /// # Errors
     ///
-    /// If a mutant cannot be planted, or the tests do not compile without one, or are not there.
+    /// If a mutant cannot be planted, or the tests do not exist or do not compile without a mutant.
     pub fn new(
         root: &Path,
         folder: &Path,
@@ -84,7 +84,7 @@ impl Gate {
             action: "compiling the tests without a mutant".to_owned(),
             output,
         })?;
-        // Kept aside: Cargo overwrites them with each mutant.
+        // The executables are copied, because Cargo overwrites them with each mutant.
         let mut clean = BTreeMap::new();
         let mut missing: BTreeSet<&Test> = mutants.iter().flat_map(|mutant| &mutant.caught_by).collect();
         for (target, executable) in built {
@@ -102,11 +102,12 @@ impl Gate {
         Ok(Self { copy, builder, required, folder: folder.to_owned(), clean, baselines: HashMap::new() })
     }
 
-    /// Plants `mutant`, runs its tests and takes it out again.
+    /// Plants `mutant`, runs its tests and removes it.
     ///
     /// # Errors
     ///
-    /// If a test does not pass without the mutant, a required backend is missing, or a file cannot be written.
+    /// If a test does not pass without the mutant, a required backend is missing, or a file cannot
+    /// be written.
     pub fn try_mutant(&mut self, mutant: &Mutant) -> Result<Finding, Error> {
         let start = Instant::now();
         let mut finding = Finding {
@@ -153,7 +154,7 @@ impl Gate {
         Ok(finding)
     }
 
-    /// Runs tests, each with its time limit, with the mutant planted.
+    /// Runs tests, each with its time limit, with the mutant planted, and sets the verdict.
     fn judge(
         &self,
         mutant: &Mutant,
@@ -177,7 +178,7 @@ impl Gate {
         Ok(())
     }
 
-    /// How the test ends without a mutant.
+    /// Returns the outcome of a test without a mutant, which is determined once.
     fn baseline(&mut self, test: &Test) -> Result<Run, Error> {
         if let Some(known) = self.baselines.get(test) {
             return Ok(known.clone());

@@ -1,5 +1,6 @@
-//! The mutation gate: a test suite is worth what it catches. Each mutant of a list is planted in a copy of the workspace, which is
-//! compiled; each test that the list names for it must then fail, and must pass without the mutant.
+//! The mutation gate: plants each mutant of a list in a copy of the workspace and compiles the
+//! copy. Each test that the list names for the mutant must then fail, and must pass without the
+//! mutant.
 
 pub mod build;
 pub mod copy;

@@ -26,7 +26,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all mutants that were run were caught.
+/// Runs the gate and returns whether each mutant that was run was caught.
 fn run(options: &Options) -> Result<bool, Error> {
     let start = Instant::now();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -46,8 +46,8 @@ fn run(options: &Options) -> Result<bool, Error> {
     println!("compiling the tests without a mutant");
     let config = here.join("profile.toml");
     let mut gate = Gate::new(&root, &target.join("mutation"), &target, Some(config), &chosen, required)?;
-    println!("{:.1} s; each mutant now:\n", start.elapsed().as_secs_f64());
-    // The limit is the mutants': on a slow day compiling alone would use it up, and no mutant be tried.
+    println!("{:.1} s; running the mutants:\n", start.elapsed().as_secs_f64());
+    // The time limit excludes this compilation, which could use all of it on a busy machine.
     let begin = Instant::now();
 
     let width = names.iter().map(|name| name.len()).max().unwrap_or_default();
@@ -70,8 +70,8 @@ fn run(options: &Options) -> Result<bool, Error> {
     let tried = caught + failed.len();
     println!("\n{caught} of {tried} mutants caught, in {:.0} s", start.elapsed().as_secs_f64());
     for (what, names) in [
-        ("skipped, for want of a backend", &skipped),
-        ("not run, for want of time", &late),
+        ("skipped, as their backend is missing", &skipped),
+        ("not run before the time limit", &late),
         ("FAILED", &failed),
     ] {
         if !names.is_empty() {
@@ -81,7 +81,8 @@ fn run(options: &Options) -> Result<bool, Error> {
     Ok(failed.is_empty())
 }
 
-/// Where this program was compiled: the folder that holds `release/trisect-mutation`, so that other crates are there, too.
+/// Returns the target folder that this program was compiled in, which also has the artifacts of
+/// other crates.
 fn target_dir() -> Result<PathBuf, Error> {
     let program = std::env::current_exe().map_err(Error::io("this program"))?;
     match program.ancestors().nth(2) {
@@ -90,7 +91,8 @@ fn target_dir() -> Result<PathBuf, Error> {
     }
 }
 
-/// A number from the commit: so that time-boxed runs of successive commits try different mutants.
+/// Returns a number from the commit, so that time-limited runs of successive commits try different
+/// mutants.
 fn seed(root: &Path) -> usize {
     let commit = git(root, &["rev-parse", "--short=7", "HEAD"]).unwrap_or_default();
     usize::from_str_radix(commit.trim(), 16).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! Planted mutants: a text of a source file, what replaces it, and the tests that must notice.
+//! Mutants: a text of a source file, its replacement, and the tests that must catch it.
 
 use crate::error::Error;
 use serde::Deserialize;
@@ -6,15 +6,16 @@ use std::collections::HashSet;
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
 
-/// A test by its package, its target (`lib`, or the name of an integration test) and its name there.
+/// A test by its package, its target (`lib`, or the name of an integration test) and its name
+/// there.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
 #[serde(try_from = "String")]
 pub struct Test {
     /// Name of the package.
     pub package: String,
-    /// `lib` for unit tests, else the name of the file's target.
+    /// `lib` for unit tests, else the target's name.
     pub target: String,
-    /// With its modules, as libtest prints it.
+    /// Name with its modules, as libtest prints it.
     pub name: String,
 }
 
@@ -26,7 +27,7 @@ impl TryFrom<String> for Test {
             &[package, target, name] if !name.is_empty() => {
                 Ok(Self { package: package.into(), target: target.into(), name: name.into() })
             }
-            _ => Err(format!("{text:?} is no test: three words, a package, `lib` or a target, a name")),
+            _ => Err(format!("{text:?} is not a test: expected a package, `lib` or a target, and a name")),
         }
     }
 }
@@ -38,7 +39,8 @@ impl fmt::Display for Test {
 }
 
 impl Test {
-    /// The backend that it needs besides the CPU, by the names that `for_each_backend!` gives.
+    /// Returns the backend that the test needs besides the CPU, by the names that
+    /// `for_each_backend!` gives.
     pub fn backend(&self) -> Option<&'static str> {
         match self.name.rsplit("::").next() {
             Some("wgpu" | "wgpu_naga") => Some("wgpu"),
@@ -48,36 +50,37 @@ impl Test {
     }
 }
 
-/// A planted mutant.
+/// A mutant of the list.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mutant {
-    /// Short and unique.
+    /// Unique short name.
     pub name: String,
-    /// One sentence.
+    /// Description in one sentence.
     pub what: String,
-    /// From the workspace's root.
+    /// Path of the file from the workspace's root.
     pub file: PathBuf,
-    /// Stands exactly once in the file.
+    /// Text that occurs exactly once in the file.
     pub find: String,
-    /// Stands there instead.
+    /// Text that replaces it.
     pub replace: String,
-    /// `find` and `replace` are bytes in hexadecimal: for the prebuilt kernels.
+    /// `find` and `replace` are bytes in hexadecimal, for prebuilt kernels.
     #[serde(default)]
     pub hex: bool,
-    /// Not a mutant: every test must pass. The gate's own twin, which shows that a test fails because of a mutant.
+    /// The gate's own negative control: it changes no code, and its tests must pass, which shows
+    /// that tests fail because of mutants.
     #[serde(default)]
     pub control: bool,
-    /// Each must fail.
+    /// Tests that must fail.
     pub caught_by: Vec<Test>,
 }
 
 impl Mutant {
-    /// `source` with the mutant.
+    /// Returns `source` with the mutant.
     ///
     /// # Errors
     ///
-    /// If its text does not stand there exactly once.
+    /// If the text does not occur exactly once.
     pub fn apply(&self, source: &[u8]) -> Result<Vec<u8>, Error> {
         let (find, replace) = (self.bytes(&self.find), self.bytes(&self.replace));
         let places: Vec<usize> = (0..source.len()).filter(|&at| source[at..].starts_with(&find)).collect();
@@ -91,7 +94,7 @@ impl Mutant {
         Ok([&source[..at], &replace, &source[at + find.len()..]].concat())
     }
 
-    /// [`check`] has proven that hexadecimal is.
+    /// Returns the bytes of `find` or `replace`; [`check`] has validated hexadecimal text.
     fn bytes(&self, text: &str) -> Vec<u8> {
         if self.hex { hexadecimal(text).unwrap_or_default() } else { text.as_bytes().to_vec() }
     }
@@ -112,11 +115,11 @@ struct List {
     mutant: Vec<Mutant>,
 }
 
-/// The mutants of a TOML file, in its order.
+/// Reads the mutants of a TOML file, in its order.
 ///
 /// # Errors
 ///
-/// If it cannot be read, a name stands twice, or a mutant is none.
+/// If the file cannot be read, two mutants have the same name, or a mutant is invalid.
 pub fn read(path: &Path) -> Result<Vec<Mutant>, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
     let failed = |message| Error::Mutants { path: path.to_owned(), message };
@@ -125,7 +128,7 @@ pub fn read(path: &Path) -> Result<Vec<Mutant>, Error> {
     for mutant in &mutants {
         check(mutant).map_err(|message| failed(format!("mutant {}: {message}", mutant.name)))?;
         if !names.insert(&mutant.name) {
-            return Err(failed(format!("mutant {} stands there twice", mutant.name)));
+            return Err(failed(format!("mutant {} is listed twice", mutant.name)));
         }
     }
     Ok(mutants)
@@ -136,13 +139,13 @@ fn check(mutant: &Mutant) -> Result<(), &'static str> {
         return Err("its name may have letters, digits and hyphens only");
     }
     if mutant.caught_by.is_empty() {
-        return Err("it names no test that is to catch it");
+        return Err("`caught_by` names no test");
     }
     if !mutant.file.components().all(|part| matches!(part, Component::Normal(_))) {
         return Err("its file is not inside the workspace");
     }
     if mutant.find.is_empty() || mutant.find == mutant.replace {
-        return Err("it changes nothing");
+        return Err("`find` is empty, or equal to `replace`");
     }
     if mutant.hex && [&mutant.find, &mutant.replace].into_iter().any(|text| hexadecimal(text).is_none()) {
         return Err("`find` or `replace` is not hexadecimal");
@@ -176,7 +179,7 @@ mod tests {
             let error = mutant("a + b", "a - b", false).apply(source.as_bytes()).unwrap_err();
             assert!(matches!(error, Error::Text { count, .. } if count == want), "{source}: {error}");
         }
-        // Overlapping ones count, too.
+        // Overlapping occurrences count, too.
         let error = mutant("aa", "b", false).apply(b"aaa").unwrap_err();
         assert!(matches!(error, Error::Text { count: 2, .. }));
     }

@@ -2,34 +2,35 @@
 
 use crate::error::Error;
 
-/// What is asked for.
+/// Options of the command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Say what the mutants are and stop.
+    /// Prints the mutants and runs nothing.
     pub list: bool,
-    /// Only these, by name.
+    /// Names of the mutants to run; empty for all.
     pub only: Vec<String>,
-    /// Start no mutant later.
+    /// Starts no mutant after this many seconds.
     pub seconds: Option<u64>,
-    /// The first mutant's number; without it a time-boxed run takes it from the commit.
+    /// Number of the first mutant; by default 0, or for a time-limited run a number from the
+    /// commit.
     pub start: Option<usize>,
-    /// The k-th of n parts, k from 1.
+    /// Runs the k-th of n parts, k from 1.
     pub shard: Option<(usize, usize)>,
 }
 
-/// For `--help` and errors.
+/// Text for `--help` and errors.
 pub const USAGE: &str = "usage: cargo mutation-gate [OPTIONS]
 
-Plants each mutant of tests/mutation/mutants.toml in a copy of the workspace and shows that tests catch it.
+Plants each mutant of tests/mutation/mutants.toml in a copy of the workspace, and checks that its tests fail.
 
-  --list         say what the mutants are and which tests catch them; run nothing
+  --list         print the mutants and the tests that catch them; run nothing
   --only NAME    this mutant only; may be given several times
-  --seconds N    start no mutant after N seconds of mutants, and say which were not run
-  --start K      begin with mutant K, counted from 0 (with --seconds: else a number from the commit, so that each gets its turn)
-  --shard K/N    the K-th of N parts, K from 1";
+  --seconds N    start no mutant after N seconds (without the first compilation), and print those not run
+  --start K      begin with mutant K, counted from 0 (default: 0; with --seconds, a number from the commit)
+  --shard K/N    run the K-th of N parts, K from 1";
 
 impl Options {
-    /// Of the arguments after the program's name.
+    /// Parses the arguments after the program's name.
     ///
     /// # Errors
     ///
@@ -59,14 +60,15 @@ impl Options {
         Ok(options)
     }
 
-    /// The numbers of the mutants to run, in order, of `names`. `seed` turns a time-boxed run.
+    /// Returns the numbers of the mutants to run, in order. `seed` is the default start of a
+    /// time-limited run.
     ///
     /// # Errors
     ///
-    /// If `only` names none of them.
+    /// If `only` has an unknown name.
     pub fn choose(&self, names: &[&str], seed: usize) -> Result<Vec<usize>, Error> {
         if let Some(unknown) = self.only.iter().find(|only| !names.contains(&only.as_str())) {
-            return Err(Error::Usage(format!("there is no mutant {unknown}; --list says which there are")));
+            return Err(Error::Usage(format!("unknown mutant {unknown}; --list prints all mutants")));
         }
         let first = self.start.unwrap_or(if self.seconds.is_some() { seed } else { 0 });
         let turned = (0..names.len()).map(|i| (first % names.len() + i) % names.len());
@@ -122,7 +124,7 @@ mod tests {
         assert_eq!(choose("--seconds 1", 4_000_000_003).unwrap(), [3, 0, 1, 2]);
         assert_eq!(choose("--seconds 1 --start 2", 3).unwrap(), [2, 3, 0, 1]);
         assert_eq!(choose("--only c --only a", 0).unwrap(), [0, 2]);
-        // The parts are all.
+        // The parts together have all mutants.
         assert_eq!(
             (choose("--shard 1/3", 0).unwrap(), choose("--shard 2/3", 0).unwrap()),
             (vec![0, 3], vec![1])

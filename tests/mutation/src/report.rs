@@ -1,10 +1,10 @@
-//! What people read.
+//! The gate's printed report.
 
 use crate::gate::{Finding, Verdict};
 use crate::mutant::{Mutant, Test};
 
-/// A row of the table: verdict, mutant, seconds for compiling and for tests, the tests that caught it. Further lines tell what went
-/// wrong.
+/// Returns a row of the table: verdict, mutant, seconds for compiling and for tests, and the tests
+/// that caught it. Further lines tell what went wrong.
 pub fn row(mutant: &Mutant, finding: &Finding, width: usize) -> String {
     let word = match &finding.verdict {
         Verdict::Caught if mutant.control => "passes",
@@ -35,18 +35,18 @@ pub fn row(mutant: &Mutant, finding: &Finding, width: usize) -> String {
     text
 }
 
-/// The table's head.
+/// Returns the head of the table.
 pub fn head(width: usize) -> String {
     format!("{:7}  {:width$}  {:>5}  {:>5}  by", "", "mutant", "build", "tests")
 }
 
-/// A test without its package's name, which the target's tells but for unit tests.
+/// Returns a test's target and name; the package instead of the target for unit tests.
 fn short(test: &Test) -> String {
     let target = if test.target == "lib" { &test.package } else { &test.target };
     format!("{target} {}", test.name)
 }
 
-/// For `--list`.
+/// Returns the description of a mutant for `--list`.
 pub fn describe(mutant: &Mutant) -> String {
     let mut text = format!("{}: {}\n    {}\n", mutant.name, mutant.what, mutant.file.display());
     for test in &mutant.caught_by {

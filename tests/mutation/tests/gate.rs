@@ -1,4 +1,5 @@
-//! The gate's own twins, on a workspace of one small crate: what no test notices must close it.
+//! The gate's own negative controls, on a workspace of one small crate: a mutant that no test
+//! notices must not pass.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::fs;
@@ -49,7 +50,7 @@ fn adds() {
 }
 ";
 
-/// A workspace in a folder of the test's own, which Git knows.
+/// Creates a Git workspace of one crate in the test's own folder.
 fn workspace(name: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("gate-{name}"));
     let _ = fs::remove_dir_all(&root);
@@ -68,7 +69,7 @@ fn workspace(name: &str) -> PathBuf {
     root
 }
 
-/// A mutant of `a + b` that `tests` are to catch.
+/// Returns a mutant of `a + b` that `tests` should catch.
 fn mutant(replace: &str, tests: &[&str]) -> Mutant {
     Mutant {
         name: "some".into(),
@@ -113,16 +114,16 @@ fn what_is_noticed_passes_and_nothing_else() {
     let finding = find(&noticed);
     assert_eq!((&finding.verdict, finding.by.len()), (&Verdict::Caught, 2));
     assert!(finding.is_good());
-    // The twin: a comment is no mutant.
+    // Negative control: a comment is no mutant.
     let finding = find(&comment);
     assert_eq!(missed(&finding), [&Outcome::Passed, &Outcome::Passed]);
     assert!(!finding.is_good() && report::row(&comment, &finding, 4).starts_with("FAILED"));
     assert_eq!(find(&control).verdict, Verdict::Caught);
     assert_eq!(missed(&find(&no_control)), [&Outcome::Failed, &Outcome::Failed]);
-    // Every test must notice.
+    // Each named test must fail.
     let finding = find(&half);
     assert_eq!((missed(&finding), finding.by.len()), (vec![&Outcome::Passed], 1));
-    // Neither a compiler's error nor a crash is a test's failure.
+    // Neither a compiler's error nor a crash counts as a test's failure.
     let finding = find(&broken);
     assert!(
         matches!(&finding.verdict, Verdict::DoesNotCompile(text) if text.contains("mismatched types")
@@ -132,7 +133,7 @@ fn what_is_noticed_passes_and_nothing_else() {
     assert!(!finding.is_good());
     let finding = find(&crash);
     assert!(matches!(missed(&finding).as_slice(), [Outcome::Crashed(_)]), "{finding:?}");
-    // And the mutant is gone: from the copy, and from the workspace, which never had it.
+    // The mutant is removed from the copy, and was never in the workspace.
     for folder in [root.clone(), root.join("target/mutation/work")] {
         assert_eq!(fs::read_to_string(folder.join("src/lib.rs")).unwrap(), LIBRARY);
     }
@@ -142,13 +143,13 @@ fn what_is_noticed_passes_and_nothing_else() {
 #[test]
 fn what_cannot_be_judged_is_an_error() {
     let root = workspace("errors");
-    // Its text is not there, or stands there twice.
+    // The text does not occur, or occurs more than once.
     for (find, want) in [("a * b", 0), ("super::sum(2, 3)", 3)] {
         let mutant = Mutant { find: find.into(), ..mutant("a - b", &["lib tests::adds"]) };
         let error = gate(&root, &[&mutant], &[]).err().expect("a mutant that does not apply");
         assert!(matches!(error, Error::Text { count, .. } if count == want), "{error}");
     }
-    // Tests that are not there, or fail as it is.
+    // Tests that do not exist, or fail without the mutant.
     let nonsense = mutant("a - b", &["lib tests::adds", "lib tests::nonsense", "outside tests::adds"]);
     let error = gate(&root, &[&nonsense], &[]).err().expect("tests that are not there");
     assert!(matches!(&error, Error::NoSuchTests { tests } if tests.len() == 2), "{error}");
@@ -157,7 +158,7 @@ fn what_cannot_be_judged_is_an_error() {
     assert!(matches!(error, Error::Baseline { .. }) && error.to_string().contains("fails"), "{error}");
     let no_target = mutant("a - b", &["nonsense adds"]);
     assert!(matches!(gate(&root, &[&no_target], &[]), Err(Error::Tool { .. })));
-    // One gate at a time.
+    // Only one gate runs at a time.
     let mutant = mutant("a - b", &["lib tests::adds"]);
     let _first = gate(&root, &[&mutant], &[]).unwrap();
     assert!(matches!(gate(&root, &[&mutant], &[]), Err(Error::Busy { .. })));
@@ -179,14 +180,15 @@ fn a_missing_backend_is_said() {
     assert!(matches!(error, Error::Backend { backend: "wgpu", .. }), "{error}");
 }
 
-/// The list of the project: each mutant applies to the sources as they are, and one of the shared crate is caught without a GPU, too:
-/// once kernels are built from it, a GPU agrees with the CPU again.
+/// Each mutant of the project's list applies to the sources as they are. A mutant of the shared
+/// crate is also caught without a GPU, because a GPU with kernels built from the faulty source
+/// would agree with the CPU.
 #[test]
 fn the_projects_faults_apply() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mutants = mutant::read(&here.join("mutants.toml")).unwrap();
     assert!(mutants.iter().filter(|mutant| !mutant.control).count() >= 20);
-    assert!(mutants.iter().any(|mutant| mutant.control), "no twin");
+    assert!(mutants.iter().any(|mutant| mutant.control), "no control");
     for mutant in &mutants {
         let source = fs::read(here.join("../..").join(&mutant.file)).unwrap();
         mutant.apply(&source).unwrap_or_else(|error| panic!("{error}"));
@@ -195,7 +197,8 @@ fn the_projects_faults_apply() {
     }
 }
 
-/// `profile.toml` names each member: one that it forgets could overwrite the artifact that Cargo makes without it.
+/// `profile.toml` names each member of the workspace. A member that it does not name could
+/// overwrite the artifact that Cargo makes without it.
 #[test]
 fn the_profile_names_each_member() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));

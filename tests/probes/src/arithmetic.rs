@@ -1,4 +1,4 @@
-//! The operations that every function is made of.
+//! The operations that all other functions consist of.
 
 use crate::record::{Input, Output, ProbeParams, floats, row4};
 use glam::UVec4;
@@ -19,22 +19,22 @@ pub const ROOT: u32 = 4;
 pub const MINIMUM: u32 = 5;
 /// The larger of x and y.
 pub const MAXIMUM: u32 = 6;
-/// x y + z: rounded twice, unless the compiler contracts it.
+/// x y + z, which rounds twice unless the compiler contracts it.
 pub const MULTIPLY_ADD: u32 = 7;
-/// (x + y) - x: y's rounded part, unless the compiler reassociates.
+/// (x + y) - x, which is what rounding left of y unless the compiler reassociates.
 pub const ADD_SUBTRACT: u32 = 8;
-/// The bits of x as an unsigned integer, to a number.
+/// The bits of x as an unsigned integer, converted to f32.
 pub const FROM_UNSIGNED: u32 = 9;
-/// The bits of x as a signed integer, to a number.
+/// The bits of x as a signed integer, converted to f32.
 pub const FROM_SIGNED: u32 = 10;
-/// x to a signed integer, towards zero; |x| < 2³¹.
+/// x converted to a signed integer, towards zero; |x| < 2³¹.
 pub const TO_SIGNED: u32 = 11;
-/// Bits: x < y, x ≤ y, x = y, x ≠ x, x > y, x ≥ y.
+/// Comparisons as bits from the lowest: x < y, x ≤ y, x = y, x ≠ x, x > y, x ≥ y.
 pub const COMPARE: u32 = 12;
 /// 1 / x.
 pub const RECIPROCAL: u32 = 13;
 
-/// Row a: x, y, z. Output a: the result.
+/// Row a: x, y, z. Output: a the result; b the result as bits.
 #[inline(always)]
 pub fn arithmetic(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

@@ -1,4 +1,4 @@
-//! How much a boundary reflects, and where it bends light to.
+//! Reflectance and refraction at a boundary.
 
 use crate::record::{Input, Output, ProbeParams, floats, row4};
 use glam::{UVec4, Vec3};
@@ -6,16 +6,19 @@ use trisect_shared::fresnel::{conductor, dielectric, refracted_cos2, schlick};
 use trisect_shared::math::sqrt;
 use trisect_shared::scene::Scene;
 
-/// Row a: cosine of incidence; index, incident over refracted. Output: reflectance, cosine of refraction or 0 where reflection is total, its square.
+/// Fresnel's equations of a dielectric. Row a: cosine of incidence; index, incident over refracted.
+/// Output: reflectance; cosine of refraction, 0 where reflection is total; the square of that
+/// cosine, negative there.
 pub const DIELECTRIC: u32 = 0;
-/// The same by Schlick's approximation with the incident cosine.
+/// Schlick's approximation with the incident cosine; rows and output of [`DIELECTRIC`].
 pub const SCHLICK: u32 = 1;
-/// Row a: cosine; real and imaginary index. Output: reflectance.
+/// Fresnel's equations of a conductor. Row a: cosine; real and imaginary index. Output:
+/// reflectance.
 pub const CONDUCTOR: u32 = 2;
-/// As [`DIELECTRIC`] with 1 - eta² sin², which cancels: the twin.
+/// [`DIELECTRIC`] with cos² = 1 - eta² sin², which cancels: a negative control.
 pub const CANCELLING: u32 = 3;
 
-/// Numbers in row a, out in row a.
+/// Row a: numbers. Output a: numbers.
 #[inline(always)]
 pub fn fresnel(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);
@@ -32,7 +35,7 @@ pub fn fresnel(params: &ProbeParams, _: Scene, input: Input) -> Output {
         }
         let mut reflectance = 1.0;
         let mut refracted = 0.0;
-        // As a dielectric decides.
+        // The condition by which a dielectric decides.
         if square > 0.0 {
             refracted = sqrt(square);
             reflectance = dielectric(cos, refracted, eta);

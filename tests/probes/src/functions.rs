@@ -1,34 +1,35 @@
-//! The shared crate's own functions of numbers.
+//! The shared crate's own numeric functions.
 
 use crate::record::{Input, Output, ProbeParams, floats, row, row4, vector};
 use glam::UVec4;
 use trisect_shared::math;
 use trisect_shared::scene::Scene;
 
-/// Row a: random bits. Output: cos, sin.
+/// Point of the unit circle. Row a: random bits. Output: cos, sin.
 pub const UNIT_CIRCLE: u32 = 0;
-/// Row a: turns. Output: cos, sin.
+/// Cosine and sine of an angle. Row a: turns. Output: cos, sin.
 pub const COS_SIN_TURNS: u32 = 1;
-/// Row a: y, x. Output: turns.
+/// Angle of a vector. Row a: y, x. Output: turns.
 pub const ATAN2_TURNS: u32 = 2;
-/// Row a: x in [0, 1]. Output: its cube root.
+/// Cube root. Row a: x in [0, 1]. Output: its cube root.
 pub const CUBE_ROOT: u32 = 3;
-/// Row a: x. Output b: the integer at or below.
+/// Floor. Row a: x. Output b: the largest integer not above x.
 pub const FLOOR: u32 = 4;
-/// Row a: a vector. Output: of unit length.
+/// Normalisation. Row a: a vector. Output: the unit vector along it.
 pub const NORMALIZE: u32 = 5;
-/// Row a: a unit vector. Output a, b: two more that are perpendicular.
+/// Orthonormal basis. Row a: a unit vector. Output a, b: two unit vectors perpendicular to it and
+/// to each other.
 pub const BASIS: u32 = 6;
-/// Row a: a half's bits. Output: its value.
+/// Conversion of a half. Row a: a half's bits. Output: its value.
 pub const FROM_HALF: u32 = 7;
-/// Row a: x. Output b: whether it is finite.
+/// Test for finite numbers. Row a: a vector. Output b: 1 if all three are finite, else 0.
 pub const ALL_FINITE: u32 = 8;
-/// Row a: two integers. Output b: the upper word of their product.
+/// Product of integers. Row a: two integers. Output b: the upper word of their product.
 pub const MUL_HIGH: u32 = 9;
-/// Row a: random bits. Output: a number below 1.
+/// Uniform number. Row a: random bits. Output: a number below 1.
 pub const UNIT: u32 = 10;
 
-/// Numbers in row a, out in rows a and b.
+/// Row a: numbers or bits. Output: rows a and b.
 #[inline(always)]
 pub fn functions(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

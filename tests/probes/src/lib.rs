@@ -1,8 +1,9 @@
-//! Functions of the shared crate one at a time: words in, words out.
+//! Single functions of the shared crate as kernels: words in, words out.
 //!
-//! A probe is a function of an [`Input`](record::Input) that runs natively and, through the entry points in `spirv` and `ptx`, on a device, like
-//! the kernels themselves. So a torture test asks each backend the same question. Some operations are faulty on purpose: the
-//! sabotage twins of the tests.
+//! A probe is a function of an [`Input`](record::Input). It runs natively and, through the entry
+//! points in `spirv` and `ptx`, on a device, like the render kernels. So a torture test asks each
+//! backend the same question. Some operations are faulty on purpose: they are negative controls of
+//! the tests.
 //!
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
@@ -13,7 +14,8 @@
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
-/// Calls a macro with each probe: its function and entry point, and the entry point's name (attributes take literals only).
+/// Calls a macro with each probe: the name of its function and module, and the name of its entry
+/// point (attributes take literals only).
 #[macro_export]
 macro_rules! for_each_probe {
     ($probe:ident) => {

@@ -1,17 +1,18 @@
-//! The compiled probes, as `cargo kernels` left them in `prebuilt/`.
+//! The compiled probes, as `cargo kernels` stored them in `prebuilt/`.
 
-/// PTX that gives the CPU's bits.
+/// PTX of all probes, precise build: gives the CPU's bits.
 pub const PTX_PRECISE: &str = include_str!("../prebuilt/probes.precise.ptx");
 
-/// Threads of a work group.
+/// Threads per workgroup.
 pub const WORKGROUP: u32 = 64;
 
 macro_rules! names {
     ($($module:ident $text:tt,)*) => {
-        /// All entry points.
+        /// Names of all entry points.
         pub const NAMES: &[&str] = &[$($text,)*];
 
-        /// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is no such entry point.
+        /// Returns the SPIR-V module for Vulkan 1.2 that has this entry point only; `None` if the
+        /// name is unknown.
         pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
             match entry_point {
                 $($text => Some(include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv"))),)*

@@ -22,11 +22,12 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 
 macro_rules! entry_points {
     ($($module:ident $text:tt,)*) => {$(
-        /// A thread answers one question.
+        /// Answers one question per thread.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of the given lengths, and the last two of `params.count` records.
+        /// The pointers must name device arrays of the given lengths; the last two arrays have
+        /// `params.count` records.
         #[unsafe(export_name = $text)]
         #[allow(clippy::too_many_arguments, reason = "a pointer each")]
         pub unsafe extern "ptx-kernel" fn $module(
@@ -50,7 +51,7 @@ macro_rules! entry_points {
             if index >= params.count {
                 return;
             }
-            // SAFETY: the caller's promise, and the guard.
+            // SAFETY: the caller guarantees the arrays, and the index was checked.
             #[allow(unused_unsafe, reason = "some probes are unsafe")]
             unsafe {
                 let scene = Scene {

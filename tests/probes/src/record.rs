@@ -1,29 +1,30 @@
-//! What goes in and comes out.
+//! Records of probes: launch parameters, questions and answers.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec3, Vec4};
 use trisect_shared::params::RenderParams;
 use trisect_shared::rng::Words;
 
-/// One launch. 256 bytes.
+/// Parameters of a launch. 256 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct ProbeParams {
-    /// One of the probe's constants.
+    /// Operation: one of the probe's constants.
     pub operation: u32,
-    /// Length of the inputs and outputs.
+    /// Number of inputs and of outputs.
     pub count: u32,
     /// Unused. (Words, not an array: see [`RenderParams::first_planar`].)
     pub pad0: u32,
     /// Unused.
     pub pad1: u32,
-    /// The scene's root, lights, camera and so on.
+    /// Root of the BVH, lights, camera and other parameters of the scene.
     pub render: RenderParams,
 }
 
 const _: () = assert!(size_of::<ProbeParams>() == 256 && align_of::<ProbeParams>() == 16);
 
-/// A question: eight rows, whose meaning each operation states. 128 bytes. Integers, so that no bit pattern is changed on the way.
+/// A question: eight rows, whose meaning each operation states. 128 bytes. The rows are integers,
+/// so that no bit pattern changes on the way.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Input {
@@ -47,7 +48,7 @@ pub struct Input {
 
 const _: () = assert!(size_of::<Input>() == 128 && align_of::<Input>() == 16);
 
-/// It is rows.
+// An input is stored as its rows.
 #[cfg(target_arch = "spirv")]
 impl trisect_shared::buffer_layout::Packable for Input {
     type Rows = Self;
@@ -56,7 +57,7 @@ impl trisect_shared::buffer_layout::Packable for Input {
     }
 }
 
-/// An answer. 32 bytes.
+/// An answer: two rows. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Output {
@@ -66,7 +67,7 @@ pub struct Output {
     pub b: UVec4,
 }
 
-/// It is rows.
+// An output is stored as its rows.
 #[cfg(target_arch = "spirv")]
 impl trisect_shared::buffer_layout::Packable for Output {
     type Rows = Self;
@@ -84,31 +85,31 @@ impl trisect_shared::buffer_layout::PackableMut for Output {
 
 const _: () = assert!(size_of::<Output>() == 32 && align_of::<Output>() == 16);
 
-/// The numbers whose bits a row holds.
+/// Returns the four numbers whose bits a row holds.
 #[inline(always)]
 pub fn floats(row: UVec4) -> Vec4 {
     Vec4::new(f32::from_bits(row.x), f32::from_bits(row.y), f32::from_bits(row.z), f32::from_bits(row.w))
 }
 
-/// The first three of them.
+/// Returns the first three numbers whose bits a row holds.
 #[inline(always)]
 pub fn vector(row: UVec4) -> Vec3 {
     Vec3::new(f32::from_bits(row.x), f32::from_bits(row.y), f32::from_bits(row.z))
 }
 
-/// Random words.
+/// Returns a row as random words.
 #[inline(always)]
 pub fn words(row: UVec4) -> Words {
     Words { x: row.x, y: row.y, z: row.z, w: row.w }
 }
 
-/// A row of three numbers and a word.
+/// Returns a row of three numbers and a word.
 #[inline(always)]
 pub fn row(v: Vec3, w: u32) -> UVec4 {
     UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w)
 }
 
-/// A row of four numbers.
+/// Returns a row of four numbers.
 #[inline(always)]
 pub fn row4(x: f32, y: f32, z: f32, w: f32) -> UVec4 {
     UVec4::new(x.to_bits(), y.to_bits(), z.to_bits(), w.to_bits())

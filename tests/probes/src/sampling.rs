@@ -1,4 +1,4 @@
-//! Random words, and what the camera and the sphere make of any.
+//! Random words, and the camera and the sphere with any words.
 
 use crate::record::{Input, Output, ProbeParams, row, words};
 use glam::UVec4;
@@ -8,15 +8,15 @@ use trisect_shared::rng::{PathKey, Words};
 use trisect_shared::sampler;
 use trisect_shared::scene::Scene;
 
-/// Row a: seed, pixel, sample, block. Output a: independent words; b: the same as numbers.
+/// Independent sampler. Row a: seed, pixel, sample, block. Output: a words; b the words as numbers.
 pub const INDEPENDENT: u32 = 0;
-/// The same from the Sobol sequence.
+/// Sobol sequence; rows and output of [`INDEPENDENT`].
 pub const SEQUENCE: u32 = 1;
-/// Row a: words. Output a: the point of the unit sphere of the first two.
+/// Point on the unit sphere. Row a: words, of which the first two matter. Output a: the point.
 pub const UNIT_SPHERE: u32 = 2;
-/// Row a: words; row b: pixel x and y. Output a: direction; b: origin of the camera's ray.
+/// Camera ray. Rows: a words; b pixel x and y. Output: a direction; b origin.
 pub const CAMERA: u32 = 3;
-/// As [`INDEPENDENT`], with numbers that can be 1: the twin.
+/// [`INDEPENDENT`] with numbers that can be 1: a negative control.
 pub const INDEPENDENT_TO_ONE: u32 = 4;
 
 #[inline(always)]
@@ -25,7 +25,7 @@ fn numbers(w: Words) -> UVec4 {
     UVec4::new(x.to_bits(), y.to_bits(), z.to_bits(), w.to_bits())
 }
 
-/// Words in row a, out in rows a and b.
+/// Row a: words. Output: rows a and b.
 #[inline(always)]
 pub fn sampling(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let key = PathKey { seed: input.a.x, pixel: input.a.y, sample: input.a.z };

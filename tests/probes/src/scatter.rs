@@ -8,23 +8,25 @@ use trisect_shared::features::{ALL, TEXTURES};
 use trisect_shared::material::Material;
 use trisect_shared::scene::Scene;
 
-/// Rows: a incoming and material; b normal and front; c words. Output: a direction and bits (1 transmitted, 2 absorbed); b weight
-/// and density.
+/// Samples a material. Rows: a incoming direction and material; b normal, and whether the front is
+/// hit; c random words. Output: a direction, and bits (1 transmitted, 2 absorbed); b weight and
+/// pdf.
 pub const SAMPLE: u32 = 0;
-/// The same with Schlick's approximation.
+/// [`SAMPLE`] with Schlick's approximation.
 pub const SAMPLE_SCHLICK: u32 = 1;
-/// Rows: a incoming and material; b normal and front; c outgoing. Output a: value times cosine, and density.
+/// Evaluates a material. Rows: a incoming direction and material; b normal, and whether the front
+/// is hit; c outgoing direction. Output a: value times cosine, and pdf.
 pub const EVALUATE: u32 = 2;
 
-/// Rows by operation.
+/// Rows and output as the operation states.
 ///
 /// # Safety
 ///
-/// The material's index is below the number of the scene's.
+/// The material's index must be below the scene's number of materials.
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Output {
-    // SAFETY: the caller's promise; without textures.
+    // SAFETY: the caller guarantees it; no texture is read.
     let bsdf = unsafe {
         let material = load::<Material>(scene.materials, input.a.w);
         let (incoming, normal) = (vector(input.a), vector(input.b));

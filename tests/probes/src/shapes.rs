@@ -1,4 +1,4 @@
-//! Primitives by themselves.
+//! Single primitives.
 
 use crate::record::{Input, Output, ProbeParams, row, row4, vector};
 use glam::{UVec4, Vec3};
@@ -9,22 +9,28 @@ use trisect_shared::scene::Scene;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::{Shear, Triangle};
 
-/// Rows: a centre and radius; b origin; c direction; d whether the ray departs from it, and whether inward. Output: distance.
+/// Intersects a sphere. Rows: a centre and radius; b origin; c direction; d whether the ray leaves
+/// the sphere itself, and whether inward. Output: distance.
 pub const SPHERE: u32 = 0;
-/// The same by the textbook's discriminant b² - c: the twin.
+/// Intersects a sphere by the textbook's discriminant b² - c, with rows a to c of [`SPHERE`]: a
+/// negative control.
 pub const NAIVE_SPHERE: u32 = 1;
-/// Rows: a centre and radius; b point; c direction. Output: a normal; b point.
+/// Projects a point onto a sphere. Rows: a centre and radius; b point; c direction. Output: a
+/// normal; b point.
 pub const PROJECT: u32 = 2;
-/// Rows: a, b, c vertices; d origin; e direction. Output: distance, weights of b and c.
+/// Intersects a triangle. Rows: a, b, c vertices; d origin; e direction. Output: distance, weights
+/// of b and c.
 pub const TRIANGLE: u32 = 3;
-/// The same by Möller and Trumbore (JGT 2(1), 1997): the twin.
+/// Intersects a triangle by Möller and Trumbore (JGT 2(1), 1997), with the rows of [`TRIANGLE`] and
+/// the distance as output: a negative control.
 pub const LEAKY_TRIANGLE: u32 = 4;
-/// Rows: a origin and kind; b normal; c dual of u; d dual of v; e ray's origin; f direction. Output: distance.
+/// Intersects a planar shape. Rows: a origin and kind; b normal; c dual of u; d dual of v; e ray's
+/// origin; f direction. Output: distance.
 pub const PLANAR: u32 = 5;
-/// Rows: a, b, c vertices. Output: the normal, not normalised.
+/// Normal of a triangle. Rows: a, b, c vertices. Output: the normal, not normalised.
 pub const TRIANGLE_NORMAL: u32 = 6;
 
-/// Rows by operation. Output a: the result.
+/// Rows as the operation states. Output a: the result, unless the operation states otherwise.
 #[inline(always)]
 pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let operation = params.operation;

@@ -17,7 +17,7 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 
 macro_rules! entry_points {
     ($($module:ident $text:tt,)*) => {$(
-        /// An invocation answers one question.
+        /// Answers one question per invocation.
         #[spirv(compute(threads(64), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "a binding each")]
         pub fn $module(
@@ -42,7 +42,8 @@ macro_rules! entry_points {
             let scene = Scene {
                 spheres, nodes, materials, planars, triangles, shading, lights, textures, texels, environment,
             };
-            // SAFETY: the guard, and the caller's proof of the scene and of `params.count` records.
+            // SAFETY: the index was checked; the caller validated the scene and provides
+            // `params.count` records.
             #[allow(unsafe_code, unused_unsafe, reason = "see buffer; some probes are unsafe")]
             unsafe {
                 let output = crate::$module::$module(params, scene, load::<Input>(inputs, id.x));

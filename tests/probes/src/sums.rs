@@ -1,4 +1,4 @@
-//! What a pixel gathers.
+//! Sums of a pixel's samples.
 
 use crate::record::{Input, Output, ProbeParams, floats, row};
 use glam::{UVec4, Vec3, Vec4};
@@ -6,13 +6,14 @@ use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::FLAG_OPAQUE_ZERO;
 use trisect_shared::scene::Scene;
 
-/// Row a: a value, and how often (word y) it is added. Output: sum, and samples.
+/// Compensated sum of equal values. Row a: the value, and how often (word y) it is added. Output:
+/// sum and samples.
 pub const CONSTANT: u32 = 0;
-/// Row a: up to four values; row b: how many. Output: sum, and samples.
+/// Compensated sum of a list. Row a: up to four values; row b: how many. Output: sum and samples.
 pub const LIST: u32 = 1;
-/// [`CONSTANT`] in one f32: the twin.
+/// [`CONSTANT`] summed in f32 without compensation: a negative control.
 pub const PLAIN: u32 = 2;
-/// [`LIST`] in one f32: the twin.
+/// [`LIST`] summed in f32 without compensation: a negative control.
 pub const PLAIN_LIST: u32 = 3;
 
 #[inline(always)]
@@ -28,7 +29,7 @@ fn component(v: Vec4, i: u32) -> f32 {
     }
 }
 
-/// Values in row a; sum and samples in row a.
+/// Row a: values. Output a: sum and samples.
 #[inline(always)]
 pub fn sums(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

@@ -11,24 +11,26 @@ use trisect_shared::surface;
 use trisect_shared::traversal::{closest_hit, distance};
 use trisect_shared::triangle::Shear;
 
-/// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction, and whether inward. Output: a normal, primitive; b
-/// distance.
+/// Closest hit. Rows: a origin, and the primitive that the ray leaves or [`NO_PRIMITIVE`]; b
+/// direction, and whether inward. Output: a normal and primitive; b distance.
 pub const CLOSEST: u32 = 0;
-/// The same without the BVH: every primitive in turn.
+/// Closest hit by a test of each primitive, without the BVH; rows and output of [`CLOSEST`].
 pub const LINEAR: u32 = 1;
-/// Rows: a origin; b direction; c outgoing direction. From the hit, a ray goes on along row c. Output: a the point it starts from, its hit's primitive; b first
-/// and second distance, the first hit's primitive.
+/// Closest hit, and the closest hit of a ray that leaves it along row c. Rows: a origin; b
+/// direction; c outgoing direction. Output: a origin of the second ray, and the primitive it hits;
+/// b first and second distance, and the primitive of the first hit.
 pub const LEAVE_SURFACE: u32 = 2;
-/// The same from where the first ray ended, without departure and error bound: the twin.
+/// [`LEAVE_SURFACE`] with a second ray that starts at the end of the first one, in free space and
+/// without an offset: a negative control.
 pub const LEAVE_WITHOUT_OFFSET: u32 = 3;
 
 const SHAPES: Features = PLANAR | TRIANGLES;
 
-/// Rows by operation.
+/// Rows and output as the operation states.
 ///
 /// # Safety
 ///
-/// The scene is proven, as the kernels demand.
+/// The scene must have been validated, as the kernels require.
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output {
@@ -38,7 +40,7 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
     }
     let ray = Ray { origin: vector(input.a), direction: vector(input.b), origin_primitive };
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller guarantees it.
     let hit = unsafe {
         if params.operation == LINEAR {
             closest_by_linear_search(params, scene, ray)
@@ -69,7 +71,7 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
                 next.origin = ray.origin + ray.direction * hit.distance;
                 next.origin_primitive = OriginPrimitive::NONE;
             }
-            // SAFETY: the caller's promise.
+            // SAFETY: the caller guarantees it.
             let second = unsafe { closest_hit::<SHAPES>(&params.render, scene, next, RayQuery::CLOSEST) };
             out.a = row(next.origin, second.primitive);
             out.b = UVec4::new(hit.distance.to_bits(), second.distance.to_bits(), hit.primitive, 0);
@@ -78,7 +80,7 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
     out
 }
 
-/// The closest hit among all primitives; of equal ones the first.
+/// Returns the closest hit among all primitives; of hits at equal distances, the first.
 #[inline(always)]
 #[allow(unsafe_code, reason = "as above")]
 unsafe fn closest_by_linear_search(params: &ProbeParams, scene: Scene, ray: Ray) -> Hit {
@@ -87,7 +89,7 @@ unsafe fn closest_by_linear_search(params: &ProbeParams, scene: Scene, ray: Ray)
     let mut best = Hit { distance: MISS, primitive: NO_PRIMITIVE };
     let mut index = 0;
     while index < count {
-        // SAFETY: below the number of primitives.
+        // SAFETY: the index is below the number of primitives.
         let t = unsafe { distance::<SHAPES>(&params.render, scene, ray, &shear, index) };
         if t < best.distance {
             best = Hit { distance: t, primitive: index };

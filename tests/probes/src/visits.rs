@@ -1,4 +1,4 @@
-//! What a ray's traversal costs.
+//! Visits of a ray's traversal.
 
 use crate::record::{Input, Output, ProbeParams, vector};
 use glam::UVec4;
@@ -8,18 +8,17 @@ use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::traversal::closest_hit_counted;
 
-/// Rows: a origin, and the primitive that the ray departs from or [`NO_PRIMITIVE`]; b direction.
-/// Finds the closest hit. Output: a visited nodes, tested leaves, the primitive, the distance's
-/// bits.
+/// Closest hit. Rows: a origin, and the primitive that the ray leaves or [`NO_PRIMITIVE`]; b
+/// direction. Output a: visited nodes, tested leaves, the primitive, the distance's bits.
 pub const CLOSEST: u32 = 0;
-/// The same for a shadow ray, which ends at the first hit.
+/// Any hit, as for a shadow ray, which ends at the first one found; rows and output of [`CLOSEST`].
 pub const SHADOW: u32 = 1;
 
 /// Counts the visits of one ray.
 ///
 /// # Safety
 ///
-/// The scene is proven, as the kernels demand.
+/// The scene must have been validated, as the kernels require.
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn visits(params: &ProbeParams, scene: Scene, input: Input) -> Output {
@@ -29,7 +28,7 @@ pub unsafe fn visits(params: &ProbeParams, scene: Scene, input: Input) -> Output
     }
     let ray = Ray { origin: vector(input.a), direction: vector(input.b), origin_primitive };
     let query = RayQuery { any_hit: params.operation == SHADOW, ..RayQuery::CLOSEST };
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller guarantees it.
     let (hit, visits) =
         unsafe { closest_hit_counted::<{ PLANAR | TRIANGLES | COUNTED }>(&params.render, scene, ray, query) };
     let answer = UVec4::new(visits.nodes, visits.leaves, hit.primitive, hit.distance.to_bits());

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Renders all references into this folder (about 25 minutes on one core); names given as arguments: only those.
+# Renders the references named by the arguments, or all, into this folder (about 25 minutes on one core).
 # Mitsuba's own rough materials have the separable G; its Schlick and the correlated G come from bsdf.py.
 cd "$(dirname "$0")" && python3 variants.py || exit 1
 wanted="$*"

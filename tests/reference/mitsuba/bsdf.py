@@ -1,11 +1,11 @@
-"""GGX conductor and dielectric boundary for Mitsuba, with what its own ones lack: the height-correlated Smith term and Schlick's
-approximation. Definitions: Walter et al. 2007 (D, the boundary), Heitz 2014 (G, visible normals)."""
+"""GGX conductor and dielectric boundary for Mitsuba, with what Mitsuba's own lack: the height-correlated Smith term and
+Schlick's approximation. Definitions: Walter et al. 2007 (D, the boundary), Heitz 2014 (G, visible normals)."""
 import drjit as dr
 import mitsuba as mi
 
 
 class Ggx:
-    """Isotropic; w and m in the shading frame, w.z > 0."""
+    """Isotropic GGX distribution; w and m are in the shading frame, w.z > 0."""
 
     def __init__(self, alpha, correlated):
         self.a2, self.correlated = alpha * alpha, correlated
@@ -100,7 +100,7 @@ class Conductor(mi.BSDF):
 
 
 class Dielectric(mi.BSDF):
-    """Walter et al. 2007, section 5; with `correlated`, G is 1 / (1 + lam(wi) + lam(wo)) for both lobes, as in pbrt-v4."""
+    """Rough dielectric boundary of Walter et al. 2007, section 5; with `correlated`, G is 1 / (1 + lam(wi) + lam(wo)) for both lobes, as in pbrt-v4."""
 
     def __init__(self, props):
         mi.BSDF.__init__(self, props)

@@ -2,9 +2,12 @@
 
     python3 compare.py image.pfm cornell_box     # reads cornell_box.a.npy and cornell_box.b.npy
 
-Prints, by channel, the ratio of the means; the relative mean squared error less what the reference's noise explains (its two halves
-tell) and, with a second image of another seed, less the image's own noise; the worst ratios of 8x8 blocks, with their place and how many
-standard deviations of noise they are off.
+Prints, by channel:
+
+* the ratio of the means
+* the relative mean squared error, without the noise of the reference (from its two halves) and, with a second image of
+  another seed, without the image's own noise
+* the worst ratios of 8x8 blocks, with their place and their deviation in standard deviations of noise
 """
 import sys
 
@@ -49,7 +52,7 @@ def main():
     weight = 1 / (reference ** 2 + (0.01 * reference.mean()) ** 2)
     error = (image - reference) ** 2
     ratio = image.mean((0, 1)) / reference.mean((0, 1))
-    # The mean's own uncertainty.
+    # The standard deviation of the mean.
     sigma = np.sqrt(noise.sum((0, 1))) / noise[..., 0].size / reference.mean((0, 1))
     print("mean ratio      " + "  ".join(f"{r:.5f} ± {s:.5f}" for r, s in zip(ratio, sigma)))
     print(f"relMSE          {(error * weight).mean():.3e}")
@@ -57,7 +60,7 @@ def main():
     print(f"  without noise {((error - noise) * weight).mean():.3e}")
     bi, br = blocks(image), blocks(reference)
     deviation = np.sqrt(blocks(noise) / BLOCK ** 2)
-    # A block's noise is estimated from 64 differences; not below half its row's median, lest a lucky one cry wolf.
+    # A block's noise is estimated from 64 differences. It is at least half the median, so that a low estimate gives no false alarm.
     floor = np.median(deviation / br, axis=(0, 1)) / 2 * br
     off = (bi - br) / np.maximum(deviation, floor)
     for title, key in (("worst ratio", np.abs(np.log(np.maximum(bi, 1e-9) / np.maximum(br, 1e-9)))), ("most sigmas", np.abs(off))):

@@ -1,6 +1,7 @@
-"""Builds a Mitsuba scene from a scene file: the materials, shapes and lights that both sides define alike.
+"""Builds a Mitsuba scene from a scene file: the materials, shapes and lights that both programs define alike.
 
-Deliberately not shared with Trisect: own parser, own conventions, checked against Mitsuba's documentation and by probes.
+It shares no code with Trisect, on purpose: it has its own parser and conventions, checked against Mitsuba's documentation
+and by probes.
 """
 import math
 import os
@@ -36,7 +37,7 @@ def bsdf(material, custom):
             raise ValueError("a texture")
         return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(f["albedo"])}}
     if kind == "Metal" and f.get("fuzz", 0) == 0:
-        # Without Fresnel: k = 0 and eta = 0 reflect all, times the albedo.
+        # Without Fresnel: k = 0 and eta = 0 reflect everything, multiplied by the albedo.
         return {"type": "twosided", "bsdf": {"type": "conductor", "material": "none", "specular_reflectance": rgb(f["albedo"])}}
     if kind == "Dielectric":
         return {"type": "dielectric", "int_ior": f["ior"], "ext_ior": 1.0}
@@ -62,7 +63,8 @@ def bsdf(material, custom):
 
 
 def panorama(image, scale):
-    """A trisect panorama (bilinear between texel centres, poles clamped) as a finer Mitsuba one, whose rows begin at the poles."""
+    """Resamples a Trisect environment map (bilinear between texel centres, clamped at the poles) as a finer one of Mitsuba, whose
+    rows begin at the poles."""
     h, w, _ = image.shape
     height, width = 1025, 2048
     v = np.arange(height) / (height - 1) * h - 0.5
@@ -77,7 +79,7 @@ def panorama(image, scale):
 
 
 def build(path, custom=None, width=None, height=None, depth=None):
-    """`custom`: None takes Mitsuba's rough metal and glass, "separable" or "correlated" those of bsdf.py."""
+    """Builds the scene. `custom`: None takes Mitsuba's rough metal and glass, "separable" or "correlated" those of bsdf.py."""
     with open(path) as file:
         scene = ron.parse(file.read())
     image, camera = scene["image"], scene["camera"]

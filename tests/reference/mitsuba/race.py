@@ -1,10 +1,12 @@
-"""Error after the same time: Mitsuba's path tracer and Trisect, on the same threads of one machine, one after the other.
+"""Compares the errors of Mitsuba's path tracer and of Trisect at equal time, on the same threads of one machine, one after the other.
 
     python3 race.py ../../../target/release/trisect ../../../scenes --seconds 10
 
-Scenes: cornell_box as it is; rtiow_final with mirrors for its fuzzy metals and Fresnel's equations for Schlick's approximation, as Mitsuba has no
-other. Mitsuba's time is that of mi.render after a render that compiles it; rr_depth 5 is its default, `none` what Trisect does without roulette. Trisect's is
-the renderer's own, and --budget's. Errors are relMSE against Trisect's image of --reference seconds; means of --seeds images.
+Scenes: cornell_box; and rtiow_final with mirrors in place of fuzzy metals and Fresnel's equations in place of Schlick's
+approximation, because Mitsuba has no other. Mitsuba's time is that of mi.render after a render that compiles it; rr_depth 5
+is its default, `none` corresponds to Trisect without roulette. Trisect's time is that of the renderer, and of --budget.
+Errors are relMSE against Trisect's image of --reference seconds; means of --seeds images. The results are in
+docs/notebook/peers.md.
 """
 import argparse
 import json
@@ -33,7 +35,7 @@ def rel_mse(image, reference):
 
 
 def work(variant, scene, seconds, threads, rr_depth, seeds):
-    """In a process of its own: a variant can be set once."""
+    """Renders with a variant of Mitsuba. Runs in its own process, because a variant can be set only once."""
     import mitsuba as mi
 
     mi.set_variant(variant)
@@ -105,7 +107,7 @@ def main():
                                   "--threads", str(args.threads), "--worker", variant, scene, str(rr)], capture_output=True, text=True, check=True)
             lines = [json.loads(line) for line in out.stdout.splitlines() if line.startswith("{")]
             images = [np.load(f"/tmp/race.{seed}.npy") for seed in range(len(lines))]
-            # To exactly the time, as noise falls with it.
+            # Noise falls with the time, so the error is scaled to exactly the time.
             errors = [rel_mse(image, reference) * line["seconds"] / args.seconds for image, line in zip(images, lines)]
             rows.append((f"Mitsuba {variant}, rr_depth {'none' if rr > 1000 else rr}", lines[0]["spp"], np.mean([l["seconds"] for l in lines]), np.mean(errors),
                          np.mean(images) / reference.mean() - 1))

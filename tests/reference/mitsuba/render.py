@@ -1,4 +1,4 @@
-"""Renders references: NAME.a.npy and NAME.b.npy, H x W x 3 float32, top row first, from independent seeds.
+"""Renders a reference as NAME.a.npy and NAME.b.npy: H x W x 3 float32, top row first, from independent seeds.
 
     python3 render.py cornell_box.ron -o cornell_box --spp 2048
 """
@@ -12,8 +12,8 @@ import numpy as np
 parser = argparse.ArgumentParser()
 parser.add_argument("scene")
 parser.add_argument("-o", "--out", required=True)
-parser.add_argument("--spp", type=int, default=1024, help="of each of the two images")
-parser.add_argument("--chunk", type=int, default=32, help="samples a pixel in one launch")
+parser.add_argument("--spp", type=int, default=1024, help="samples per pixel of each of the two images")
+parser.add_argument("--chunk", type=int, default=32, help="samples per pixel in one launch")
 parser.add_argument("--seed", type=int, default=0)
 parser.add_argument("--variant", default="llvm_ad_rgb")
 parser.add_argument("--threads", type=int, default=1)

@@ -1,5 +1,7 @@
-"""Stores a reference for the tests: NAME.pfm, the mean of NAME.a.npy and NAME.b.npy, and NAME.error.pfm, the standard error of the mean
-of each block of 8x8 pixels (those at the right and the bottom may be smaller), from the differences of the two.
+"""Stores a reference for the tests.
+
+NAME.pfm is the mean of IMAGE.a.npy and IMAGE.b.npy. NAME.error.pfm is the standard error of the mean of each block of 8x8
+pixels (those at the right and the bottom may be smaller), from the differences of the two.
 
     python3 store.py FOLDER NAME=IMAGE...      # FOLDER holds IMAGE.a.npy and IMAGE.b.npy
 """
@@ -27,7 +29,8 @@ for argument in sys.argv[2:]:
             part = noise[y:y + BLOCK, x:x + BLOCK]
             error[i, j] = np.sqrt(part.sum((0, 1))) / (part.shape[0] * part.shape[1])
             level[i, j] = mean[y:y + BLOCK, x:x + BLOCK].mean((0, 1))
-    # A block's noise is estimated from 64 differences; not below half its median share, lest a lucky one cry wolf.
+    # A block's noise is estimated from 64 differences. It is at least half the median share, so that a low estimate gives no
+    # false alarm.
     share = np.median(error / np.maximum(level, 1e-12), axis=(0, 1))
     write(f"{name}.pfm", mean)
     write(f"{name}.error.pfm", np.maximum(error, share / 2 * level))

@@ -1,4 +1,4 @@
-"""Writes the scene files that the references are made from: the scenes at a modest size, with what both programs define alike."""
+"""Writes the scene files of the references: scenes of a modest size with features that both programs define alike."""
 import os
 import re
 
@@ -80,7 +80,7 @@ glasses = """        "glass 1": Dielectric(ior: 1.5),
 panorama = 'Image(file: "sky_smooth.pfm", scale: 1.5, rotation: 40)'
 write("metals.ron", MATERIALS.format(sky=panorama, glasses="", second=metals))
 write("glass.ron", MATERIALS.format(sky=panorama, glasses=glasses, second=glass))
-# Two glass boundaries only and nothing else: the distribution without lights to hide it.
+# Only two glass boundaries, so that no lights hide the distribution.
 write("glass_sky.ron", f"""// Reference for glass, smooth and rough, under a panorama alone. Made for this project; CC0-1.0.
 Scene(
     version: 1,
@@ -128,7 +128,8 @@ Scene(
 )
 """)
 
-# A sky with a broad sun (sharpness 40: 13 degrees at half height), red to the right and green up where the middle column is ahead.
+# A sky with a broad sun (sharpness 40: 13 degrees at half height). With the middle column ahead, it is red to the right and green
+# above.
 h, w = 128, 256
 theta = (np.arange(h) + 0.5) / h * np.pi
 phi = ((np.arange(w) + 0.5) / w - 0.5) * 2 * np.pi  # 0 in the middle, growing to the right

@@ -1,4 +1,4 @@
-//! Natively, by all threads.
+//! Probes as native code, on all threads.
 
 use super::{Device, ProbeScene};
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use trisect::backend::BackendError;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_shared::scene::Scene;
 
-/// This machine's processor.
+/// The processor of this machine.
 pub struct Native {
     scene: ProbeScene,
     name: String,
@@ -47,7 +47,8 @@ impl Device for Native {
             message: format!("no {probe}"),
         })?;
         let scene = self.scene.records();
-        // SAFETY: the scene comes from the host's own readers and builders; tests keep its indices in range.
+        // SAFETY: the scene comes from the host's own readers and builders; tests keep its indices
+        // in range.
         Ok(inputs.par_iter().map(|&input| unsafe { probe(params, scene, input) }).collect())
     }
 }

@@ -1,4 +1,4 @@
-//! As PTX.
+//! Probes as PTX.
 #![allow(unsafe_code, reason = "launches kernels")]
 
 use super::{Device, ProbeScene};
@@ -26,7 +26,7 @@ pub struct Cuda {
 #[derive(Clone, Copy)]
 struct Argument<T>(T);
 
-// SAFETY: plain data, repr(C), the very type that the kernel declares.
+// SAFETY: plain data with repr(C), of the type that the kernel declares.
 unsafe impl<T: Copy> DeviceRepr for Argument<T> {}
 
 fn failed(error: DriverError) -> BackendError {
@@ -35,7 +35,7 @@ fn failed(error: DriverError) -> BackendError {
 
 impl Cuda {
     pub fn open(scene: &ProbeScene) -> Result<Self, BackendError> {
-        // First: cudarc panics where there is no driver.
+        // Devices are listed first, because cudarc panics where there is no driver.
         let name = cuda::devices()?.into_iter().next().map(|device| device.name).unwrap_or_default();
         let context = CudaContext::new(0).map_err(failed)?;
         let stream = context.default_stream();
@@ -90,7 +90,8 @@ impl Device for Cuda {
             arguments.arg(array);
         }
         arguments.arg(&questions).arg(&mut answers);
-        // SAFETY: the arguments are those of every entry point (see trisect_probes); both buffers hold `count` records.
+        // SAFETY: the arguments are those of every entry point (see trisect_probes); both buffers
+        // hold `count` records.
         unsafe { arguments.launch(config) }.map_err(failed)?;
         let mut outputs = vec![Output::default(); inputs.len()];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut outputs);

@@ -1,4 +1,4 @@
-//! Asks a backend for one function of the shared crate at a time (see `trisect_probes`).
+//! Asks a backend about single functions of the shared crate (see `trisect_probes`).
 
 mod cpu;
 mod cuda;
@@ -13,14 +13,14 @@ use trisect::scene::Scene;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_shared::params::RenderParams;
 
-/// Questions to a device at a time: 32 MiB of them.
+/// Maximum number of questions per launch: 32 MiB of them.
 const BATCH: usize = 1 << 18;
 
-/// A device that answers.
+/// A device that answers questions.
 trait Device {
-    /// As its driver names it.
+    /// Returns the driver's name of the device.
     fn name(&self) -> &str;
-    /// Answers to at most [`BATCH`] questions.
+    /// Answers at most [`BATCH`] questions.
     fn run(
         &mut self,
         probe: &'static str,
@@ -29,22 +29,23 @@ trait Device {
     ) -> Result<Vec<Output>, BackendError>;
 }
 
-/// A scene as kernels see it, for the probes that trace or scatter.
+/// A scene in the form that kernels get, for probes that trace or scatter.
 #[derive(Clone, Debug)]
 pub struct ProbeScene {
-    /// Its records may be changed, but not their number: a test makes them impossible. (Triangles are the tree's.)
+    /// Records of the scene. A test may change them, for instance to impossible values, but not
+    /// their number. (Triangles are those of `bvh`.)
     pub scene: Scene,
-    /// May be changed: a test's twin breaks it.
+    /// BVH of the scene. A negative control may break it.
     pub bvh: Bvh,
     lights: Lights,
 }
 
 impl ProbeScene {
-    /// Builds the tree and the light table.
+    /// Builds the BVH and the light table.
     ///
     /// # Panics
     ///
-    /// If the scene has no tree.
+    /// If the BVH cannot be built.
     pub fn new(scene: &Scene) -> Self {
         let bvh = match Bvh::build(scene, None) {
             Ok(bvh) => bvh,
@@ -54,7 +55,7 @@ impl ProbeScene {
         Self { scene: scene.clone(), bvh, lights }
     }
 
-    /// The device arrays.
+    /// Returns the device arrays.
     pub fn records(&self) -> trisect_shared::scene::Scene<'_> {
         let Self { scene, bvh, lights } = self;
         trisect_shared::scene::Scene {
@@ -72,7 +73,7 @@ impl ProbeScene {
         }
     }
 
-    /// What a launch says of the scene; without camera, sky and settings.
+    /// Returns the scene's part of the launch parameters, without camera, sky and settings.
     pub fn params(&self) -> RenderParams {
         let size = self.scene.environment.as_ref().map_or((0, 0), |e| (e.width, e.height));
         RenderParams {
@@ -91,16 +92,17 @@ impl ProbeScene {
     }
 }
 
-/// A backend ready to answer.
+/// A backend that is ready to answer questions.
 pub struct Prober {
     subject: BackendUnderTest,
     device: Box<dyn Device>,
-    /// Part of each launch; a test may set its camera.
+    /// Parameters of each launch; a test may set the camera.
     pub render: RenderParams,
 }
 
 impl Prober {
-    /// The backend with no scene; `None` where it is missing and not required, said aloud.
+    /// Opens the backend with an empty scene. `None`, with a message, where it is missing and not
+    /// required.
     pub fn new(subject: BackendUnderTest) -> Option<Self> {
         let nothing = "Scene(version: 1, image: (width: 1, height: 1), materials: {}, objects: [],
             camera: (look_from: (0, 0, 0), look_at: (0, 0, -1), vertical_fov: 60))";
@@ -110,7 +112,8 @@ impl Prober {
         }
     }
 
-    /// The backend with a scene on it.
+    /// Opens the backend with a scene. `None`, with a message, where it is missing and not
+    /// required.
     pub fn with_scene(subject: BackendUnderTest, scene: &ProbeScene) -> Option<Self> {
         let device: Result<Box<dyn Device>, BackendError> = match subject {
             BackendUnderTest::Cpu => Ok(Box::new(cpu::Native::new(scene.clone()))),
@@ -123,17 +126,18 @@ impl Prober {
         Some(Self { subject, device, render: scene.params() })
     }
 
-    /// Who answers.
+    /// Returns the backend.
     pub fn subject(&self) -> BackendUnderTest {
         self.subject
     }
 
-    /// The device's name.
+    /// Returns the device's name.
     pub fn device(&self) -> &str {
         self.device.name()
     }
 
-    /// An answer to each question: `probe` is an entry point's name, `operation` one of its module's constants.
+    /// Answers each question. `probe` is the name of an entry point, `operation` one of its
+    /// module's constants.
     ///
     /// # Panics
     ///

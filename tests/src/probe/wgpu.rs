@@ -1,4 +1,4 @@
-//! As SPIR-V: as it is, or through naga.
+//! Probes as SPIR-V, passed through or translated by naga.
 
 use super::{Device, ProbeScene};
 use crate::BackendUnderTest;
@@ -17,13 +17,14 @@ use wgpu::{
     ShaderStages,
 };
 
-/// The adapter that the other tests take, with a scene on it.
+/// The adapter that the other tests use, with a scene uploaded.
 pub struct Wgpu {
     shared: Arc<Shared>,
     scene: [Buffer; 10],
 }
 
-/// What all probes of a route share: drivers make some dozens of devices in a process, not hundreds.
+/// Device and pipelines of a route, shared by all probes, because drivers create a few dozen
+/// devices per process, not hundreds.
 struct Shared {
     name: String,
     device: wgpu::Device,
@@ -37,7 +38,7 @@ fn failed(message: String) -> BackendError {
     BackendError::Device { backend: "wgpu", action: "probing", message }
 }
 
-/// The device of a route, made once.
+/// Returns the device of a route, which is created once.
 fn shared(passes_through: bool) -> Result<Arc<Shared>, BackendError> {
     static OPEN: Mutex<[Option<Arc<Shared>>; 2]> = Mutex::new([None, None]);
     let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -114,7 +115,7 @@ fn store<T: Pod>(device: &wgpu::Device, records: &[T]) -> Buffer {
 }
 
 fn module(shared: &Shared, probe: &'static str) -> Result<ShaderModule, BackendError> {
-    let words = spirv(probe).ok_or_else(|| failed(format!("there is no probe {probe}")))?;
+    let words = spirv(probe).ok_or_else(|| failed(format!("unknown probe {probe}")))?;
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(words);
     if shared.passes_through && shared.device.features().contains(Features::PASSTHROUGH_SHADERS) {
         let entry_point =

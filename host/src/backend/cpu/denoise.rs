@@ -1,4 +1,4 @@
-//! The denoiser's passes over a pool of threads.
+//! Passes of the denoiser and of the display, on the CPU's thread pool.
 #![allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
 
 use super::failed;
@@ -16,24 +16,25 @@ use trisect_shared::denoise::{
 use trisect_shared::display::display;
 use trisect_shared::film::PixelSums;
 
-/// The images between passes.
+/// Records between passes, one for each pixel.
 #[derive(Default)]
 pub(super) struct Denoiser {
     images: [Vec<FilteredPixel>; 2],
     gbuffer: Vec<GBufferTexel>,
-    /// What frames keep for those that follow.
+    /// History that frames keep for later ones; a frame reads one and writes the other.
     histories: [Vec<HistoryPixel>; 2],
+    /// Sums over the frames since the camera came to rest.
     accumulated: Vec<(PixelSums, AovSums)>,
 }
 
-/// Pixels of rows of an image, if it has them.
+/// Returns the pixel range of `rows` of an image, or `None` if the image does not have these rows.
 fn range(rows: &Range<u32>, width: usize, pixels: usize) -> Option<Range<usize>> {
     let range = rows.start as usize * width..rows.end as usize * width;
     (width > 0 && range.start <= range.end && range.end <= pixels).then_some(range)
 }
 
 impl Denoiser {
-    /// Runs the passes one after the other, and says how long each took.
+    /// Runs the passes in order. Returns the time of each.
     pub(super) fn run(
         &mut self,
         passes: &[Pass],
@@ -61,13 +62,13 @@ impl Denoiser {
         let [first, second] = &mut self.images;
         let (from, to) = if pass.to == 1 { (&*first, second) } else { (&*second, first) };
         if width * params.height as usize != film.len() || film.is_empty() {
-            return Err(failed("a pass over another image"));
+            return Err(failed("the pass is for an image of another size"));
         }
         if (pass.accumulated || pass.kernel.is_temporal()) && self.accumulated.len() != film.len() {
-            return Err(failed("a pass over frames that were not kept"));
+            return Err(failed("the pass needs sums of earlier frames, which were not kept"));
         }
         let Some(pixels) = range(&pass.rows, width, film.len()) else {
-            return Err(failed("a pass over rows of another image"));
+            return Err(failed("the pass has rows outside the image"));
         };
         if pass.kernel == Kernel::Add {
             let new = film[pixels.clone()].par_iter().zip(&guides[pixels.clone()]);
@@ -99,14 +100,16 @@ impl Denoiser {
                 let pixel = first + index;
                 let (x, y) = ((pixel % width) as u32, (pixel / width) as u32);
                 let (sums, guides) = of(pixel);
-                // SAFETY: the pixel is of the image, and all slices are as long as that, as was checked above.
+                // SAFETY: the pixel is in the image, and all slices have a record for each pixel,
+                // as was checked above.
                 (*lit, *next) = unsafe { reproject(params, from, edges, past, sums.samples, guides, x, y) };
             });
             return Ok(start.elapsed());
         }
         to[pixels].par_chunks_mut(width).zip(pass.rows.clone()).for_each(|(pixels, y)| {
             for ((x, lit), pixel) in (0u32..).zip(pixels).zip(y as usize * width..) {
-                // SAFETY: as above.
+                // SAFETY: the pixel is in the image, and all slices have a record for each pixel,
+                // as was checked above.
                 *lit = unsafe {
                     match pass.kernel {
                         Kernel::Add | Kernel::Demodulate | Kernel::Reproject => *lit,
@@ -123,11 +126,11 @@ impl Denoiser {
 
     pub(super) fn read(&self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         let from = self.images.get(image).filter(|image| image.len() == pixels.len());
-        pixels.copy_from_slice(from.ok_or_else(|| failed("an image that no pass wrote"))?);
+        pixels.copy_from_slice(from.ok_or_else(|| failed("no pass wrote this image"))?);
         Ok(())
     }
 
-    /// An image for a screen.
+    /// Converts rows of a frame for a display. Returns the time.
     pub(super) fn display(
         &self,
         frame: &DisplayLaunch,
@@ -139,7 +142,7 @@ impl Denoiser {
             None => None,
             Some(image) => {
                 let image = self.images.get(image).filter(|image| image.len() == film.len());
-                Some(image.ok_or_else(|| failed("an image that no pass wrote"))?)
+                Some(image.ok_or_else(|| failed("no pass wrote this image"))?)
             }
         };
         let width = frame.params.width as usize;
@@ -147,7 +150,7 @@ impl Denoiser {
             && to.width() == width
             && (!frame.accumulated || self.accumulated.len() == film.len());
         if !fits {
-            return Err(failed("a film of another image"));
+            return Err(failed("the film is of an image of another size"));
         }
         to.each_row().into_par_iter().for_each(|(y, pixels)| {
             for ((x, pixel), index) in (0u32..).zip(pixels).zip(y as usize * width..) {

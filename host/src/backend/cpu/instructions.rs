@@ -1,4 +1,4 @@
-//! Instruction sets of the processor that runs this, and each kernel variant compiled for them.
+//! Instruction sets of the host processor, and each kernel variant compiled for them.
 #![allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
 
 use trisect_shared::aovs::AovSums;
@@ -13,24 +13,24 @@ use trisect_shared::params::RenderParams;
 use trisect_shared::path;
 use trisect_shared::scene::Scene;
 
-/// What kernels may use. All give the same image.
+/// Instruction set of the CPU's kernels. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// What every processor of the architecture has; traces the binary tree.
+    /// Baseline, which every processor of the architecture has; traces the binary BVH.
     Baseline,
-    /// AVX2 and what came with it; traces the wide tree.
+    /// AVX2 with BMI1, BMI2, LZCNT and POPCNT; traces the wide BVH.
     Avx2,
-    /// AVX-512 in its 256-bit form; traces the wide tree.
+    /// AVX-512 (F, VL, DQ and BW) in its 256-bit form; traces the wide BVH.
     Avx512,
 }
 
 impl InstructionSet {
-    /// The best that this processor has.
+    /// Returns the best instruction set of this processor.
     pub fn best() -> Self {
         [Self::Avx512, Self::Avx2].into_iter().find(|set| set.is_available()).unwrap_or(Self::Baseline)
     }
 
-    /// Whether this processor has it.
+    /// Returns whether this processor has the instruction set.
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         {
@@ -54,7 +54,7 @@ impl InstructionSet {
         return self == Self::Baseline;
     }
 
-    /// For people.
+    /// Returns the name to print.
     pub fn name(self) -> &'static str {
         match self {
             Self::Baseline if cfg!(target_arch = "x86_64") => "SSE2",
@@ -65,7 +65,8 @@ impl InstructionSet {
     }
 }
 
-/// [`path::render_pixel`], for a variant and an instruction set, which the processor must have.
+/// [`path::render_pixel`] of one variant, compiled for an instruction set that the processor must
+/// have.
 pub(super) type Kernel = unsafe fn(
     &RenderParams,
     Scene,
@@ -77,7 +78,7 @@ pub(super) type Kernel = unsafe fn(
     &mut SharedSlice<AovSums>,
 );
 
-/// Of one variant.
+/// Functions of one kernel variant, by instruction set.
 struct Compiled {
     name: &'static str,
     baseline: Kernel,
@@ -87,15 +88,16 @@ struct Compiled {
     avx512: Kernel,
 }
 
-/// The kernel of this name: for more than the baseline the one that traces the wide tree.
+/// Returns the kernel of this name. For sets above the baseline it traces the wide BVH.
 pub(super) fn kernel(name: &str, set: InstructionSet) -> Option<Kernel> {
     macro_rules! table {
         ($($name:ident $text:tt: $mask:expr,)*) => {
             [$(Compiled {
                 name: $text,
-                // A pool of threads is persistent as it is: one function for both.
+                // The thread pool is persistent already: a variant and its persistent form share a
+                // function.
                 baseline: render_pixel::<{ ($mask) & !PERSISTENT }>,
-                // Without LINEAR, so that its variant is not compiled for each set.
+                // LINEAR is masked out, so that its variant is not compiled for each set.
                 #[cfg(target_arch = "x86_64")]
                 avx2: render_avx2::<{ ($mask) & !(LINEAR | PERSISTENT) | WIDE | AVX2 }>,
                 #[cfg(target_arch = "x86_64")]
@@ -114,10 +116,12 @@ pub(super) fn kernel(name: &str, set: InstructionSet) -> Option<Kernel> {
     })
 }
 
+/// [`path::render_pixel`] for the baseline.
+///
 /// # Safety
 ///
-/// As [`path::render_pixel`].
-#[allow(clippy::too_many_arguments, reason = "those of the kernel")]
+/// The requirements of [`path::render_pixel`] hold.
+#[allow(clippy::too_many_arguments, reason = "the parameters of the kernel")]
 pub(super) unsafe fn render_pixel<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -132,12 +136,14 @@ pub(super) unsafe fn render_pixel<const FEATURES: Features>(
     unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
 }
 
+/// [`path::render_pixel`] for AVX2.
+///
 /// # Safety
 ///
-/// As [`path::render_pixel`], and the processor has these features.
+/// The requirements of [`path::render_pixel`] hold, and the processor has these features.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[allow(clippy::too_many_arguments, reason = "those of the kernel")]
+#[allow(clippy::too_many_arguments, reason = "the parameters of the kernel")]
 unsafe fn render_avx2<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -152,12 +158,14 @@ unsafe fn render_avx2<const FEATURES: Features>(
     unsafe { path::render_pixel::<FEATURES>(params, scene, x, y, film, carries, slot, guides) }
 }
 
+/// [`path::render_pixel`] for AVX-512.
+///
 /// # Safety
 ///
-/// As [`path::render_pixel`], and the processor has these features.
+/// The requirements of [`path::render_pixel`] hold, and the processor has these features.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-#[allow(clippy::too_many_arguments, reason = "those of the kernel")]
+#[allow(clippy::too_many_arguments, reason = "the parameters of the kernel")]
 unsafe fn render_avx512<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,

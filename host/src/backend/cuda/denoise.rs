@@ -1,4 +1,4 @@
-//! The denoiser's passes.
+//! Passes of the denoiser and of the display, on CUDA.
 
 use super::driver::{Argument, failed};
 use super::{Cuda, not_prepared};
@@ -13,14 +13,14 @@ use trisect_shared::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
 
-/// The images between passes.
+/// Buffers between passes, with a record for each pixel.
 pub(super) struct Images {
     filtered: [CudaSlice<u8>; 2],
     gbuffer: CudaSlice<u8>,
     temporal: Option<TemporalBuffers>,
 }
 
-/// What frames keep for those that follow.
+/// Buffers that frames keep for later ones: history, and sums while the camera rests.
 struct TemporalBuffers {
     histories: [CudaSlice<u8>; 2],
     sums: CudaSlice<u8>,
@@ -28,17 +28,17 @@ struct TemporalBuffers {
 }
 
 impl Cuda {
-    /// Images for so many pixels.
+    /// Allocates the buffers for `pixels` pixels.
     fn denoiser_images(&self, pixels: usize) -> Result<Images, BackendError> {
-        // Frames of some rows leave the others as they are.
+        // Zeroed, because frames of some rows do not write the other rows.
         let lit = || self.zeros(pixels * size_of::<FilteredPixel>(), "the denoised image");
-        let edges = self.zeros(pixels * size_of::<GBufferTexel>(), "the denoiser's edges")?;
+        let edges = self.zeros(pixels * size_of::<GBufferTexel>(), "the G-buffer")?;
         Ok(Images { filtered: [lit()?, lit()?], gbuffer: edges, temporal: None })
     }
 
-    /// The same of what is kept from frame to frame.
+    /// Allocates the buffers that are kept from frame to frame, for `pixels` pixels.
     fn denoiser_temporal(&self, pixels: usize) -> Result<TemporalBuffers, BackendError> {
-        let bytes = |size: usize| self.zeros(pixels * size, "the frames before");
+        let bytes = |size: usize| self.zeros(pixels * size, "the denoiser's history");
         let past = size_of::<HistoryPixel>();
         Ok(TemporalBuffers {
             histories: [bytes(past)?, bytes(past)?],
@@ -47,7 +47,8 @@ impl Cuda {
         })
     }
 
-    /// Runs the passes over sums and guides of as many pixels as the images have.
+    /// Runs the passes over the sums and AOV sums of as many pixels as the buffers have. Returns
+    /// the device time of each.
     fn run_passes(
         &mut self,
         passes: &[Pass],
@@ -85,7 +86,8 @@ impl Cuda {
                     let (of, other) = if pass.accumulated { (kept, own) } else { (own, kept) };
                     arguments.arg(&*of.0).arg(&*of.1).arg(from).arg(&*edges).arg(past);
                     arguments.arg(to).arg(next).arg(other.0).arg(other.1);
-                    // SAFETY: the arguments are those of every such pass (see trisect_kernels), and each names a record for each pixel.
+                    // SAFETY: the arguments are those of every temporal pass (see trisect_kernels),
+                    // and each has a record for each pixel.
                     unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
                 }
                 frames => {
@@ -94,7 +96,8 @@ impl Cuda {
                     let kept = frames.as_ref().filter(|_| pass.accumulated);
                     let of = kept.map_or((&*own.0, &*own.1), |frames| (&frames.sums, &frames.aovs));
                     arguments.arg(of.0).arg(of.1).arg(from).arg(to).arg(edges);
-                    // SAFETY: as above.
+                    // SAFETY: the arguments are those of every other pass (see trisect_kernels),
+                    // and each has a record for each pixel.
                     unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
                 }
             }
@@ -109,7 +112,7 @@ impl Cuda {
         events.windows(2).map(between).collect()
     }
 
-    /// Sums and guides where a kernel that writes guides has them.
+    /// Implements [`Backend::write_film`](crate::backend::Backend::write_film).
     pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
         let Some(memory) = &mut self.film else { return Err(not_prepared()) };
         let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
@@ -122,7 +125,7 @@ impl Cuda {
         self.stream.synchronize().map_err(failed("writing the film"))
     }
 
-    /// [`Backend::denoise`](crate::backend::Backend::denoise).
+    /// Implements [`Backend::denoise`](crate::backend::Backend::denoise).
     pub(super) fn denoise_film(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
         let Some(mut film) = self.film.take() else { return Err(not_prepared()) };
         let pixels = film.sums.len() / size_of::<PixelSums>();
@@ -134,7 +137,7 @@ impl Cuda {
         let images = match self.denoiser.take() {
             Some(images) if images.filtered[0].len() == pixels * size_of::<FilteredPixel>() => Ok(images),
             other => {
-                drop(other); // before the new one is allocated
+                drop(other); // freed before the new one is allocated
                 self.denoiser_images(pixels)
             }
         };
@@ -152,7 +155,7 @@ impl Cuda {
         times
     }
 
-    /// One of both images.
+    /// Copies one of the denoiser's two images to `pixels`.
     pub(super) fn read_image(
         &mut self,
         image: usize,
@@ -167,7 +170,7 @@ impl Cuda {
         self.stream.synchronize().map_err(failed("reading the denoised image"))
     }
 
-    /// [`Backend::display`](crate::backend::Backend::display).
+    /// Implements [`Backend::display`](crate::backend::Backend::display).
     pub(super) fn display_frame(
         &mut self,
         frame: &DisplayLaunch,
@@ -179,8 +182,8 @@ impl Cuda {
         let mut shown = match self.shown.take() {
             Some(shown) if shown.len() == count * 4 => shown,
             other => {
-                drop(other); // before the new one is allocated
-                self.zeros(count * 4, "the image for the screen")?
+                drop(other); // freed before the new one is allocated
+                self.zeros(count * 4, "the display image")?
             }
         };
         let time = self.display_to(frame, &kernel, count, &mut shown, to);
@@ -201,7 +204,7 @@ impl Cuda {
         let kept = images.and_then(|images| images.temporal.as_ref()).filter(|_| frame.accumulated);
         let sums = kept.map_or(&film.sums, |frames| &frames.sums);
         let lit = match frame.image {
-            // The kernel loads what it does not use then.
+            // The kernel loads records from here, and does not use them.
             None => Some(sums),
             Some(image) => images.and_then(|images| images.filtered.get(image)),
         };
@@ -224,7 +227,8 @@ impl Cuda {
         self.start.record(&self.stream).map_err(failed("starting the timer"))?;
         let mut arguments = self.stream.launch_builder(kernel);
         arguments.arg(&argument).arg(sums).arg(lit).arg(&mut *shown);
-        // SAFETY: the arguments are the kernel's (see trisect_kernels), and each names a record for each pixel, or more.
+        // SAFETY: the arguments are the kernel's (see trisect_kernels), and each has at least a
+        // record for each pixel.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
         self.read_target(shown, to)?;

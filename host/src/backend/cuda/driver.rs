@@ -1,19 +1,20 @@
-//! NVIDIA's driver and its devices.
+//! NVIDIA's driver and its devices. The driver's library is loaded at run time.
 
 use crate::backend::{BackendError, Device, DeviceKind};
 use crate::memory;
 use bytemuck::Pod;
 use cudarc::driver::{CudaContext, DeviceRepr, DriverError, result, sys};
 
-/// The oldest driver that has every function that this program calls.
+/// Oldest CUDA version of a driver that has every function that this program calls: 1000 × major +
+/// 10 × minor.
 const MIN_DRIVER: i32 = 12_000;
 
-/// A record as a kernel argument.
+/// Record that is passed to a kernel by value.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub(super) struct Argument<T>(pub T);
 
-// SAFETY: plain data, repr(C): the very type that the kernel declares.
+// SAFETY: plain data, repr(C): the type that the kernel declares.
 unsafe impl<T: Pod> DeviceRepr for Argument<T> {}
 
 pub(super) fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {
@@ -31,8 +32,8 @@ pub(super) fn unavailable(reason: String, remedy: &str) -> BackendError {
     BackendError::Unavailable { backend: "cuda", reason, remedy: remedy.to_owned() }
 }
 
-/// Loads the driver and counts its devices. cudarc panics when the library or one of its functions is missing: this
-/// must come before any other call to it.
+/// Loads the driver and returns the number of its devices. Must come before any other call of
+/// cudarc, which panics if the library or one of its functions is missing.
 pub(super) fn probe() -> Result<usize, BackendError> {
     let install = "install NVIDIA's driver, version 525 or newer, or choose another --backend";
     // SAFETY: only tries to open the library.
@@ -65,7 +66,7 @@ pub(super) fn probe() -> Result<usize, BackendError> {
     }
 }
 
-/// All CUDA devices, or why there are none.
+/// Returns all CUDA devices, or why there are none.
 pub fn devices() -> Result<Vec<Device>, BackendError> {
     (0..probe()?).map(describe).collect()
 }
@@ -76,7 +77,7 @@ pub(super) fn describe(index: usize) -> Result<Device, BackendError> {
     // SAFETY: `device` comes from the driver.
     let bytes = unsafe { result::device::total_mem(device) }.map_err(failed("asking for the memory"))?;
     let attribute = |which| {
-        // SAFETY: as above.
+        // SAFETY: `device` comes from the driver.
         unsafe { result::device::get_attribute(device, which) }.map_err(failed("asking for an attribute"))
     };
     use sys::CUdevice_attribute_enum as Attribute;

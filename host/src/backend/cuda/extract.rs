@@ -1,35 +1,37 @@
-//! One entry point out of a module of PTX, with what it needs.
+//! Extraction of one entry point from a PTX module, with the functions and variables that it needs.
 //!
-//! The driver compiles all of a module when it loads it (or finds all of it in its cache): a frame uses one kernel of many.
-//! The grammar is that of NVIDIA's "PTX ISA": a module is a list of directives and statements, and only those at its top level
-//! matter here.
+//! The driver compiles a whole module when it loads it (or finds all of it in its cache), but a
+//! frame uses one kernel of many. The grammar is that of NVIDIA's "PTX ISA": a module is a list of
+//! directives and statements, of which only the top level matters here.
 
 use std::collections::{BTreeSet, HashMap};
 
-/// What stands at the top level of a module, as it is written there.
+/// Statement at the top level of a module, with its text as written there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Statement<'a> {
     kind: Kind,
     text: &'a str,
 }
 
+/// Kind of a top-level statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// `.version`, `.target`, `.address_size`, `.file`: of the whole module, a line each.
+    /// `.version`, `.target`, `.address_size`, `.file`: applies to the whole module; one line.
     Header,
-    /// `.entry`: what a host launches.
+    /// `.entry`: a kernel that the host launches.
     Entry,
     /// `.func`, a variable, or a declaration of either.
     Symbol,
-    /// `.section`: debug information of all functions at once.
+    /// `.section`: debug information of all functions.
     Section,
 }
 
-/// The module `ptx` with the one entry point `name` and, of the rest, the functions and variables that it reaches. Each is copied
-/// as it stands, in its order: the driver makes the same machine code of it. `None` where there is no such entry point.
+/// Returns the module `ptx` with the one entry point `name`, and the functions and variables that
+/// it reaches. Statements are copied verbatim, in their order, so the driver makes the same machine
+/// code. Returns `None` if there is no such entry point.
 pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
     let statements = statements(ptx);
-    // A function may be declared and then defined: a symbol has several statements.
+    // A function may be declared and then defined, so a symbol may have several statements.
     let mut places: HashMap<&str, Vec<usize>> = HashMap::new();
     for (place, statement) in statements.iter().enumerate() {
         if matches!(statement.kind, Kind::Entry | Kind::Symbol) {
@@ -47,7 +49,8 @@ pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
     while let Some(place) = open.pop() {
         for symbol in identifiers(statements[place].text) {
             for &other in places.get(symbol).into_iter().flatten() {
-                // No code calls an entry point of the same module: a name that equals one is a local of that name.
+                // No code calls an entry point of its own module: an equal name is that of a local
+                // symbol.
                 if !is_entry(&other) && reached.insert(other) {
                     open.push(other);
                 }
@@ -64,8 +67,8 @@ pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
     Some(text)
 }
 
-/// The module with a limit of the registers that a lane of its entry points has: more lanes fit the device then, and what does not fit
-/// the registers goes to memory.
+/// Returns the module with a maximum of registers per lane in its entry points. More lanes then fit
+/// the device, and values that do not fit the registers spill to memory.
 pub(super) fn limit_registers(ptx: &str, registers: u32) -> String {
     let mut text = String::new();
     for statement in statements(ptx) {
@@ -81,7 +84,8 @@ pub(super) fn limit_registers(ptx: &str, registers: u32) -> String {
     text
 }
 
-/// The statements at the top level. What is left when the text ends within one is a statement, too: the driver will complain.
+/// Returns the statements at the top level. Text that ends within a statement counts as one; the
+/// driver reports the error.
 fn statements(ptx: &str) -> Vec<Statement<'_>> {
     let mut statements = Vec::new();
     let mut rest = blank(ptx);
@@ -94,7 +98,7 @@ fn statements(ptx: &str) -> Vec<Statement<'_>> {
     statements
 }
 
-/// The text after white space and comments.
+/// Returns the text after leading white space and comments.
 fn blank(mut text: &str) -> &str {
     loop {
         text = text.trim_start();
@@ -105,7 +109,8 @@ fn blank(mut text: &str) -> &str {
     }
 }
 
-/// The length of the comment that the text begins with.
+/// Returns the length in bytes of the comment that the text begins with, or `None` if it begins
+/// with none.
 fn comment(text: &str) -> Option<usize> {
     if text.starts_with("//") {
         Some(text.find('\n').map_or(text.len(), |end| end + 1))
@@ -116,10 +121,11 @@ fn comment(text: &str) -> Option<usize> {
     }
 }
 
-/// What the statement is that the text begins with, by its directives: those before its name.
+/// Returns the kind of the statement that the text begins with, from the directives before its
+/// name.
 fn kind(text: &str) -> Kind {
     for word in text.split_whitespace() {
-        // `.func(` has no blank before its return value.
+        // `.func(` has no space before its return value.
         match word.split('(').next().unwrap_or_default() {
             ".version" | ".target" | ".address_size" | ".file" => return Kind::Header,
             ".entry" => return Kind::Entry,
@@ -131,12 +137,12 @@ fn kind(text: &str) -> Kind {
     Kind::Symbol
 }
 
-/// The length of the statement that the text begins with.
+/// Returns the length in bytes of the statement that the text begins with.
 fn end(text: &str, kind: Kind) -> usize {
     if kind == Kind::Header {
         return text.find('\n').unwrap_or(text.len());
     }
-    // A body ends the statement, the braces of an initialiser do not.
+    // A function's body ends the statement; the braces of an initialiser do not.
     let mut initialised = false;
     let mut depth = 0usize;
     let bytes = text.as_bytes();
@@ -166,13 +172,13 @@ fn end(text: &str, kind: Kind) -> usize {
     text.len()
 }
 
-/// What a statement names: a function's name, or those of its variables.
+/// Returns the names that a statement defines: that of a function, or those of variables.
 fn defined(statement: Statement<'_>) -> Vec<&str> {
     let head = statement.text.split(['{', '=']).next().unwrap_or_default();
     let Some(function) = [".entry", ".func"].into_iter().find_map(|word| head.split_once(word)) else {
         return identifiers(head).collect();
     };
-    // The return value stands before the name: `.func (.param .b32 result) name(...)`.
+    // The return value precedes the name: `.func (.param .b32 result) name(...)`.
     let after = function.1.trim_start();
     let after = match after.strip_prefix('(') {
         Some(result) => result.split_once(')').map_or("", |(_, after)| after),
@@ -181,11 +187,12 @@ fn defined(statement: Statement<'_>) -> Vec<&str> {
     identifiers(after).take(1).collect()
 }
 
-/// The names in a text: neither directives, which begin with a point, nor registers, which begin with `%`, nor numbers.
+/// Returns the identifiers in a text: no directives, which begin with a period, no registers, which
+/// begin with `%`, and no numbers.
 fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     let follows = |character: char| character.is_ascii_alphanumeric() || matches!(character, '_' | '$');
     text.split(move |character| !follows(character) && !matches!(character, '.' | '%'))
-        .map(|word| word.split('.').next().unwrap_or_default()) // `name.u32` is no name; `.u32` leaves nothing
+        .map(|word| word.split('.').next().unwrap_or_default()) // `name` of `name.u32`; nothing of `.u32`
         .filter(|word| {
             word.starts_with(|first: char| first.is_ascii_alphabetic() || matches!(first, '_' | '$'))
         })

@@ -1,4 +1,4 @@
-//! Kernels: compiled when they are first used, with a limit of their registers.
+//! Kernels on CUDA: compiled when first used, with a maximum of registers per lane.
 
 use super::driver::failed;
 use super::{Cuda, extract};
@@ -10,16 +10,19 @@ use cudarc::nvrtc::Ptx;
 use trisect_kernels::{PTX_FAST, PTX_PRECISE, WORKGROUP, is_level, variant_by_name};
 use trisect_shared::features::{Features, HEAVY, has_any};
 
-/// A limit of a kernel's registers, by docs/performance.md: what more lanes at a time bring is more than what spilling costs.
+/// Returns the maximum number of registers per lane of a render kernel. More lanes at a time gain
+/// more than spilling costs (docs/notebook/kernels-and-schedules.md).
 fn registers(features: Features) -> u32 {
     if has_any(features, HEAVY) { 96 } else { 64 }
 }
 
-/// The same for the levels of the denoiser's filters.
+/// Maximum number of registers per lane of a level of the denoiser's filters
+/// (docs/notebook/denoising.md).
 const LEVEL_REGISTERS: u32 = 96;
 
 impl Cuda {
-    /// Compiles an entry point, once: by itself, as the driver would compile all that a module holds before it starts one.
+    /// Returns the kernel of an entry point. It is compiled once, as a module of its own, because
+    /// the driver compiles a whole module before it starts any kernel of it.
     pub(super) fn kernel(
         &mut self,
         name: &'static str,
@@ -49,7 +52,7 @@ impl Cuda {
         Ok(kernel)
     }
 
-    /// Blocks of a kernel that the device holds at the same time.
+    /// Returns the number of blocks of a kernel that the device holds at the same time, at least 1.
     pub(super) fn resident_blocks(&self, kernel: &CudaFunction) -> Result<u32, BackendError> {
         let threads = WORKGROUP.0 * WORKGROUP.1;
         let blocks = kernel

@@ -1,4 +1,4 @@
-//! Memory of the device.
+//! Allocation of device memory on CUDA.
 
 use super::Cuda;
 use super::driver::failed;
@@ -36,7 +36,7 @@ impl Cuda {
         Ok(memory)
     }
 
-    /// Fills a film's sums with [`PixelSums::UNWRITTEN`].
+    /// Sets each byte of a film's sums or AOV sums to 0xff, as in their `UNWRITTEN`.
     pub(super) fn erase(&self, film: &mut CudaSlice<u8>) -> Result<(), BackendError> {
         let bytes = film.len();
         let (pointer, _guard) = film.device_ptr_mut(&self.stream);

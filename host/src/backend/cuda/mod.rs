@@ -1,7 +1,8 @@
-//! CUDA through its driver, which is loaded at run time: one binary works with and without it.
+//! CUDA backend, through NVIDIA's driver, which is loaded at run time: one binary works with and
+//! without it.
 #![allow(
     unsafe_code,
-    reason = "launches hand raw device memory to kernels; each block names why it is sound"
+    reason = "launches hand raw device memory to kernels; each block states why it is sound"
 )]
 
 mod denoise;
@@ -37,54 +38,55 @@ use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
 use trisect_shared::scene::SceneLengths;
 
-/// The oldest compute capability that the kernels are compiled for.
+/// Oldest compute capability, major and minor, that the kernels are compiled for.
 const MIN_CAPABILITY: (i32, i32) = (6, 1);
 
-/// The scene's array of nodes.
+/// Index of the nodes among the scene's arrays.
 const NODES: usize = 1;
 
-/// Blocks down a grid, at most.
+/// Maximum number of blocks down a grid.
 const GRID_LIMIT: u32 = 65_535;
 
-/// Pixels of a launch of persistent lanes, at most: they count in 32 bits.
+/// Maximum number of pixels in a launch of persistent lanes, which count them in 32 bits.
 const MAX_QUEUE: u64 = 1 << 31;
 
-/// A CUDA device.
+/// A CUDA device, with a scene and a film.
 pub struct Cuda {
     device: Device,
     stream: Arc<CudaStream>,
-    /// Those that were used.
+    /// Kernels that were used so far, by entry point and math build.
     kernels: HashMap<(&'static str, MathMode), CudaFunction>,
     scene: Option<SceneOnDevice>,
     kernel: Option<CudaFunction>,
-    /// Whether its lanes take pixels from a queue.
+    /// True if the lanes of `kernel` take pixels from a queue.
     persistent: bool,
-    /// Where they find them.
+    /// Counter of that queue.
     counter: CudaSlice<u32>,
     film: Option<Film>,
     denoiser: Option<denoise::Images>,
-    /// An image for a screen.
+    /// Image for a display, 4 bytes a pixel.
     shown: Option<CudaSlice<u8>>,
-    /// Memory of the host that this device copies to without a detour.
+    /// Pinned host memory, to which this device copies directly.
     pinned: Vec<Pinned>,
     math: MathMode,
     start: CudaEvent,
     end: CudaEvent,
 }
 
-/// The film on the device: a [`PixelSums`] and a [`Compensation`] for each pixel, and for a kernel that writes them [`Guides`].
+/// Film on the device, by pixel: [`PixelSums`], [`Compensation`] and, for a kernel that writes
+/// them, [`AovSums`].
 struct Film {
     sums: CudaSlice<u8>,
     compensations: CudaSlice<u8>,
     aovs: CudaSlice<u8>,
 }
 
-/// The arrays in the order of the kernels' arguments.
+/// Scene arrays on the device, in the order of the kernels' arguments.
 struct SceneOnDevice {
     lengths: Argument<SceneLengths>,
-    /// Nodes of the scene, without those of the view.
+    /// Number of the scene's own nodes; nodes of tile entries follow them.
     nodes: usize,
-    /// Shared with twins.
+    /// Scene arrays, shared with second streams.
     arrays: [Arc<CudaSlice<u8>>; 10],
 }
 
@@ -97,7 +99,8 @@ impl Cuda {
             return Err(BackendError::NoSuchDevice { backend: "cuda", index, devices: count });
         }
         let context = CudaContext::new(index).map_err(failed("creating a context"))?;
-        // SAFETY: memory is used by the stream that it was allocated in, but for a scene, which is there when a twin begins, and which no one writes to.
+        // SAFETY: memory is used by the stream that it was allocated in, except a scene's, which is
+        // complete before a second stream begins and is never written afterwards.
         unsafe { context.disable_event_tracking() };
         let capability = context.compute_capability().map_err(failed("asking for an attribute"))?;
         if capability < MIN_CAPABILITY {
@@ -112,7 +115,7 @@ impl Cuda {
         Self::within(&context, describe(index)?)
     }
 
-    /// With a stream of its own.
+    /// Creates a backend with its own stream in a context.
     fn within(context: &Arc<CudaContext>, device: Device) -> Result<Self, BackendError> {
         let event =
             || context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT)).map_err(failed("creating an event"));
@@ -136,19 +139,20 @@ impl Cuda {
         })
     }
 
-    /// Makes the context that of the calling thread: a renderer may have been made by another.
+    /// Makes the context current on the calling thread, because another thread may have created the
+    /// renderer.
     fn bind(&self) -> Result<(), BackendError> {
         self.stream.context().bind_to_thread().map_err(failed("entering the context"))
     }
 
-    /// Puts nodes after those of the scene.
+    /// Writes nodes after the scene's own.
     fn append_nodes(&self, scene: &mut SceneOnDevice, nodes: &[BvhNode]) -> Result<(), BackendError> {
         let bytes: &[u8] = bytemuck::cast_slice(nodes);
         let own = scene.nodes * size_of::<BvhNode>();
         let array = &mut scene.arrays[NODES];
-        // Twins see by themselves.
+        // A second stream has tile entries of its own, so a shared array is copied first.
         if array.len() < own + bytes.len() || Arc::get_mut(array).is_none() {
-            let mut larger = self.allocate(own + bytes.len(), "the camera's view of the BVH")?;
+            let mut larger = self.allocate(own + bytes.len(), "the BVH's tile entries")?;
             let (from, mut to) = (array.slice(0..own), larger.slice_mut(0..own));
             self.stream.memcpy_dtod(&from, &mut to).map_err(failed("copying the scene"))?;
             self.stream.synchronize().map_err(failed("copying the scene"))?;
@@ -156,12 +160,12 @@ impl Cuda {
         }
         let Some(array) = Arc::get_mut(array) else { return Err(not_prepared()) };
         let mut to = array.slice_mut(own..own + bytes.len());
-        self.stream.memcpy_htod(bytes, &mut to).map_err(failed("copying the camera's view"))?;
+        self.stream.memcpy_htod(bytes, &mut to).map_err(failed("copying the tile entries"))?;
         scene.lengths.0.nodes = scene.nodes + nodes.len();
         Ok(())
     }
 
-    /// Launches `kernel` over the rows of `params` and waits for it.
+    /// Launches `kernel` over the rows of `params` and waits for it. Returns the device time.
     fn launch(
         &mut self,
         kernel: &CudaFunction,
@@ -201,8 +205,10 @@ impl Cuda {
             arguments.arg(&**array);
         }
         arguments.arg(output).arg(carries).arg(&mut self.counter).arg(guides);
-        // SAFETY: the arguments are those of every entry point (see trisect_kernels), the counter is 0 where that matters; `output`, for a render kernel `compensations`, and for one
-        // with GUIDES `guides` hold a record for each pixel of the image, and the host proved the scene's indices.
+        // SAFETY: the arguments are those of every entry point (see trisect_kernels), and the
+        // counter is 0 for persistent lanes. `output`, for a render kernel `carries`, and for one
+        // with AOVS `guides`, have a record for each pixel of the image. The host checked the
+        // scene's indices.
         unsafe { arguments.launch(config) }.map_err(failed("launching"))?;
         self.end.record(&self.stream).map_err(failed("stopping the timer"))?;
         self.end.synchronize().map_err(failed("rendering"))?;
@@ -223,7 +229,7 @@ impl Backend for Cuda {
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         self.bind()?;
         let scene = scene.scene();
-        self.scene = None; // before the new one is allocated
+        self.scene = None; // freed before the new one is allocated
         let lengths = Argument(SceneLengths::of(&scene));
         let arrays: [CudaSlice<u8>; 10] = [
             self.copy(scene.spheres, "the scene's spheres")?,
@@ -235,7 +241,7 @@ impl Backend for Cuda {
             self.copy(scene.lights, "the scene's lights")?,
             self.copy(scene.textures, "the scene's textures")?,
             self.copy(scene.texels, "the scene's texels")?,
-            self.copy(scene.environment, "the scene's panorama")?,
+            self.copy(scene.environment, "the scene's environment map")?,
         ];
         let arrays = arrays.map(Arc::new);
         self.scene = Some(SceneOnDevice { lengths, nodes: scene.nodes.len(), arrays });
@@ -260,9 +266,9 @@ impl Backend for Cuda {
         let mut film = match self.film.take() {
             Some(film) if film.sums.len() == bytes && film.aovs.len() >= guides => film,
             other => {
-                drop(other); // before the new one is allocated
+                drop(other); // freed before the new one is allocated
                 let carries = self.allocate(job.pixels() * size_of::<Compensation>(), "the film")?;
-                let guides = self.allocate(guides, "the film's guides")?;
+                let guides = self.allocate(guides, "the film's AOV sums")?;
                 Film { sums: self.allocate(bytes, "the film")?, compensations: carries, aovs: guides }
             }
         };
@@ -327,7 +333,7 @@ impl Backend for Cuda {
 
     fn second_stream(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
         self.bind()?;
-        // What the twin shares must be there before it begins.
+        // The scene that both streams use must be complete before the second one begins.
         self.stream.synchronize().map_err(failed("copying the scene"))?;
         let scene = self.scene.as_ref().map(|scene| SceneOnDevice { arrays: scene.arrays.clone(), ..*scene });
         let twin = Self::within(self.stream.context(), self.device.clone())?;
@@ -335,7 +341,7 @@ impl Backend for Cuda {
     }
 
     fn pin(&mut self, memory: &Arc<HostMemory>) {
-        // Who had it is gone, after an error.
+        // After an error, the owner of pinned memory may be gone.
         self.pinned.retain(|pinned| !pinned.is_left());
         if memory.bytes() > 0 && !self.pinned.iter().any(|pinned| pinned.is_of(memory)) {
             self.pinned.extend(Pinned::new(&self.stream, memory));
@@ -362,5 +368,5 @@ impl Backend for Cuda {
 }
 
 fn not_prepared() -> BackendError {
-    BackendError::Device { backend: "cuda", action: "rendering", message: "no frame was prepared".to_owned() }
+    BackendError::Device { backend: "cuda", action: "rendering", message: "no film was prepared".to_owned() }
 }

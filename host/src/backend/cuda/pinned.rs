@@ -1,4 +1,4 @@
-//! Copies to memory of the host: of any, and faster to such as cannot be swapped out.
+//! Copies from the device to host memory, which are faster if the memory is pinned (page-locked).
 
 use super::driver::failed;
 use super::{Cuda, not_prepared};
@@ -8,25 +8,29 @@ use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, sys};
 use std::ffi::c_void;
 use std::sync::Arc;
 
-/// Bytes from row to row of a rectangle, at most: CU_DEVICE_ATTRIBUTE_MAX_PITCH of every device.
+/// Maximum distance in bytes from row to row of a rectangle: CU_DEVICE_ATTRIBUTE_MAX_PITCH of every
+/// device.
 const MAX_PITCH: usize = i32::MAX as usize;
 
-/// Memory that the device writes to without a detour, as long as this is there.
+/// Host memory that stays pinned as long as this value exists, so that the device writes to it
+/// directly.
 pub(super) struct Pinned {
     memory: Arc<HostMemory>,
     stream: Arc<CudaStream>,
 }
 
 impl Pinned {
-    /// None where the system or the driver does not allow it: for this memory, or for more.
+    /// Pins `memory`. Returns `None` if the system or the driver refuses it, for this memory or for
+    /// any more.
     pub fn new(stream: &Arc<CudaStream>, memory: &Arc<HostMemory>) -> Option<Self> {
         stream.context().bind_to_thread().ok()?;
-        // SAFETY: so many bytes lie there as long as `memory` is held, which the result does until it has taken this back.
+        // SAFETY: the memory has these bytes as long as `memory` is held, which the result does
+        // until it has unpinned them.
         let pinned = unsafe { sys::cuMemHostRegister_v2(memory.first().cast::<c_void>(), memory.bytes(), 0) };
         pinned.result().ok().map(|()| Self { memory: memory.clone(), stream: stream.clone() })
     }
 
-    /// Whether no one else has the memory.
+    /// Returns whether nothing else holds the memory.
     pub fn is_left(&self) -> bool {
         Arc::strong_count(&self.memory) == 1
     }
@@ -38,20 +42,21 @@ impl Pinned {
 
 impl Drop for Pinned {
     fn drop(&mut self) {
-        // The first call may report what failed before.
+        // The first call may report an earlier failure.
         let _ = self.stream.context().bind_to_thread();
         let _ = self.stream.context().bind_to_thread();
         let _ = self.stream.synchronize();
         // SAFETY: `new` pinned it.
         if unsafe { sys::cuMemHostUnregister(self.memory.first().cast::<c_void>()) }.result().is_err() {
-            // The driver takes the place for pinned still: nothing else may come there.
+            // The driver still takes this address for pinned, so the memory is leaked: nothing else
+            // may be allocated there.
             std::mem::forget(self.memory.clone());
         }
     }
 }
 
 impl Cuda {
-    /// Copies rows of what an image's pixels have on the device, one below the other.
+    /// Copies rows of an image's per-pixel records from the device to `to`, packed.
     pub(super) fn read_rows(
         &self,
         rows: &RowSet,
@@ -67,7 +72,7 @@ impl Cuda {
         })
     }
 
-    /// The same of an image's pixels, to where they belong.
+    /// Copies rows of an image of 4 bytes a pixel from the device to their places in the target.
     pub(super) fn read_target(
         &self,
         from: &CudaSlice<u8>,
@@ -80,7 +85,10 @@ impl Cuda {
         })
     }
 
-    /// Copies rectangles, each to where `place` says: its first byte, and how many rows of `row` bytes lie from one block of rows to the next there.
+    /// Copies the rectangles of `rows`, whose rows have `row` bytes. `place` gets a rectangle and
+    /// the number of rows before it; it returns the address of the rectangle's first byte on the
+    /// host, and the number of rows there from the start of a block of rows to the start of the
+    /// next.
     fn read_grids(
         &self,
         rows: &RowSet,
@@ -98,7 +106,8 @@ impl Cuda {
             for grid in CopyRect::all(rows, most) {
                 let (to, step) = place(&grid, before);
                 before += grid.rows();
-                // One block is a row of so many bytes; a block that is too long for that goes row by row.
+                // A block of rows is copied as one row of the rectangle; a block longer than the
+                // maximum pitch is copied row by row.
                 let block = grid.length as usize * row;
                 let (width, height, pitches) = match block <= MAX_PITCH {
                     true => (block, grid.count as usize, (grid.step as usize * row, step as usize * row)),
@@ -122,8 +131,9 @@ impl Cuda {
                     WidthInBytes: width,
                     Height: height,
                 };
-                // SAFETY: the image has these rows, as was checked, and the host's memory has them by `place`, which lends it until the end of this
-                // function, where the copies have ended.
+                // SAFETY: the image has these rows, as was checked. The host memory has them by the
+                // contract of `place`, which lends it until the end of this function, when all
+                // copies have ended.
                 let started = unsafe { sys::cuMemcpy2DAsync_v2(&raw const copy, self.stream.cu_stream()) };
                 if let Err(error) = started.result() {
                     let _ = self.stream.synchronize();

@@ -1,4 +1,4 @@
-//! Adapters, and the device behind one: with its errors kept instead of panicking.
+//! Adapters of wgpu, and the device opened on one, whose errors are kept instead of panicking.
 
 use crate::backend::{BackendError, Device, DeviceKind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -6,16 +6,16 @@ use wgpu::{
     Adapter, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, PollType, Queue,
 };
 
-/// An open device.
+/// Open device and its queue.
 pub(super) struct Gpu {
     pub device: wgpu::Device,
     pub queue: Queue,
-    /// The first error since the last look; wgpu's own handler would panic.
+    /// First error since the last [`Gpu::check`]; wgpu's own handler would panic.
     error: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// Reports an error that wgpu noticed meanwhile.
+    /// Returns an error if wgpu reported one since the last call.
     pub fn check(&self, action: &'static str) -> Result<(), BackendError> {
         match self.error.lock().unwrap_or_else(PoisonError::into_inner).take() {
             None => Ok(()),
@@ -68,7 +68,7 @@ fn none() -> BackendError {
     }
 }
 
-/// All adapters, or why there are none.
+/// Returns all adapters, or why there are none.
 pub fn devices() -> Result<Vec<Device>, BackendError> {
     let devices: Vec<Device> = adapters().iter().enumerate().map(|(i, a)| describe(i, a)).collect();
     if devices.is_empty() { Err(none()) } else { Ok(devices) }
@@ -116,7 +116,8 @@ pub(super) fn open(index: Option<usize>) -> Result<(Device, Gpu), BackendError> 
     Ok((describe(index, adapter), Gpu { device, queue, error }))
 }
 
-/// Discrete before integrated before the rest; never a software adapter.
+/// Returns the index of the best adapter: discrete before integrated before others, and never a
+/// software adapter.
 fn best(adapters: &[Adapter]) -> Result<usize, BackendError> {
     let rank = |kind| match kind {
         DeviceType::DiscreteGpu => 0,
@@ -132,7 +133,7 @@ fn best(adapters: &[Adapter]) -> Result<usize, BackendError> {
             backend: "wgpu",
             reason: "there are software adapters only, which are slower than --backend cpu".to_owned(),
             remedy: format!(
-                "to use {} all the same, say --backend wgpu --device 0",
+                "to use {} nevertheless, pass --backend wgpu --device 0",
                 adapters[0].get_info().name
             ),
         }),

@@ -1,4 +1,4 @@
-//! The denoiser's passes.
+//! Passes of the denoiser, on wgpu.
 
 use super::Wgpu;
 use super::adapter::Gpu;
@@ -12,23 +12,23 @@ use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, Histor
 use trisect_shared::film::PixelSums;
 use wgpu::{Buffer, BufferUsages, ComputePassTimestampWrites, QuerySet, QuerySetDescriptor, QueryType};
 
-/// Passes of one submission, at most: three before the levels, one after.
+/// Maximum number of passes in a submission: three before the levels, one after.
 const PASSES: u32 = *LEVELS.end() + 4;
 
-/// The images between passes, and pipelines with a layout of their own.
+/// Buffers between passes, and pipelines with a layout of their own.
 pub(super) struct Denoiser {
     pipelines: Pipelines,
-    /// A launch record a pass.
+    /// Launch parameters, a buffer for each pass.
     params: Vec<Buffer>,
     filtered: [Buffer; 2],
     gbuffer: Buffer,
     temporal: Option<TemporalBuffers>,
-    /// What an image is read through.
+    /// Buffer through which an image is read.
     staging: Buffer,
     timer: Option<Timer>,
 }
 
-/// What frames keep for those that follow, and the pipelines for it.
+/// Buffers that frames keep for later ones, and the pipelines that use them.
 struct TemporalBuffers {
     pipelines: Pipelines,
     histories: [Buffer; 2],
@@ -37,11 +37,11 @@ struct TemporalBuffers {
 }
 
 impl TemporalBuffers {
-    /// For so many pixels.
+    /// Allocates the buffers for `pixels` pixels.
     fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
         let buffer = |size: usize| {
             let usage = BufferUsages::STORAGE;
-            of.buffer(pixels * size as u64, usage, "the frames before")
+            of.buffer(pixels * size as u64, usage, "the denoiser's history")
         };
         Ok(Self {
             pipelines: Pipelines::new(&of.gpu, of.route, 5, 4)?,
@@ -60,7 +60,7 @@ struct Timer {
 }
 
 impl Denoiser {
-    /// For so many pixels.
+    /// Allocates the buffers for `pixels` pixels.
     pub fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
         let gpu = &of.gpu;
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
@@ -69,7 +69,7 @@ impl Denoiser {
         let image = || of.buffer(bytes, storage, "the denoised image");
         let params = || {
             let size = size_of::<DenoiseParams>() as u64;
-            of.buffer(size, BufferUsages::UNIFORM | BufferUsages::COPY_DST, "the denoiser's launch records")
+            of.buffer(size, BufferUsages::UNIFORM | BufferUsages::COPY_DST, "the denoiser's parameters")
         };
         let ticks = u64::from(2 * PASSES) * 8;
         let timer = || -> Result<Timer, BackendError> {
@@ -89,19 +89,20 @@ impl Denoiser {
             pipelines: Pipelines::new(gpu, of.route, 3, 2)?,
             params: (0..PASSES).map(|_| params()).collect::<Result<_, _>>()?,
             filtered: [image()?, image()?],
-            gbuffer: of.buffer(pixels * size_of::<GBufferTexel>() as u64, storage, "the denoiser's edges")?,
+            gbuffer: of.buffer(pixels * size_of::<GBufferTexel>() as u64, storage, "the G-buffer")?,
             temporal: None,
             staging: of.buffer(bytes, read, "the denoised image")?,
             timer: of.timer.is_some().then(timer).transpose()?,
         })
     }
 
-    /// Bytes of an image of as many pixels.
+    /// Returns whether the buffers are those for `pixels` pixels.
     pub fn fits(&self, pixels: u64) -> bool {
         self.staging.size() == (pixels * size_of::<FilteredPixel>() as u64).max(super::MIN_BUFFER)
     }
 
-    /// Runs the passes in one submission and waits for them.
+    /// Runs the passes in one submission and waits for them. `own` has this frame's sums and AOV
+    /// sums. Returns the time of each pass.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -110,7 +111,7 @@ impl Denoiser {
         own: [&Buffer; 2],
     ) -> Result<Vec<Duration>, BackendError> {
         if passes.len() > PASSES as usize {
-            let message = format!("{} passes, of {PASSES} at most", passes.len());
+            let message = format!("{} passes; the maximum is {PASSES}", passes.len());
             return Err(BackendError::Device { backend: "wgpu", action: "denoising", message });
         }
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
@@ -179,18 +180,19 @@ impl Denoiser {
         Ok(ticks.chunks_exact(2).map(time).collect())
     }
 
-    /// One of both images, and the sums over frames where the frame's samples are those.
+    /// Returns the buffer of the frame's denoised image, and that of the sums over frames if the
+    /// frame's samples are those.
     pub fn shown(&self, frame: &DisplayLaunch, pixels: u64) -> Option<(&Buffer, Option<&Buffer>)> {
         let lit = self.filtered.get(frame.image?).filter(|_| self.fits(pixels))?;
         let kept = self.temporal.as_ref().filter(|_| frame.accumulated);
         Some((lit, kept.map(|frames| &frames.sums)))
     }
 
-    /// Copies one of both images to `pixels`.
+    /// Copies one of the two images to `pixels`.
     pub fn read(&self, gpu: &Gpu, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         let image = self.filtered.get(image).filter(|_| self.fits(pixels.len() as u64));
         let Some(image) = image else {
-            let message = "an image that no pass wrote".to_owned();
+            let message = "no pass wrote this image".to_owned();
             return Err(BackendError::Device { backend: "wgpu", action: "denoising", message });
         };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -201,26 +203,26 @@ impl Denoiser {
 }
 
 impl Wgpu {
-    /// Sums and guides where a kernel that writes guides has them.
+    /// Implements [`Backend::write_film`](crate::backend::Backend::write_film).
     pub(super) fn write_sums(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
-        let Some(mut memory) = self.film.take() else { return Err(self.misuse("no frame was prepared")) };
+        let Some(mut memory) = self.film.take() else { return Err(self.misuse("no film was prepared")) };
         let (sums, guides): (&[u8], &[u8]) = (bytemuck::cast_slice(film), bytemuck::cast_slice(guides));
         let to = &mut memory.aovs;
         let written = match memory.sums.size() < sums.len() as u64 || to.records.size() < guides.len() as u64
         {
-            true => Err(self.misuse("sums of another image")),
+            true => Err(self.misuse("the sums are for an image of another size")),
             false => self
                 .write(&mut memory.upload, &memory.sums, sums, "writing the film")
-                .and_then(|()| self.write(&mut to.upload, &to.records, guides, "writing the guides")),
+                .and_then(|()| self.write(&mut to.upload, &to.records, guides, "writing the AOV sums")),
         };
         self.film = Some(memory);
         written
     }
 
-    /// [`Backend::denoise`](crate::backend::Backend::denoise).
+    /// Implements [`Backend::denoise`](crate::backend::Backend::denoise).
     pub(super) fn denoise_film(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
         let (Some(film), Some(first)) = (&self.film, passes.first()) else {
-            return Err(self.misuse("no frame was prepared"));
+            return Err(self.misuse("no film was prepared"));
         };
         let pixels = |pass: &Pass| u64::from(pass.params.width) * u64::from(pass.params.height);
         let of_image = pixels(first);
@@ -228,12 +230,12 @@ impl Wgpu {
             || film.sums.size() < of_image * size_of::<PixelSums>() as u64
             || !passes.iter().all(|pass| pixels(pass) == of_image)
         {
-            return Err(self.misuse("no guides were prepared"));
+            return Err(self.misuse("the film has no AOV sums, or is of another size"));
         }
         let mut denoiser = match self.denoiser.take() {
             Some(denoiser) if denoiser.fits(of_image) => denoiser,
             other => {
-                drop(other); // before the new one is allocated
+                drop(other); // freed before the new one is allocated
                 Denoiser::new(self, of_image)?
             }
         };

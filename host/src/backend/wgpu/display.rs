@@ -1,4 +1,4 @@
-//! Images for a screen.
+//! Images for a display, on wgpu.
 
 use super::Wgpu;
 use super::pipeline::Pipelines;
@@ -11,19 +11,19 @@ use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
 use wgpu::{Buffer, BufferUsages, ComputePassDescriptor, ComputePassTimestampWrites};
 
-/// The image, and a pipeline with a layout of its own.
+/// Image for a display, and a pipeline with a layout of its own.
 pub(super) struct Display {
     pipelines: Pipelines,
     params: Buffer,
     image: Buffer,
-    /// What it is read through.
+    /// Buffer through which the image is read.
     staging: Buffer,
 }
 
 impl Display {
-    /// For so many pixels.
+    /// Allocates the buffers for `pixels` pixels.
     fn new(of: &Wgpu, pixels: u64) -> Result<Self, BackendError> {
-        let what = "the image for the screen";
+        let what = "the display image";
         let size = size_of::<DisplayParams>() as u64;
         Ok(Self {
             pipelines: Pipelines::new(&of.gpu, of.route, 2, 1)?,
@@ -35,7 +35,7 @@ impl Display {
 }
 
 impl Wgpu {
-    /// [`Backend::display`](crate::backend::Backend::display).
+    /// Implements [`Backend::display`](crate::backend::Backend::display).
     pub(super) fn display_frame(
         &mut self,
         frame: &DisplayLaunch,
@@ -46,7 +46,7 @@ impl Wgpu {
         let mut display = match self.display.take() {
             Some(display) if display.image.size() == (count * 4).max(super::MIN_BUFFER) => display,
             other => {
-                drop(other); // before the new one is allocated
+                drop(other); // freed before the new one is allocated
                 Display::new(self, count)?
             }
         };
@@ -56,13 +56,13 @@ impl Wgpu {
             && span.end <= height
             && film.sums.size() >= count * size_of::<PixelSums>() as u64;
         let source = match (frame.image, &self.denoiser) {
-            // The kernel loads what it does not use then.
+            // The kernel loads records from here, and does not use them.
             (None, _) => Some((&film.sums, None)),
             (Some(_), Some(denoiser)) => denoiser.shown(frame, count),
             (Some(_), None) => None,
         };
         let Some((lit, kept)) = source.filter(|_| fits) else {
-            return Err(self.misuse("an image that no pass wrote"));
+            return Err(self.misuse("no pass wrote this image"));
         };
         display.pipelines.compile(&self.gpu, DISPLAY, self.math)?;
         self.gpu.queue.write_buffer(&display.params, 0, bytemuck::bytes_of(&frame.params));

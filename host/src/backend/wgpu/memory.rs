@@ -1,4 +1,4 @@
-//! Memory of the device.
+//! Buffers on the device, and copies between them.
 
 use super::{Film, MIN_BUFFER, SCENE_USAGE, Wgpu};
 use crate::backend::BackendError;
@@ -7,7 +7,7 @@ use bytemuck::Pod;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages};
 
 impl Wgpu {
-    /// A buffer, after its size was compared with the adapter's limits.
+    /// Creates a buffer, after comparing its size with the adapter's limits.
     pub(super) fn buffer(
         &self,
         bytes: u64,
@@ -44,7 +44,8 @@ impl Wgpu {
         self.gpu.check(action)
     }
 
-    /// Puts rows of what an image's pixels have, `bytes` in all, one below the other into a staging buffer.
+    /// Copies rows of an image's per-pixel records, `bytes` bytes in all, packed to a staging
+    /// buffer.
     pub(super) fn copy_rows(
         &self,
         rows: &RowSet,
@@ -54,7 +55,7 @@ impl Wgpu {
     ) -> Result<(), BackendError> {
         let row = (bytes / (rows.len() as usize).max(1)) as u64;
         if from.size() < u64::from(rows.end()) * row || to.size() < bytes as u64 {
-            return Err(self.misuse("rows that were not prepared"));
+            return Err(self.misuse("the rows are outside the prepared film"));
         }
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut done = 0;
@@ -67,7 +68,8 @@ impl Wgpu {
         self.gpu.check("reading the film")
     }
 
-    /// Fills the guides with [`Guides::UNWRITTEN`], from the film's bytes, which are all ones, too.
+    /// Resets the AOV sums to `UNWRITTEN`, whose bytes are 0xff like the film's, from which they
+    /// are copied.
     pub(super) fn erase_aovs(&self, film: &Film) -> Result<(), BackendError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (ones, guides) = (&film.unwritten, &film.aovs.records);
@@ -78,6 +80,6 @@ impl Wgpu {
             done += part;
         }
         self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check("erasing the guides")
+        self.gpu.check("erasing the AOV sums")
     }
 }

@@ -1,4 +1,5 @@
-//! wgpu: the SPIR-V kernels as they are on Vulkan (pass-through), through naga elsewhere.
+//! wgpu backend: Vulkan gets the SPIR-V kernels unchanged (pass-through), other drivers through
+//! naga.
 
 mod adapter;
 mod denoise;
@@ -30,29 +31,30 @@ use wgpu::{
     QueryType,
 };
 
-/// How the kernels reach the driver.
+/// Route of the kernels to the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
-    /// Unchanged where the adapter can (Vulkan), else through naga.
+    /// Unchanged if the adapter supports it (Vulkan), else through naga.
     PassThrough,
     /// Through naga, which reads SPIR-V and writes the driver's language.
     Naga,
 }
 
-/// A scene's array is written once; that of the nodes is copied to a larger one.
+/// Usage of the scene's arrays. Each is written once; that of the nodes is also copied to a larger
+/// one.
 const SCENE_USAGE: BufferUsages =
     BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
 
-/// Arrays of a scene.
+/// Number of a scene's arrays.
 const SCENE_ARRAYS: usize = 10;
 
-/// Bytes of a buffer, at least: an empty array is bound as one record that no kernel reads.
+/// Minimum number of bytes of a buffer: an empty array is bound as one record that no kernel reads.
 const MIN_BUFFER: u64 = 112;
 
-/// The scene's array of nodes.
+/// Index of the nodes among the scene's arrays.
 const NODES: usize = 1;
 
-/// A wgpu adapter.
+/// A wgpu adapter, with a scene and a film.
 pub struct Wgpu {
     device: Device,
     gpu: Gpu,
@@ -61,10 +63,10 @@ pub struct Wgpu {
     denoiser: Option<denoise::Denoiser>,
     display: Option<display::Display>,
     params: Buffer,
-    /// Where persistent lanes find their pixels.
+    /// Counter of the queue from which persistent lanes take pixels.
     counter: Buffer,
     scene: Option<[Buffer; SCENE_ARRAYS]>,
-    /// Nodes of the scene, without those of the view.
+    /// Number of the scene's own nodes; nodes of tile entries follow them.
     nodes: usize,
     film: Option<Film>,
     entry: &'static str,
@@ -72,10 +74,11 @@ pub struct Wgpu {
     timer: Option<Timer>,
 }
 
-/// The film on the device, what erases it, and what it is read and written through.
+/// Film on the device, the bytes that reset it, and the buffers through which it is read and
+/// written.
 struct Film {
     sums: Buffer,
-    /// A [`Compensation`] for each pixel.
+    /// [`Compensation`] of each pixel.
     compensations: Buffer,
     unwritten: Buffer,
     staging: Buffer,
@@ -83,7 +86,8 @@ struct Film {
     aovs: AovBuffers,
 }
 
-/// [`Guides`] for each pixel, for a kernel that writes them, and what they are read and written through; else next to nothing.
+/// [`AovSums`] of each pixel for a kernel that writes them, otherwise the smallest buffers, and the
+/// buffers through which they are read and written.
 struct AovBuffers {
     records: Buffer,
     staging: Buffer,
@@ -98,7 +102,8 @@ struct Timer {
 }
 
 impl Wgpu {
-    /// Opens the adapter with this index, or the best hardware one. A software adapter is taken only by its index.
+    /// Opens the adapter with this index, or the best hardware one. A software adapter is opened
+    /// only by its index.
     pub fn open(index: Option<usize>, route: Route) -> Result<Self, BackendError> {
         let (mut device, gpu) = adapter::open(index)?;
         let pipelines = Pipelines::new(&gpu, route, SCENE_ARRAYS, 4)?;
@@ -142,7 +147,7 @@ impl Wgpu {
         })
     }
 
-    /// Runs an entry point over the rows of `params` and waits for it.
+    /// Runs an entry point over the rows of `params` and waits for it. Returns the device time.
     fn dispatch(
         &self,
         entry: &'static str,
@@ -163,8 +168,9 @@ impl Wgpu {
             return Err(BackendError::TooLong { backend: "wgpu", width, rows, limit });
         }
         if persistent {
-            // As many lanes as pixels, of which those that come late find none. Not so on a software adapter, which runs them one after
-            // the other, and ends each loop of a lane after 65,535 turns (Mesa's lavapipe): there each takes one.
+            // As many lanes as pixels; those that start late find the queue empty. A software
+            // adapter runs lanes one after the other, and Mesa's lavapipe ends each loop of a lane
+            // after 65,535 iterations: there each lane takes one pixel.
             let groups = groups_x * groups_y;
             (groups_x, groups_y) = (groups.min(limit), groups.div_ceil(limit));
             if self.device.kind == DeviceKind::SoftwareGpu {
@@ -217,7 +223,8 @@ impl Backend for Wgpu {
     }
 
     fn best_method(&self, kernel: Features, math: MathMode) -> (Traversal, Schedule) {
-        // Kernels without textures gain by a queue where their shading is short (docs/performance.md).
+        // Other heavy kernels gain by a queue only with fast math, which shortens their shading
+        // (docs/notebook/vulkan.md).
         let large = has(kernel, TEXTURES) || math == MathMode::Fast && has_any(kernel, HEAVY);
         let queue =
             large && self.device.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
@@ -226,7 +233,7 @@ impl Backend for Wgpu {
 
     fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
         let scene = scene.scene();
-        self.scene = None; // before the new one is allocated
+        self.scene = None; // freed before the new one is allocated
         self.nodes = scene.nodes.len();
         self.scene = Some([
             self.store(scene.spheres, "the scene's spheres")?,
@@ -238,7 +245,7 @@ impl Backend for Wgpu {
             self.store(scene.lights, "the scene's lights")?,
             self.store(scene.textures, "the scene's textures")?,
             self.store(scene.texels, "the scene's texels")?,
-            self.store(scene.environment, "the scene's panorama")?,
+            self.store(scene.environment, "the scene's environment map")?,
         ]);
         self.gpu.check("copying the scene")
     }
@@ -250,7 +257,7 @@ impl Backend for Wgpu {
         let total = own + bytes.len() as u64;
         let mut array = scene[NODES].clone();
         if array.size() < total {
-            let larger = self.buffer(total, SCENE_USAGE, "the camera's view of the BVH")?;
+            let larger = self.buffer(total, SCENE_USAGE, "the BVH's tile entries")?;
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(&array, 0, &larger, 0, own);
             self.gpu.queue.submit([encoder.finish()]);
@@ -260,11 +267,12 @@ impl Backend for Wgpu {
         if let Some(scene) = &mut self.scene {
             scene[NODES] = array;
         }
-        self.gpu.check("copying the camera's view")
+        self.gpu.check("copying the tile entries")
     }
 
     fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
-        // naga has no atomic operation on a plain word of a buffer.
+        // The queue needs an atomic operation on a plain word of a buffer, which naga does not
+        // have.
         if has(job.variant.features, PERSISTENT) && !self.pipelines.pass_through(&self.gpu) {
             return Err(SettingsError::NoQueue { backend: "wgpu" }.into());
         }
@@ -276,19 +284,20 @@ impl Backend for Wgpu {
             if has(job.variant.features, AOVS) { job.pixels() * size_of::<AovSums>() } else { 0 } as u64;
         let fits = |film: &Film| film.sums.size() == bytes && film.aovs.records.size() >= guides;
         if !self.film.as_ref().is_some_and(fits) {
-            self.film = None; // before the new one is allocated
+            self.film = None; // freed before the new one is allocated
             let device = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
             let sums = self.buffer(bytes, device | BufferUsages::STORAGE, "the film")?;
             let unwritten = self.buffer(bytes, device, "the film")?;
             let staging = self.buffer(bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST, "the film")?;
-            // Each byte of what is not written is 0xff, also of the guides, which are copied from here.
+            // Each byte of unwritten sums is 0xff, also of the AOV sums, which are copied from
+            // here.
             self.gpu.queue.write_buffer(&unwritten, 0, &vec![0xff; unwritten.size() as usize]);
             let carries = (job.pixels() * size_of::<Compensation>()) as u64;
             let carries = self.buffer(carries, BufferUsages::STORAGE, "the film")?;
             let read = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
             let guides = AovBuffers {
-                records: self.buffer(guides, device | BufferUsages::STORAGE, "the film's guides")?,
-                staging: self.buffer(guides, read, "the film's guides")?,
+                records: self.buffer(guides, device | BufferUsages::STORAGE, "the film's AOV sums")?,
+                staging: self.buffer(guides, read, "the film's AOV sums")?,
                 upload: Upload::default(),
             };
             self.film = Some(Film {
@@ -307,12 +316,12 @@ impl Backend for Wgpu {
     }
 
     fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
-        let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let Some(film) = &self.film else { return Err(self.misuse("no film was prepared")) };
         self.dispatch(self.entry, launch.params(), [&film.sums, &film.compensations, &film.aovs.records])
     }
 
     fn read_film(&mut self, rows: &RowSet, pixels: &mut [PixelSums]) -> Result<(), BackendError> {
-        let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let Some(film) = &self.film else { return Err(self.misuse("no film was prepared")) };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(pixels);
         self.copy_rows(rows, &film.sums, &film.staging, bytes.len())?;
         self.copy(&film.unwritten, &film.sums, "erasing the film")?;
@@ -320,11 +329,11 @@ impl Backend for Wgpu {
     }
 
     fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
-        let Some(film) = &self.film else { return Err(self.misuse("no frame was prepared")) };
+        let Some(film) = &self.film else { return Err(self.misuse("no film was prepared")) };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(guides);
         self.copy_rows(rows, &film.aovs.records, &film.aovs.staging, bytes.len())?;
         self.erase_aovs(film)?;
-        self.gpu.read(&film.aovs.staging, bytes, "reading the guides")
+        self.gpu.read(&film.aovs.staging, bytes, "reading the AOV sums")
     }
 
     fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {

@@ -1,4 +1,4 @@
-//! The kernels as compute pipelines.
+//! Kernels as compute pipelines.
 
 use super::Route;
 use super::adapter::Gpu;
@@ -13,7 +13,7 @@ use wgpu::{
     ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
 };
 
-/// Entry points of one layout, and a pipeline for each that was used.
+/// Entry points with one bind group layout, and a pipeline for each that was used.
 pub(super) struct Pipelines {
     route: Route,
     bindings: BindGroupLayout,
@@ -22,7 +22,8 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
-    /// With a launch record, `read` arrays that are read and `written` ones, in the order of their bindings.
+    /// Creates a layout of launch parameters, `read` read-only arrays and `written` writable ones,
+    /// in the order of their bindings.
     pub fn new(gpu: &Gpu, route: Route, read: usize, written: usize) -> Result<Self, BackendError> {
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
@@ -46,12 +47,12 @@ impl Pipelines {
         Ok(Self { route, bindings, layout, compiled: HashMap::new() })
     }
 
-    /// Whether the driver gets the kernels as they are.
+    /// Returns whether the driver gets the kernels unchanged.
     pub fn pass_through(&self, gpu: &Gpu) -> bool {
         self.route == Route::PassThrough && gpu.device.features().contains(Features::PASSTHROUGH_SHADERS)
     }
 
-    /// Compiles an entry point, once.
+    /// Compiles an entry point unless that was done before.
     pub fn compile(&mut self, gpu: &Gpu, entry: &'static str, math: MathMode) -> Result<(), BackendError> {
         if !self.compiled.contains_key(&(entry, math)) {
             let module = module(&gpu.device, self.route, entry, math)?;
@@ -69,14 +70,14 @@ impl Pipelines {
         Ok(())
     }
 
-    /// A pipeline that [`Pipelines::compile`] made.
+    /// Returns a pipeline that [`Pipelines::compile`] made.
     pub fn get(&self, entry: &'static str, math: MathMode) -> Result<&ComputePipeline, BackendError> {
         self.compiled
             .get(&(entry, math))
             .ok_or_else(|| failed("rendering", format!("the kernel {entry} was not compiled")))
     }
 
-    /// Binds the launch record and the arrays, in the order of their bindings.
+    /// Binds the launch parameters and the arrays, in the order of their bindings.
     pub fn bind<'a>(&self, device: &Device, buffers: impl IntoIterator<Item = &'a Buffer>) -> BindGroup {
         let entries: Vec<BindGroupEntry> = (0u32..)
             .zip(buffers)
@@ -90,7 +91,8 @@ impl Pipelines {
     }
 }
 
-/// The module without its `NoContraction` decorations: the driver may fuse a product and a sum, and reassociate.
+/// Returns the module without its `NoContraction` decorations: the driver may then fuse a product
+/// and a sum, and reassociate.
 fn contractible(words: &[u32]) -> Vec<u32> {
     const HEADER: usize = 5;
     const NO_CONTRACTION: [u32; 2] = [3 << 16 | 71, 42]; // OpDecorate of three words, and the decoration
@@ -110,7 +112,7 @@ fn failed(action: &'static str, message: String) -> BackendError {
     BackendError::Device { backend: "wgpu", action, message }
 }
 
-/// A module of one entry point.
+/// Creates the shader module of one entry point.
 fn module(
     device: &Device,
     route: Route,
@@ -130,8 +132,9 @@ fn module(
             name: entry.into(),
             workgroup_size: (threads.0, threads.1, 1),
         }];
-        // SAFETY: spirv-val accepted the module when it was built, a test compares the embedded bytes with the manifest,
-        // the layout above matches its bindings; indices are proven by `bvh` and `scene`.
+        // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded
+        // bytes with the manifest. The layout above matches the module's bindings. `bvh` and
+        // `scene` check the indices.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
         let module = unsafe {
             device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {

@@ -1,4 +1,4 @@
-//! Copies between the host's memory and the device's: through memory that both see, by all of the host's threads.
+//! Copies between host and device memory, through mapped buffers and by all threads of the host.
 
 use super::Wgpu;
 use super::adapter::Gpu;
@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use std::sync::mpsc;
 use wgpu::{Buffer, BufferUsages, MapMode, WriteOnly};
 
-/// Bytes that a thread copies at a time.
+/// Number of bytes that a thread copies at a time.
 const PART: usize = 1 << 16;
 
-/// Memory that large writes go through. It is kept: making it takes longer than the copy.
+/// Buffer through which large writes go. It is kept, because creating it takes longer than the
+/// copy.
 #[derive(Default)]
 pub(super) struct Upload(Option<Buffer>);
 
@@ -19,18 +20,20 @@ fn failed(action: &'static str, error: &dyn std::fmt::Display) -> BackendError {
 }
 
 impl Gpu {
-    /// Waits for all submitted work and copies so many bytes from the start of a mappable buffer.
+    /// Waits for all submitted work and copies `bytes.len()` bytes from the start of a mappable
+    /// buffer.
     pub fn read(&self, buffer: &Buffer, bytes: &mut [u8], action: &'static str) -> Result<(), BackendError> {
         self.map(buffer, bytes.len() as u64, action, |from| {
             if bytes.len() <= PART {
-                return bytes.copy_from_slice(from); // no other thread is worth waking
+                return bytes.copy_from_slice(from); // too few to wake other threads
             }
             let parts = bytes.par_chunks_mut(PART).zip(from.par_chunks(PART));
             parts.for_each(|(to, from)| to.copy_from_slice(from));
         })
     }
 
-    /// Waits for all submitted work and shows `take` so many bytes from the start of a mappable buffer.
+    /// Waits for all submitted work and calls `take` with the first `bytes` bytes of a mappable
+    /// buffer.
     pub fn map(
         &self,
         buffer: &Buffer,
@@ -63,7 +66,8 @@ impl Gpu {
     }
 }
 
-/// By many threads: one alone fills memory of a GPU at some 5 GB/s.
+/// Copies by many threads, because one alone does not saturate the path to GPU memory
+/// (docs/notebook/samplers-and-adaptive.md).
 fn fill(to: WriteOnly<'_, [u8]>, from: &[u8]) {
     let (parts, rest) = to.into_chunks::<PART>();
     let (from, last) = from.split_at(parts.len() * PART);
@@ -75,7 +79,7 @@ fn fill(to: WriteOnly<'_, [u8]>, from: &[u8]) {
 }
 
 impl Wgpu {
-    /// Writes the start of a buffer.
+    /// Writes `bytes` to the start of the buffer `to`.
     pub(super) fn write(
         &self,
         upload: &mut Upload,
@@ -90,7 +94,7 @@ impl Wgpu {
         let through = match upload.0.take() {
             Some(buffer) if buffer.size() == to.size() => buffer,
             other => {
-                drop(other); // before the new one is allocated
+                drop(other); // freed before the new one is allocated
                 self.buffer(to.size(), BufferUsages::MAP_WRITE | BufferUsages::COPY_SRC, "the film")?
             }
         };

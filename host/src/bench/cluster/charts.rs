@@ -1,4 +1,5 @@
-//! The report's charts: what frames and their synchronisation take, by ranks; and what averages take and how noisy they are.
+//! Charts of the cluster benchmark: frame time and synchronisation by ranks, time and noise of
+//! averaged images, and the model's prediction.
 
 use super::{ClusterBench, GatherMethod, Point, RowFrames};
 use crate::bench::BenchError;
@@ -8,7 +9,7 @@ use crate::plot;
 use crate::plot::{Axis, Chart, Plot, Series};
 use std::path::{Path, PathBuf};
 
-/// The most ranks that the model is asked for.
+/// Maximum number of ranks for which the chart shows the model's prediction.
 const MAX_RANKS: u32 = 4096;
 
 pub(super) fn write(bench: &ClusterBench, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
@@ -48,7 +49,8 @@ fn average(bench: &ClusterBench) -> Plot {
     both_ways(bench, title, "image", &points.collect::<Vec<_>>())
 }
 
-/// What a `what` takes by both ways of putting it together, and what of that is synchronisation.
+/// Plots the time of a frame or image (`what`) and its share of synchronisation, for both methods
+/// of assembling it.
 fn both_ways(bench: &ClusterBench, title: String, what: &str, points: &[(u32, GatherMethod, Point)]) -> Plot {
     let of = |wanted: GatherMethod, value: fn(&Point) -> f64| {
         let points = points.iter().filter(move |point| point.1 == wanted);

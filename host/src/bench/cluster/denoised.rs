@@ -1,4 +1,4 @@
-//! Frames of one sample, denoised over ranks.
+//! Measures denoised frames of one sample per pixel over ranks.
 
 use super::ClusterBenchPlan;
 use super::measure::{IMAGES, Point, WARM_UP};
@@ -13,24 +13,25 @@ use crate::render::{DisplayOptions, Renderer, Settings};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// How a denoiser gets what lies around a rank's rows.
+/// Source of the pixels beyond a rank's rows that the denoiser reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BorderSource {
-    /// Each rank renders as many rows around its own as the filter reaches, and filters its own.
+    /// Each rank also renders the rows around its own that the filter reads, and filters its own
+    /// rows.
     Halo,
-    /// All that the filter needs travels to the root, which filters the image.
+    /// Everything that the filter needs is sent to the root, which filters the image.
     Gathered,
 }
 
-/// Frames of one sample, denoised.
+/// Measurement of denoised frames of one sample per pixel.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Denoised {
-    /// How many.
+    /// Number of ranks.
     pub ranks: u32,
-    /// How.
+    /// Source of the pixels around a rank's rows.
     pub around: BorderSource,
-    /// What a frame took.
+    /// Times of a frame.
     pub point: Point,
 }
 

@@ -1,4 +1,4 @@
-//! One point each.
+//! Measures one point: rows, averages or noise with a number of ranks.
 
 use super::ClusterBenchPlan;
 use crate::Error;
@@ -14,18 +14,18 @@ use serde::Serialize;
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
 
-/// How pixels come together.
+/// Method of assembling pixels from all ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GatherMethod {
-    /// What this program does.
+    /// This program's method: rows or averages are gathered on the root.
     Gather,
-    /// The report's: an all-reduce of the whole image in f32, when all have rendered.
+    /// The report's method: an all-reduce of the whole image in f32, after all ranks have rendered.
     AllReduce,
 }
 
 impl GatherMethod {
-    /// For people.
+    /// Returns the name for tables and CSV.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gather => "gather",
@@ -34,20 +34,20 @@ impl GatherMethod {
     }
 }
 
-/// Mean seconds of a frame.
+/// Mean seconds of a frame or an image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Point {
     /// From one frame to the next on the root.
     pub frame: f64,
-    /// Of the slowest rank's rendering, until its pixels are on the host.
+    /// Rendering on the slowest rank, until its pixels are on the host.
     pub render: f64,
-    /// Of that, by the device's timer; 0 where that was not asked for.
+    /// Part of `render` by the device's timer; 0 if it was not measured.
     pub device: f64,
-    /// What of the frame that does not explain.
+    /// Synchronisation: the part of `frame` beyond `render`.
     pub sync: f64,
-    /// That came to the root.
+    /// Bytes that the root received.
     pub bytes: u64,
-    /// What the model says.
+    /// Prediction of the model.
     pub model: Prediction,
 }
 
@@ -56,7 +56,7 @@ impl Point {
         Self { frame, render, device, sync: (frame - render).max(0.0), bytes, model: Prediction::default() }
     }
 
-    /// For people.
+    /// Returns one line for people.
     pub fn line(&self, ranks: u32, way: GatherMethod) -> String {
         format!(
             "{ranks} ranks, {}: frame {:.3} ms, render {:.3}, sync {:.3}",
@@ -68,12 +68,12 @@ impl Point {
     }
 }
 
-/// Frames by rows.
+/// Frames distributed by rows, with one number of samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct RowFrames {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// By ranks and way.
+    /// Number of ranks, method and times of each point.
     pub points: Vec<(u32, GatherMethod, Point)>,
 }
 
@@ -86,14 +86,14 @@ impl RowFrames {
         plan: &ClusterBenchPlan,
     ) -> Self {
         let sharing = Sharing { block_shift: plan.block_shift, ..Sharing::default() };
-        // A rank's rate is that of these frames: the trial's is of another size.
+        // The rate of a rank is taken from these frames: the trial has another size.
         let one = points.iter().find(|point| point.0 == 1 && point.1 == GatherMethod::Gather);
         let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(spp);
         let rate = one.map_or(machine.rate, |one| samples / one.2.render.max(1e-12));
         let model = Machine { rate, fixed: 0.0, ..*machine };
         let points = points.into_iter().map(|(ranks, way, point)| {
             let (bytes, gather) = match way {
-                // Nothing came to the root: ranks of its host wrote to its memory.
+                // The root received nothing: the ranks of its host wrote to its memory.
                 GatherMethod::Gather if point.bytes == 0 => (4, Gather::Shared),
                 GatherMethod::Gather => (4, Gather::Pipelined),
                 GatherMethod::AllReduce => (12, Gather::AllReduce),
@@ -103,23 +103,24 @@ impl RowFrames {
         Self { spp, points: points.collect() }
     }
 
-    /// A frame's time with one rank, or what stands for it.
+    /// Returns the seconds of a frame with one rank, or an estimate from the first measured number
+    /// of ranks; 0 if nothing was measured.
     pub(super) fn one_rank(&self, way: GatherMethod) -> f64 {
         let one = self.points.iter().find(|point| point.1 == way);
         one.map_or(0.0, |one| one.2.frame * f64::from(one.0))
     }
 }
 
-/// An averaged image.
+/// Measurement of an averaged image.
 #[derive(Clone, Debug, Serialize)]
 pub struct Average {
-    /// How many.
+    /// Number of ranks.
     pub ranks: u32,
-    /// Samples a pixel, of all together.
+    /// Samples per pixel, of all ranks together.
     pub spp: u32,
-    /// How.
+    /// Method of assembling the image.
     pub way: GatherMethod,
-    /// What it took.
+    /// Times of the image.
     pub point: Point,
 }
 
@@ -133,7 +134,7 @@ impl Average {
         one: Option<f64>,
     ) -> Self {
         let samples = f64::from(shape.width) * f64::from(shape.height) * f64::from(shape.samples);
-        // As of frames.
+        // The rate of a rank is taken from an image with one rank, if measured.
         let machine =
             one.map_or(*machine, |one| Machine { rate: samples / one.max(1e-12), fixed: 0.0, ..*machine });
         let sharing = Sharing { mode: DistributionMode::Average, ..Sharing::default() };
@@ -146,18 +147,19 @@ impl Average {
     }
 }
 
-/// The noise of an averaged image.
+/// Noise of an averaged image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Noise {
-    /// How many.
+    /// Number of ranks.
     pub ranks: u32,
-    /// Samples a pixel, of all together.
+    /// Samples per pixel, of all ranks together.
     pub spp: u32,
-    /// Root of the mean squared difference of two images of other seeds, over the root of 2.
+    /// Root mean square difference of two images with different seeds, divided by √2. Values are
+    /// clamped to 0 to 1.
     pub rms: f64,
 }
 
-/// Lets so many ranks measure while the others wait.
+/// Runs `work` on the first `ranks` ranks while the others wait.
 pub(super) fn with_ranks<N: Network, T>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -166,7 +168,7 @@ pub(super) fn with_ranks<N: Network, T>(
 ) -> Result<(Renderer, Option<T>), Error> {
     link.limit_ranks(ranks)?;
     let done = if link.rank() < ranks { work(link, renderer)? } else { (renderer, None) };
-    // The root tells all that it is over.
+    // The root tells all ranks that the work is done.
     link.use_all_ranks();
     if link.is_root() {
         link.send_all(Tag::Start, &[])?;
@@ -176,7 +178,7 @@ pub(super) fn with_ranks<N: Network, T>(
     Ok(done)
 }
 
-/// Frames that do not count: they compile, and fill what travels.
+/// Frames that do not count: they compile kernels and fill the pipeline of frames in transit.
 pub(super) const WARM_UP: u32 = 5;
 
 pub(super) fn rows<N: Network>(
@@ -219,10 +221,11 @@ pub(super) fn rows<N: Network>(
     ))
 }
 
-/// Seconds of a frame and of its rendering.
+/// Seconds of a frame, and of its rendering.
 type Times = (f64, f64);
 
 /// Renders some samples of some rows, and sums the whole image over all ranks, as the report does.
+/// Returns the renderer and the times.
 fn reduced<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -243,7 +246,8 @@ fn reduced<N: Network>(
     Ok((renderer, (start.elapsed().as_secs_f64(), render)))
 }
 
-/// The image in f32, with nothing but these samples of these rows.
+/// Returns an f32 image that contains nothing but these samples of these rows, weighted by their
+/// share of all samples.
 fn part_of_image(
     renderer: &mut Renderer,
     settings: &Settings,
@@ -254,7 +258,8 @@ fn part_of_image(
     let image = vec![0f32; width * settings.height as usize * 3];
     let parts: Vec<Range<u32>> = chunks(samples).collect();
     let wanted: Vec<u32> = rows.iter().collect();
-    // By threads and while the next chunk is rendered, as the pieces of the other way are encoded.
+    // Converted in parallel, while the next chunk is rendered, as the gather method encodes its
+    // parts.
     let take = |image: &mut Vec<f32>, part: &Range<u32>, sums: &ChunkResult<'_>| {
         let count = part.len() as u32;
         let share = count as f32 / settings.samples as f32;
@@ -324,7 +329,7 @@ pub(super) fn average<N: Network>(
             }
         }
     }
-    // The median: a rank that was late once says nothing of the others.
+    // The median, because one late rank says nothing about the other images.
     let mut counted = times.split_off(times.len().min(1));
     counted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let middle = counted.get(counted.len() / 2).copied();
@@ -350,7 +355,7 @@ pub(super) fn noise<N: Network>(
     }
     let [a, b] = &images[..] else { return Ok((renderer, None)) };
     let differences = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-    // Of what a screen shows: a single bright path would decide over all others.
+    // Values are clamped to the display's range: a single bright path would outweigh all others.
     let squares = differences.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2));
     let mean = squares.sum::<f64>() / (a.pixels.len() * 3).max(1) as f64;
     Ok((renderer, Some((mean / 2.0).sqrt())))

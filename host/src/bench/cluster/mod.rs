@@ -1,8 +1,10 @@
-//! What ranks bring: the report's four charts, of this program's way and of the report's own, in one run.
+//! Measures what more ranks gain: the four charts of the report "Parallelizing Ray Tracing", with
+//! this program's method of assembling pixels and with the report's.
 //!
-//! Ranks from 1 to all take part in turn; the others wait. Rows: frames for a screen, sent to the root while the next one is rendered
-//! ([`series`](crate::cluster::series)), against an all-reduce of the whole image in f32 after each. Averages: images of some samples, up a tree, against the same
-//! all-reduce.
+//! Runs with 1 to all ranks in turn; the others wait. Rows: display frames are sent to the root
+//! while the next one is rendered ([`series`](crate::cluster::series)), against an all-reduce of
+//! the whole image in f32 after each frame. Averages: images of some samples are sent up a tree,
+//! against the same all-reduce.
 
 mod charts;
 mod denoised;
@@ -20,50 +22,50 @@ use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Version of the JSON.
+/// Version of the JSON format.
 const FORMAT: u32 = 1;
 
-/// What to measure.
+/// Numbers of ranks, samples and frames to measure.
 #[derive(Clone, Debug)]
 pub struct ClusterBenchPlan {
-    /// How many ranks, in turn.
+    /// Numbers of ranks to measure.
     pub ranks: Vec<u32>,
-    /// Samples a pixel of frames by rows.
+    /// Samples per pixel of frames distributed by rows.
     pub spp: Vec<u32>,
-    /// Frames that count, after a few that do not.
+    /// Frames that count, after the warm-up.
     pub frames: u32,
-    /// Samples a pixel of an averaged image, of all ranks together.
+    /// Samples per pixel of an averaged image, of all ranks together.
     pub average: u32,
-    /// Samples a pixel that each rank adds where the noise is measured.
+    /// Samples per pixel that each rank adds where noise is measured.
     pub noise: u32,
-    /// Rows of a block, as a power of two.
+    /// Rows of a block, as a power of two (log2).
     pub block_shift: u32,
-    /// Whether ranks spin while they wait.
+    /// True if ranks spin while they wait.
     pub spins: bool,
-    /// How pixels come together.
+    /// Methods of assembling the pixels on the root.
     pub ways: Vec<GatherMethod>,
 }
 
-/// What was found, on the root.
+/// Results of the measurement, on the root.
 #[derive(Clone, Debug, Serialize)]
 pub struct ClusterBench {
     format: u32,
     version: &'static str,
     /// Name of the scene.
     pub scene: String,
-    /// What rank 0 renders on.
+    /// Device of rank 0.
     pub device: String,
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Of all ranks.
+    /// Measured rates of the ranks and the network between them.
     pub machine: Machine,
-    /// Frames by rows.
+    /// Frames distributed by rows.
     pub frames: Vec<RowFrames>,
     /// Averaged images.
     pub averages: Vec<Average>,
-    /// Their noise.
+    /// Noise of averaged images.
     pub noise: Vec<Noise>,
     /// Denoised frames.
     pub denoised: Vec<Denoised>,
@@ -78,11 +80,13 @@ pub fn is_output(name: &Path) -> bool {
 }
 
 impl ClusterBench {
-    /// Measures. All ranks call this with the same plan and settings; the root gets what was found.
+    /// Measures all points of the plan. All ranks call this with the same plan and settings; the
+    /// root gets the results.
     ///
     /// # Errors
     ///
-    /// Those of rendering and of ranks; [`ClusterError::Unsupported`] for more ranks than there are.
+    /// Errors of rendering and of ranks; [`ClusterError::Unsupported`] for more ranks than were
+    /// started.
     pub fn measure<N: Network>(
         link: &mut Heartbeat<N>,
         mut renderer: Renderer,
@@ -93,8 +97,8 @@ impl ClusterBench {
     ) -> Result<(Renderer, Option<Self>), Error> {
         let all = link.ranks();
         if plan.ranks.iter().any(|&ranks| ranks == 0 || ranks > all) {
-            let what = format!("{:?} ranks of {all}", plan.ranks);
-            let remedy = "start more by mpirun -n, or name fewer by --ranks".to_owned();
+            let what = format!("--ranks {:?}: {all} ranks were started", plan.ranks);
+            let remedy = "start more with mpirun -n, or name fewer with --ranks".to_owned();
             return Err(ClusterError::Unsupported { what, remedy }.into());
         }
         let device = renderer.backend().device().clone();
@@ -184,11 +188,12 @@ impl ClusterBench {
         Ok((renderer, root.then_some(bench)))
     }
 
-    /// Writes charts and data into a folder, which it makes if need be. Returns the files.
+    /// Writes charts and data into a folder, which is created if necessary. Returns the paths of
+    /// the files.
     ///
     /// # Errors
     ///
-    /// [`BenchError`].
+    /// [`BenchError`] if a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
         fs::create_dir_all(folder).map_err(BenchError::io(folder))?;
         let mut files = charts::write(self, folder)?;
@@ -202,7 +207,7 @@ impl ClusterBench {
         Ok(files)
     }
 
-    /// A line for each measured point.
+    /// Returns a CSV table with one line per measured point.
     pub fn csv(&self) -> String {
         let mut text = "what,spp,ranks,way,frame_s,render_s,device_s,sync_s,bytes,model_frame_s\n".to_owned();
         let mut line = |what: &str, spp: u32, ranks: u32, way: GatherMethod, point: &Point| {
@@ -229,10 +234,10 @@ impl ClusterBench {
         text
     }
 
-    /// For people.
+    /// Returns a summary for people.
     pub fn summary(&self) -> String {
         let mut text = format!(
-            "scene     {}\ndevice    {}\nframe     {}x{}\nmachine   {:.1} Msamples/s a rank and {:.2} ms an image, {:.1} us ({:.1} of many), {:.2} GB/s between ranks\n\n",
+            "scene     {}\ndevice    {}\nframe     {}x{}\nmachine   {:.1} Msamples/s per rank, {:.2} ms fixed per image; messages: latency {:.1} us ({:.1} us each of many), {:.2} GB/s\n\n",
             self.scene,
             self.device,
             self.width,

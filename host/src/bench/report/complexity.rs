@@ -1,4 +1,4 @@
-//! Methods against the number of spheres: speed-up, and cost of a sample.
+//! Second experiment: speed-up of the methods, and cost of a sample, against the number of spheres.
 
 use super::method::{METHODS, Method, Outcome, frames};
 use super::plan::Effort;
@@ -12,59 +12,62 @@ use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// The experiment.
+/// Time of each method against the number of spheres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Complexity {
-    /// Where and how.
+    /// Program, device and settings.
     pub conditions: Conditions,
-    /// By method, then by the number of spheres.
+    /// Points, by method and then by number of spheres.
     pub points: Vec<MethodPoint>,
-    /// What was not measured, and why.
+    /// Points that were not measured, with the reason.
     pub left_out: Vec<LeftOut>,
-    /// For each method with a tree.
+    /// Growth of the cost, for each method with a BVH.
     pub costs: Vec<Cost>,
 }
 
-/// A method on a scene.
+/// Time of a method on a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodPoint {
-    /// Its name.
+    /// Name of the method.
     pub method: String,
-    /// The kernel's name.
+    /// Name of the kernel.
     pub kernel: String,
-    /// Of the scene.
+    /// Number of spheres of the scene.
     pub spheres: u32,
-    /// Samples a pixel: fewer than the plan's where a method without a tree would take too long.
+    /// Samples per pixel: fewer than the plan's where a method without a BVH would take too long.
     pub samples: u32,
-    /// Nanoseconds of device time a sample.
+    /// Nanoseconds of device time per sample.
     pub nanoseconds: Summary,
-    /// Path segments (rays) of a sample.
+    /// Mean number of path segments (rays) of a sample.
     pub segments: f64,
-    /// Of the median, over the first method that there is at the fewest spheres; see `extrapolated`.
+    /// Speed-up of the median time over the baseline: the first method available at the smallest
+    /// number of spheres. See `extrapolated`.
     pub speed_up: Option<f64>,
-    /// Whether that method was too slow here, and its time is that of its last point, in proportion to the spheres.
+    /// True if the baseline was too slow here, and its time is extrapolated from its last point in
+    /// proportion to the spheres.
     pub extrapolated: bool,
 }
 
-/// A point that is missing.
+/// A point that was not measured.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
-    /// The method's name.
+    /// Name of the method.
     pub method: String,
-    /// From this number of spheres on.
+    /// Number of spheres from which on the method was left out.
     pub spheres: u32,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
-/// How a method's cost grows.
+/// Growth of a method's cost with the number of spheres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Its name.
+    /// Name of the method.
     pub method: String,
-    /// Nanoseconds a sample, the medians, against the binary logarithm of the number of spheres.
+    /// Line through the median nanoseconds per sample over the binary logarithm of the number of
+    /// spheres.
     pub line: Option<Line>,
-    /// The cost with the most spheres over that with 100; `None` without these.
+    /// Cost at the largest number of spheres over that at 100; `None` without both.
     pub growth: Option<f64>,
 }
 
@@ -252,7 +255,8 @@ fn point(
         let growth = f64::from(spheres) / f64::from(before.spheres);
         let pixels = f64::from(plan.width) * f64::from(plan.height);
         let expected = before.nanoseconds.median * 1e-9 * growth * pixels;
-        // What fitted a cache may not do so any more: unless it is hopeless, one frame of one sample tells.
+        // The scene may no longer fit a cache that a smaller one fitted. Unless the expected time
+        // is beyond the limit, one frame of one sample is measured first.
         let pilot = Effort { samples: 1, warm_up: 0, frames: 1 };
         let mut seconds = expected;
         if expected <= plan.limit {
@@ -295,7 +299,7 @@ fn point(
     Ok(())
 }
 
-/// Fills in each point's speed-up. Points come in the order in which they were measured.
+/// Fills in the speed-up of each point. Points are in the order in which they were measured.
 fn speed_up(points: &mut [MethodPoint]) {
     let Some(first) = points.first().map(|point| point.method.clone()) else { return };
     let baseline: Vec<(u32, f64)> = points

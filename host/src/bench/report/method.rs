@@ -1,4 +1,4 @@
-//! Methods: how a closest hit is found, and what a lane works on.
+//! Methods: combinations of traversal and schedule.
 
 use super::super::{WarmUp, measure};
 use super::plan::Effort;
@@ -7,14 +7,14 @@ use crate::backend::BackendError;
 use crate::render::{Renderer, Schedule, Settings, SettingsError, Traversal};
 use crate::stats::RenderStats;
 
-/// A combination of settings that does not change the image.
+/// A combination of traversal and schedule. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Method {
-    /// As charts and data name it.
+    /// Name in charts and data.
     pub name: &'static str,
-    /// How the closest hit is found.
+    /// Method of finding the closest hit.
     pub traversal: Traversal,
-    /// What a lane works on.
+    /// Assignment of work to lanes.
     pub schedule: Schedule,
 }
 
@@ -22,7 +22,7 @@ const fn method(name: &'static str, traversal: Traversal, schedule: Schedule) ->
     Method { name, traversal, schedule }
 }
 
-/// All that the report compares, the slowest first.
+/// All methods that the report compares, the slowest first.
 pub const METHODS: &[Method] = &[
     method("linear, pixel", Traversal::Linear, Schedule::Pixel),
     method("linear, regenerate", Traversal::Linear, Schedule::Regenerate),
@@ -34,26 +34,26 @@ pub const METHODS: &[Method] = &[
 ];
 
 impl Method {
-    /// Whether its time grows with the number of primitives itself.
+    /// Returns whether the time grows in proportion to the number of primitives.
     pub(super) fn is_linear(&self) -> bool {
         self.traversal == Traversal::Linear
     }
 
-    /// A scene's settings, by this method.
+    /// Returns a scene's settings with this method.
     pub(super) fn settings(&self, settings: Settings) -> Settings {
         Settings { traversal: Some(self.traversal), schedule: Some(self.schedule), variant: None, ..settings }
     }
 }
 
-/// What became of a point.
+/// Outcome of measuring a point.
 pub(super) enum Outcome {
-    /// The frames that count.
+    /// Statistics of the frames that count.
     Measured(Vec<RenderStats>),
-    /// Why there is no such method here.
+    /// Reason why the method is not available here.
     Missing(String),
 }
 
-/// The frames of a point; a method that the backend does not have is no error.
+/// Measures the frames of a point. A method that the backend does not have is not an error.
 pub(super) fn frames(renderer: &mut Renderer, settings: &Settings, effort: Effort) -> Result<Outcome, Error> {
     match measure(renderer, settings, WarmUp::of(effort.warm_up), effort.frames, &mut ()) {
         Ok(frames) => Ok(Outcome::Measured(frames.counted)),
@@ -64,7 +64,7 @@ pub(super) fn frames(renderer: &mut Renderer, settings: &Settings, effort: Effor
     }
 }
 
-/// Whether the settings are fine, but for the method.
+/// Returns whether the error means only that the backend lacks the method.
 fn is_missing(error: &SettingsError) -> bool {
     matches!(error, SettingsError::NoVariant { .. })
 }

@@ -1,7 +1,8 @@
-//! The charts of the report "Parallelizing Ray Tracing", from measurements of this machine.
+//! Measures and draws the charts of the report "Parallelizing Ray Tracing" on this machine. Used by
+//! `trisect bench report`.
 //!
-//! Each experiment is a file here: it measures, and turns what it measured into a chart. Its data lie beside the chart, as JSON with
-//! all that was measured and as CSV.
+//! Each experiment is a module: it measures, and turns the measurements into a chart. The data are
+//! written beside the chart, complete as JSON and as CSV.
 
 mod complexity;
 mod method;
@@ -25,33 +26,33 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Version of the data's JSON. A field that changes its meaning, or goes, raises it.
+/// Version of the JSON of the data. It is raised when a field changes its meaning or is removed.
 pub const FORMAT: u32 = 1;
 
-/// Where and how something was measured.
+/// Program, device and settings of an experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
-    /// See [`FORMAT`].
+    /// Version of the JSON, [`FORMAT`].
     pub format: u32,
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
     /// `cpu`, `wgpu` or `cuda`.
     pub backend: String,
-    /// As the driver names it.
+    /// Name that the driver gives the device.
     pub device: String,
-    /// Driver, threads, memory.
+    /// Driver, threads and memory of the device.
     pub details: String,
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Segments a path, at most.
+    /// Maximum number of segments of a path.
     pub depth: u32,
-    /// Which build of the kernels.
+    /// Build of the kernels: `precise` or `fast`.
     pub math: String,
-    /// Frames of each point that do not count.
+    /// Warm-up frames of each point, which do not count.
     pub warm_up: u32,
-    /// Frames of each point that do.
+    /// Frames of each point that count.
     pub frames: u32,
 }
 
@@ -81,24 +82,24 @@ impl Conditions {
     }
 }
 
-/// All experiments.
+/// Results of all experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// Time against samples a pixel.
+    /// Time against samples per pixel.
     pub spp: Spp,
-    /// Methods against the number of spheres.
+    /// Time of each method against the number of spheres.
     pub complexity: Complexity,
-    /// The device against one thread of the CPU.
+    /// Speed of the device against one thread of the CPU.
     pub against: VsCpu,
 }
 
 impl Report {
-    /// Measures everything. `one_thread` is a CPU backend of one thread; `scenes` are rendered, beside the built-in ones, on both; `say`
-    /// gets a line for each point.
+    /// Measures everything. `one_thread` is a CPU backend of one thread; `scenes` are rendered on
+    /// both devices, besides the built-in ones; `say` is called with a line for each point.
     ///
     /// # Errors
     ///
-    /// Those of rendering, and [`BenchError`].
+    /// Errors of rendering, and [`BenchError`].
     pub fn measure(
         backend: Box<dyn Backend>,
         one_thread: Box<dyn Backend>,
@@ -116,16 +117,17 @@ impl Report {
         Ok(Self { spp, complexity, against })
     }
 
-    /// What was found, for people.
+    /// Returns a summary for people.
     pub fn summary(&self) -> String {
         [self.spp.summary(), self.complexity.summary(), self.against.summary()].concat()
     }
 
-    /// Writes charts and data into a folder, which it makes if need be. Returns the files.
+    /// Writes charts and data into a folder, which is created if necessary. Returns the paths of
+    /// the files.
     ///
     /// # Errors
     ///
-    /// [`BenchError`].
+    /// [`BenchError`] if a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
         fs::create_dir_all(folder).map_err(BenchError::io(folder))?;
         let mut files = Vec::new();
@@ -174,7 +176,7 @@ pub fn is_output(name: &Path) -> bool {
     is_kind && STEMS.iter().any(|stem| name.file_stem() == Some(stem.as_ref()))
 }
 
-/// Lines of comma-separated values; none of ours has a comma but names, which get quotes.
+/// Returns CSV text. Cells with a comma, quote or line break are quoted.
 fn csv<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
     let quote = |cell: String| {
         if cell.contains([',', '"', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell }
@@ -186,7 +188,7 @@ fn csv<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]
     text
 }
 
-/// The device under test, from scene to scene: what it compiled stays.
+/// The device under test. It is kept from scene to scene, with the kernels that it compiled.
 struct Bench<'a> {
     backend: Option<Box<dyn Backend>>,
     plan: &'a ReportPlan,
@@ -194,7 +196,7 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Renders a scene in `work`, and takes the device back.
+    /// Runs `work` with a renderer for the scene, and takes the device back.
     fn with<T>(
         &mut self,
         scene: &Scene,
@@ -219,7 +221,7 @@ impl Bench<'_> {
     }
 }
 
-/// The scene with `count` spheres in device records.
+/// Returns the scene with `count` spheres, lowered to device records.
 fn spheres(count: u32) -> Result<Scene, Error> {
     Ok(super::sphere_scene(count)?.lower(Rebase::IDENTITY)?)
 }

@@ -1,9 +1,9 @@
-//! How much to measure.
+//! Sizes of the report's experiments.
 
 use crate::backend::DeviceKind;
 use crate::render::{MathMode, Settings};
 
-/// The number of spheres of the book's final scene, about.
+/// Approximate number of spheres of the book's final scene.
 pub(super) const BOOK: u32 = 487;
 
 /// Sizes of all experiments.
@@ -13,26 +13,29 @@ pub struct ReportPlan {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Which build of the kernels.
+    /// Build of the kernels.
     pub math: MathMode,
-    /// Samples a pixel of the first experiment.
+    /// Samples per pixel of the first experiment ([`Spp`](super::Spp)).
     pub spp: Vec<u32>,
-    /// Spheres of the second.
+    /// Numbers of spheres of the second experiment ([`Complexity`](super::Complexity)).
     pub counts: Vec<u32>,
-    /// Samples a pixel of the second and the third.
+    /// Samples per pixel of the second and the third experiment.
     pub samples: u32,
-    /// Spheres of the third's own scenes.
+    /// Numbers of spheres of the generated scenes of the third experiment
+    /// ([`VsCpu`](super::VsCpu)).
     pub vs_cpu: Vec<u32>,
-    /// Frames of each point that do not count.
+    /// Warm-up frames of each point, which do not count.
     pub warm_up: u32,
-    /// Frames of each point that do.
+    /// Frames of each point that count.
     pub frames: u32,
-    /// Seconds that all frames of a point without a tree may take; one that is slower even with the least is left out.
+    /// Maximum seconds for all frames of a point without a BVH. A point that takes longer even with
+    /// one frame of one sample is left out.
     pub limit: f64,
 }
 
 impl ReportPlan {
-    /// For a device of this kind: a GPU's image fills it. `quick` is for a machine of two cores, in less than three minutes.
+    /// Returns the plan for a device of this kind, with an image large enough to fill a GPU.
+    /// `quick` is meant for a machine of two cores, and takes less than three minutes there.
     pub fn new(kind: DeviceKind, quick: bool) -> Self {
         let gpu = kind == DeviceKind::Gpu;
         let (width, height) = match (gpu, quick) {
@@ -59,19 +62,21 @@ impl ReportPlan {
         }
     }
 
-    /// The same without scenes of more than so many spheres.
+    /// Returns the plan without scenes of more than `greatest` spheres.
     pub fn up_to(self, greatest: u32) -> Self {
         let cut = |counts: Vec<u32>| counts.into_iter().filter(|&count| count <= greatest).collect();
         Self { counts: cut(self.counts), vs_cpu: cut(self.vs_cpu), ..self }
     }
 
-    /// A scene's settings with this plan's image. Everything else is the scene's: no roulette, as in the report.
+    /// Returns a scene's settings with this plan's image size, samples and math. Everything else is
+    /// the scene's: no roulette, as in the report.
     pub(super) fn settings(&self, scene: Settings, samples: u32) -> Settings {
         Settings { width: self.width, height: self.height, samples, math: self.math, ..scene }
     }
 
-    /// What of a point fits the limit, where a sample a pixel takes `seconds` a frame: all frames with as many samples as fit, or one
-    /// frame of one sample a pixel without a warm-up; `None` where not even that does.
+    /// Returns the effort that fits the limit where a sample per pixel takes `seconds` a frame: all
+    /// frames with as many samples as fit, or one frame of one sample without a warm-up. `None` if
+    /// not even that fits.
     pub(super) fn affordable(&self, seconds: f64) -> Option<Effort> {
         let frames = f64::from(self.warm_up + self.frames);
         let most = self.limit / (seconds * frames); // NaN affords nothing
@@ -81,20 +86,20 @@ impl ReportPlan {
         (seconds <= self.limit).then_some(Effort { samples: 1, warm_up: 0, frames: 1 })
     }
 
-    /// What a point has that needs no limit.
+    /// Returns the effort of a point without a limit.
     pub(super) fn effort(&self) -> Effort {
         Effort { samples: self.samples, warm_up: self.warm_up, frames: self.frames }
     }
 }
 
-/// What is rendered of a point.
+/// Samples and frames that are rendered for a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Effort {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Frames that do not count.
+    /// Warm-up frames, which do not count.
     pub warm_up: u32,
-    /// Frames that do.
+    /// Frames that count.
     pub frames: u32,
 }
 
@@ -113,7 +118,7 @@ mod tests {
         };
         let all = |samples| Some(Effort { samples, warm_up: 1, frames: 3 });
         let one = Some(Effort { samples: 1, warm_up: 0, frames: 1 });
-        // Two seconds a frame for all four, or eight for one.
+        // Two seconds a frame for all four, or eight seconds for one.
         let pairs =
             [(0.0, all(16)), (0.01, all(16)), (0.5, all(4)), (1.9, all(1)), (2.0, all(1)), (2.1, one)];
         for (seconds, effort) in pairs.into_iter().chain([(8.0, one), (8.1, None), (f64::NAN, None)]) {

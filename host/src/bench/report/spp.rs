@@ -1,4 +1,4 @@
-//! Time against samples a pixel: is it proportional?
+//! First experiment: is the time of a frame proportional to the samples per pixel?
 
 use super::plan::BOOK;
 use super::{Bench, Conditions, csv, spheres};
@@ -8,27 +8,27 @@ use crate::plot::number;
 use crate::plot::{Axis, Chart, Plot, Point, Series};
 use serde::{Deserialize, Serialize};
 
-/// The experiment.
+/// Time of a frame against samples per pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spp {
-    /// Where and how.
+    /// Program, device and settings.
     pub conditions: Conditions,
     /// Name of the scene.
     pub scene: String,
-    /// The kernel's name: the backend's best for the scene.
+    /// Name of the kernel: the backend's default for the scene.
     pub kernel: String,
-    /// In the order of their samples.
+    /// Points, in ascending order of samples.
     pub points: Vec<SppPoint>,
-    /// Seconds, the medians, against samples a pixel.
+    /// Line through the median seconds of a frame over samples per pixel.
     pub line: Option<Line>,
 }
 
-/// A number of samples a pixel.
+/// Time of a frame with one number of samples per pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SppPoint {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Device time of a frame.
+    /// Device time of a frame, in seconds.
     pub seconds: Summary,
 }
 
@@ -38,7 +38,8 @@ impl Spp {
         bench.with(&scene, |bench, renderer| {
             let plan = bench.plan;
             let (mut points, mut kernel) = (Vec::new(), "");
-            // In rounds over all of them, so that a device that slows down meanwhile slows all of them down.
+            // In rounds over all points, so that a device that slows down meanwhile slows all of
+            // them down.
             let mut seconds = vec![Vec::new(); plan.spp.len()];
             for round in 0..plan.warm_up + plan.frames {
                 for (&samples, seconds) in plan.spp.iter().zip(&mut seconds) {

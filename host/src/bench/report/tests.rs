@@ -34,7 +34,7 @@ fn all_of_it_on_a_few_pixels() {
     assert_eq!(serde_json::from_str::<Report>(&text).unwrap(), report);
     assert_eq!(report.spp.points.len(), 3);
     assert_eq!(report.spp.points[2].seconds.count, 2);
-    // Each method at each number of spheres was measured or is named.
+    // Each method at each number of spheres was measured or is named as left out.
     for method in METHODS {
         let measured = report.complexity.points.iter().filter(|point| point.method == method.name).count();
         let left = report.complexity.left_out.iter().any(|left| left.method == method.name);
@@ -52,7 +52,7 @@ fn all_of_it_on_a_few_pixels() {
     assert!(!is_output(Path::new("scene.json")));
     assert!(files.iter().all(|file| file.metadata().unwrap().len() > 100));
     fs::remove_dir_all(&folder).unwrap();
-    // A file where the folder should be.
+    // A file stands where the folder should be.
     fs::write(&folder, "").unwrap();
     assert!(matches!(report.write(&folder), Err(BenchError::Io { .. })));
     fs::remove_file(&folder).unwrap();

@@ -1,4 +1,5 @@
-//! The device against one thread of this machine's CPU: the same scene, the same settings.
+//! Third experiment: the speed of the device over one thread of this machine's CPU, with equal
+//! scenes and settings.
 
 use super::{Bench, Conditions, csv, spheres};
 use crate::Error;
@@ -11,31 +12,31 @@ use crate::scene::{Rebase, Scene, SceneDocument};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// The experiment.
+/// Speed of the device against one thread of the CPU.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VsCpu {
-    /// Where and how, of the device.
+    /// Program, device and settings.
     pub conditions: Conditions,
-    /// The CPU's name.
+    /// Name of the CPU.
     pub cpu: String,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// By scene.
+    /// Points, by scene.
     pub points: Vec<VsCpuPoint>,
 }
 
-/// A scene on both.
+/// Times of a scene on both devices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VsCpuPoint {
     /// Name of the scene.
     pub scene: String,
-    /// The device's kernel.
+    /// Name of the device's kernel.
     pub kernel: String,
-    /// Device time of a frame.
+    /// Device time of a frame, in seconds.
     pub device_seconds: Summary,
-    /// Of one frame on one thread: its wall clock.
+    /// Wall-clock seconds of one frame on one thread.
     pub thread_seconds: f64,
-    /// The latter over the former's median.
+    /// `thread_seconds` over the median of `device_seconds`.
     pub ratio: f64,
 }
 
@@ -63,7 +64,8 @@ impl VsCpu {
                 let frames = measure(renderer, &settings, WarmUp::of(plan.warm_up), plan.frames, &mut ())?;
                 Ok((frames.counted, renderer.backend().device().clone()))
             })?;
-            // One frame of minutes needs no warm-up, and the CPU has one build of the kernels.
+            // One frame that takes minutes needs no warm-up, and the CPU has no fast build of the
+            // kernels.
             let precise = Settings { math: MathMode::Precise, ..settings.clone() };
             let slow =
                 thread.with(scene, |_, renderer| measure(renderer, &precise, WarmUp::of(0), 1, &mut ()))?;

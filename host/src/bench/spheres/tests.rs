@@ -13,7 +13,7 @@ fn spheres(scene: &SceneDocument) -> Vec<(DVec3, f64, usize)> {
     shapes.filter_map(sphere).collect()
 }
 
-/// Share of the book's square that small spheres cover, seen from above.
+/// Returns the share of the book's square that small spheres cover, seen from above.
 fn cover(scene: &SceneDocument) -> f64 {
     let small = spheres(scene).into_iter().filter(|(_, _, material)| *material >= 4);
     small.map(|(_, radius, _)| std::f64::consts::PI * radius * radius).sum::<f64>()
@@ -33,8 +33,8 @@ fn any_number_twice_the_same() {
     }
 }
 
-/// The numbers are integers' and f64's basic operations and square roots: the same on each machine. So the scene of a published
-/// figure can be made again.
+/// The coordinates come from integer and basic f64 operations and square roots, so they are equal
+/// on all machines. The scene of a published figure can be made again.
 #[test]
 fn a_known_scene() {
     let scene = sphere_scene(487).unwrap();
@@ -47,7 +47,7 @@ fn a_known_scene() {
     assert_eq!(sum, 0xfae6_d5c2_1662_64ce, "{sum:#x}");
 }
 
-/// No sphere floats or sinks, stands in a large one, or leaves the square.
+/// No sphere floats or sinks, intersects a large one, or leaves the square.
 #[test]
 fn they_stand_on_the_ground() {
     for count in [10, 1000] {
@@ -55,21 +55,21 @@ fn they_stand_on_the_ground() {
         let all = spheres(&scene);
         for &(center, radius, _) in &all[1..] {
             let gap = center.distance(all[0].0) - GROUND - radius;
-            // f64 at 1000: 2^-44, a few roundings.
+            // f64 near 1000 has steps of 2^-44; a few roundings add up.
             assert!(gap.abs() < 1e-11, "{gap:e}");
             assert!(center.x.abs() <= HALF_SIDE && center.z.abs() <= HALF_SIDE);
         }
         for large in &all[1..4] {
             assert!(all[4..].iter().all(|small| small.0.distance(large.0) > small.1 + large.1));
         }
-        // Sabotage: one that floats by a hundredth of its radius would be found.
+        // Negative control: a sphere that floats by a hundredth of its radius is found.
         let (center, radius, _) = all[4];
         assert!(((center + 0.01 * radius * DVec3::Y).distance(all[0].0) - GROUND - radius).abs() > 1e-11);
     }
 }
 
-/// The same share of the ground is covered by any number: π 0.2² in full cells; a cell in 20 may be left out, and of a
-/// few spheres the large ones push out more.
+/// Small spheres cover about the same share of the ground for each count: π 0.2² of full cells. A
+/// cell in 20 may be left out, and with few spheres the large ones displace more.
 #[test]
 fn the_picture_stays_alike() {
     let full = std::f64::consts::PI * 0.04;
@@ -78,7 +78,7 @@ fn the_picture_stays_alike() {
         let share = cover(&sphere_scene(count).unwrap());
         assert!(alike(share), "{count}: {share} of {full}");
     }
-    // Sabotage: spheres of one size would cover ten times as much in the next scene.
+    // Negative control: spheres of the same size would cover ten times as much in the next scene.
     assert!(!alike(10.0 * cover(&sphere_scene(1000).unwrap())));
 }
 

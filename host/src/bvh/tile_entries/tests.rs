@@ -16,13 +16,14 @@ use trisect_shared::wide::WideTree;
 
 const SIZE: (u32, u32) = (61, 37);
 
-/// Uniform in [0, 1).
+/// Returns a number that is uniform in [0, 1).
 fn number(seed: u32, index: u32, which: usize) -> f32 {
     let w = PathKey { seed, pixel: index, sample: 0 }.words(which as u32 / 4);
     unit_f32([w.x, w.y, w.z, w.w][which % 4])
 }
 
-/// Spheres of all sizes about a point, some of them about the camera, and one that is a ground.
+/// Returns a scene of spheres of all sizes about a point, some of them about the camera, and one as
+/// the ground.
 fn spheres(seed: u32, scale: f32, place: Vec3) -> Scene {
     let mut scene = Scene::hello_world().unwrap();
     let model = scene.spheres[0];
@@ -42,7 +43,8 @@ fn spheres(seed: u32, scale: f32, place: Vec3) -> Scene {
     scene
 }
 
-/// A camera above the ground that looks at the spheres, somehow rolled; every other one has a lens.
+/// Returns a camera above the ground that looks at the spheres with some roll; every other one has
+/// a lens.
 fn camera(seed: u32, scale: f32, place: Vec3) -> Camera {
     let n = |which| number(seed, 9999, which);
     let eye = Vec3::new(n(0) * 40.0 - 20.0, n(1) * 15.0 - 4.0, n(2) * 40.0 - 20.0);
@@ -70,7 +72,8 @@ fn camera(seed: u32, scale: f32, place: Vec3) -> Camera {
     }
 }
 
-/// Camera rays, how many of them hit something, and how many hit something else below the entry of their tile, or of its right neighbour.
+/// Number of camera rays, of those that hit something, and of those that hit something else below
+/// the entry of their tile, or of the tile to its right.
 #[derive(Default)]
 struct Count {
     rays: u32,
@@ -117,7 +120,8 @@ fn count(scene: &Scene, camera: &Camera, shift: u32, count: &mut Count) {
         let (x, y) = (pixel % SIZE.0, pixel / SIZE.0);
         for sample in 0..3 {
             let ray = camera.ray(x, y, PathKey { seed: 5, pixel, sample }.words(0));
-            // SAFETY: the tree was proven, and the view's children checked above.
+            // SAFETY: the BVH was validated, and the children of the tile entries were checked
+            // above.
             #[allow(unsafe_code, reason = "kernels read without bounds checks")]
             let [want, got, beside]: [Hit; 3] = unsafe {
                 let below = |root| closest_hit_below::<0>(&params, arrays, ray, RayQuery::CLOSEST, root);
@@ -133,7 +137,9 @@ fn count(scene: &Scene, camera: &Camera, shift: u32, count: &mut Count) {
     }
 }
 
-/// Small and large worlds, near and far from the origin, by tiles of all sizes. The twin, the entry of the tile beside, loses hits.
+/// Camera rays hit the same below their tile's entry as below the root, in small and large worlds,
+/// near and far from the origin, with tiles of all sizes. Negative control: below the entry of the
+/// tile beside, hits are lost.
 #[test]
 fn a_tile_sees_what_its_rays_meet() {
     let mut sum = Count::default();
@@ -144,7 +150,7 @@ fn a_tile_sees_what_its_rays_meet() {
         count(&scene, &camera(seed, scale, place), [2, 3, 4, 10][seed as usize % 4], &mut sum);
     }
     assert_eq!(sum.differ, 0, "of {} rays, {} of which hit", sum.rays, sum.hits);
-    assert!(sum.hits > sum.rays / 10 && sum.differ_beside > sum.rays / 1000, "the comparison sees little");
+    assert!(sum.hits > sum.rays / 10 && sum.differ_beside > sum.rays / 1000, "the comparison detects little");
 }
 
 #[test]
@@ -156,7 +162,8 @@ fn scenes_without_inner_nodes() {
     }
 }
 
-/// A tile of the sky has no tree, one of a sphere the sphere alone.
+/// The entry of a tile that sees the sky is empty; that of a tile that sees one sphere is the
+/// sphere.
 #[test]
 fn what_no_ray_meets_is_gone() {
     let mut scene = spheres(0, 1.0, Vec3::ZERO);

@@ -1,9 +1,9 @@
-//! What the proof refuses.
+//! Tests of the validation of wide BVHs.
 
 use super::*;
 use trisect_shared::bvh::STACK_SIZE;
 
-/// Two nodes: spheres and one flat; triangles below the second.
+/// Returns the BVH of 20 spheres, one quad and 60 triangles, with these counts.
 fn tree() -> (Wide, [usize; 3]) {
     let scene = Scene::hello_world().unwrap();
     let mut mixed = scene.clone();
@@ -27,7 +27,7 @@ fn tree() -> (Wide, [usize; 3]) {
     (Wide::new(&mixed, &bvh).unwrap().unwrap(), [20, 1, 60])
 }
 
-/// A slot with such a child.
+/// Returns node and lane of the first child for which `what` is true.
 fn find(wide: &Wide, what: impl Fn(WideChild) -> bool) -> (usize, usize) {
     let slots = wide.nodes.iter().enumerate().flat_map(|(node, n)| {
         n.children.0.iter().enumerate().map(move |(lane, child)| ((node, lane), WideChild(*child)))
@@ -50,10 +50,10 @@ fn negative_control_each_broken_tree_is_refused() {
     };
     let broken: [&dyn Fn(&mut Wide); 11] = [
         &|t| set(t, leaf(t, LeafKind::Triangles), WideChild::leaf(LeafKind::Triangles, 1, 9999)), // no such packet
-        &|t| set(t, leaf(t, LeafKind::Triangles), WideChild::leaf(LeafKind::Spheres, 1, 0)),      // another's
+        &|t| set(t, leaf(t, LeafKind::Triangles), WideChild::leaf(LeafKind::Spheres, 1, 0)),      // bad kind
         &|t| set(t, leaf(t, LeafKind::Planar), WideChild::leaf(LeafKind::Planar, 1, 3)),          // a sphere
         &|t| set(t, leaf(t, LeafKind::Planar), WideChild::leaf(LeafKind::Planar, 2, 20)),         // two
-        &|t| set(t, leaf(t, LeafKind::Planar), WideChild::EMPTY), // lost, its box not
+        &|t| set(t, leaf(t, LeafKind::Planar), WideChild::EMPTY), // lost, with its box
         &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(0)), // a loop
         &|t| set(t, find(t, |c| !c.is_leaf()), WideChild::inner(99)), // no such node
         &|t| t.triangles[0].primitives.0[0] = 5,                  // a sphere
@@ -66,7 +66,7 @@ fn negative_control_each_broken_tree_is_refused() {
         damage(&mut wide);
         assert!(wide.validate(counts).is_err(), "fault {i}");
     }
-    // A child fewer in a packet loses a primitive.
+    // A packet with one child fewer loses a primitive.
     let (mut wide, counts) = tree();
     let slot = find(&wide, |c| {
         c != WideChild::EMPTY && c.is_leaf() && c.holds(LeafKind::Triangles) && c.count() > 1
@@ -74,7 +74,7 @@ fn negative_control_each_broken_tree_is_refused() {
     let child = WideChild(wide.nodes[slot.0].children.0[slot.1]);
     set(&mut wide, slot, WideChild::leaf(LeafKind::Triangles, child.count() - 1, child.index()));
     assert!(wide.validate(counts).is_err(), "a lost triangle");
-    // More levels than the stack has room for.
+    // More levels than the traversal stack holds.
     let (mut wide, _) = tree();
     let nodes = STACK_SIZE as u32 + 1;
     let mut node = wide.nodes[0];

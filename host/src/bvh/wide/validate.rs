@@ -1,4 +1,4 @@
-//! The proof that a traversal may trust a wide tree.
+//! Validation of a wide BVH, on which the traversal relies.
 
 use super::Wide;
 use trisect_shared::bvh::STACK_SIZE;
@@ -6,8 +6,9 @@ use trisect_shared::simd::LANES;
 use trisect_shared::wide::{LeafKind, WideChild};
 
 impl Wide {
-    /// Checks what [`trisect_shared::buffer`] promises: indices in range, each node, packet and primitive reached once, primitives of
-    /// their kind, depth within the traversal stack. `counts`: of spheres, flats and triangles.
+    /// Checks what [`trisect_shared::buffer`] requires: indices in range; each node, packet and
+    /// primitive reached once; primitives of their leaf's kind; depth within the traversal stack.
+    /// `counts` has the numbers of spheres, of quads and discs, and of triangles.
     pub(super) fn validate(&self, counts: [usize; 3]) -> Result<(), String> {
         let mut seen = Visited {
             primitives: vec![false; counts.iter().sum()],
@@ -30,7 +31,7 @@ impl Wide {
             }
             for (lane, child) in node.children.0.into_iter().map(WideChild).enumerate() {
                 if child == WideChild::EMPTY {
-                    // No ray may enter it.
+                    // The box of an empty lane must be one that no ray enters.
                     if (0..3).any(|axis| node.planes[axis].0[lane] <= node.planes[axis + 3].0[lane]) {
                         return Err(broken(child));
                     }
@@ -47,7 +48,7 @@ impl Wide {
                 .iter()
                 .any(|&order| (0..LANES).fold(0, |all, i| all | 1 << (order >> (3 * i) & 7)) != 255)
             {
-                return Err(format!("the wide BVH's node {index} forgets a child; please report this scene"));
+                return Err(format!("node {index} of the wide BVH omits a child; please report this scene"));
             }
         }
         let Visited { primitives, nodes, spheres, triangles } = seen;
@@ -58,7 +59,7 @@ impl Wide {
         }
     }
 
-    /// Marks what a child names; `None` if it may not.
+    /// Marks what a child refers to. Returns `None` if the reference is not valid.
     fn visit(
         &self,
         child: WideChild,
@@ -100,7 +101,7 @@ impl Wide {
     }
 }
 
-/// What [`Wide::validate`] has met.
+/// Records that [`Wide::validate`] has reached so far.
 struct Visited {
     primitives: Vec<bool>,
     nodes: Vec<bool>,

@@ -1,4 +1,4 @@
-//! `trisect bench cluster`.
+//! `trisect bench cluster`: measures renders over different numbers of ranks.
 
 use super::ClusterSession;
 use crate::cli::{ClusterBenchArgs, SyncArg};
@@ -17,7 +17,7 @@ fn way(sync: SyncArg) -> GatherMethod {
     }
 }
 
-/// Measures what ranks bring, prints it and writes charts and data.
+/// Measures how renders scale with ranks, writes charts and data, and prints a summary.
 pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     let mut crew = ClusterSession::start(&arguments.ranks, arguments.job.threads)?;
     let all = crew.link.ranks();

@@ -1,4 +1,4 @@
-//! What commands do over the ranks that mpirun started. Rank 0 alone prints and writes.
+//! Commands over the ranks that mpirun started. Only rank 0, the root, prints and writes.
 
 pub mod bench;
 pub mod render;
@@ -22,17 +22,17 @@ use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect::threads::{ThreadError, start_shared};
 
-/// All ranks, and whether this process was asked to end.
+/// Connection to all ranks, and the flag that a signal sets.
 pub struct ClusterSession {
-    /// The others.
+    /// Messages to and from the other ranks.
     pub link: Heartbeat<Mpi>,
     ended: Arc<AtomicBool>,
 }
 
-/// Why ranks end.
+/// Error for which ranks end.
 struct Abort {
     error: Error,
-    /// Whether all know it, and end by themselves.
+    /// True if all ranks know the error and end without being aborted.
     known_to_all: bool,
 }
 
@@ -42,20 +42,22 @@ impl<E: Into<Error>> From<E> for Abort {
     }
 }
 
-/// Leaves a rank that was not bound to processors its part of the host's, for what it sums and encodes: all of them for each rank would be in each
-/// other's way.
+/// Starts the shared thread pool, for summing and encoding. A rank that is not bound to processors
+/// gets its share of those of the host, `ranks` being the ranks there: pools of all processors for
+/// each rank would compete.
 fn share_threads(ranks: u32, asked: Option<u32>) -> Result<(), ThreadError> {
     let bound = std::thread::available_parallelism().map_or(1, usize::from);
     let mut system = sysinfo::System::new();
     system.refresh_cpu_list(sysinfo::CpuRefreshKind::nothing());
-    // Without /proc no one tells how many there are.
+    // Without /proc the number of processors is unknown.
     let all = Some(system.cpus().len()).filter(|&all| all > 0).unwrap_or(bound);
     let part = all.div_ceil(ranks.max(1) as usize);
     start_shared(Some(asked.map_or(bound.min(part.max(1)), |asked| asked as usize)))
 }
 
 impl ClusterSession {
-    /// Starts MPI, and `threads` for what a rank sums and encodes, or its part of the host's.
+    /// Starts MPI and the shared thread pool: with `threads`, or with the rank's share of the
+    /// host's processors.
     pub fn start(ranks: &RankArgs, threads: Option<u32>) -> Result<Self, Error> {
         let ended = noted();
         let mpi = Mpi::start()?;
@@ -69,24 +71,24 @@ impl ClusterSession {
         Ok(crew)
     }
 
-    /// Set when this process is asked to end.
+    /// Returns the flag that is set when this process is asked to end.
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.ended.clone()
     }
 
-    /// For those who watch it.
+    /// Returns a function that tells whether this process was asked to end.
     pub fn ended(&self) -> impl Fn() -> bool + 'static {
         let ended = self.ended.clone();
         move || ended.load(Ordering::Relaxed)
     }
 
-    /// Says what is wrong, once for all ranks, and ends them.
+    /// Prints the error once for all ranks, aborts the job, and returns the exit code.
     pub fn give_up(&mut self, error: &Error) -> ExitCode {
         self.end(error, false)
     }
 
     fn end(&mut self, error: &Error, all_know: bool) -> ExitCode {
-        // Who waits for a lost root says so itself.
+        // If the root is lost, the ranks that wait for it print the error.
         let lost = matches!(error, Error::Cluster(ClusterError::Silent { rank: 0, .. }));
         if self.link.is_root() || lost {
             super::eprint(&format!("error: {error}"));
@@ -98,10 +100,12 @@ impl ClusterSession {
         ExitCode::from(code)
     }
 
-    /// Reads the scene on each rank, or on the root for all, opens each rank's device, and finds
-    /// out whether all would render the same: `check` is what the root must know before, and
-    /// returns what it will write, and `adjust` fits the settings to the device and says what else
-    /// must be the same. On all ranks a session, or the end.
+    /// Reads the scene on each rank, or on the root for all, opens each rank's device, and checks
+    /// in a handshake that all ranks would render the same image.
+    ///
+    /// `check` runs first, on the root only, and returns the outputs. `adjust` fits the settings to
+    /// the device and returns further fields that must be equal on all ranks. All ranks get a
+    /// session, or all get an exit code.
     pub fn assemble(
         &mut self,
         job: &JobArgs,
@@ -122,7 +126,7 @@ impl ClusterSession {
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
         adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
     ) -> Result<Session, Abort> {
-        // What this rank lacks is no error yet: the root must hear of it.
+        // An error of this rank does not end it yet: the handshake must tell the root.
         let ready = match self.load(job, ranks, check)? {
             Ok(loaded) => self.open(loaded, job, ranks, adjust)?,
             Err(error) => Err(error),
@@ -140,7 +144,8 @@ impl ClusterSession {
         };
         match handshake(&mut self.link, &device, facts) {
             Ok(_) => Ok(ready?.0),
-            // Each rank has heard it from the root, but for one that heard nothing.
+            // The root sends these errors to all ranks; a rank that it does not reach gets another
+            // one.
             Err(error @ (ClusterError::Rank { .. } | ClusterError::Mismatch { .. })) => {
                 Err(Abort { error: error.into(), known_to_all: true })
             }
@@ -170,7 +175,8 @@ impl ClusterSession {
             loaded.warn();
         }
         if ranks.broadcast_scene {
-            // Without one, the others have nothing to render, and say so.
+            // If the root has no scene, the others fail to decode the empty message, and report
+            // that.
             let bytes = loaded.as_ref().map_or_else(|_| Vec::new(), |loaded| loaded.scene.to_bytes());
             self.link.send_all(Tag::Scene, &bytes)?;
         }

@@ -1,4 +1,4 @@
-//! `trisect render --cluster`.
+//! `trisect render --distribute`: renders an image over ranks.
 
 use super::super::checkpointing::{RenderStart, RenderSupervisor};
 use super::super::eprint;
@@ -22,16 +22,16 @@ use trisect::output::{self, Format};
 use trisect::render::Settings;
 use trisect::{Error, Error::Cancelled};
 
-/// Of a render that goes on.
+/// Checkpoint from which a render continues.
 #[derive(Clone)]
 pub struct ResumeState {
-    /// Of its checkpoint, which the root has.
+    /// File of the checkpoint; the root writes it.
     pub place: Place,
-    /// What it is of.
+    /// Header of the checkpoint.
     pub header: Header,
-    /// Whether its film has guides.
+    /// True if its film has AOV sums.
     pub aovs: bool,
-    /// It, on the root.
+    /// The checkpoint, on the root only.
     pub checkpoint: Option<Checkpoint>,
 }
 
@@ -40,7 +40,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     render_film(ClusterSession::start(&arguments.cluster.ranks, arguments.job.threads)?, arguments, None)
 }
 
-/// The same, or goes on with one.
+/// Renders an image over all ranks, or continues from the checkpoint `before`.
 pub fn render_film(
     mut crew: ClusterSession,
     arguments: &RenderArgs,
@@ -64,7 +64,7 @@ pub fn render_film(
             ("what travels, by the output's format".to_owned(), format!("{travels:?}")),
         ];
         if own.checkpointing.given().is_some() {
-            // What is kept must be what any of them would render.
+            // A checkpoint names one arithmetic, so that of all ranks must be equal.
             facts.push(("the device's arithmetic".to_owned(), arithmetic(device, settings.math)));
         }
         Ok(facts)
@@ -87,7 +87,7 @@ pub fn render_film(
         single::announce(&session, &single::goal_text(&session, None));
     }
     let mut work = work(arguments, &session.settings, ranks)?;
-    // The root keeps the film, where someone does.
+    // With a checkpoint or a time limit, the root keeps the film.
     let (mut kept, mut held) = (None, None);
     if arguments.checkpointing.given().is_some() && crew.link.is_root() {
         let before = before.and_then(|before| Some((before.place, before.checkpoint?)));
@@ -103,7 +103,7 @@ pub fn render_film(
             Err(error) => return Ok(crew.give_up(&error)),
         }
     }
-    // Moved out, and in again.
+    // `render_into_film` takes the renderer and returns it; `session` gets it back below.
     let mut renderer = session.renderer;
     if cluster.distribute == Some(DistributeArg::Auto) && arguments.checkpointing.given().is_none() {
         let chosen;
@@ -125,7 +125,7 @@ pub fn render_film(
             let is_asked = (cluster.write_partial || held.is_some()) && !matches!(error, Cancelled);
             if let Some(partial) = partial.filter(|_| is_asked) {
                 let arguments = arguments.clone();
-                // Others hear of the root meanwhile, and stay.
+                // The root's heartbeat continues meanwhile, so that the others stay alive.
                 let kept = crew
                     .link
                     .run_to_completion(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
@@ -153,7 +153,11 @@ pub fn render_film(
     Ok(single::finish(arguments, session, drawn, stats, denoise)?.0)
 }
 
-/// What ranks render.
+/// Returns the work of all ranks.
+///
+/// # Errors
+///
+/// [`ClusterError::Unsupported`] for `--fallback`, and for a film kept with `--distribute average`.
 fn work(arguments: &RenderArgs, settings: &Settings, ranks: u32) -> Result<Work, Error> {
     let cluster = &arguments.cluster;
     if arguments.checkpointing.fallback.is_some() {
@@ -163,9 +167,9 @@ fn work(arguments: &RenderArgs, settings: &Settings, ranks: u32) -> Result<Work,
     if let Some(what) = arguments.checkpointing.given() {
         if cluster.distribute == Some(DistributeArg::Average) {
             let what = format!(
-                "{what} keeps a film that grows by rows and chunks, and --distribute average has none"
+                "{what} needs a film that grows by rows and chunks, which --distribute average does not have"
             );
-            let remedy = "share it by --distribute rows".to_owned();
+            let remedy = "use --distribute rows".to_owned();
             return Err(ClusterError::Unsupported { what, remedy }.into());
         }
         return Ok(Work::for_film(settings.clone(), cluster.ranks.block_shift()));
@@ -175,7 +179,7 @@ fn work(arguments: &RenderArgs, settings: &Settings, ranks: u32) -> Result<Work,
     Ok(Work { settings: settings.clone(), plan, wire_format: travels, choice: String::new() })
 }
 
-/// What travels of each pixel: the least that the output needs.
+/// Returns the wire format of a pixel: the smallest one that the output needs.
 fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, ranks: u32) -> WireFormat {
     let most = plan::samples_of(settings.samples, 0, plan::averaging(settings.samples, ranks));
     if settings.guides {
@@ -183,7 +187,7 @@ fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, 
     } else if !arguments.aov.is_empty() {
         WireFormat::Sums
     } else if plan.mode == DistributionMode::Average {
-        // Where shares differ, who has more than a chunk sends exact sums.
+        // Shares may differ in size; if the largest exceeds a chunk, exact sums are sent.
         if most.len() <= 256 { WireFormat::Chunk } else { WireFormat::Mean }
     } else if matches!(Format::of(&arguments.output), Ok(Format::Png)) && arguments.exposure().is_none() {
         WireFormat::Bytes
@@ -192,7 +196,7 @@ fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, 
     }
 }
 
-/// Keeps what there is of an image: its checkpoint, and the image without layers and filters, as time is short.
+/// Writes the checkpoint and the partial image, without layers and filters because time is short.
 fn keep(arguments: &RenderArgs, watch: Option<RenderSupervisor>, partial: &AssembledImage, quiet: bool) {
     if let (Some(watch), AssembledImage::Film(film)) = (watch, partial) {
         watch.rescue(film, quiet);
@@ -212,7 +216,7 @@ fn keep(arguments: &RenderArgs, watch: Option<RenderSupervisor>, partial: &Assem
         AssembledImage::Film(film) => exposed(film.image(), path),
     });
     match written {
-        Ok(path) => eprint(&format!("wrote what there is to {}", path.display())),
+        Ok(path) => eprint(&format!("wrote the partial image to {}", path.display())),
         Err(error) => eprint(&format!("error: {error}")),
     }
 }

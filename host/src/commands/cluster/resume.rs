@@ -1,4 +1,4 @@
-//! `trisect resume --cluster`.
+//! `trisect resume --distribute`: continues a render over ranks.
 
 use super::super::resume::{check_output, command};
 use super::ClusterSession;
@@ -10,14 +10,14 @@ use trisect::Error;
 use trisect::checkpoint::{Checkpoint, Header, Place};
 use trisect::cluster::{ClusterError, Tag};
 
-/// What ranks must know of the root's checkpoint.
+/// Facts about the root's checkpoint that all ranks need.
 #[derive(Serialize, Deserialize)]
 struct CheckpointInfo {
     header: Header,
     guides: bool,
 }
 
-/// Goes on over all ranks, of which the root alone reads the file.
+/// Continues a render over all ranks; only the root reads the checkpoint.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     let mut crew = ClusterSession::start(&arguments.cluster.ranks, arguments.threads)?;
     let begun =
@@ -28,7 +28,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     }
 }
 
-/// Reads the file, on the root, and hears of it elsewhere.
+/// Reads the checkpoint on the root, which sends its header to the other ranks.
 fn begin(crew: &mut ClusterSession, arguments: &ResumeArgs) -> Result<ResumeState, Error> {
     if crew.link.is_root() {
         let place = Place::of(&arguments.file);
@@ -47,7 +47,7 @@ fn begin(crew: &mut ClusterSession, arguments: &ResumeArgs) -> Result<ResumeStat
     }
     let message = crew.link.expect(Tag::Resume)?;
     let CheckpointInfo { header, guides } = serde_json::from_slice(&message.bytes).map_err(|error| {
-        ClusterError::Protocol { rank: message.from, message: format!("no checkpoint: {error}") }
+        ClusterError::Protocol { rank: message.from, message: format!("no checkpoint header: {error}") }
     })?;
     let place = Place::new(&arguments.file);
     Ok(ResumeState { place, header, aovs: guides, checkpoint: None })

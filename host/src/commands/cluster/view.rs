@@ -1,4 +1,4 @@
-//! `trisect view --headless --cluster rows`: frames of which each rank makes a band.
+//! `trisect view --headless --distribute rows`: each rank renders a band of rows of every frame.
 
 use super::super::data;
 use super::super::view::headless;
@@ -15,11 +15,11 @@ use trisect::output::exposure::Exposure;
 use trisect::render::Settings;
 use trisect::view::{ViewOptions, Viewer};
 
-/// Renders the frames of a camera's path over all ranks.
+/// Renders the frames of the camera path over all ranks.
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     if !arguments.headless || arguments.cluster.distribute != Some(DistributeArg::Rows) {
         return Err(ClusterError::Unsupported {
-            what: "a viewer shares bands of rows, and frames that follow each other without a window"
+            what: "over several ranks, view renders without a window, and each rank a band of rows"
                 .to_owned(),
             remedy: "use --headless --distribute rows".to_owned(),
         }
@@ -111,7 +111,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     }
 }
 
-/// Chooses an automatic exposure on the root, for all ranks.
+/// Determines an automatic exposure on the root and sends it to all ranks.
 fn exposed(
     crew: &mut ClusterSession,
     arguments: &ViewArgs,
@@ -141,10 +141,10 @@ fn exposed(
     Ok(session)
 }
 
-/// Frames that compile, and fill what travels.
+/// Number of first frames that do not count: they compile kernels and fill the transfer pipeline.
 const FIRST: usize = 3;
 
-/// What frames took, in milliseconds.
+/// Returns the times of the frames in milliseconds, for each rank and from frame to frame.
 fn summary(report: &SeriesReport) -> Vec<Row> {
     let row = |name: String, values: &[f64]| {
         Some(Row { name, unit: "ms".to_owned(), summary: Summary::of(values)? })

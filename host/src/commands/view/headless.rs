@@ -1,4 +1,5 @@
-//! Frames without a window: files, and what they take.
+//! `trisect view --headless`: renders frames along a camera path, writes them to files and prints
+//! their times.
 
 use super::super::{Session, data};
 use crate::cli::ViewArgs;
@@ -13,13 +14,13 @@ use trisect::scene::{CameraPose, SceneError};
 use trisect::view::{CameraPath, FrameTiming, ViewOptions, Viewer};
 use trisect::{Error, output};
 
-/// Frames without a camera's path and a number.
+/// Number of frames without `--camera-path` and `--frames`.
 const FRAMES: u32 = 10;
 
-/// Version of the JSON.
+/// Version of the JSON format.
 const FORMAT: u32 = 1;
 
-/// What `--json` writes.
+/// JSON that `--json` writes.
 #[derive(Serialize)]
 struct Report<'a> {
     format: u32,
@@ -34,7 +35,7 @@ struct Report<'a> {
     rows: &'a [Row],
 }
 
-/// Finds out before frames are lost whether they can be written. Returns what will be.
+/// Checks that all outputs can be written, before frames could be lost, and returns them.
 pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
     let outputs = Outputs::default()
         .folder("-o", arguments.output.as_deref(), is_frame)
@@ -50,18 +51,18 @@ pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
     Ok(outputs)
 }
 
-/// Returns whether a file of this name may be a frame.
+/// Returns whether `name` is the file name of some frame.
 fn is_frame(name: &Path) -> bool {
     let stem = name.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.parse::<u32>().is_ok_and(|frame| file(Path::new(""), frame) == name)
 }
 
-/// Of a frame.
+/// Returns the path of a frame's file.
 pub fn file(folder: &Path, frame: u32) -> PathBuf {
     folder.join(format!("{frame:04}.png"))
 }
 
-/// Where the camera is in each frame.
+/// Returns the pose of the camera in each frame, in the renderer's space.
 pub fn poses(arguments: &ViewArgs, session: &Session) -> Result<Vec<CameraPose>, Error> {
     let rest = || CameraPath::rest(session.space.camera_of(session.renderer.pose()));
     let path = arguments.camera_path.as_deref().map_or_else(|| Ok(rest()), CameraPath::load)?;
@@ -71,7 +72,7 @@ pub fn poses(arguments: &ViewArgs, session: &Session) -> Result<Vec<CameraPose>,
     Ok(poses.collect::<Result<_, SceneError>>()?)
 }
 
-/// Renders the frames of a camera's path.
+/// Renders the frames of the camera path.
 pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result<ExitCode, Error> {
     let poses = poses(arguments, &session)?;
     let mut viewer = Viewer::new(session.renderer);
@@ -84,7 +85,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result
         shots.push(shot);
     }
     let Some(last) = shots.last() else { return Ok(ExitCode::SUCCESS) };
-    // The first compiles and allocates.
+    // The first frame compiles kernels and allocates memory; it does not count.
     let counted = if shots.len() > 1 { &shots[1..] } else { &shots[..] };
     let rows = rows_of_timings(counted);
     let device = viewer.renderer().backend().device();
@@ -102,7 +103,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes what was measured, where it is asked for.
+/// Writes the measured rows as JSON if `--json` is given.
 pub fn report(
     arguments: &ViewArgs,
     scene: &str,
@@ -123,7 +124,7 @@ pub fn report(
     data::write(path, &text)
 }
 
-/// A frame as a PNG.
+/// Writes a frame as a PNG. `pixels` are RGBA with 8 bits each, red in the lowest byte.
 pub fn write(path: &Path, size: (u32, u32), pixels: &[u32]) -> Result<(), ImageError> {
     let bytes: Vec<u8> = pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect();
     image::save_buffer(path, &bytes, size.0, size.1, image::ExtendedColorType::Rgba8).map_err(|error| {

@@ -1,4 +1,4 @@
-//! `trisect view`.
+//! `trisect view`: frames of a scene in a window, or without one.
 
 pub mod headless;
 #[cfg(feature = "window")]
@@ -12,12 +12,12 @@ use trisect::output::exposure::{Automatic, Exposure};
 use trisect::render::Settings;
 use trisect::view::ViewOptions;
 
-/// What is shown of a scene that asks for these settings.
+/// Returns the view options from the command line and the scene's settings.
 pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<ViewOptions, Error> {
     let denoise = arguments.denoise.denoise_or(DenoiseArg::Svgf)?;
     let history = arguments.history();
     history.check()?;
-    // A frame is one sample a pixel, whatever the scene asks for.
+    // The default is one sample per pixel and frame, not the scene's number.
     let samples = arguments.job.spp.unwrap_or(1);
     let settings = Settings { samples, guides: true, ..settings.clone() };
     settings.check()?;
@@ -31,12 +31,13 @@ pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<ViewOptions, Er
     })
 }
 
-/// Longer side of the image that an automatic exposure is measured in, in pixels.
+/// Longer side in pixels of the image from which an automatic exposure is determined.
 const METER_PIXELS: u32 = 128;
-/// Its samples a pixel.
+/// Samples per pixel of the image from which an automatic exposure is determined.
 const METER_SAMPLES: u32 = 16;
 
-/// Returns the exposure that a model by itself is shown with, by a small image of it, and says so.
+/// Returns the exposure in stops for a model without a scene file, from a small image of it, and
+/// prints it.
 pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> {
     let Settings { width, height, .. } = look.settings;
     let share = f64::from(METER_PIXELS) / f64::from(width.max(height).max(METER_PIXELS));
@@ -52,7 +53,7 @@ pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> 
     Ok(automatic.stops)
 }
 
-/// Shows a scene's frames.
+/// Shows a scene in a window, or renders its frames without one.
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     if arguments.cluster.distribute.is_some() {
         #[cfg(feature = "mpi")]

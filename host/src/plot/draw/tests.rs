@@ -28,7 +28,7 @@ fn charts() -> [Chart; 3] {
     [Chart::Plot(plot()), Chart::Bars(bars()), Chart::Plot(nothing)]
 }
 
-/// Share of the pixels that are not white.
+/// Returns the share of the pixels that are not white.
 fn ink(png: &[u8]) -> f64 {
     let image = image::load_from_memory(png).unwrap().into_rgb8();
     assert_eq!(image.dimensions(), (SIZE.0 * PNG_SCALE, SIZE.1 * PNG_SCALE));
@@ -67,7 +67,7 @@ fn all_words_and_marks_are_there() {
     assert!(text.contains("1234") && text.contains("times as fast"), "{text}");
 }
 
-/// Without its font a bitmap would have no letters: one of no words has less ink.
+/// A bitmap without text has less ink, so the font draws letters.
 #[test]
 fn bitmaps_have_letters() {
     let full = plot();

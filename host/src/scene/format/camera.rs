@@ -1,4 +1,4 @@
-//! The eye.
+//! The camera of a scene file, with its checks.
 
 use crate::scene::CameraPose;
 use crate::scene::values::{Coordinate, Defocus, FieldOfView, Length, Point, vector};
@@ -13,15 +13,15 @@ pub struct Camera {
     pub look_from: Point,
     /// A point on the optical axis.
     pub look_at: Point,
-    /// What is up in the image.
+    /// Up direction of the image.
     #[serde(default = "default_up")]
     pub up: Point,
-    /// Of the whole image.
+    /// Vertical angle of the whole image.
     pub vertical_fov: FieldOfView,
     /// Cone angle from a point in focus to the lens; 0 for a pinhole.
     #[serde(default = "default_defocus")]
     pub defocus_angle: Defocus,
-    /// From the lens to the plane in focus.
+    /// Distance from the lens to the plane in focus.
     #[serde(default = "default_focus")]
     pub focus_distance: Length,
 }
@@ -40,14 +40,14 @@ fn default_focus() -> Length {
 
 impl<'de> Deserialize<'de> for Camera {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let camera = Self::deserialize(deserializer)?; // the derived one
+        let camera = Self::deserialize(deserializer)?; // the inherent function of serde's derive
         check(&camera.pose()).map_err(|fault| D::Error::custom(format!("camera: {fault}")))?;
         Ok(camera)
     }
 }
 
 impl Camera {
-    /// In radians.
+    /// Returns the camera with angles in radians.
     pub fn pose(&self) -> CameraPose {
         CameraPose {
             look_from: vector(self.look_from),
@@ -60,7 +60,7 @@ impl Camera {
     }
 }
 
-/// Values of a camera that are right by themselves but not together.
+/// Checks values of a camera that are valid on their own but may not be together.
 pub fn check(camera: &CameraPose) -> Result<(), String> {
     let axis = camera.look_at - camera.look_from;
     if axis.length() == 0.0 {
@@ -70,7 +70,8 @@ pub fn check(camera: &CameraPose) -> Result<(), String> {
     if sine.is_nan() || sine < 1e-6 {
         return Err("up points along the view (or is zero); choose another direction".to_owned());
     }
-    // A lens' rays are differences of such vectors, whose squares must stay finite in f32.
+    // A lens' rays are differences of vectors of this length, and the squares of those must stay
+    // finite in f32.
     let widest = (0.5 * camera.vertical_fov).tan().max((0.5 * camera.defocus_angle).tan()).max(1.0);
     if camera.defocus_angle > 0.0 && camera.focus_distance * widest > 1e15 {
         return Err(format!(

@@ -1,4 +1,4 @@
-//! Lights without extent.
+//! The lights without extent of a scene file.
 
 use crate::scene::values::{Direction, HalfAngle, Light as Strengths, Point};
 use serde::de::Error as _;
@@ -8,33 +8,33 @@ use serde::{Deserialize, Deserializer};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, remote = "Self")]
 pub enum Light {
-    /// The same in all directions.
+    /// A point light, equal in all directions.
     Point {
-        /// Where.
+        /// Position in the world.
         position: Point,
-        /// Power a solid angle.
+        /// Radiant intensity (power per solid angle).
         intensity: Strengths,
     },
-    /// A cone.
+    /// A spot light: a cone.
     Spot {
-        /// Where.
+        /// Position in the world.
         position: Point,
-        /// Along its axis.
+        /// Direction of the axis.
         direction: Direction,
-        /// Power a solid angle, on the axis.
+        /// Radiant intensity (power per solid angle) on the axis.
         intensity: Strengths,
-        /// Within it, the light has its full intensity.
+        /// Half angle of full intensity.
         #[serde(default = "default_inner")]
         inner_angle: HalfAngle,
-        /// Beyond it, there is none.
+        /// Half angle beyond which the light is dark.
         #[serde(default = "default_outer")]
         outer_angle: HalfAngle,
     },
-    /// From infinitely far.
+    /// A directional light: parallel light from infinity.
     Directional {
-        /// Along which the light travels.
+        /// Direction in which the light travels.
         direction: Direction,
-        /// Power an area perpendicular to the light.
+        /// Irradiance (power per area) of a surface perpendicular to the light.
         irradiance: Strengths,
     },
 }
@@ -49,7 +49,7 @@ fn default_outer() -> HalfAngle {
 
 impl<'de> Deserialize<'de> for Light {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let light = Self::deserialize(deserializer)?; // the derived one
+        let light = Self::deserialize(deserializer)?; // the inherent function of serde's derive
         match &light {
             Self::Spot { inner_angle, outer_angle, .. } if inner_angle.0 >= outer_angle.0 => {
                 Err(D::Error::custom(format!(

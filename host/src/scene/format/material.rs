@@ -1,4 +1,4 @@
-//! Materials and the images on them.
+//! The materials and textures of a scene file.
 
 use super::name::{Name, Named, some};
 use crate::scene::values::{Absorption, Albedo, Angle, Colour, Eta, Ior, Radiance, Share, TextureNumber};
@@ -8,19 +8,19 @@ use serde::Deserialize;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Material<'a> {
-    /// Diffuse.
+    /// Diffuse reflection.
     Lambertian {
-        /// Reflected share.
+        /// Reflected fraction.
         albedo: Albedo,
-        /// Multiplies it.
+        /// Texture that multiplies `albedo`.
         #[serde(default, borrow, deserialize_with = "some")]
         texture: Option<Name<'a>>,
     },
-    /// A mirror, blurred.
+    /// A blurred mirror.
     Metal {
-        /// Reflected share.
+        /// Reflected fraction.
         albedo: Albedo,
-        /// Radius of the ball that moves the mirrored direction.
+        /// Radius of the ball of random offsets to the mirrored direction.
         #[serde(default = "zero")]
         fuzz: Share,
     },
@@ -31,65 +31,65 @@ pub enum Material<'a> {
     },
     /// A rough metal.
     Conductor {
-        /// How much it reflects.
+        /// Fresnel reflectance.
         fresnel: ConductorFresnel,
-        /// GGX alpha is its square.
+        /// Roughness; GGX alpha is its square.
         roughness: Share,
     },
     /// Clear glass with a rough boundary.
     RoughDielectric {
         /// Index of refraction inside, relative to outside.
         ior: Ior,
-        /// GGX alpha is its square.
+        /// Roughness; GGX alpha is its square.
         roughness: Share,
     },
     /// A light that reflects nothing.
     Emissive {
-        /// The same in all directions.
+        /// Emitted radiance, equal in all directions.
         radiance: Colour,
-        /// Whether the back emits, too.
+        /// True if the back emits too.
         #[serde(default)]
         two_sided: bool,
-        /// Multiplies the radiance.
+        /// Texture that multiplies `radiance`.
         #[serde(default, borrow, deserialize_with = "some")]
         texture: Option<Name<'a>>,
     },
-    /// glTF's material.
+    /// glTF's metallic-roughness material.
     MetallicRoughness {
-        /// A dielectric's diffuse colour, a metal's reflectance.
+        /// Diffuse colour of a dielectric, reflectance of a metal.
         #[serde(default = "white")]
         base_color: Albedo,
-        /// 0 a dielectric, 1 a metal.
+        /// 0 for a dielectric, 1 for a metal.
         #[serde(default = "one")]
         metallic: Share,
-        /// GGX alpha is its square.
+        /// Roughness; GGX alpha is its square.
         #[serde(default = "one")]
         roughness: Share,
-        /// Of the dielectric's boundary.
+        /// Index of refraction of the dielectric's boundary.
         #[serde(default = "default_ior")]
         ior: Ior,
-        /// Share of the light that enters a dielectric and passes through its thin wall.
+        /// Fraction of the light that enters a dielectric and passes through its thin wall.
         #[serde(default = "zero")]
         transmission: Share,
-        /// Radiance.
+        /// Emitted radiance.
         #[serde(default = "dark")]
         emission: Colour,
-        /// Multiplies `base_color`, its alpha `opacity`.
+        /// Texture that multiplies `base_color`; its alpha multiplies `opacity`.
         #[serde(default, borrow, deserialize_with = "some")]
         texture: Option<Name<'a>>,
-        /// Green multiplies `roughness`, blue `metallic`.
+        /// Texture whose green multiplies `roughness` and whose blue multiplies `metallic`.
         #[serde(default, borrow, deserialize_with = "some")]
         metallic_roughness_texture: Option<Name<'a>>,
-        /// Multiplies `emission`.
+        /// Texture that multiplies `emission`.
         #[serde(default, borrow, deserialize_with = "some")]
         emission_texture: Option<Name<'a>>,
-        /// Share that does not pass through unseen.
+        /// Fraction of the light that meets the surface; the rest passes straight through.
         #[serde(default = "one")]
         opacity: Share,
-        /// It is there where its opacity is at least this, else not.
+        /// Threshold of opacity: the surface exists where its opacity is at least this.
         #[serde(default, deserialize_with = "some")]
         alpha_cutoff: Option<Share>,
-        /// Whether the back emits, too.
+        /// True if the back emits too.
         #[serde(default)]
         two_sided: bool,
     },
@@ -101,7 +101,7 @@ impl Named for Material<'_> {
 }
 
 impl<'a> Material<'a> {
-    /// The textures that it refers to.
+    /// Returns the names of the textures that the material refers to.
     pub fn textures(&self) -> impl Iterator<Item = &Name<'a>> {
         let names = match self {
             Self::Lambertian { texture, .. } | Self::Emissive { texture, .. } => {
@@ -123,16 +123,16 @@ impl<'a> Material<'a> {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum ConductorFresnel {
-    /// Fresnel's equations for a complex index, eta + i k, by channel.
+    /// Fresnel's equations for a complex index of refraction, eta + i k, by channel.
     Ior {
-        /// Real part.
+        /// Real part of the index.
         eta: (Eta, Eta, Eta),
-        /// Absorption.
+        /// Imaginary part of the index (absorption).
         k: (Absorption, Absorption, Absorption),
     },
     /// Schlick's approximation.
     Schlick {
-        /// At normal incidence.
+        /// Reflectance at normal incidence.
         reflectance: Albedo,
     },
 }
@@ -141,25 +141,25 @@ pub enum ConductorFresnel {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Texture<'a> {
-    /// Relative to the scene file.
+    /// File name, relative to the scene file.
     #[serde(borrow)]
     pub file: Name<'a>,
-    /// What its numbers mean.
+    /// Encoding of the image's numbers.
     #[serde(default)]
     pub color_space: ColorSpace,
-    /// Beyond its border.
+    /// Continuation beyond the border.
     #[serde(default)]
     pub wrap: Wrap,
-    /// Between its texels.
+    /// Interpolation between texels.
     #[serde(default)]
     pub filter: Filter,
-    /// Of the texture coordinates; done first.
+    /// Scale of the texture coordinates; applied first.
     #[serde(default = "default_scale")]
     pub scale: (TextureNumber, TextureNumber),
-    /// Of the texture coordinates; done last.
+    /// Offset of the texture coordinates; applied last.
     #[serde(default = "default_offset")]
     pub offset: (TextureNumber, TextureNumber),
-    /// Of the texture coordinates.
+    /// Rotation of the texture coordinates; applied between scale and offset.
     #[serde(default = "default_rotation")]
     pub rotation: Angle,
 }
@@ -169,35 +169,35 @@ impl Named for Texture<'_> {
     const FIELD: &'static str = "textures";
 }
 
-/// What an image's numbers mean.
+/// Encoding of an image's numbers.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 pub enum ColorSpace {
-    /// Colours, encoded with sRGB's curve.
+    /// Colours, sRGB-encoded.
     #[default]
     Srgb,
-    /// Numbers, as they are.
+    /// Linear numbers, used as they are.
     Linear,
 }
 
-/// What lies beyond an image's border.
+/// Continuation of an image beyond its border.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     #[default]
     Repeat,
-    /// The image again, mirrored.
+    /// Repeats the image, mirrored at each border.
     Mirror,
-    /// Its border.
+    /// Extends the texels of the border.
     Clamp,
 }
 
-/// How to read between texels.
+/// Interpolation between texels.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub enum Filter {
-    /// Bilinear.
+    /// Interpolates bilinearly.
     #[default]
     Linear,
-    /// The nearest texel.
+    /// Takes the nearest texel.
     Nearest,
 }
 

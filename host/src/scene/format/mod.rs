@@ -1,6 +1,7 @@
-//! The scene file: RON, version 1. `docs/scenes.md` describes it for people.
+//! The scene file: RON, version 1; docs/reference/scene-format/README.md describes it for users.
 //!
-//! Serde checks each value while it reads, and each object as a whole after it. Names are looked up once all of the file is read.
+//! Serde checks each value while it reads, and each object as a whole after that. Names are looked
+//! up once the whole file is read.
 
 mod camera;
 mod light;
@@ -28,64 +29,64 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use space::Space;
 
-/// The only version so far.
+/// The only version of the format.
 pub const VERSION: u32 = 1;
 
-/// A whole file. It borrows the text, to name places in it.
+/// A whole scene file. It borrows the text, so that errors can name places in it.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename = "Scene")]
 pub struct SceneFile<'a> {
-    /// Of the format; see [`VERSION`].
+    /// Version of the format; see [`VERSION`].
     #[serde(deserialize_with = "supported_version")]
-    #[allow(dead_code, reason = "checked while it is read")]
+    #[allow(dead_code, reason = "checked during deserialization")]
     pub version: u32,
-    /// What the scene shows and where it comes from; for people.
+    /// Description and source of the scene, for people.
     #[serde(default)]
-    #[allow(dead_code, reason = "for people")]
+    #[allow(dead_code, reason = "documentation within the file")]
     pub about: String,
-    /// What to render unless the command line says otherwise.
+    /// Image settings; the command line overrides them.
     pub image: Image,
-    /// The eye; without it, the first one of a model.
+    /// Camera; without it, the first camera of a model is used.
     #[serde(default, deserialize_with = "some")]
     pub camera: Option<Camera>,
-    /// Where to compute.
+    /// Space that the renderer computes in.
     #[serde(default, borrow)]
     pub space: Space<'a>,
     /// Radiance from infinity.
     #[serde(default, borrow)]
     pub sky: Sky<'a>,
-    /// How dielectrics reflect.
+    /// Reflectance model of dielectrics.
     #[serde(default)]
     pub fresnel: Fresnel,
-    /// By name.
+    /// Textures by name.
     #[serde(default, borrow, deserialize_with = "unique_names")]
     pub textures: Vec<(String, Texture<'a>)>,
-    /// By name.
+    /// Materials by name.
     #[serde(borrow, deserialize_with = "unique_names")]
     pub materials: Vec<(String, Material<'a>)>,
-    /// In the order of their ids.
+    /// Objects, in the order of their ids.
     #[serde(borrow)]
     pub objects: Vec<Object<'a>>,
-    /// Without extent.
+    /// Lights without extent.
     #[serde(default)]
     pub lights: Vec<Light>,
-    /// Where all this was read from.
+    /// The file's name and text.
     #[serde(skip)]
     pub source: Source<'a>,
 }
 
-/// Size and effort.
+/// Image size and sampling effort.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Image {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: Count,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: Count,
-    /// Samples a pixel.
+    /// Samples per pixel.
     #[serde(default = "default_samples")]
     pub samples: Count,
-    /// Segments a path, at most.
+    /// Maximum number of segments of a path.
     #[serde(default = "default_depth")]
     pub depth: Count,
 }
@@ -102,30 +103,30 @@ fn default_depth() -> Count {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Sky<'a> {
-    /// None.
+    /// No radiance.
     #[default]
     Black,
-    /// The same from everywhere.
+    /// Equal radiance from all directions.
     Uniform {
-        /// From everywhere.
+        /// Radiance from each direction.
         radiance: Colour,
     },
-    /// From straight down to straight up, by the y of the unit direction.
+    /// Gradient from straight down to straight up, linear in the y of the unit direction.
     Gradient {
-        /// Straight down.
+        /// Radiance straight down.
         bottom: Colour,
-        /// Straight up.
+        /// Radiance straight up.
         top: Colour,
     },
-    /// A panorama.
+    /// A panorama (environment map).
     Image {
-        /// Relative to the scene file.
+        /// File name, relative to the scene file.
         #[serde(borrow)]
         file: Name<'a>,
-        /// Factor on its radiance.
+        /// Factor on the file's radiance.
         #[serde(default = "default_gain")]
         scale: Gain,
-        /// About +y.
+        /// Rotation about +y.
         #[serde(default = "default_rotation")]
         rotation: Angle,
     },
@@ -139,7 +140,7 @@ fn default_rotation() -> Angle {
     Angle(0.0)
 }
 
-/// How dielectrics reflect.
+/// Reflectance model of dielectrics.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub enum Fresnel {
     /// Fresnel's equations.
@@ -158,7 +159,7 @@ fn supported_version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, 
     }
 }
 
-/// Reads a file's text; `file` stands for it in messages.
+/// Parses the text of a scene file; `file` stands for it in messages.
 pub fn parse<'a>(text: &'a str, file: &'a str) -> Result<SceneFile<'a>, SceneError> {
     let mut scene: SceneFile<'a> = ron::from_str(text).map_err(|error| {
         let place = error.span.start;
@@ -170,13 +171,15 @@ pub fn parse<'a>(text: &'a str, file: &'a str) -> Result<SceneFile<'a>, SceneErr
 }
 
 impl SceneFile<'_> {
-    /// Whether the file names others.
+    /// Returns whether the scene refers to other files.
     pub fn names_files(&self) -> bool {
         let panorama = matches!(self.sky, Sky::Image { .. });
         panorama || !self.textures.is_empty() || self.objects.iter().any(|o| matches!(o, Object::Mesh { .. }))
     }
 
-    /// Checks what names refer to: serde knows a name's place only while it reads, and what has names only afterwards.
+    /// Checks that each name refers to an entry, and that files have known extensions. This comes
+    /// after reading: serde knows a name's place only while it reads, and the names' entries only
+    /// afterwards.
     fn check_names(&self) -> Result<(), SceneError> {
         let source = self.source;
         if let Sky::Image { file, .. } = &self.sky {

@@ -1,4 +1,4 @@
-//! Names: what the file calls its materials, textures and other files, and where it does.
+//! Names of materials, textures and other files in a scene file, with their places.
 
 use crate::scene::error::SceneError;
 use crate::scene::import::Folder;
@@ -10,17 +10,18 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
-/// A scene file's text, which every [`Name`] read from it borrows: so an error found after reading still has its place.
+/// A scene file's text. Every [`Name`] read from it borrows it, so an error found after reading
+/// still has its place.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Source<'a> {
-    /// The file, or what stands for it.
+    /// Path of the file, or the name that stands for it.
     pub file: &'a str,
-    /// What it contains.
+    /// Content of the file.
     pub text: &'a str,
 }
 
 impl Source<'_> {
-    /// An error at a name.
+    /// Returns an error at a name.
     pub fn at(&self, name: &Name, message: String) -> SceneError {
         let offset = name.place.as_ptr().addr().wrapping_sub(self.text.as_ptr().addr());
         let before = self.text.get(..offset).unwrap_or_default();
@@ -29,7 +30,7 @@ impl Source<'_> {
         SceneError::at(self.file, self.text, line, column, message)
     }
 
-    /// Checks that a file's name ends as one of these formats' do, in letters of either case.
+    /// Checks that a file's name has one of these extensions, in upper or lower case.
     pub fn check_extension(&self, file: &Name, extensions: &[&str], what: &str) -> Result<(), SceneError> {
         let extension = Path::new(&file.name).extension().and_then(|extension| extension.to_str());
         let known = |extension: &str| extensions.iter().any(|known| known.eq_ignore_ascii_case(extension));
@@ -39,19 +40,20 @@ impl Source<'_> {
         Err(self.at(file, format!("\"{}\" is not {what}; use .{}", file.name, extensions.join(", ."))))
     }
 
-    /// Returns the path of a file that the scene names; the scene lies in `folder`.
+    /// Returns the path of a file that the scene names, for a scene in `folder`.
     pub fn locate(&self, file: &Name, folder: &Folder) -> Result<PathBuf, SceneError> {
         folder.locate(Path::new(&file.name)).map_err(|error| {
-            self.at(file, format!("\"{}\": {error}; put it there, or say --allow-outside", file.name))
+            self.at(file, format!("\"{}\": {error}; move it there, or pass --allow-outside", file.name))
         })
     }
 
-    /// An error that concerns no single value.
+    /// Returns an error that concerns no single value.
     pub fn inconsistent(&self, message: impl Into<String>) -> SceneError {
         SceneError::Inconsistent { file: self.file.to_owned(), message: message.into() }
     }
 
-    /// Places what is wrong with a file as a whole at the name that asks for it. An error with a place of its own keeps it.
+    /// Moves an error about a file as a whole to the name that asks for the file. An error with a
+    /// place of its own keeps it.
     pub fn in_file(&self, name: &Name, error: SceneError) -> SceneError {
         match error {
             SceneError::Read { .. } | SceneError::Inconsistent { .. } | SceneError::UnknownFormat { .. } => {
@@ -62,12 +64,12 @@ impl Source<'_> {
     }
 }
 
-/// A string that refers to something, and where it stands.
+/// A string that refers to something, with its place in the file.
 #[derive(Clone, Debug)]
 pub struct Name<'a> {
-    /// What it says.
+    /// Content of the string.
     pub name: String,
-    /// The part of the file's text with the string in its quotation marks.
+    /// The string with its quotation marks, as a part of the file's text.
     place: &'a str,
 }
 
@@ -79,15 +81,15 @@ impl<'de: 'a, 'a> Deserialize<'de> for Name<'a> {
     }
 }
 
-/// Something with a name of its own.
+/// An entry that names refer to.
 pub trait Named {
-    /// What to call one of it.
+    /// Word for one entry in messages.
     const KIND: &'static str;
-    /// The field that lists them.
+    /// Field that lists the entries.
     const FIELD: &'static str;
 }
 
-/// The indices of what has names.
+/// Indices of named entries.
 pub struct Index<'a> {
     kind: &'static str,
     field: &'static str,
@@ -95,13 +97,13 @@ pub struct Index<'a> {
 }
 
 impl<'a> Index<'a> {
-    /// Of a field's entries.
+    /// Builds the index of a field's entries.
     pub fn new<T: Named>(entries: &'a [(String, T)]) -> Self {
         let of = entries.iter().enumerate().map(|(index, (name, _))| (name.as_str(), index)).collect();
         Self { kind: T::KIND, field: T::FIELD, of }
     }
 
-    /// The index of the entry that a name refers to.
+    /// Returns the index of the entry that a name refers to.
     pub fn find(&self, name: &Name, source: Source) -> Result<usize, SceneError> {
         self.of.get(name.name.as_str()).copied().ok_or_else(|| {
             let known: BTreeSet<&str> = self.of.keys().copied().collect();
@@ -115,7 +117,7 @@ impl<'a> Index<'a> {
     }
 }
 
-/// A map that keeps its order and refuses a name that stands twice.
+/// Reads a map in the file's order, and refuses a name that occurs twice.
 pub fn unique_names<'de, D, T>(deserializer: D) -> Result<Vec<(String, T)>, D::Error>
 where
     D: Deserializer<'de>,
@@ -134,7 +136,7 @@ where
             let mut entries = Vec::new();
             while let Some(name) = map.next_key::<String>()? {
                 if !seen.insert(name.clone()) {
-                    return Err(A::Error::custom(format!("{} \"{name}\" stands twice", T::KIND)));
+                    return Err(A::Error::custom(format!("{} \"{name}\" is defined twice", T::KIND)));
                 }
                 entries.push((name, map.next_value()?));
             }
@@ -144,7 +146,7 @@ where
     deserializer.deserialize_map(Entries(PhantomData))
 }
 
-/// An optional field without RON's `Some(…)` around it.
+/// Reads an optional field without RON's `Some(…)` around it.
 pub fn some<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
 where
     D: Deserializer<'de>,

@@ -1,4 +1,4 @@
-//! What there is to see.
+//! The objects of a scene file, with their checks.
 
 use super::name::{Name, some};
 use super::transform::Transform;
@@ -7,15 +7,15 @@ use glam::{DAffine3, DVec3};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// Something to see.
+/// A visible object.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, remote = "Self")]
 pub enum Object<'a> {
     /// A sphere.
     Sphere {
-        /// In scene units.
+        /// Centre in scene units.
         center: Point,
-        /// In scene units.
+        /// Radius in scene units.
         radius: Length,
         /// A name from `materials`.
         #[serde(borrow)]
@@ -25,9 +25,9 @@ pub enum Object<'a> {
     Quad {
         /// One corner.
         corner: Point,
-        /// To the next corner.
+        /// Edge from `corner` to the next corner.
         u: Point,
-        /// To the other next corner.
+        /// Edge from `corner` to the other adjacent corner.
         v: Point,
         /// A name from `materials`.
         #[serde(borrow)]
@@ -35,48 +35,48 @@ pub enum Object<'a> {
     },
     /// A disc.
     Disc {
-        /// In scene units.
+        /// Centre in scene units.
         center: Point,
-        /// Its front is where it points.
+        /// Normal, which points out of the front.
         normal: Direction,
-        /// In scene units.
+        /// Radius in scene units.
         radius: Length,
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
     },
-    /// A disc so large that it has no border.
+    /// An infinite plane: a disc of the maximum radius.
     Plane {
-        /// Any of its points.
+        /// Any point of the plane.
         point: Point,
-        /// Its front is where it points.
+        /// Normal, which points out of the front.
         normal: Direction,
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
     },
-    /// Six parallelograms.
+    /// Six parallelograms that bound a box.
     Box {
-        /// The corner with the least coordinates.
+        /// Corner with the smallest coordinates.
         min: Point,
-        /// The corner with the greatest.
+        /// Corner with the largest coordinates.
         max: Point,
-        /// Done last.
+        /// Transform of the box from `min` to `max`.
         #[serde(default)]
         transform: Transform,
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
     },
-    /// What another file describes.
+    /// A model from another file.
     Mesh {
-        /// Relative to the scene file.
+        /// File name, relative to the scene file.
         #[serde(borrow)]
         file: Name<'a>,
-        /// Done last.
+        /// Transform that is applied after the file's own.
         #[serde(default)]
         transform: Transform,
-        /// A name from `materials`, instead of all of the file's.
+        /// A name from `materials`, which replaces all materials of the file.
         #[serde(default, borrow, deserialize_with = "some")]
         material: Option<Name<'a>>,
     },
@@ -84,14 +84,14 @@ pub enum Object<'a> {
 
 impl<'de: 'a, 'a> Deserialize<'de> for Object<'a> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let object = Self::deserialize(deserializer)?; // the derived one
+        let object = Self::deserialize(deserializer)?; // the inherent function of serde's derive
         object.check().map_err(D::Error::custom)?;
         Ok(object)
     }
 }
 
 impl<'a> Object<'a> {
-    /// The material that it refers to.
+    /// Returns the name of the material that the object refers to.
     pub fn material(&self) -> Option<&Name<'a>> {
         match self {
             Self::Sphere { material, .. }
@@ -103,7 +103,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Values that are right by themselves but not together.
+    /// Checks values of an object that are valid on their own but may not be together.
     fn check(&self) -> Result<(), String> {
         match self {
             Self::Quad { u, v, .. } => {
@@ -127,10 +127,10 @@ impl<'a> Object<'a> {
     }
 }
 
-/// Checks that a parallelogram remains one once it is rounded to f32.
+/// Checks that a parallelogram still has an area after rounding to f32.
 pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
     let (u, v) = (u.as_vec3().as_dvec3(), v.as_vec3().as_dvec3());
-    let least = 0.999 * MIN_MAGNITUDE; // as it may be itself after rounding
+    let least = 0.999 * MIN_MAGNITUDE; // rounding may shorten a side of the minimum length
     if u.length() < least || v.length() < least {
         Err("u and v must be at least 1e-18 long".to_owned())
     } else if u.cross(v).length() < least * least {
@@ -140,8 +140,9 @@ pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
     }
 }
 
-/// A box's sides, each as corner, u and v, with u × v outward. Seen from outside before the transform, u points right and v up;
-/// up is +y, for the top side -z and for the bottom side +z.
+/// Returns a box's sides, each as corner, u and v, with u × v outward. Seen from outside before the
+/// transform, u points right and v points up. Up is +y; on the top side it is -z, and on the bottom
+/// side +z.
 pub fn sides(min: DVec3, max: DVec3, transform: &DAffine3) -> [[DVec3; 3]; 6] {
     let (x, y, z) = (DVec3::X * (max - min).x, DVec3::Y * (max - min).y, DVec3::Z * (max - min).z);
     let sides =

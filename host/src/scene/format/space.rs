@@ -1,23 +1,23 @@
-//! Where to compute.
+//! The space that a scene file asks the renderer to compute in.
 
 use crate::scene::values::{Coordinate, Magnification, Point, vector};
 use ron::value::RawValue;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// Origin and unit of length of the renderer, and the text that says so.
+/// The renderer's space, and the text that states it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Space<'a> {
-    /// For the description.
+    /// Origin and scale for the description.
     pub space: crate::scene::Rebase,
-    /// Of the file's text; none where the file does not say.
+    /// The field's value as a part of the file's text; `None` if the file has no such field.
     pub place: Option<&'a str>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default, rename = "Space")]
 struct Fields {
-    /// The point that becomes 0.
+    /// Point that becomes 0.
     origin: Point,
     /// Factor on lengths.
     scale: Magnification,

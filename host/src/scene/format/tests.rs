@@ -3,7 +3,7 @@ use super::*;
 use crate::scene::values::unit;
 use glam::{DAffine3, DVec3};
 
-/// Every construct at least once.
+/// A scene file with every construct at least once.
 const ALL: &str = r#"Scene(
     version: 1,
     about: "everything",
@@ -54,7 +54,7 @@ const ALL: &str = r#"Scene(
 )
 "#;
 
-/// A file as version 1 first was.
+/// A scene file with only the fields of the first release of version 1.
 const FIRST: &str = r#"Scene(
     version: 1,
     image: (width: 8, height: 4),
@@ -117,7 +117,7 @@ fn steps_are_done_in_order() {
     assert_eq!(map("[Translate((1, 0, 0)), Scale(2)]").transform_point3(p), DVec3::new(4.0, 4.0, 6.0));
     assert_eq!(map("[Scale(2), Translate((1, 0, 0))]").transform_point3(p), DVec3::new(3.0, 4.0, 6.0));
     assert_eq!(map("[ScaleXyz((2, -1, 3))]").transform_point3(p), DVec3::new(2.0, -2.0, 9.0));
-    // Quarter turns are exact, and counter-clockwise for who looks against the axis.
+    // Quarter turns are exact, and counter-clockwise seen against the axis.
     assert_eq!(map("[RotateX(90)]").transform_point3(p), DVec3::new(1.0, -3.0, 2.0));
     assert_eq!(map("[RotateY(-270)]").transform_point3(p), DVec3::new(3.0, 2.0, -1.0));
     assert_eq!(map("[RotateZ(450)]").transform_point3(p), DVec3::new(-2.0, 1.0, 3.0));
@@ -128,7 +128,7 @@ fn steps_are_done_in_order() {
     );
     let matrix = map("[Matrix(((1, 2, 3, 4), (0, 1, 5, 6), (0, 0, 2, 7)))]");
     assert_eq!(matrix.transform_point3(p), DVec3::new(18.0, 23.0, 13.0));
-    // Thin is not flat, nor is the least.
+    // A thin object is not flat, and neither is one of the minimum size.
     map("[Scale(-1e-18)]");
     map("[ScaleXyz((1, 1e-15, 1)), RotateZ(90)]");
 }
@@ -145,7 +145,7 @@ fn a_box_looks_outward() {
             let center = corner + 0.5 * (u + v);
             let normal = unit(u.cross(v)).unwrap();
             assert!(normal.dot(center - middle) > 0.1);
-            // Each side stands where one of the box's faces does.
+            // Each side lies on one of the box's faces.
             let back = map.inverse().transform_point3(center);
             let off = (back - 0.5 * (min + max)).abs() / (max - min);
             assert!((off.max_element() - 0.5).abs() < 1e-12 && (off.element_sum() - 0.5).abs() < 1e-12);
@@ -159,7 +159,7 @@ fn a_box_looks_outward() {
 
 #[test]
 fn faults_are_placed() {
-    // What is replaced by what, the line, and what the message must say.
+    // Text, its replacement, the line of the error, and parts of the message.
     let cases: &[(&str, &str, usize, &[&str])] = &[
         ("version: 1", "version: 2", 2, &["version 2", "reads 1"]),
         ("vertical_fov: 40", "vertical_fov: 180", 5, &["179"]),
@@ -171,7 +171,7 @@ fn faults_are_placed() {
         ("rotation: 90)", "rotation: NaN)", 6, &["NaN is not an angle"]),
         ("sky: Image", "sky: Panorama", 6, &["Panorama", "Gradient"]),
         ("\"earth\": (file: \"earth.png\")", "\"earth\": (fil: \"earth.png\")", 8, &["fil", "color_space"]),
-        ("\"rough\": (", "\"earth\": (", 9, &["texture \"earth\" stands twice"]),
+        ("\"rough\": (", "\"earth\": (", 9, &["texture \"earth\" is defined twice"]),
         ("wrap: Mirror", "wrap: Fold", 10, &["Fold", "Repeat"]),
         ("scale: (2, 3)", "scale: (2, 1e7)", 11, &["10000000 is not a number between"]),
         ("texture: \"earth\"),", "texture: \"erth\"),", 16, &["unknown texture \"erth\"", "earth, rough"]),
@@ -200,7 +200,7 @@ fn faults_are_placed() {
         ("v: (0, 1, 0)", "v: (-2, 0, 0)", 32, &["Quad", "parallel"]),
         ("v: (0, 1, 0)", "v: (0, 1e-19, 0)", 32, &["Quad", "1e-18 long"]),
         ("v: (0, 1, 0)", "v: (0, inf, 0)", 32, &["inf is not a finite coordinate"]),
-        // One that only f64 tells from a line.
+        // A parallelogram that only f64 tells from a line.
         ("v: (0, 1, 0)", "v: (1, 1e-40, 0)", 32, &["Quad", "parallel"]),
         ("normal: (0, 2, 0)", "normal: (0, 0, 0)", 33, &["not a direction"]),
         ("radius: 1, material: \"gold\"", "radius: -1, material: \"gold\"", 33, &["-1 is not a positive"]),
@@ -237,7 +237,8 @@ fn the_column_is_that_of_the_value() {
         Err(SceneError::Invalid { line, column, .. }) => (line, column),
         other => panic!("{other:?}"),
     };
-    // Columns count characters, not bytes; a name's is that of its quotation mark, escapes or not.
+    // Columns count characters, not bytes. A name's column is that of its quotation mark, with or
+    // without escapes.
     assert_eq!(place("objects: [Sphere", "/*ä*/objects: [Spher"), (7, 20));
     assert_eq!(
         place("objects: [", "/*ä*/objects: [Sphere(center: (0, 0, 0), radius: 1, material: \"b\"),"),

@@ -1,4 +1,4 @@
-//! Where objects stand.
+//! The transforms of objects in a scene file.
 
 use crate::scene::values::{
     Angle, Coordinate, Direction, Factor, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, sin_cos_degrees, vector,
@@ -9,30 +9,30 @@ use serde::Deserialize;
 /// One step of a transform.
 #[derive(Debug, Deserialize)]
 pub enum Step {
-    /// About the origin, the same along all axes.
+    /// Scaling about the origin, equal along all axes.
     Scale(Factor),
-    /// About the origin, along each axis.
+    /// Scaling about the origin, along each axis.
     ScaleXyz((Factor, Factor, Factor)),
-    /// About +x, in degrees.
+    /// Rotation about +x, in degrees.
     RotateX(Angle),
-    /// About +y, in degrees.
+    /// Rotation about +y, in degrees.
     RotateY(Angle),
-    /// About +z, in degrees.
+    /// Rotation about +z, in degrees.
     RotateZ(Angle),
-    /// About any axis through the origin.
+    /// Rotation about any axis through the origin.
     Rotate {
-        /// The rotation is counter-clockwise for who looks against it.
+        /// Axis; the rotation is counter-clockwise seen against it.
         axis: Direction,
-        /// In degrees.
+        /// Angle in degrees.
         angle: Angle,
     },
-    /// By this much.
+    /// Translation by a vector.
     Translate(Point),
     /// Any affine map: three rows of four.
     Matrix((Row, Row, Row)),
 }
 
-/// A row of a matrix; its last number translates.
+/// A row of a matrix; its last number is the translation.
 pub type Row = (Coordinate, Coordinate, Coordinate, Coordinate);
 
 impl Step {
@@ -56,14 +56,15 @@ impl Step {
     }
 }
 
-/// Rodrigues' formula. glam's goes through the sine of radians, which is not exact for quarter turns.
+/// Returns a rotation by Rodrigues' formula. glam's rotation takes the sine of radians, which is
+/// not exact for quarter turns.
 fn rotation(axis: DVec3, degrees: f64) -> DAffine3 {
     let (sine, cosine) = sin_cos_degrees(degrees);
     let column = |e: DVec3| cosine * e + sine * axis.cross(e) + (1.0 - cosine) * axis.dot(e) * axis;
     DAffine3::from_mat3(DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z)))
 }
 
-/// A list of steps, the first one done first, as one map that can be undone.
+/// An invertible map: a list of steps, applied from the first to the last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(try_from = "Vec<Step>")]
 pub struct Transform(pub DAffine3);
@@ -83,13 +84,13 @@ impl TryFrom<Vec<Step>> for Transform {
     }
 }
 
-/// Whether a map's numbers are coordinates.
+/// Returns whether all numbers of a map are within the range of coordinates.
 pub fn in_range(map: &DAffine3) -> bool {
     map.to_cols_array().iter().all(|number| number.abs() <= MAX_MAGNITUDE)
 }
 
-/// Whether a map flattens space. A thin but honest slab scales along one axis: either its columns or its rows are far from a
-/// common plane.
+/// Returns whether a map flattens space. A thin slab, scaled along one axis, is not flat: either
+/// its columns or its rows are far from a common plane.
 pub fn is_singular(map: &DAffine3) -> bool {
     let flat = |m: DMat3| {
         let lengths = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];

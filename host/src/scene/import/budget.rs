@@ -1,23 +1,24 @@
-//! How much memory a description may take.
+//! Limits of the memory and the triangles of an imported model.
 
 use super::source_location::SourceLocation;
 use crate::memory;
 use crate::scene::error::SceneError;
 
-/// Bytes of a description for each byte that was read. Indices of one byte, which become four, need the most of what is no
-/// attempt to fill the memory.
+/// Maximum bytes of a description per byte of its files. Of harmless files, those with indices of
+/// one byte need the most, because such an index becomes four bytes.
 const FACTOR: u64 = 64;
 
-/// Bytes of a description beside those: many instances of a mesh of many parts take few bytes in a file.
+/// Bytes that a description may take beyond [`FACTOR`] times its files: many instances of a mesh of
+/// many parts take few bytes in a file.
 const BASE: u64 = 64 << 20;
 
-/// Triangles in the world, each of a mesh counted with each of its instances.
+/// Maximum number of triangles in the world, where each instance of a mesh counts.
 const TRIANGLES: u64 = 1 << 30;
 
-/// Requests below this are not worth asking the system how much memory there is.
+/// Requests up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 16 << 20;
 
-/// What is left for a description.
+/// Bytes and triangles that a description may still take.
 #[derive(Debug)]
 pub(super) struct Budget {
     bytes: u64,
@@ -25,29 +26,37 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// For a file of `input` bytes.
+    /// Returns the budget for a file of `input` bytes.
     pub fn new(input: usize) -> Self {
         Self { bytes: BASE.saturating_add(FACTOR.saturating_mul(input as u64)), triangles: TRIANGLES }
     }
 
-    /// Another file, of `input` bytes, has been read.
+    /// Extends the budget for another file, of `input` bytes.
     pub fn extend(&mut self, input: usize) {
         self.bytes = self.bytes.saturating_add(FACTOR.saturating_mul(input as u64));
     }
 
-    /// Asks for `bytes` before they are allocated.
+    /// Takes `bytes` from the budget before they are allocated.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::TooLarge`] if the budget or the free memory does not suffice.
     pub fn take(&mut self, bytes: u64, site: &SourceLocation) -> Result<(), SceneError> {
         let Some(left) = self.bytes.checked_sub(bytes) else {
             return Err(site.too_large(
-                "the scene grows while it is read, by references to the same data",
-                format!("{FACTOR} times the bytes of its files and {}", memory::display(BASE)),
+                "the scene needs too much memory for the size of its files, because parts refer to the same data",
+                format!("{FACTOR} times the bytes of its files plus {}", memory::display(BASE)),
             ));
         };
         self.bytes = left;
         fits(bytes, site)
     }
 
-    /// Counts an instance of `triangles` triangles.
+    /// Takes an instance of `triangles` triangles from the budget.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::TooLarge`] if there are too many triangles.
     pub fn place(&mut self, triangles: u64, site: &SourceLocation) -> Result<(), SceneError> {
         let left = self.triangles.checked_sub(triangles).ok_or_else(|| {
             site.too_large("too many triangles, counting each instance", format!("{TRIANGLES} triangles"))
@@ -57,7 +66,7 @@ impl Budget {
     }
 }
 
-/// Whether the memory has room for `bytes`, with as much left for the rest.
+/// Checks that `bytes` are at most half of the free memory, so that as much is left for the rest.
 pub(super) fn fits(bytes: u64, site: &SourceLocation) -> Result<(), SceneError> {
     if bytes <= SMALL {
         return Ok(());
@@ -67,5 +76,5 @@ pub(super) fn fits(bytes: u64, site: &SourceLocation) -> Result<(), SceneError> 
         return Ok(());
     }
     let (needed, half) = (memory::display(bytes), memory::display(half));
-    Err(site.too_large(format!("{needed} are needed"), format!("{half}, half of the free memory")))
+    Err(site.too_large(format!("{needed} of memory are needed"), format!("{half}, half of the free memory")))
 }

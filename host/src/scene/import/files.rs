@@ -1,23 +1,26 @@
-//! The files that a scene names.
+//! Access to the files that a scene or a model names.
 
 use crate::input;
 use crate::scene::error::SceneError;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Component, Path, PathBuf};
 
-/// Where a scene's buffers, images and material libraries come from.
+/// A source of buffers, images and material libraries.
 pub trait Files {
-    /// The content of the file at `path`: relative to the scene's folder, `/` between folders, nothing percent-encoded.
+    /// Returns the content of the file at `path`, which is relative to the scene's folder, has `/`
+    /// between folders, and is not percent-encoded.
     ///
     /// # Errors
-    /// Why there is none; [`ErrorKind::FileTooLarge`] if it is longer than `limit` bytes.
+    ///
+    /// The reason why the file cannot be read; [`ErrorKind::FileTooLarge`] if it is longer than
+    /// `limit` bytes.
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>>;
 }
 
-/// Files that a scene may name.
+/// Rule for which files a scene may name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Includes {
-    /// Files in the scene's folder and in folders below it. Links in there are followed.
+    /// Files in the scene's folder and in folders below it. Links within it are followed.
     #[default]
     Below,
     /// All files (`--allow-outside`).
@@ -29,25 +32,25 @@ pub enum Includes {
 #[error("it lies outside the scene's folder")]
 pub(super) struct Outside;
 
-/// The files of a scene's folder.
+/// The folder of a scene, and the files read from it.
 #[derive(Clone, Debug)]
 pub struct Folder {
-    /// The scene's.
+    /// Folder of the scene file.
     root: PathBuf,
-    /// The folder below `root` that relative paths start from.
+    /// Folder below `root` that relative paths start from.
     base: PathBuf,
     includes: Includes,
-    /// The paths of all files that were read, in order.
+    /// Paths of all files that were read, in order.
     read: Vec<PathBuf>,
 }
 
 impl Folder {
-    /// Makes one of the scene's folder, from which relative paths start.
+    /// Makes a folder of `root`, from which relative paths start.
     pub fn new(root: PathBuf) -> Self {
         Self { root, base: PathBuf::new(), includes: Includes::Below, read: Vec::new() }
     }
 
-    /// The paths of all files that were read, in order.
+    /// Returns the paths of all files that were read, in order.
     pub fn into_read(self) -> Vec<PathBuf> {
         self.read
     }
@@ -57,13 +60,13 @@ impl Folder {
         Self::new(scene.parent().map_or_else(PathBuf::new, Path::to_owned))
     }
 
-    /// Sets which files may be named.
+    /// Sets the rule for which files may be named.
     pub fn including(self, includes: Includes) -> Self {
         Self { includes, ..self }
     }
 
-    /// Returns the same scene's folder for the names in the file `path`, which
-    /// [`locate`](Self::locate) returned: they are relative to that file's folder.
+    /// Returns this folder for the names in the file `path`, a result of [`locate`](Self::locate):
+    /// relative names start from that file's folder.
     pub fn beside(&self, path: &Path) -> Self {
         let relative = path.strip_prefix(&self.root).unwrap_or(path);
         let base = relative.parent().map_or_else(PathBuf::new, Path::to_owned);
@@ -74,7 +77,8 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::InvalidInput`] for a name that leads out of the scene's folder, if it must not.
+    /// [`ErrorKind::InvalidInput`] for a name that leads out of the scene's folder, unless
+    /// [`Includes::Anywhere`] allows it.
     pub fn locate(&self, name: &Path) -> Result<PathBuf> {
         let relative = self.base.join(name);
         if self.includes == Includes::Below && !is_below(&relative) {
@@ -107,19 +111,19 @@ impl Files for Folder {
     }
 }
 
-/// No files at all: for scenes that are complete in themselves.
+/// A source without files, for models that are complete in themselves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 
 impl Files for NoFiles {
     fn read(&mut self, _: &str, _: u64) -> Result<Vec<u8>> {
-        Err(Error::new(ErrorKind::NotFound, "no files go with this scene"))
+        Err(Error::new(ErrorKind::NotFound, "this scene must not refer to other files"))
     }
 }
 
 pub(super) use input::readable;
 
-/// The content of a file that is not named by another.
+/// Reads a file that the user names.
 pub(super) fn read_whole(path: &Path) -> std::result::Result<Vec<u8>, SceneError> {
     input::read(path, readable()).map_err(|source| SceneError::Read { path: path.to_owned(), source })
 }
@@ -162,7 +166,7 @@ mod tests {
             assert_eq!(locate(&folder, name), None, "{name}");
         }
         assert_eq!(locate(&model, "../../a"), None);
-        // The control: all of them are read if the user says so.
+        // Control: all of them are allowed if the user says so.
         let anywhere = folder.including(Includes::Anywhere);
         assert!(outside.iter().all(|name| locate(&anywhere, name).is_some()));
         assert_eq!(locate(&anywhere, "/etc/passwd"), Some(PathBuf::from("/etc/passwd")));

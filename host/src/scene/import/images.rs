@@ -11,21 +11,22 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Cursor;
 
-/// Texels across, and down.
+/// Maximum width and height in texels.
 const MAX_SIDE: u32 = 16384;
 
-/// What files of textures for GPUs begin with.
+/// First bytes and names of texture containers for GPUs, which are not supported.
 const CONTAINERS: [(&[u8], &str); 2] =
     [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"\xabKTX 11\xbb\r\n\x1a\n", "KTX")];
 
-/// How an image's numbers stand for light. What the image file says about that is ignored, as glTF asks.
+/// Transfer function of an image's numbers. What the image file says about it is ignored, as glTF
+/// requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Curve {
     Srgb,
     Linear,
 }
 
-/// The images read so far, each once for each curve.
+/// The images that have been read, each once for each transfer function.
 #[derive(Debug, Default)]
 pub(super) struct Images {
     pub all: Vec<TextureImage>,
@@ -33,7 +34,8 @@ pub(super) struct Images {
 }
 
 impl Images {
-    /// The index of the image `key` with `curve`; its file comes from `read` if it is not there yet.
+    /// Returns the index of the image `key` with `curve`. An image that is not there yet is decoded
+    /// from the bytes of `read`.
     pub fn get<'a>(
         &mut self,
         key: &str,
@@ -73,7 +75,7 @@ impl Curve {
     }
 }
 
-/// Decodes a PNG or JPEG file to 8 bits a channel; its first bytes say which it is.
+/// Decodes a PNG or JPEG file, recognised by its first bytes, to 8 bits per channel.
 pub(super) fn decode(
     bytes: &[u8],
     curve: Curve,
@@ -90,7 +92,7 @@ pub(super) fn decode(
             return Err(site
                 .unsupported(format!("{other:?}, the format of this image,"), "convert it to PNG or JPEG"));
         }
-        Err(_) => return Err(site.malformed("this is no image", "it must be PNG or JPEG")),
+        Err(_) => return Err(site.malformed("this is not an image", "it must be PNG or JPEG")),
     };
     let broken = |error: image::ImageError| {
         site.malformed(
@@ -103,7 +105,7 @@ pub(super) fn decode(
             let maximum = format!("{MAX_SIDE} x {MAX_SIDE} texels");
             return Err(site.too_large(format!("an image of {width} x {height}"), maximum));
         }
-        // Decoded to a byte at least, as four channels, and as the texels that stay.
+        // At least one byte as decoded, four as RGBA, and four as the texels that are kept.
         let needed = width.saturating_mul(height).saturating_mul(9);
         let (demand, length) = (Demand { width, height, shortest, needed }, bytes.len() as u64);
         if demand.is_cut(length) {
@@ -115,7 +117,7 @@ pub(super) fn decode(
         }
         Ok(())
     };
-    // Before the decoder prepares for rows of this width.
+    // Before the decoder allocates rows of this width.
     let mut largest = u64::MAX;
     if let Some((width, height, shortest)) = bounds::png(bytes).filter(|_| format == ImageFormat::Png) {
         check((width, height), shortest)?;
@@ -131,10 +133,10 @@ pub(super) fn decode(
         return Err(site.malformed("the image has no texels", "write it again"));
     }
     let (wide, high) = (u64::from(width), u64::from(height));
-    // A PNG file was measured above.
+    // The PNG header was checked above.
     let shortest = if format == ImageFormat::Jpeg { bounds::shortest_jpeg(wide, high) } else { 0 };
     check((wide, high), shortest)?;
-    // As decoded, as 8 bits of red, green, blue and alpha, and as the texels that stay.
+    // As decoded, as 8-bit RGBA, and as the texels that are kept.
     fits(decoder.total_bytes().saturating_add(8 * wide * high), site)?;
     let rgba = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgba8();
     let texels = rgba.as_raw().as_chunks().0.to_vec();
@@ -196,7 +198,7 @@ mod tests {
         let refused = error(&large).to_string();
         assert!(refused.contains("16384 x 16384") && refused.contains("cut off"), "{refused}");
         let mut wide = file.clone();
-        wide[16..20].copy_from_slice(&20000u32.to_be_bytes()); // the width in the header, whose checksum comes after
+        wide[16..20].copy_from_slice(&20000u32.to_be_bytes()); // width in the header, before its checksum
         let checksum = crate::scene::import::testing::crc32(&wide[12..29]);
         wide[29..33].copy_from_slice(&checksum.to_be_bytes());
         let error = error(&wide).to_string();

@@ -1,4 +1,4 @@
-//! What every format's meshes go through.
+//! Checks and completion of meshes, for the readers of all model formats.
 
 use super::budget::Budget;
 use super::source_location::SourceLocation;
@@ -8,7 +8,8 @@ use crate::scene::error::SceneError;
 use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Returns a position that is one: finite, no coordinate beyond 1e18.
+/// Returns a position if it is finite and no coordinate is beyond 1e18, else a description of the
+/// problem.
 pub(super) fn check_position(position: [f64; 3]) -> Result<[f64; 3], String> {
     if position.iter().all(|x| x.abs() <= MAX_MAGNITUDE) {
         return Ok(position);
@@ -18,10 +19,10 @@ pub(super) fn check_position(position: [f64; 3]) -> Result<[f64; 3], String> {
     Err(format!("({x:e}, {y:e}, {z:e}) {kind}"))
 }
 
-/// What [`check_position`] wants.
+/// Remedy for a position that [`check_position`] refuses.
 pub(super) const POSITION_REMEDY: &str = "coordinates must be finite and at most 1e18 from 0";
 
-/// Replaces texture coordinates that are none by 0.
+/// Replaces texture coordinates that are not finite or beyond 1e18 by 0, with a warning.
 pub(super) fn check_uvs(uvs: &mut [[f32; 2]], site: &SourceLocation, warnings: &mut Warnings) {
     let mut replaced = 0;
     for uv in uvs {
@@ -37,7 +38,8 @@ pub(super) fn check_uvs(uvs: &mut [[f32; 2]], site: &SourceLocation, warnings: &
     );
 }
 
-/// Completes a mesh of checked positions and indices: without triangles that cover nothing, with unit normals or none.
+/// Completes a mesh of checked positions and indices: drops triangles without area, and normalises
+/// normals, or drops them all if one is zero or not finite. Each change is a warning.
 ///
 /// `None` if no triangle is left.
 pub(super) fn finish(mut mesh: Mesh, site: &SourceLocation, warnings: &mut Warnings) -> Option<Mesh> {
@@ -45,7 +47,7 @@ pub(super) fn finish(mut mesh: Mesh, site: &SourceLocation, warnings: &mut Warni
     let Mesh { positions, triangles, .. } = &mut mesh;
     triangles.retain(|corners| {
         let [a, b, c] = corners.map(|corner| Vec3::from(positions[corner as usize]).as_dvec3());
-        // Differences of f32 and their products underflow to 0 in f64 nowhere: 0 is no area.
+        // In f64, differences of f32 and their products never underflow to 0: 0 means no area.
         (b - a).cross(c - a) != DVec3::ZERO
     });
     let dropped = (before - mesh.triangles.len()) as u64;
@@ -72,12 +74,13 @@ pub(super) fn finish(mut mesh: Mesh, site: &SourceLocation, warnings: &mut Warni
     Some(mesh)
 }
 
-/// The greatest coordinate of a mesh, for [`check_instance`].
+/// Returns the largest magnitude of a mesh's coordinates, for [`check_instance`].
 pub(super) fn extent(mesh: &Mesh) -> f64 {
     mesh.positions.iter().flatten().fold(0.0f32, |extent, x| extent.max(x.abs())).into()
 }
 
-/// Whether an instance of a mesh of some extent and count of triangles can be placed: `false` if it is flattened to nothing.
+/// Checks that an instance of a mesh with this extent and number of triangles stays within the
+/// limits, and takes it from the budget. Returns `false` if its transform flattens it.
 pub(super) fn check_instance(
     extent: f64,
     triangles: usize,
@@ -87,9 +90,9 @@ pub(super) fn check_instance(
 ) -> Result<bool, SceneError> {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(DVec3::abs);
     let farthest = transform.translation.abs() + (x + y + z) * extent;
-    // The axes by themselves: a tiny mesh could be scaled by more than fits into the world.
+    // The axes are checked separately: a tiny mesh could have a scale beyond the limit.
     if !(farthest.max_element() <= MAX_MAGNITUDE && (x + y + z).max_element() <= MAX_MAGNITUDE) {
-        return Err(site.too_large("the instance lies or reaches far away, or is scaled by much", "1e18"));
+        return Err(site.too_large("the instance's position, extent or scale is too large", "1e18"));
     }
     let inverse = transform.inverse();
     if transform.matrix3.determinant() == 0.0 || !inverse.is_finite() {
@@ -100,7 +103,7 @@ pub(super) fn check_instance(
     Ok(true)
 }
 
-/// Bytes that vertices and triangles of a mesh take.
+/// Returns the bytes that the vertices and triangles of a mesh take.
 pub(super) fn bytes(vertices: u64, triangles: u64) -> u64 {
     vertices.saturating_mul(12 + 12 + 8).saturating_add(triangles.saturating_mul(12))
 }

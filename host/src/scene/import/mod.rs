@@ -1,11 +1,11 @@
-//! Scenes in other programs' formats: glTF 2.0, Wavefront OBJ and PLY.
+//! Readers of models: glTF 2.0, Wavefront OBJ and PLY.
 //!
-//! Each reader turns bytes into a [`Description`] and takes what else it needs through [`Files`]. What a file says wrongly is an
-//! error that names the place; what it asks for beyond this program is a warning that names the feature, or an error where the
-//! file says that it cannot be shown without.
+//! Each reader turns bytes into a [`Description`] and takes other files through [`Files`]. A
+//! violation of the format is an error that names the place. An unsupported feature is a warning
+//! that names it, or an error if the file says that it cannot be shown without it.
 //!
-//! No input makes a reader panic, and all of them bound their memory: beside its images, a description takes at most 64 times the
-//! bytes that were read and 64 MiB, and stands for at most 2^30 triangles.
+//! No input makes a reader panic, and their memory is bounded: beside its images, a description
+//! takes at most 64 times the bytes read plus 64 MiB, and it stands for at most 2^30 triangles.
 
 mod budget;
 mod files;
@@ -30,10 +30,10 @@ use images::Curve;
 use source_location::SourceLocation;
 use std::path::Path;
 
-/// A format's reader: bytes, their name in messages, the files beside them.
+/// A reader: takes bytes, their name in messages and the files beside them.
 type Parse = fn(&[u8], &str, &mut dyn Files) -> Result<Description, SceneError>;
 
-/// The reader for a file's extension, in upper or lower case.
+/// Returns the reader for a file's extension, in upper or lower case.
 fn reader(path: &Path) -> Option<Parse> {
     match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
         "gltf" | "glb" => Some(gltf::parse),
@@ -43,26 +43,32 @@ fn reader(path: &Path) -> Option<Parse> {
     }
 }
 
-/// Whether [`load`] reads files with this one's extension.
+/// Returns whether [`load`] reads files with this path's extension.
 pub fn is_model(path: &Path) -> bool {
     reader(path).is_some()
 }
 
-/// Reads a scene from a `.gltf`, `.glb`, `.obj` or `.ply` file and the files beside it that it names.
+/// Reads a scene from a `.gltf`, `.glb`, `.obj` or `.ply` file and the files beside it that it
+/// names.
 ///
 /// # Errors
-/// [`SceneError::UnknownFormat`] for another extension, [`SceneError::Read`] for a file that cannot be read,
-/// [`SceneError::Resource`] for one that it names and that cannot be read, [`SceneError::Malformed`], [`SceneError::Invalid`],
-/// [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for what is in them.
+///
+/// * [`SceneError::UnknownFormat`] for another extension
+/// * [`SceneError::Read`] for a file that cannot be read
+/// * [`SceneError::Resource`] and [`SceneError::Outside`] for files that it names and that cannot
+///   or must not be read
+/// * [`SceneError::Malformed`], [`SceneError::Invalid`], [`SceneError::Unsupported`] and
+///   [`SceneError::TooLarge`] for their content
 pub fn load(path: &Path) -> Result<Description, SceneError> {
     load_below(path, &Folder::of(path))
 }
 
-/// Reads a model that a scene in `folder` names; the files that the model names lie there, too.
+/// Reads a model that a scene in `folder` names. The files that the model names must be in that
+/// folder too.
 ///
 /// # Errors
 ///
-/// As [`load`].
+/// Those of [`load`].
 pub fn load_below(path: &Path, folder: &Folder) -> Result<Description, SceneError> {
     let parse = reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
     let bytes = files::read_whole(path)?;
@@ -73,11 +79,15 @@ pub fn load_below(path: &Path, folder: &Folder) -> Result<Description, SceneErro
     Ok(description)
 }
 
-/// Reads a PNG or JPEG file as an image for textures; its colours have sRGB's curve unless they are `linear`.
+/// Reads a PNG or JPEG file as an image for textures; its colours are sRGB-encoded unless they are
+/// `linear`.
 ///
 /// # Errors
-/// [`SceneError::Read`] for a file that cannot be read, [`SceneError::Malformed`] and [`SceneError::Unsupported`] for one that
-/// is neither, [`SceneError::TooLarge`] for more than 16384 texels across or down, or than fit into memory.
+///
+/// * [`SceneError::Read`] for a file that cannot be read
+/// * [`SceneError::Malformed`] and [`SceneError::Unsupported`] for a file that is neither
+/// * [`SceneError::TooLarge`] for more than 16384 texels across or down, or more than fit into
+///   memory
 pub fn texture(path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
     let bytes = files::read_whole(path)?;
     let name = path.display().to_string();

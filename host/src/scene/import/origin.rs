@@ -1,24 +1,24 @@
-//! The point that a file's positions are stored relative to.
+//! The origin that a file's positions are stored relative to.
 //!
-//! A description stores positions in f32. Of a model far from 0, such as one in a country's
-//! coordinates, that would round away what the file says of its shape. Its positions are stored
-//! relative to its centre instead, and its instances' transforms, which are f64, bring it back.
+//! A description stores positions in f32. For a model far from 0, such as one in the coordinates of
+//! a national grid, that would round away details of its shape. Its positions are therefore stored
+//! relative to its centre, and the transforms of its instances, which are f64, add the centre.
 
 use super::source_location::SourceLocation;
 use super::warnings::Warnings;
 use crate::scene::values::MAX_MAGNITUDE;
 use glam::DVec3;
 
-/// A file whose centre is at most this many times its half extent from 0 stores positions as they
-/// are: f32 rounds them to 2^-20 of the half extent or better, which is below what an image shows.
-/// Beyond, the loss grows without bound.
+/// Maximum distance of a file's centre from 0, in half extents, at which positions are stored as
+/// they are. f32 then rounds them to 2^-20 of the half extent or better, which is below what an
+/// image shows. Beyond it, the loss grows without bound.
 const MAX_DISTANCE: f64 = 16.0;
 
-/// As [`MAX_DISTANCE`], for files that are in single precision themselves: beyond, they are rounded
-/// by 2^-10 of the half extent.
+/// Maximum distance of the centre from 0, in half extents, for files that are in single precision
+/// themselves. Beyond it, they are rounded by 2^-10 of the half extent or more.
 const MAX_SINGLE_DISTANCE: f64 = 16384.0;
 
-/// Box around positions.
+/// Bounding box of positions.
 struct Bounds {
     low: DVec3,
     high: DVec3,
@@ -34,7 +34,7 @@ impl Bounds {
         0.5 * (self.low + self.high)
     }
 
-    /// Returns whether the centre is more than `limit` half extents from 0; `false` of no
+    /// Returns whether the centre is more than `limit` half extents from 0; `false` without
     /// positions.
     fn is_farther(&self, limit: f64) -> bool {
         let half = 0.5 * (self.high - self.low).max_element();
@@ -45,11 +45,11 @@ impl Bounds {
 /// Returns the point that all meshes of a file are stored relative to: 0, or the centre of
 /// `positions`, those that triangles use.
 ///
-/// One for the whole file: vertices that two meshes share stay at the same place, so that no crack
-/// opens between them.
+/// All meshes of a file share the origin, so vertices that two meshes share stay at the same place,
+/// and no crack opens between them.
 pub(super) fn choose(positions: impl Iterator<Item = [f64; 3]>) -> DVec3 {
     let bounds = Bounds::of(positions.map(DVec3::from));
-    // At the world's very border, rounding could carry a vertex across it.
+    // Close to the limit of coordinates, rounding could move a vertex beyond it.
     let inside = bounds.low.abs().max(bounds.high.abs()).max_element() <= 0.5 * MAX_MAGNITUDE;
     if inside && bounds.is_farther(MAX_DISTANCE) { bounds.center() } else { DVec3::ZERO }
 }
@@ -59,12 +59,12 @@ pub(super) fn relative(position: [f64; 3], origin: DVec3) -> [f32; 3] {
     (DVec3::from(position) - origin).as_vec3().into()
 }
 
-/// Warns of positions that a file has in single precision and too far from 0: no reader can restore
-/// their digits.
+/// Warns of positions that a file stores in single precision and too far from 0: no reader can
+/// restore their digits.
 pub(super) fn warn_of_single(positions: &[[f32; 3]], site: &SourceLocation, warnings: &mut Warnings) {
     let bounds = Bounds::of(positions.iter().map(|position| DVec3::from(position.map(f64::from))));
     if bounds.is_farther(MAX_SINGLE_DISTANCE) {
-        let what = "meshes in single precision far from the origin, whose digits are not in the file; export double \
+        let what = "meshes in single precision far from the origin, whose small details the file has lost; export double \
                     precision, or move the model to the origin first";
         warnings.tally(what, 1, &site.place);
     }
@@ -74,7 +74,7 @@ pub(super) fn warn_of_single(positions: &[[f32; 3]], site: &SourceLocation, warn
 mod tests {
     use super::*;
 
-    /// Two opposite corners of a cube with half edge 1.
+    /// Returns two opposite corners of a cube with half edge 1.
     fn cube(center: DVec3) -> [[f64; 3]; 2] {
         [(center - 1.0).into(), (center + 1.0).into()]
     }

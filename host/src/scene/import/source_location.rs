@@ -1,4 +1,4 @@
-//! Places in files, for errors.
+//! Places in files, for error messages.
 
 use super::files::Outside;
 use crate::scene::error::SceneError;
@@ -6,9 +6,9 @@ use crate::scene::error::SceneError;
 /// A place in a file.
 #[derive(Clone, Debug)]
 pub(super) struct SourceLocation<'a> {
-    /// The file, or what stands for it.
+    /// Path of the file, or the name that stands for it.
     pub file: &'a str,
-    /// The part of it, as the format's own words name it.
+    /// Part of the file, in the format's own words.
     pub place: String,
 }
 
@@ -17,7 +17,7 @@ impl<'a> SourceLocation<'a> {
         Self { file, place: place.into() }
     }
 
-    /// A part of this place.
+    /// Returns a part of this place.
     pub fn member(&self, name: &str) -> Self {
         Self::new(self.file, format!("{}.{name}", self.place))
     }
@@ -63,7 +63,8 @@ impl<'a> SourceLocation<'a> {
     }
 }
 
-/// Text of a file as messages show it: at most 100 characters, none that moves a terminal's cursor.
+/// Returns a file's text for messages: at most 100 characters, without control characters, which
+/// could act on a terminal.
 pub(super) fn shown(text: &str) -> String {
     let mut shown: String =
         text.chars().take(100).map(|letter| if letter.is_control() { '\u{fffd}' } else { letter }).collect();

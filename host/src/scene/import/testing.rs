@@ -1,4 +1,4 @@
-//! Small files for tests, and ways to break them.
+//! Small files for tests, and ways to damage them.
 
 use super::Files;
 use crate::scene::Rebase;
@@ -9,7 +9,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use std::collections::HashMap;
 use std::io::{Error, ErrorKind, Result};
 
-/// Files in memory.
+/// Files in memory, by path.
 #[derive(Debug, Default)]
 pub struct Memory(pub HashMap<&'static str, Vec<u8>>);
 
@@ -20,7 +20,7 @@ impl Files for Memory {
     }
 }
 
-/// A PNG file with 8 bits of red, green, blue and alpha.
+/// Returns a PNG file with 8 bits of red, green, blue and alpha.
 pub fn png(width: u32, height: u32, texels: &[[u8; 4]]) -> Vec<u8> {
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
@@ -29,7 +29,7 @@ pub fn png(width: u32, height: u32, texels: &[[u8; 4]]) -> Vec<u8> {
     bytes
 }
 
-/// The checksum of PNG's chunks.
+/// Returns the checksum of a PNG chunk.
 pub fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32, byte: &u8| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 })
@@ -37,7 +37,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, step)
 }
 
-/// A GLB file.
+/// Returns a GLB file.
 pub fn glb(json: &str, binary: Option<&[u8]>) -> Vec<u8> {
     let chunk = |kind: &[u8; 4], content: &[u8], filler: u8| {
         let mut content = content.to_vec();
@@ -51,17 +51,17 @@ pub fn glb(json: &str, binary: Option<&[u8]>) -> Vec<u8> {
     [b"glTF", &2u32.to_le_bytes()[..], &(chunks.len() as u32 + 12).to_le_bytes(), &chunks].concat()
 }
 
-/// The bytes of floats.
+/// Returns floats as bytes.
 pub fn floats(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// The bytes of short integers.
+/// Returns short integers as bytes.
 pub fn shorts(values: &[u16]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// Random numbers (splitmix64).
+/// Random number generator (splitmix64).
 pub struct Random(pub u64);
 
 impl Random {
@@ -73,7 +73,7 @@ impl Random {
         ((z ^ (z >> 31)) % end.max(1) as u64) as usize
     }
 
-    /// Changes some bytes, numbers or ranges of a file.
+    /// Changes random bytes, numbers or ranges of a file.
     pub fn mutate(&mut self, bytes: &mut Vec<u8>) {
         const WORDS: [&str; 16] = [
             "0",
@@ -108,7 +108,7 @@ impl Random {
                 }
                 5 => bytes[at..at + length].fill([0, 0x7f, 0x80, 0xff][self.below(4)]),
                 _ => {
-                    // A number in a text becomes another word.
+                    // Replace a number in a text by another word.
                     let digit = |byte: &u8| byte.is_ascii_digit();
                     let start = bytes[at..].iter().position(digit).map_or(at, |start| at + start);
                     let end =
@@ -132,9 +132,9 @@ pub fn far_vertices(prefix: &str) -> String {
     DETAILS.iter().map(|&detail| FAR + detail).map(|p| format!("{prefix}{} {} {}\n", p.x, p.y, p.z)).collect()
 }
 
-/// Moves [`FAR`] to the renderer's origin and returns the greatest error of a vertex there, rounded
-/// to f32 as the renderer has it, in shares of the model's size. The first instance shows
-/// [`DETAILS`] in their order.
+/// Moves [`FAR`] to the renderer's origin, and returns the largest error of a vertex there, rounded
+/// to f32 as in the renderer, relative to the model's size. The first instance shows [`DETAILS`] in
+/// their order.
 pub fn error_in_space(mut scene: Description) -> f64 {
     scene.move_to(Rebase { origin: FAR, scale: 1.0 }).unwrap();
     let instance = &scene.instances[0];
@@ -147,11 +147,12 @@ pub fn error_in_space(mut scene: Description) -> f64 {
     errors.fold(0.0, f64::max) / 1e-3
 }
 
-/// What f32 rounds a model of size 1 by, about its centre, and once more in the renderer.
+/// Rounding error of a model of size 1 that is rounded to f32 about its centre, and once more in
+/// the renderer.
 pub const ROUNDED: f64 = 1.0 / (1 << 22) as f64;
 
-/// Returns a scene with its positions rounded to f32 in the world's coordinates: the negative
-/// control of [`error_in_space`].
+/// Returns a scene with its positions rounded to f32 in world coordinates: the negative control of
+/// [`error_in_space`].
 pub fn rounded_in_world(mut scene: Description) -> Description {
     let instance = &mut scene.instances[0];
     let transform = std::mem::take(&mut instance.transform);

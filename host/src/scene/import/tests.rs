@@ -1,4 +1,4 @@
-//! Hostile files.
+//! Damaged and hostile files.
 
 use super::testing::{Memory, ROUNDED, Random, error_in_space, far_vertices, floats, glb, png, shorts};
 use super::{Parse, is_model, load, texture};
@@ -9,7 +9,7 @@ use crate::scene::{Includes, SceneDocument};
 use glam::DVec3;
 use std::path::Path;
 
-/// Checks what a description promises.
+/// Checks the invariants of a description.
 fn check(description: &Description) {
     for mesh in &description.meshes {
         let vertices = mesh.positions.len();
@@ -32,7 +32,8 @@ fn check(description: &Description) {
     assert!(description.cameras.iter().all(|(_, pose)| pose.look_from != pose.look_at));
 }
 
-/// Parses mutations of a file and of those beside it, then the file itself, which must be right.
+/// Parses mutations of a file and of the files beside it, then the file itself, which must be
+/// valid.
 fn mutate(file: &[u8], files: &[(&'static str, Vec<u8>)], rounds: usize, parse: Parse) {
     let mut random = Random(file.len() as u64);
     let mut usable = 0;
@@ -51,9 +52,9 @@ fn mutate(file: &[u8], files: &[(&'static str, Vec<u8>)], rounds: usize, parse: 
     check(&parse(file, "test", &mut Memory(files.iter().cloned().collect())).unwrap());
 }
 
-/// A GLB file with one of everything.
+/// Returns a GLB file with one of each construct.
 fn everything() -> Vec<u8> {
-    let mut data = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0]); // 48
+    let mut data = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0]); // 48 bytes so far
     data.extend(floats(&[0.0, 0.0, 1.0].repeat(4))); // 96
     data.extend(floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0])); // 128
     data.extend(shorts(&[0, 1, 2, 2, 1, 3, 1, 0])); // 144
@@ -140,7 +141,8 @@ fn extensions_choose_the_format() {
     std::fs::remove_dir_all(root).unwrap();
 }
 
-/// In a scene, whose transform comes after the file's own; each file stands where it says.
+/// Models far from the origin in a scene, whose transform comes after the file's own, and without
+/// one.
 #[test]
 fn far_models_of_a_scene_keep_their_shape() {
     let root = std::env::temp_dir().join(format!("trisect-import-far-{}", std::process::id()));

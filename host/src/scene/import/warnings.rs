@@ -1,11 +1,11 @@
-//! What is not done as a file asks.
+//! Warnings about parts of a file that are not rendered as the file asks.
 
 use std::collections::HashSet;
 
-/// More different warnings than this are not kept.
+/// Maximum number of different warnings that are kept.
 const MAX_WARNINGS: usize = 200;
 
-/// Collects warnings: each feature once, each kind of drop with its count.
+/// Collected warnings: each feature once, and each kind of changed data with its count.
 #[derive(Debug, Default)]
 pub(super) struct Warnings {
     texts: Vec<String>,
@@ -21,7 +21,7 @@ struct Tally {
 }
 
 impl Warnings {
-    /// Adds a warning, unless it has been there before.
+    /// Adds a warning, unless it was added before.
     pub fn once(&mut self, text: impl AsRef<str>) {
         let text = text.as_ref();
         if self.texts.len() > MAX_WARNINGS || self.seen.contains(text) {
@@ -35,7 +35,7 @@ impl Warnings {
         self.texts.push(text.to_owned());
     }
 
-    /// Adds to the count of `what`: a plural and what is done to them.
+    /// Adds `count` to the tally of `what`: a plural noun, and what is done to these things.
     pub fn tally(&mut self, what: &'static str, count: u64, place: &str) {
         if count == 0 {
             return;
@@ -46,7 +46,7 @@ impl Warnings {
         }
     }
 
-    /// All of them as text.
+    /// Returns all warnings as text.
     pub fn finish(mut self) -> Vec<String> {
         let tallies = self.tallies.iter();
         self.texts.extend(

@@ -1,4 +1,4 @@
-//! A panorama with its alias table.
+//! Lowers a panorama (environment map) to texels with an alias table.
 
 use super::super::Environment;
 use crate::alias;
@@ -8,15 +8,17 @@ use glam::Vec3;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::math::luminance;
 
-/// Bytes of each texel while the table is made: radiance, luminance, weights, the table's own and
-/// the records.
+/// Bytes per texel while the table is built: radiance, luminance, weights, the table's own memory
+/// and the records.
 const BYTES_PER_TEXEL: u64 = 72;
 
-/// Panoramas that need no more are made without asking the system for its memory.
+/// Panoramas that need at most this many bytes are lowered without asking the system for its free
+/// memory.
 const SMALL: u64 = 64 << 20;
 
-/// Chances follow the luminance of the interpolated panorama times the solid angle of a texel, so that each direction with
-/// radiance can be chosen.
+/// Builds the texels of a panorama. Each is sampled with a probability proportional to the
+/// luminance of the interpolated panorama times the texel's solid angle, so that each direction
+/// with radiance can be sampled.
 pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environment, String> {
     let (width, height) = (image.width as usize, image.height as usize);
     if width == 0 || height == 0 || image.pixels.len() != width * height || image.pixels.len() > 1 << 30 {
@@ -46,7 +48,8 @@ pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environm
     for y in 0..height {
         let angle = std::f64::consts::PI * (y as f64 + 0.5) / height as f64;
         for x in 0..width {
-            // The mean over a texel of what bilinear interpolation makes: 3/4 its own, 1/8 each neighbour's, both ways.
+            // Mean of the bilinear interpolation over a texel: 3/4 of its own value, 1/8 of each
+            // neighbour's, in both directions.
             let across = |row: usize| {
                 let at = |column: usize| lum[row * width + column];
                 0.75 * at(x) + 0.125 * (at((x + width - 1) % width) + at((x + 1) % width))
@@ -70,7 +73,7 @@ pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environm
 }
 
 impl Environment {
-    /// Whether nothing comes from it.
+    /// Returns whether the panorama has no radiance.
     pub fn is_black(&self) -> bool {
         self.texels.iter().all(|texel| texel.pdf == 0.0)
     }

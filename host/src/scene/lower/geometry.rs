@@ -1,6 +1,7 @@
-//! Shapes, and meshes baked into the world.
+//! Lowers shapes, and bakes mesh instances into world space.
 //!
-//! Instances are baked: 112 bytes and a BVH node of 64 for each triangle of each instance, for a traversal without transforms.
+//! Baking takes 112 bytes and a BVH node of 64 bytes for each triangle of each instance; traversal
+//! then needs no transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
 use super::super::memory_budget::MemoryBudget;
@@ -11,7 +12,8 @@ use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// A vertex may be so far from 0: products of three coordinates, which the triangle's test makes, stay finite in f32.
+/// Maximum coordinate of a vertex: products of three coordinates, which the triangle test computes,
+/// stay finite in f32.
 const MAX_VERTEX: f64 = 1e12;
 
 #[derive(Default)]
@@ -37,10 +39,14 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
 
 fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mesh, String> {
     let (index, count) = (instance.mesh, description.meshes.len());
-    description.meshes.get(index).ok_or_else(|| format!("an instance of mesh {index}, there are {count}"))
+    description
+        .meshes
+        .get(index)
+        .ok_or_else(|| format!("an instance refers to mesh {index}, but there are {count} meshes"))
 }
 
-/// Whether there is memory for all triangles. Looking at each of them may take long: this comes first.
+/// Checks that there is memory for all triangles. This comes before the triangles are read, which
+/// may take long.
 pub(in crate::scene) fn check_memory(description: &Description) -> Result<(), String> {
     let mut room = MemoryBudget::default();
     description.instances.iter().try_for_each(|instance| room.place(mesh(description, instance)?))
@@ -59,7 +65,7 @@ impl Geometry {
             ShapeKind::Quad { corner, u, v } => self.flats.push(flat(QUAD, *corner, *u, *v, material)),
             ShapeKind::Disc { center, normal, radius } => {
                 let (u, v) = normal.normalize().any_orthonormal_pair();
-                // any_orthonormal_pair says nothing of its handedness.
+                // The handedness of `any_orthonormal_pair` is not documented.
                 let v = if u.cross(v).dot(*normal) > 0.0 { v } else { -v };
                 self.flats.push(flat(DISC, *center, u * *radius, v * *radius, material));
             }
@@ -89,12 +95,12 @@ impl Geometry {
         for corners in &mesh.triangles {
             let [a, mut b, mut c] = corners.map(|i| i as usize);
             if mirrored {
-                std::mem::swap(&mut b, &mut c); // the front stays the front
+                std::mem::swap(&mut b, &mut c); // keeps the front
             }
             let (Some(&pa), Some(&pb), Some(&pc)) = (positions.get(a), positions.get(b), positions.get(c))
             else {
                 return Err(format!(
-                    "mesh \"{}\": a triangle has vertex {}, there are {}",
+                    "mesh \"{}\": a triangle has vertex {}, but there are {} vertices",
                     mesh.name,
                     a.max(b).max(c),
                     positions.len()
@@ -102,7 +108,8 @@ impl Geometry {
             };
             let material = mesh.material as u32;
             let triangle = Triangle { a: pa, material, b: pb, instance: number, c: pc, pad1: 0 };
-            // By the very arithmetic of the kernels: they divide by its length. It does not depend on the triangle's size.
+            // Tested with the kernels' own arithmetic, because they divide by this length. It does
+            // not depend on the triangle's size.
             let square = triangle.normal().length_squared();
             if !(square > Triangle::MIN_SQUARE && square.is_finite()) {
                 flat += 1;
@@ -135,15 +142,16 @@ impl Geometry {
     }
 }
 
-/// What turns normals where `matrix` turns points: its inverse transposed, up to a factor; of the cofactors, which exist for
-/// singular matrices, too.
+/// Returns the matrix that transforms normals where `matrix` transforms points: its inverse
+/// transpose up to a positive factor, from cofactors, which singular matrices have too.
 fn normal_matrix(matrix: DMat3) -> DMat3 {
     let (x, y, z) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
     if matrix.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
 }
 
-/// `corner` (a disc's centre), and the edges in f64, so that only the record is rounded.
+/// Returns the record of a quad or disc; `corner` is a disc's centre. The edges are f64, so that
+/// only the record is rounded.
 fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Planar {
     let normal = u.cross(v);
     let square = normal.length_squared();

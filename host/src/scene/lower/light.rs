@@ -1,10 +1,11 @@
-//! Lights without extent.
+//! Lowers lights without extent.
 
 use super::super::description::PunctualLight;
 use super::unit;
 use trisect_shared::light::{DIRECTIONAL, Light, POINT};
 
-/// A row of the light table whose chances are not known yet.
+/// Returns the record of a light; `crate::lights` fills in its probability and its row of the alias
+/// table.
 pub(super) fn lower(light: &PunctualLight) -> Light {
     let mut record: Light = bytemuck::Zeroable::zeroed();
     record.kind = POINT;
@@ -18,7 +19,8 @@ pub(super) fn lower(light: &PunctualLight) -> Light {
             record.position = position.as_vec3();
             record.intensity = intensity.as_vec3();
             record.axis = unit(*direction);
-            // KHR_lights_punctual: scale = 1 / max(0.001, cos inner - cos outer), offset = -cos outer · scale.
+            // KHR_lights_punctual: scale = 1 / max(0.001, cos inner - cos outer), offset = -cos
+            // outer · scale.
             let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
             record.cone_scale = scale as f32;
             record.cone_offset = (-outer.cos() * scale) as f32;

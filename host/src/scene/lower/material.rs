@@ -1,4 +1,4 @@
-//! Materials.
+//! Lowers materials.
 
 use super::super::description::{
     Alpha, ConductorFresnel, Material as Described, Surface, TextureImage, TextureUse,
@@ -13,7 +13,8 @@ use trisect_shared::math::luminance;
 use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 use trisect_shared::texture::NO_TEXTURE;
 
-/// The record; its `light_pdf` holds, until the light table is made, the luminance that the mean texel emits.
+/// Returns the record of a material. Until the light table is built, `light_pdf` holds the
+/// luminance of the mean emission, twice that if both sides emit.
 pub(super) fn lower(
     m: &Described,
     images: &[TextureImage],
@@ -37,7 +38,7 @@ pub(super) fn lower(
             record.ior = *ior as f32;
         }
         Surface::RoughDielectric { ior, roughness } => {
-            // Below the least alpha its boundary is smooth.
+            // Below the minimum alpha its boundary is smooth.
             let rough = (*roughness * *roughness) as f32 >= MIN_ROUGH_ALPHA;
             record.kind = if rough { ROUGH_DIELECTRIC } else { DIELECTRIC };
             record.ior = *ior as f32;
@@ -79,7 +80,7 @@ pub(super) fn lower(
     }
     record.opacity = m.opacity as f32;
     match m.alpha {
-        // Opaque after all: the scene needs no kernel for holes.
+        // Opaque materials have no flag, so the scene needs no kernel for holes.
         Alpha::Opaque => {}
         Alpha::Blend if m.opacity == 1.0 && m.base_color_texture.is_none() => {}
         Alpha::Mask { cutoff } => {

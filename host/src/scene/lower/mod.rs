@@ -1,4 +1,5 @@
-//! From a description to device records: f64 to f32, transforms applied, images packed.
+//! Lowers a description to the device records of a [`Scene`]: applies transforms, packs images, and
+//! rounds f64 to f32.
 
 mod environment;
 mod geometry;
@@ -15,7 +16,8 @@ use super::{CameraPose, Scene};
 use glam::{DVec3, Vec3};
 use trisect_shared::sky::Sky;
 
-/// Makes the records of a described scene; its first camera is the one to use. `name` stands for the file in messages.
+/// Makes the records of a description; its first camera is used. `name` stands for the file in
+/// messages.
 pub(super) fn lower(
     description: &Description,
     image: &ImageSettings,
@@ -67,12 +69,12 @@ fn uniform(radiance: Vec3) -> Sky {
     Sky { bottom: radiance, pad0: 0, top: radiance, pad1: 0 }
 }
 
-/// The unit vector along `v`, in f32.
+/// Returns the unit vector along `v`, in f32.
 fn unit(v: DVec3) -> Vec3 {
     v.normalize_or_zero().as_vec3()
 }
 
-/// A camera that sees the whole of a ball, from above and in front of it.
+/// Returns a camera that sees a whole ball from above and in front.
 pub(super) fn camera_for(center: DVec3, radius: f64) -> CameraPose {
     let vertical_fov = 40f64.to_radians();
     let distance = 1.1 * radius / (0.5 * vertical_fov).sin();

@@ -1,4 +1,4 @@
-//! Images as texels in half precision, all in one array.
+//! Packs images into one array of texels in half precision.
 
 use super::super::description::{Filter, Texels, TextureImage, TextureUse, Wrap};
 use crate::metrics::srgb;
@@ -6,23 +6,28 @@ use half::f16;
 use std::collections::HashMap;
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture};
 
-/// The textures and texels so far. Each image is packed once, each way of reading it listed once.
+/// Textures and texels so far. Each image is packed once, and each way of reading it is listed
+/// once.
 #[derive(Default)]
 pub(super) struct Packer {
     pub textures: Vec<Texture>,
     pub texels: Vec<Texel>,
     first: HashMap<usize, u32>,
-    /// The textures by what their records are.
+    /// Index of each texture by the bytes of its record.
     known: HashMap<Vec<u8>, u32>,
-    /// Of images, by their first texels.
+    /// Mean texel of each image by the index of its first texel.
     means: HashMap<u32, [f64; 3]>,
 }
 
 impl Packer {
-    /// Index of the texture that reads `use_`.
+    /// Returns the index of the texture that reads `use_`, and adds it at its first use.
     pub fn add(&mut self, use_: &TextureUse, images: &[TextureImage]) -> Result<u32, String> {
         let Some(image) = images.get(use_.image) else {
-            return Err(format!("a texture reads image {}, there are {}", use_.image, images.len()));
+            return Err(format!(
+                "a texture reads image {}, but there are {} images",
+                use_.image,
+                images.len()
+            ));
         };
         let first = match self.first.get(&use_.image) {
             Some(&first) => first,
@@ -86,7 +91,7 @@ impl Packer {
         Ok(first as u32)
     }
 
-    /// The mean of the texels of texture `index`, by channel.
+    /// Returns the mean of the texels of texture `index`, by channel.
     pub fn mean(&mut self, index: u32) -> [f64; 3] {
         let Some(t) = self.textures.get(index as usize) else { return [1.0; 3] };
         if let Some(&mean) = self.means.get(&t.first) {
@@ -104,7 +109,8 @@ impl Packer {
     }
 }
 
-/// Rounded to half precision; below its normal numbers (6.1e-5), and for NaN, 0, above its greatest (65,504) that.
+/// Rounds a texel to half precision. Values below the normal numbers (6.1e-5) and NaN become 0;
+/// values above the maximum (65,504) become the maximum.
 fn texel(channels: [f32; 4]) -> Texel {
     let half = |x: f32| {
         let h = f16::from_f32(x.clamp(0.0, 65504.0));
@@ -130,7 +136,7 @@ mod tests {
             transform: DAffine2::from_translation(DVec2::new(f64::from(offset), 0.0)),
         };
         let mut packer = Packer::default();
-        // So many that comparing each with each would take minutes, and a mean of each as well.
+        // So many that comparing each with each, or a mean for each, would take minutes.
         for offset in (0..200_000).chain([7, 199_999]) {
             let index = packer.add(&at(offset), &images).unwrap();
             assert_eq!(index, offset);

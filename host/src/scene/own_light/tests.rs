@@ -1,5 +1,4 @@
-//! Models as they come: bodies with lamps on them, rooms with lamps in them, lights in lux and
-//! candela.
+//! Typical models: bodies with lamps on them, rooms with lamps in them, lights in lux and candela.
 
 use super::*;
 use crate::scene::description::{Alpha, Filter, Instance, Surface, TextureUse, Wrap};
@@ -19,7 +18,7 @@ fn material(emission: f64, both_sides: bool) -> Material {
     }
 }
 
-/// A cube of half width 1, its faces outwards, or inwards as a room's.
+/// Returns a cube of half width 1 whose faces point outwards, or inwards like those of a room.
 fn cube(inwards: bool, material: usize) -> Mesh {
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 });
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
@@ -46,18 +45,18 @@ fn body(material: Material, lights: Vec<PunctualLight>) -> OwnLight {
 #[test]
 fn lamps_on_a_body_do_not_light_it() {
     assert_eq!(body(material(0.0, false), vec![]), OwnLight::Nothing);
-    // However bright: a convex body gets nothing of its own light, on its front.
+    // However bright it is, a convex body does not light its own front.
     for emission in [1e-3, 1.0, 1000.0] {
         assert_eq!(body(material(emission, false), vec![]), OwnLight::Little);
         assert_eq!(body(material(emission, true), vec![]), OwnLight::Little);
     }
-    // A material that no mesh has is no lamp.
+    // A material that no mesh uses is not a lamp.
     let mut unused = model(vec![(cube(false, 0), DAffine3::IDENTITY)], vec![material(0.0, false); 2], vec![]);
     unused.materials[1].emission = DVec3::ONE;
     assert_eq!(OwnLight::of(&unused), OwnLight::Nothing);
 }
 
-/// A room whose lamp, a cube, is as bright as `emission`.
+/// Returns a room with a lamp, a cube of radiance `emission`.
 fn room(emission: f64) -> Description {
     let lamp = DAffine3::from_scale_rotation_translation(
         DVec3::splat(0.2),
@@ -72,7 +71,7 @@ fn room(emission: f64) -> Description {
 fn a_lamp_lights_its_room_if_it_is_bright_enough() {
     assert_eq!(OwnLight::of(&room(15.0)), OwnLight::Enough);
     assert_eq!(OwnLight::of(&room(0.1)), OwnLight::Little);
-    // Mirrored, the front stays the front; and the unit of length does not matter.
+    // Mirroring keeps the front, and the unit of length does not matter.
     for scale in [DVec3::new(-1.0, 1.0, 1.0), DVec3::splat(1e6), DVec3::splat(1e-6)] {
         for (emission, want) in [(15.0, OwnLight::Enough), (0.1, OwnLight::Little)] {
             let mut scaled = room(emission);
@@ -82,13 +81,13 @@ fn a_lamp_lights_its_room_if_it_is_bright_enough() {
             assert_eq!(OwnLight::of(&scaled), want, "{scale}");
         }
     }
-    // Seen from outside, the room is a body with a lamp in it.
+    // With its faces outwards, the room is a body with a lamp inside.
     let mut closed = room(15.0);
     closed.meshes[0] = cube(false, 0);
     assert_eq!(OwnLight::of(&closed), OwnLight::Little);
 }
 
-/// The mean of an emissive texture counts, not that it has a bright texel.
+/// The mean of an emissive texture decides, not its brightest texel.
 #[test]
 fn a_bright_texel_is_no_lamp() {
     let mut texels = vec![[0, 0, 0, 255]; 1024];
@@ -106,7 +105,8 @@ fn a_bright_texel_is_no_lamp() {
     };
     assert_eq!(textured(Texels::Srgb8(texels.clone())), OwnLight::Little);
     assert_eq!(textured(Texels::Linear8(vec![[255; 4]; 1024])), OwnLight::Enough);
-    // 128 of sRGB is a linear 0.22: with it 15 is 3.2, and a linear 128 is 7.5.
+    // An sRGB value of 128 is 0.22 in linear light: emission 15 becomes 3.2, and 7.5 with a linear
+    // 128.
     let (linear, srgb) = (Texels::Linear8(vec![[128; 4]; 1]), Texels::Srgb8(vec![[128; 4]; 1]));
     let means = [linear, srgb, Texels::Float(vec![[0.25, 0.5, 1.0, 0.0]; 3])]
         .map(|texels| mean(&TextureImage { name: String::new(), width: 1, height: 1, texels }));
@@ -138,7 +138,7 @@ fn lights_in_lux_and_candela_carry_an_image() {
         (sun(0.0), OwnLight::Nothing),
         (point(800.0, 3.0), OwnLight::Enough),
         (point(800.0, 1000.0), OwnLight::Little),
-        // Within the body: its front gets nothing.
+        // Inside the body: its front gets nothing.
         (point(800.0, 0.0), OwnLight::Little),
         (spot(DVec3::NEG_Y, 0.6), OwnLight::Enough),
         (spot(DVec3::NEG_Y, 0.05), OwnLight::Little),
@@ -148,7 +148,7 @@ fn lights_in_lux_and_candela_carry_an_image() {
     }
 }
 
-/// Against the irradiance of a square lamp, in closed form on its axis.
+/// Compares points with the closed form for the irradiance of a square lamp, on its axis.
 #[test]
 fn points_stand_for_their_area() {
     let lamp = DAffine3::from_scale(DVec3::new(1.0, 1e-9, 1.0));
@@ -165,6 +165,7 @@ fn points_stand_for_their_area() {
     let factor = 4.0 * 2.0 / (2.0 * PI) * (1.0 / side) * (1.0 / side).atan();
     assert!((at(h, DVec3::NEG_Y) / (3.0 * PI * factor) - 1.0).abs() < 0.02, "{}", at(h, DVec3::NEG_Y));
     assert_eq!(at(h, DVec3::Y), 0.0);
-    // However near, it is that of an infinite lamp at most, with what a point's disc has beside it.
+    // However near, the irradiance is at most that of an infinite lamp, plus the error of
+    // representing the surface by discs.
     assert!(at(1e-3, DVec3::NEG_Y) < 1.5 * 3.0 * PI);
 }

@@ -3,7 +3,7 @@ use super::super::description::{Instance, Mesh, Texels};
 use super::*;
 use glam::DAffine3;
 
-/// Stands for the files; remembers which were asked for.
+/// Stands for the file system; records the files that were requested.
 #[derive(Default)]
 struct Files {
     asked: Vec<String>,
@@ -161,7 +161,7 @@ fn textures_are_read_once_for_each_meaning() {
     assert!(matches!(scene.images[1].texels, Texels::Linear8(_)));
     let base = scene.materials[0].base_color_texture.as_ref().unwrap();
     assert_eq!((base.image, base.wrap, base.filter), (0, [Wrap::Clamp; 2], Filter::Linear));
-    // KHR_texture_transform's example: the lower left quadrant, turned clockwise by 90 degrees.
+    // Example of KHR_texture_transform: the lower left quadrant, turned clockwise by 90 degrees.
     let image = |u, v| base.transform.transform_point2(DVec2::new(u, v));
     assert_eq!([image(0.0, 0.0), image(1.0, 0.0)], [DVec2::new(0.0, 1.0), DVec2::new(0.0, 0.5)]);
     assert_eq!(image(1.0, 1.0), DVec2::new(0.5, 0.5));
@@ -210,7 +210,7 @@ fn a_model_is_read_once_and_stands_often() {
     );
     let scene = result.unwrap().0;
     assert_eq!(asked.iter().filter(|path| *path == "at/m.glb").count(), 2, "the model and its image");
-    // red, two of m, two of n; o's own are never seen.
+    // red, two of m, two of n; the materials of o are never seen.
     let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
     assert_eq!(names, ["red", "first", "second", "first", "second"]);
     assert_eq!(scene.images.len(), 3);
@@ -221,7 +221,7 @@ fn a_model_is_read_once_and_stands_often() {
     assert!(matches!(&of_n.surface, Surface::MetallicRoughness {
             metallic_roughness_texture: Some(a), transmission_texture: Some(b), ..
         } if a.image == 2 && b.image == 2));
-    // m in red, m as it is, n, o in red.
+    // m in red, m in its own materials, n, o in red.
     let materials: Vec<usize> = scene.meshes.iter().map(|mesh| mesh.material).collect();
     assert_eq!(materials, [0, 0, 2, 1, 4, 3, 0, 0]);
     let meshes: Vec<usize> = scene.instances.iter().map(|instance| instance.mesh).collect();
@@ -229,7 +229,7 @@ fn a_model_is_read_once_and_stands_often() {
     let origin = |index: usize| scene.instances[index].transform.translation;
     assert_eq!([origin(0), origin(1)], [DVec3::X, DVec3::new(0.0, 2.0, 0.0)]);
     assert_eq!(origin(2), DVec3::new(1.0, 0.0, 1.0));
-    // Of each file one of its own and one about the mesh that is scaled to nothing.
+    // For each file, its own warning and one about the mesh that is scaled to nothing.
     assert_eq!(scene.warnings.len(), 6);
     assert_eq!(scene.warnings.iter().filter(|warning| warning.contains("no animations")).count(), 3);
     assert!(
@@ -237,7 +237,7 @@ fn a_model_is_read_once_and_stands_often() {
     );
     assert_eq!(scene.lights.len(), 5);
     assert_eq!(scene.lights[1], PunctualLight::Directional { direction: DVec3::Y, irradiance: DVec3::ONE });
-    // The file's own camera comes first.
+    // The scene file's own camera comes first.
     assert_eq!((scene.cameras.len(), scene.cameras[0].0.as_str()), (11, "camera"));
 }
 
@@ -274,18 +274,52 @@ fn faults_in_other_files_are_placed() {
     }
 }
 
+/// Returns the contents of a page's fences that begin with the line `start`.
+fn fences<'a>(page: &'a str, start: &str) -> Vec<&'a str> {
+    page.split(start).skip(1).filter_map(|rest| rest.split("```").next()).collect()
+}
+
+/// Returns a scene of whole top-level fields, with the required fields that they lack.
+fn completed(fields: &str) -> String {
+    let required = ["version: 1,", "image: (width: 8, height: 8),", CAMERA, "materials: {},", "objects: [],"];
+    let is_missing = |line: &&str| {
+        let name = line.split_inclusive(':').next().unwrap();
+        !fields.lines().any(|field| field.starts_with(name))
+    };
+    let missing: Vec<&str> = required.into_iter().filter(is_missing).collect();
+    format!("Scene(\n{}\n{fields})", missing.join("\n"))
+}
+
+/// Complete scenes (`ron` fences) and fields of scenes (`ron fragment` fences) in the reference of
+/// the scene format, and its example of an error.
 #[test]
 fn the_documented_scenes_are_read() {
-    let document = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenes.md"));
-    let blocks: Vec<&str> =
-        document.split("```ron\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
-    let [minimal, space, textured] = blocks[..] else { panic!("{} blocks", blocks.len()) };
-    format::parse(minimal, "minimal.ron").unwrap();
-    with(CAMERA, &format!("{textured} objects: []")).0.unwrap();
-    with(CAMERA, &format!("{space} materials: {{}}, objects: []")).0.unwrap();
-    // The example of an error is what the program says.
-    let example =
-        document.split("```text\nerror: ").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/scene-format");
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let mut counts = [0; 2];
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let page = entry.unwrap().file_name().into_string().unwrap();
+        if !page.ends_with(".md") {
+            continue;
+        }
+        let content = text(&page);
+        let complete = fences(&content, "```ron\n").into_iter().map(str::to_owned);
+        let fragments = fences(&content, "```ron fragment\n").into_iter().map(completed);
+        for (kind, scene) in complete.map(|scene| (0, scene)).chain(fragments.map(|scene| (1, scene))) {
+            let described = format::parse(&scene, &page)
+                .and_then(|file| describe(&file, &Folder::new("at".into()), &mut Files::default()));
+            described.unwrap_or_else(|error| panic!("{error}\n{scene}"));
+            counts[kind] += 1;
+        }
+    }
+    assert!(counts[0] >= 1 && counts[1] >= 20, "complete scenes and fragments: {counts:?}");
+
+    let overview = text("README.md");
+    let minimal = fences(&overview, "```ron\n")[0];
+    assert_eq!(minimal, text("pictures/minimal.ron"));
+    // The page shows the message of the program.
+    let limits = text("errors-and-limits.md");
+    let example = fences(&limits, "```text\nerror: ")[0];
     let broken = minimal.replacen("material: \"glass\"", "material: \"glas\"", 1);
     let error = format::parse(&broken, "scene.ron").expect_err("unknown").to_string();
     assert_eq!(error, example.trim_end());

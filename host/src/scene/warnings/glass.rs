@@ -1,8 +1,9 @@
-//! Lights without extent and smooth glass: paths cross it by chance, and never find such a light.
+//! Warns of smooth glass that blocks lights without extent. A path crosses such glass only by
+//! sampling the glass, and a sampled direction never hits such a light.
 //!
-//! The shadow of a ball is expected. What is not: a pane that turns the sun off, and things within
-//! glass that no light reaches. The search is rough: meshes are their boxes, and what is between
-//! light and glass is not looked at.
+//! The shadow of a glass ball is expected. Not expected are a pane that turns the sun off, and
+//! objects inside glass that no light reaches. The search is rough: meshes are their boxes, and
+//! objects between light and glass are ignored.
 
 use crate::precision::names;
 use crate::scene::description::{
@@ -11,25 +12,25 @@ use crate::scene::description::{
 use glam::{DMat3, DVec3, Vec3};
 use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 
-/// Maximum numbers of lights, of pieces of glass and of other things that are looked at.
+/// Maximum numbers of lights, pieces of glass and other objects that are examined.
 const MAX_LIGHTS: usize = 16;
 const MAX_GLASS: usize = 64;
 const MAX_THINGS: usize = 4096;
 
-/// A block whose shortest edge is at most this share of the next is a pane.
+/// Maximum length of a pane's shortest edge, relative to its next edge.
 const PANE: f64 = 0.1;
 
-/// Thickness of what is flat, relative to its size.
+/// Thickness of flat objects, relative to their size.
 const FLAT: f64 = 1e-6;
 
-/// The form of a thing.
+/// Approximate shape of an object.
 #[derive(Clone, Copy, Debug)]
 enum Form {
     Ball {
         center: DVec3,
         radius: f64,
     },
-    /// A parallelepiped; what is flat has a thin one.
+    /// A parallelepiped; a thin one for flat objects.
     Block {
         corner: DVec3,
         edges: [DVec3; 3],
@@ -55,7 +56,7 @@ impl Form {
         }
     }
 
-    /// The box of a mesh in the world.
+    /// Returns the box around a mesh in the world.
     fn of_mesh(mesh: &Mesh, instance: &Instance) -> Self {
         let points = mesh.positions.iter().map(|&p| Vec3::from(p).as_dvec3());
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -67,7 +68,7 @@ impl Form {
         Self::Block { corner: instance.transform.transform_point3(low), edges }
     }
 
-    /// The block of a box's sides.
+    /// Returns the block that a box's sides enclose.
     fn of_sides(sides: &[&ShapeKind]) -> Option<Self> {
         let edges_of = |kind: &ShapeKind| match *kind {
             ShapeKind::Quad { corner, u, v } => Some((corner, u, v)),
@@ -77,7 +78,7 @@ impl Form {
         let depth = |edge: DVec3| edge.dot(u.cross(v).normalize_or_zero()).abs();
         let all = sides.iter().filter_map(|kind| edges_of(kind));
         let third = all.flat_map(|(_, u, v)| [u, v]).max_by(|a, b| depth(*a).total_cmp(&depth(*b)))?;
-        // Into the box, whichever way that edge goes on its side.
+        // Pointed into the box, because the edge may point either way on its side.
         let centers = sides.iter().filter_map(|kind| edges_of(kind)).map(|(c, u, v)| c + 0.5 * (u + v));
         let middle = centers.sum::<DVec3>() / sides.len() as f64;
         let third = if third.dot(middle - corner) < 0.0 { -third } else { third };
@@ -98,7 +99,7 @@ impl Form {
         }
     }
 
-    /// Returns whether a point is well inside.
+    /// Returns whether a point is inside, by a margin of 1 %.
     fn contains(&self, point: DVec3) -> bool {
         match *self {
             Self::Ball { center, radius } => point.distance(center) < 0.99 * radius,
@@ -114,7 +115,8 @@ impl Form {
         }
     }
 
-    /// The points of a pane that are looked through, and its normal; none of what is no pane.
+    /// Returns the points of a pane through which it is tested, and its normal; `None` if this is
+    /// not a pane.
     fn pane(&self) -> Option<([DVec3; 5], DVec3)> {
         let (center, u, v) = match *self {
             Self::Ball { .. } => return None,
@@ -135,7 +137,7 @@ impl Form {
         Some((points.map(|(a, b)| center + u * a + v * b), u.cross(v).normalize_or_zero()))
     }
 
-    /// Returns whether a ray meets it at a distance of more than `least`.
+    /// Returns whether a ray meets the form at a distance of more than `least`.
     fn is_hit(&self, origin: DVec3, direction: DVec3, least: f64) -> bool {
         match *self {
             Self::Ball { center, radius } => {
@@ -173,7 +175,7 @@ fn block_is_hit(corner: DVec3, edges: [DVec3; 3], origin: DVec3, direction: DVec
     near <= far && far.is_finite()
 }
 
-/// Returns whether a material lets light through that no path can be connected to.
+/// Returns whether a material transmits light, but a path on it cannot be connected to a light.
 fn is_smooth_glass(material: &Material) -> bool {
     let smooth = |roughness: f64| roughness * roughness < f64::from(MIN_ROUGH_ALPHA);
     let clear = match material.surface {
@@ -187,7 +189,7 @@ fn is_smooth_glass(material: &Material) -> bool {
     clear && material.alpha == Alpha::Opaque
 }
 
-/// Glass by its name, and all other things.
+/// Returns the pieces of glass with their names, and all other objects.
 fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
     let is_glass = |material: usize| scene.materials.get(material).is_some_and(is_smooth_glass);
     let (mut glass, mut things) = (Vec::new(), Vec::new());
@@ -197,7 +199,7 @@ fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
             continue;
         }
         let object = scene.shape_objects.get(index);
-        // A box's sides follow each other.
+        // A box's sides are consecutive.
         if index > 0 && object.is_some() && scene.shape_objects.get(index - 1) == object {
             continue;
         }
@@ -222,7 +224,7 @@ fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
     (glass, things)
 }
 
-/// Returns whether a light shines on a point, and in which direction; the length is 1.
+/// Returns the unit direction of a light at a point, if it shines there.
 fn direction(light: &PunctualLight, point: DVec3) -> Option<DVec3> {
     match *light {
         PunctualLight::Directional { direction, .. } => Some(direction),
@@ -234,7 +236,7 @@ fn direction(light: &PunctualLight, point: DVec3) -> Option<DVec3> {
     }
 }
 
-/// Returns whether glass keeps a light from something.
+/// Returns whether glass keeps a light from an object.
 fn keeps_from(light: &PunctualLight, glass: &Form, things: &[Form]) -> bool {
     let position = match light {
         PunctualLight::Directional { .. } => None,
@@ -243,7 +245,7 @@ fn keeps_from(light: &PunctualLight, glass: &Form, things: &[Form]) -> bool {
     if let Form::Disc { center, normal, radius } = *glass
         && radius >= crate::scene::values::MAX_MAGNITUDE
     {
-        // A plane without end, such as water: what lies on its other side.
+        // An infinite plane, such as water: objects on its other side.
         let side = position.map_or_else(
             || direction(light, center).map_or(0.0, |along| -along.dot(normal)),
             |position| (position - center).dot(normal),
@@ -266,7 +268,8 @@ fn keeps_from(light: &PunctualLight, glass: &Form, things: &[Form]) -> bool {
     })
 }
 
-/// Returns a line if smooth glass keeps a light without extent from what is behind it or within it.
+/// Returns a warning if smooth glass keeps a light without extent from objects behind it or within
+/// it.
 pub(super) fn in_the_way(scene: &Description) -> Option<String> {
     let lights = scene.lights.iter().enumerate();
     let mut lights =

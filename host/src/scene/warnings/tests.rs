@@ -1,6 +1,6 @@
 use crate::scene::SceneDocument;
 
-/// A scene of a floor 10 x 10 with more.
+/// Returns the warnings about a scene with a floor of 10 x 10 and the given parts.
 fn scene(sky: &str, lights: &str, objects: &str) -> Vec<String> {
     let text = format!(
         "Scene(version: 1, image: (width: 8, height: 4),
@@ -31,7 +31,7 @@ fn a_scene_without_light() {
             "{said:?}"
         );
     }
-    // An emitting material that nothing is made of is in each of them, and does not count.
+    // Each scene also has an emitting material that no object uses, which does not count.
     for (sky, lights, object) in [(bright, "", "grey"), ("", point, "grey"), ("", "", "lamp")] {
         assert!(scene(sky, lights, &ball(object)).is_empty(), "{sky} {lights} {object}");
     }
@@ -59,14 +59,14 @@ fn a_pane_turns_a_light_off() {
             );
             assert!(scene("", light, &glass.replace("glass", "frost")).is_empty(), "{glass}");
         }
-        // Light that has an extent, or comes from the sky, gets through.
+        // Light from objects and from the sky passes the glass.
         let lamp = format!("{glass}, Sphere(center: (0, 4, 4), radius: 0.1, material: \"lamp\")");
         assert!(
             scene("", "", &lamp).is_empty()
                 && scene("sky: Uniform(radiance: (1, 1, 1)),", "", glass).is_empty()
         );
     }
-    // A spot that looks elsewhere, and a sun that shines away from the floor.
+    // A spot that points elsewhere, and a sun that shines away from the floor.
     let spot = "Spot(position: (0, 1, 4), direction: (0, 0, 1), intensity: (9, 9, 9), outer_angle: 30)";
     assert!(scene("", spot, quad).is_empty());
     assert!(scene("", "Directional(direction: (0, 1, -1), irradiance: (3, 3, 3))", quad).is_empty());
@@ -78,7 +78,7 @@ fn solid_glass_on_a_floor_is_no_pane() {
     let block = "Box(min: (-1, 0, -1), max: (1, 2, 1), transform: [RotateY(30)], material: \"glass\")";
     for (glass, light) in [(ball, SUN), (ball, LAMP), (block, SUN), (block, LAMP)] {
         assert!(scene("", light, glass).is_empty(), "{glass} {light}");
-        // But what is within it stays dark, and so does what is around a bulb.
+        // But objects within it stay dark, and so do objects around a light inside it.
         let within = format!("{glass}, Sphere(center: (0, 1, 0.2), radius: 0.3, material: \"grey\")");
         assert_eq!(scene("", light, &within).len(), 1, "{glass} {light}");
         let bulb = "Point(position: (0, 1, 0), intensity: (9, 9, 9))";

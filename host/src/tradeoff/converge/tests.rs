@@ -1,4 +1,4 @@
-//! Courses that end early.
+//! Error curves that end early.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use super::super::supervisor::tests::Scripted;
@@ -8,7 +8,7 @@ use crate::backend::cpu::Cpu;
 use crate::scene::Scene;
 use crate::tradeoff::configurations;
 
-/// Counts of samples that are asked for.
+/// Requested numbers of samples per pixel.
 const COUNTS: [u32; 5] = [1, 2, 4, 8, 16];
 
 fn followed(supervisor: &mut Scripted) -> Convergence {
@@ -18,7 +18,7 @@ fn followed(supervisor: &mut Scripted) -> Convergence {
     let modes = configurations(&scene, &Configuration::base(&settings, None), &knobs, false).unwrap();
     let mut lab = Lab::new(&scene, Box::new(Cpu::open(Some(1)).unwrap()));
     let renderer = lab.renderer(&modes[0]).unwrap();
-    // A render is one submission, however fast the machine is.
+    // Each render takes one submission, however fast the machine is.
     renderer.limit_submissions(Some(u64::MAX));
     let goal = Goal::Error { target: 1e-9, max_samples: 32 };
     let reference = Reference::render(renderer, &scene, &settings, None, goal, &mut ()).unwrap();
@@ -26,7 +26,7 @@ fn followed(supervisor: &mut Scripted) -> Convergence {
     lab.converge(&courses, Some(&reference), supervisor).unwrap()
 }
 
-/// Returns how many counts a line names as missing.
+/// Returns the number of sample counts that a line names as missing.
 fn lacking(missing: &Missing) -> usize {
     missing.reason.split(';').next().unwrap().split(',').count()
 }
@@ -37,7 +37,7 @@ fn courses_end_where_they_are_told_to() {
     let all = followed(&mut whole);
     assert_eq!((all.courses.len(), all.ended), (3, None));
     assert!(all.courses.iter().all(|course| course.captures.len() == COUNTS.len()));
-    let scaled = |missing: &Missing| missing.knob == "scale" && missing.reason.contains("no course");
+    let scaled = |missing: &Missing| missing.knob == "scale" && missing.reason.contains("no error curve");
     assert!(all.missing.len() == 2 && all.missing.iter().all(scaled), "{:?}", all.missing);
 
     for submissions in [0, 1, whole.done / 2, whole.done - 1] {
@@ -58,7 +58,7 @@ fn courses_end_where_they_are_told_to() {
     }
 }
 
-/// The first way does not take the others' time.
+/// The first configuration does not take the time of the others.
 #[test]
 fn courses_share_the_time() {
     let mut supervisor = Scripted::within(36);

@@ -1,4 +1,4 @@
-//! The lab measured itself: images of which the truth is known.
+//! Tests the lab on images whose truth is known.
 
 use super::*;
 use trisect_shared::math::unit_f32;
@@ -6,19 +6,21 @@ use trisect_shared::rng::PathKey;
 
 const SIZE: u32 = 32;
 
-/// What is true of a pixel.
+/// Returns the true value of a pixel.
 fn truth(pixel: u32) -> [f64; 3] {
     let (x, y) = (f64::from(pixel % SIZE), f64::from(pixel / SIZE));
     [0.2 + 0.02 * x, 0.5 + 0.3 * (0.4 * y).sin(), 0.05 + 0.001 * x * y]
 }
 
-/// A draw of mean 0 and variance 1, skewed as light is: exponential, less its mean.
+/// Returns a random number of mean 0 and variance 1, skewed as light is: exponential, less its
+/// mean.
 fn draw(seed: u32, pixel: u32, channel: u32) -> f64 {
     let word = PathKey { seed, pixel, sample: channel }.words(7).x;
     -(1.0 - f64::from(unit_f32(word))).max(1e-9).ln() - 1.0
 }
 
-/// An image whose pixels have this noise over their value, and a mean so many times the truth.
+/// Returns an image whose mean is `factor` times the truth, with noise of standard deviation
+/// `noise` relative to the truth.
 fn image(seed: u32, noise: f64, factor: f64) -> Image {
     let pixel = |pixel: u32| {
         let truth = truth(pixel);
@@ -27,7 +29,7 @@ fn image(seed: u32, noise: f64, factor: f64) -> Image {
     Image { width: SIZE, height: SIZE, pixels: (0..SIZE * SIZE).map(pixel).collect() }
 }
 
-/// Of noise `noise` in each half.
+/// Returns a reference whose halves have noise of relative standard deviation `noise`.
 fn reference(seed: u32, noise: f64) -> Reference {
     let halves = [image(seed, noise, 1.0), image(seed + 1, noise, 1.0)];
     let variance = |pixel: u32| truth(pixel).map(|value| ((value * noise).powi(2) / 2.0) as f32);
@@ -44,7 +46,8 @@ fn reference(seed: u32, noise: f64) -> Reference {
     Reference { halves, variance: (0..SIZE * SIZE).map(variance).collect(), facts }
 }
 
-/// Mean over pixels and channels of truth² / (truth² + 0.01): what a relative change of 1 is in relMSE.
+/// Returns the mean over pixels and channels of truth² / (truth² + 0.01): the relMSE of an image
+/// that is wrong by 100 %.
 fn weight() -> f64 {
     let of = |pixel: u32| truth(pixel).iter().map(|v| v * v / (v * v + EPSILON)).sum::<f64>() / 3.0;
     (0..SIZE * SIZE).map(of).sum::<f64>() / f64::from(SIZE * SIZE)
@@ -64,7 +67,8 @@ fn errors(run: u32, noise: f64, factor: f64) -> Errors {
     errors_of(&images, &reference(first + 500, 0.02), 2).unwrap()
 }
 
-/// 200 runs of noise alone, of 20 %: each interval covers the truth in 90 of 100 or more, and one in a thousand is called biased.
+/// In 200 runs with 20 % noise and no bias each interval covers the truth in 90 of 100 runs or
+/// more, and one run in a thousand is called biased.
 #[test]
 fn intervals_cover_the_truth() {
     let (noise, weight) = (0.2, weight());
@@ -81,11 +85,12 @@ fn intervals_cover_the_truth() {
     assert!(counts.iter().all(|(_, count)| *count >= 180), "{counts:?}");
     let biased = covered(&|e| e.biased);
     assert!(biased <= 2, "{biased} of 200 without bias are called biased");
-    // The twin: a truth that is 5 % off is not covered.
+    // Negative control: a truth that is 5 % off is not covered.
     assert!(covered(&|e| e.rel_mse.covers(1.05 * truth)) < 180);
 }
 
-/// The same of a bias: its size is covered, too.
+/// In 200 runs with 20 % noise and a bias the intervals cover the truth in 90 of 100 runs or more,
+/// including that of the squared bias.
 #[test]
 fn intervals_cover_a_bias() {
     let (noise, bias, weight) = (0.2, 0.03, weight());
@@ -103,7 +108,7 @@ fn intervals_cover_a_bias() {
     assert_eq!(covered(&|e| e.biased), 200);
 }
 
-/// 1 % more light under 10 % of noise.
+/// A bias of 1 % of the brightness is found under 10 % noise.
 #[test]
 fn a_planted_bias_is_detected() {
     for run in 0..20 {
@@ -113,8 +118,9 @@ fn a_planted_bias_is_detected() {
     }
 }
 
-/// A reference noisier than what is measured: what it is off by itself is nobody's bias. (Far noisier it would be one: weights are of the reference, too,
-/// and of noise of 30 % the squared bias gets 0.5 %.)
+/// The error of a reference that is noisier than the images is not called a bias. (Much more noise
+/// of the reference would be: the weights depend on the reference, too, and noise of 30 % adds 0.5
+/// % to the squared bias.)
 #[test]
 fn a_noisy_reference_is_no_bias() {
     let (mut called, mut covered, mut without) = (0, 0, 0);
@@ -125,7 +131,7 @@ fn a_noisy_reference_is_no_bias() {
         let found = errors_of(&images, &noisy, 0).unwrap();
         called += u32::from(found.biased);
         covered += u32::from(found.squared_bias.covers(0.0));
-        // The twin: one that says that it has no noise.
+        // Negative control: a reference that claims to have no noise.
         let variance = vec![[0.0; 3]; noisy.variance.len()];
         without += u32::from(errors_of(&images, &Reference { variance, ..noisy }, 0).unwrap().biased);
     }
@@ -133,7 +139,7 @@ fn a_noisy_reference_is_no_bias() {
     assert!(without >= 20, "{without}: a comparison that cannot fail");
 }
 
-/// Four times the variance is noise.
+/// Four times the variance is called noise, not bias.
 #[test]
 fn a_planted_variance_is_not_called_bias() {
     let weight = weight();
@@ -145,7 +151,8 @@ fn a_planted_variance_is_not_called_bias() {
     }
 }
 
-/// Two ways of the same mean, without a reference; and of means 1 % apart.
+/// Two configurations are compared without a reference: equal means are not called different, and
+/// means 1 % apart are.
 #[test]
 fn two_ways_are_compared_without_a_reference() {
     let means = |first: u32, noise, factor| {

@@ -1,4 +1,5 @@
-//! Sweeps that end early: what is measured stays, what is not is named, and nothing begins late.
+//! Sweeps that end early: what was measured is kept, what was not is named, and nothing begins
+//! after the end.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use super::super::supervisor::tests::Scripted;
@@ -14,7 +15,7 @@ const LEVELS: [u32; 2] = [1, 4];
 
 const GOAL: Goal = Goal::Error { target: 1e-9, max_samples: 32 };
 
-/// A scene with its base and all modes of a few knobs.
+/// Returns a scene, and its base with all configurations of a few knobs.
 fn ready() -> (Scene, Vec<Configuration>) {
     let scene = Scene::hello_world().unwrap();
     let settings = Settings { width: 16, height: 9, depth: 3, ..scene.settings() };
@@ -23,7 +24,7 @@ fn ready() -> (Scene, Vec<Configuration>) {
     (scene, modes)
 }
 
-/// A lab whose renders take one submission each, however fast the machine is.
+/// Returns a lab whose renders take one submission each, however fast the machine is.
 fn lab<'a>(scene: &'a Scene, base: &Configuration) -> Lab<'a> {
     let mut lab = Lab::new(scene, Box::new(Cpu::open(Some(1)).unwrap()));
     lab.renderer(base).unwrap().limit_submissions(Some(u64::MAX));
@@ -53,13 +54,13 @@ fn a_sweep_ends_where_it_is_told_to() {
         let mut supervisor = Scripted::new(submissions);
         let (found, _) = measured(&mut supervisor);
         assert_eq!(supervisor.late.get(), 0, "{submissions}: something began after the end");
-        // What was measured is what the whole has there.
+        // Each measured point equals that of the complete sweep.
         for point in &found.points {
             let is_same = |other: &&Point| (other.name(), other.spp) == (point.name(), point.spp);
             let other = all.points.iter().find(is_same).unwrap();
             assert_eq!(point.errors.each, other.errors.each);
         }
-        // What was not is named.
+        // Each point that was not measured is named.
         let named = |missing: &&Missing| missing.reason.ends_with("ended by an interrupt");
         let levels = |missing: &Missing| missing.reason.split(';').next().unwrap().split(',').count();
         let lacking: usize = found.missing.iter().filter(named).map(levels).sum();
@@ -67,17 +68,17 @@ fn a_sweep_ends_where_it_is_told_to() {
         assert_eq!(found.ended, (lacking > 0).then_some(Stop::Interrupted), "{submissions}");
         assert!(submissions + 1 == whole.done || lacking > 0, "{submissions}");
         assert_eq!(found.points.is_empty(), submissions < 2, "{submissions}");
-        // All have the few samples before one has more.
+        // All configurations have the lower number of samples before any has the higher.
         let at = |spp| found.points.iter().filter(|point| point.spp == spp).count();
         assert!(at(LEVELS[1]) == 0 || at(LEVELS[0]) == of_modes, "{submissions}");
     }
-    // The negative control: a stage after the end is counted.
+    // Negative control: a stage that begins after the end is counted.
     let mut supervisor = Scripted::new(0);
     supervisor.begin(0, 1, "late");
     assert_eq!(supervisor.late.get(), 1);
 }
 
-/// Without time there is a report, and it says what it lacks.
+/// A sweep without time gives a report that names what it lacks.
 #[test]
 fn a_report_of_nothing_names_everything() {
     let (scene, modes) = ready();
@@ -119,7 +120,7 @@ fn references_share_the_time() {
     };
     let (some, supervisor) = samples(goal, 0.25, 40);
     assert!(some < f64::from(most) && (10..30).contains(&supervisor.done), "{some}, {}", supervisor.done);
-    // With less time there would be fewer: the one that is kept stays.
+    // With less time there would be fewer samples, so the kept reference stays.
     let (same, supervisor) = samples(goal, 0.25, 8);
     assert!(same == some && supervisor.said.iter().any(|line| line.contains("kept in")), "{same}");
     let (more, _) = samples(goal, 1.0, u32::MAX);

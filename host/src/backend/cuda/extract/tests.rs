@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use std::process::Command;
 use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, VARIANTS};
 
-/// A module with all that today's kernels lack: functions, variables with and without initialisers, declarations, comments and
-/// strings with braces.
+/// Module with constructs that today's kernels lack: functions, variables with and without
+/// initialisers, declarations, and comments and strings with braces.
 const MODULE: &str = r#"
 // .entry of a comment { ;
 .version 5.0
@@ -40,7 +40,7 @@ $L__BB0_1:
 .section .debug_str { .b8 1 }
 "#;
 
-/// All symbols of `whole` that `part` names and does not define.
+/// Returns the symbols of `whole` that `part` names and does not define.
 fn missing(whole: &str, part: &str) -> Vec<String> {
     let symbols = |text| -> HashSet<&str> {
         let statements = statements(text).into_iter();
@@ -83,7 +83,7 @@ fn what_is_reached_stays_and_nothing_else() {
     let second = entry(MODULE, "second").unwrap();
     assert_eq!((entries(&second), second.matches("twice(").count()), (vec!["second"], 2), "{second}");
     assert!(missing(MODULE, &first).is_empty() && missing(MODULE, &second).is_empty());
-    // The check finds what is missing: of a function's text, and of a variable that only another one names.
+    // `missing` detects a lost function, and a lost variable that only another variable names.
     assert_eq!(missing(MODULE, &first.replace(".func helper() { ret; }", "")), ["helper"]);
     assert_eq!(missing(MODULE, &first.replace(".b8 table[8]", ".b8 chart[8]")), ["table"]);
 }
@@ -96,7 +96,7 @@ fn no_such_entry_point() {
     assert_eq!(entry("", "first"), None);
 }
 
-/// Any text: it comes from the program itself, but a cut one must not stop the program either.
+/// The text comes from the program itself, but cut text must not make the program panic.
 #[test]
 fn cut_anywhere() {
     for end in 0..MODULE.len() {
@@ -104,6 +104,7 @@ fn cut_anywhere() {
     }
 }
 
+/// Each kernel is extracted with all that it needs, and without other kernels.
 #[test]
 fn each_kernel_by_itself() {
     for ptx in [PTX_PRECISE, PTX_FAST] {
@@ -111,14 +112,14 @@ fn each_kernel_by_itself() {
             let module = entry(ptx, name).unwrap();
             assert_eq!(entries(&module), [name]);
             assert_eq!(missing(ptx, &module), Vec::<String>::new(), "{name}");
-            // The body is the original's, and so is the machine code.
+            // The body is that of the original, and so is the machine code.
             let body = statements(ptx).into_iter().find(|s| defined(*s) == [name]).unwrap();
             assert!(module.contains(body.text), "{name}");
         }
     }
 }
 
-/// NVIDIA's assembler takes the extracted modules, where there is one: `TRISECT_PTXAS` names it.
+/// NVIDIA's assembler accepts the extracted modules. Skipped unless `TRISECT_PTXAS` names it.
 #[test]
 fn ptxas_assembles_them() {
     let Some(ptxas) = std::env::var_os("TRISECT_PTXAS") else {
@@ -130,11 +131,11 @@ fn ptxas_assembles_them() {
     let assembles = |module: &str| {
         let (from, to) = (folder.join("module.ptx"), folder.join("module.cubin"));
         std::fs::write(&from, module).unwrap();
-        // The least optimisation: whether it assembles, not how well.
+        // With the lowest optimisation: only whether it assembles matters.
         let mut command = Command::new(&ptxas);
         command.args(["-O0", "-arch=sm_90", "-o"]).arg(to).arg(from).output().unwrap().status.success()
     };
-    // The others have the same form; the whole set would take a minute.
+    // Two entry points only: the others have the same form, and all would take too long.
     for name in [FIRST_HIT, "render_roulette"] {
         let module = entry(PTX_PRECISE, name).unwrap();
         assert!(assembles(&module), "{name}");

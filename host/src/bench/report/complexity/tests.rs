@@ -16,7 +16,7 @@ fn point(method: &str, spheres: u32, nanoseconds: f64) -> MethodPoint {
     }
 }
 
-/// In the order in which they are measured: by scene. 2 log2 N ns in the tree, 5 N without.
+/// Points in the order of measurement, by scene: 2 log2 N ns with the BVH, 5 N ns without.
 fn experiment() -> Complexity {
     let mut points = Vec::new();
     for spheres in [16, 256, 4096] {
@@ -39,13 +39,14 @@ fn speed_up_over_the_first_method() {
         ("linear, pixel", 256, 1.0, false),
         ("stack, pixel", 16, 80.0 / 8.0, false),
         ("stack, pixel", 256, 1280.0 / 16.0, false),
-        // Extrapolated from the last point of the method without a tree: sixteen times the spheres.
+        // Extrapolated from the last point of the method without a BVH: sixteen times the spheres.
         ("stack, pixel", 4096, 16.0 * 1280.0 / 24.0, true),
     ];
     assert_eq!(found, want);
 }
 
-/// A method with a tree does not grow in proportion: without one that does, nothing is extrapolated.
+/// Nothing is extrapolated from a method with a BVH, because its time does not grow in proportion
+/// to the spheres.
 #[test]
 fn nothing_to_extrapolate() {
     let points = vec![point("stack, pixel", 16, 8.0), point("stack, regenerate", 256, 9.0)];
@@ -59,7 +60,7 @@ fn cost_against_the_logarithm() {
     let all = experiment();
     let [cost] = &all.costs[..] else { unreachable!("{:?}", all.costs) };
     let line = cost.line.unwrap();
-    // Logarithms of powers of two and these sums are exact.
+    // Logarithms of powers of two, and these sums, are exact.
     assert_eq!((line.intercept, line.slope, line.r_squared, cost.growth), (0.0, 2.0, 1.0, None));
     let points = vec![point("stack, pixel", 100, 2.0), point("stack, pixel", 1_000_000, 7.0)];
     let growth = Complexity::new(conditions(), points, Vec::new()).costs[0].growth;

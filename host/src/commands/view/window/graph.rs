@@ -1,22 +1,22 @@
-//! What the last frames took, as a picture.
+//! Graph of the times of the last frames.
 
 use egui::{Color32, Label, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2};
 use std::collections::VecDeque;
 
-/// Frames that it shows.
+/// Number of frames that the graph shows.
 const FRAMES: usize = 200;
 
-/// Height in points.
+/// Height of the graph in points.
 const HEIGHT: f32 = 70.0;
 
-/// Names and colours, from the bottom up.
+/// Names and colours of the parts of a frame, from the bottom of a bar upwards.
 pub const PARTS: [(&str, Color32); 3] = [
     ("trace", Color32::from_rgb(86, 156, 214)),
     ("denoise", Color32::from_rgb(206, 145, 76)),
     ("present", Color32::from_rgb(120, 190, 110)),
 ];
 
-/// Milliseconds of each part, frame by frame.
+/// Milliseconds of each part of the last frames.
 #[derive(Default)]
 pub struct Graph {
     frames: VecDeque<[f32; 3]>,
@@ -31,12 +31,12 @@ impl Graph {
         }
     }
 
-    /// The last frame's.
+    /// Returns the times of the last frame, zeros before the first.
     pub fn last(&self) -> [f32; 3] {
         self.frames.back().copied().unwrap_or_default()
     }
 
-    /// Draws a bar for each frame, parts upon each other.
+    /// Draws a bar for each frame, its parts stacked, with names and last times below.
     pub fn show(&self, ui: &mut Ui) {
         let (response, painter) =
             ui.allocate_painter(Vec2::new(ui.available_width(), HEIGHT), Sense::hover());

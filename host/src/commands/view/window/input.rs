@@ -1,18 +1,18 @@
-//! Mouse and keyboard, as the camera takes them.
+//! Mouse and keyboard: moves the camera and reports pressed keys.
 
 use egui::{InputState, Key, PointerButton, Response};
 use trisect::view::{NavigationMode, Navigator};
 
-/// Radians for a drag across the image's height.
+/// Radians of an orbit for a drag across the image's height; flying turns by half of it.
 const TURN: f64 = std::f64::consts::PI;
 
-/// Radians, or shares of the first distance, that a key moves in a second.
+/// Speed of a held key per second: radians, or shares of the distance at the start.
 const SPEED: f64 = 0.8;
 
-/// Points of the wheel for a distance e times as small.
+/// Points of the wheel that divide the distance by e.
 const WHEEL: f64 = 400.0;
 
-/// Keys that were pressed once.
+/// Keys pressed since the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Keys {
     pub quit: bool,
@@ -22,7 +22,7 @@ pub struct Keys {
     pub save_camera: bool,
 }
 
-/// What the mouse does over the image.
+/// Moves the camera by the mouse over the image. `scroll` is in points.
 pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navigator) {
     let height = f64::from(response.rect.height().max(1.0));
     let drag = response.drag_delta();
@@ -32,7 +32,7 @@ pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navi
     if response.dragged() && (right, down) != (0.0, 0.0) {
         match (pans, navigator.mode) {
             (true, _) => navigator.pan(-right, down),
-            // What is held turns with the hand.
+            // The scene turns as if it was held.
             (false, NavigationMode::Orbit) => navigator.turn(-right * TURN, down * TURN),
             (false, NavigationMode::Fly) => navigator.turn(right * TURN / 2.0, -down * TURN / 2.0),
         }
@@ -46,7 +46,7 @@ pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navi
     }
 }
 
-/// What keys that are held do in `seconds`; whether any is.
+/// Moves the camera by the keys that are held during `seconds`. Returns whether any is.
 pub fn held(input: &InputState, seconds: f64, navigator: &mut Navigator) -> bool {
     let axis = |more: Key, less: Key| f64::from(input.key_down(more)) - f64::from(input.key_down(less));
     let step = SPEED * seconds * if input.modifiers.shift { 4.0 } else { 1.0 };
@@ -69,7 +69,7 @@ pub fn held(input: &InputState, seconds: f64, navigator: &mut Navigator) -> bool
     moves || turns
 }
 
-/// What keys do once.
+/// Handles keys that act once: M and R here, the others for the caller.
 pub fn pressed(input: &InputState, navigator: &mut Navigator) -> Keys {
     let key = |key| input.key_pressed(key) && !input.modifiers.command;
     if key(Key::M) {

@@ -1,4 +1,4 @@
-//! `trisect view` in a window.
+//! `trisect view` in a window: winit for events, egui for the controls, a thread that renders.
 
 mod graph;
 mod input;
@@ -29,12 +29,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 use worker::{Frame, ViewRequest, Worker};
 
-/// There is a frame, or an error.
+/// Event by which the worker wakes the window: a frame or an error is ready.
 struct UpdateReady;
 
 /// Opens a window and shows the scene until it is closed.
 pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<ExitCode, Error> {
-    // winit says first where in its own source it is.
+    // winit begins its message with a place in its own source, which is cut off.
     let said = |text: String| match text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")) {
         Some((_, said)) => said.to_owned(),
         None => text,
@@ -83,7 +83,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
     }
 }
 
-/// Every device that is there.
+/// Returns all available devices.
 fn choices() -> Vec<Choice> {
     let argument = |name| match name {
         "cuda" => BackendArg::Cuda,
@@ -99,7 +99,7 @@ fn choices() -> Vec<Choice> {
     all.collect()
 }
 
-/// What goes with the window.
+/// Open window with its surface and egui's state.
 struct Open {
     window: Arc<Window>,
     output: Output,
@@ -112,7 +112,7 @@ struct App<'a> {
     space: Rebase,
     scene: String,
     look: ViewOptions,
-    /// Of the image, if the command line names it; else it follows the window.
+    /// Resolution of the image from the command line; `None`: the image follows the window.
     resolution: Option<(u32, u32)>,
     navigator: Navigator,
     backend: (BackendArg, Option<usize>, u32),
@@ -197,7 +197,7 @@ impl App<'_> {
         event_loop.exit();
     }
 
-    /// Makes all that a window needs.
+    /// Creates surface and egui state of a window.
     fn open(&mut self, event_loop: &ActiveEventLoop, window: Arc<Window>) {
         match Output::new(window.clone()) {
             Ok(output) => {
@@ -254,7 +254,7 @@ impl App<'_> {
         }
     }
 
-    /// The controls and the image; whether to quit.
+    /// Lays out controls and image, and handles input. Returns whether to quit.
     fn lay_out(&mut self, ui: &mut egui::Ui) -> bool {
         let seconds = self.last.elapsed().as_secs_f64().min(0.1);
         self.last = Instant::now();
@@ -268,7 +268,7 @@ impl App<'_> {
             if held {
                 ui.ctx().request_repaint();
             }
-            // egui closes an open list with the same key.
+            // With a list open, Escape closes the list only, which egui does.
             quit = keys.quit && !egui::Popup::is_any_open(ui.ctx());
             self.panel ^= keys.panel;
             (pressed.save_image, pressed.save_camera) = (keys.save_image, keys.save_camera);
@@ -309,7 +309,7 @@ impl App<'_> {
         quit
     }
 
-    /// Shows the last frame, and moves the camera as the mouse does over it.
+    /// Shows the last frame, and moves the camera by the mouse over it.
     fn image(&mut self, ui: &mut egui::Ui, layout: &Layout) {
         let Layout { area, image: place, size, .. } = *layout;
         (self.look.settings.width, self.look.settings.height) = size;

@@ -1,4 +1,4 @@
-//! A window's surface, and what draws on it.
+//! Surface of the window, and the wgpu device that draws egui's output on it.
 
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use wgpu::{
 };
 use winit::window::Window;
 
-/// Everything that goes with a device: lost with it, and made anew.
+/// Surface, device and renderer of a window. If the device is lost, all of it is created anew.
 pub struct Output {
     window: Arc<Window>,
     instance: Instance,
@@ -23,7 +23,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// On the adapter that shows the window.
+    /// Opens the adapter that can show the window, and configures its surface.
     pub fn new(window: Arc<Window>) -> Result<Self, String> {
         let mut descriptor = InstanceDescriptor::new_without_display_handle();
         descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12;
@@ -53,7 +53,7 @@ impl Output {
         let mut config = surface
             .get_default_config(&adapter, size.width.max(1), size.height.max(1))
             .ok_or("the adapter cannot draw on this window")?;
-        // egui blends in the space of the codes.
+        // egui blends encoded sRGB values, so the surface must not convert them.
         let formats = surface.get_capabilities(&adapter).formats;
         let plain = [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm];
         if let Some(format) = plain.into_iter().find(|format| formats.contains(format)) {
@@ -65,17 +65,18 @@ impl Output {
         Ok(Self { window, instance, surface, device, queue, config, renderer, lost })
     }
 
-    /// Whether all of this is to be made anew.
+    /// Returns whether the device or surface is lost, so that all must be created anew.
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// The greatest side of a texture.
+    /// Returns the maximum width and height of a texture in pixels.
     pub fn greatest_side(&self) -> usize {
         self.device.limits().max_texture_dimension_2d as usize
     }
 
-    /// Follows the window's size; a minimised window has none.
+    /// Adapts the surface to the window's size. Returns false for a minimised window, which has
+    /// none.
     fn fit(&mut self) -> bool {
         let size = self.window.inner_size();
         let limit = self.device.limits().max_texture_dimension_2d;
@@ -90,7 +91,8 @@ impl Output {
         true
     }
 
-    /// Draws what egui laid out. Whatever the surface lacks this time, the next drawing tries again.
+    /// Draws egui's output. If the surface is not ready, nothing is drawn, and the next call tries
+    /// again.
     pub fn draw(&mut self, context: &egui::Context, output: egui::FullOutput) {
         for (id, deltas) in &output.textures_delta.set {
             for delta in deltas {
@@ -129,7 +131,7 @@ impl Output {
                 self.window.request_redraw();
                 return;
             }
-            _ => return, // covered, or not in time
+            _ => return, // occluded or timed out
         };
         let screen =
             ScreenDescriptor { size_in_pixels: [self.config.width, self.config.height], pixels_per_point };

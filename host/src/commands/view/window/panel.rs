@@ -1,4 +1,4 @@
-//! The window's controls.
+//! Controls of the window.
 
 use super::graph::Graph;
 use crate::cli::BackendArg;
@@ -7,13 +7,13 @@ use trisect::denoise::{DenoiseSettings, Filter, LEVELS, TemporalSettings};
 use trisect::render::DisplayOptions;
 use trisect::view::{FrameTiming, MIN_SCALE, NavigationMode, Navigator, ViewOptions};
 
-/// Most samples of a frame; a chunk has 256.
+/// Maximum samples per pixel of a frame on the slider; below those of a chunk, which is the limit.
 const MAX_SAMPLES: u32 = 64;
 
-/// A device to choose: its label, and its backend and index.
+/// Device to choose: its label, backend and index.
 pub type Choice = (String, BackendArg, Option<usize>);
 
-/// What was pressed.
+/// Buttons that were pressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pressed {
     /// Write the image to a file.
@@ -22,11 +22,11 @@ pub struct Pressed {
     pub save_camera: bool,
 }
 
-/// What the panel shows and changes.
+/// State that the panel shows and changes.
 pub struct State<'a> {
     pub look: &'a mut ViewOptions,
     pub navigator: &'a mut Navigator,
-    /// And how often it was asked for.
+    /// Backend, device index, and the number of requests for it: a new number opens it again.
     pub backend: &'a mut (BackendArg, Option<usize>, u32),
     pub choices: &'a [Choice],
     pub scene: &'a str,
@@ -37,7 +37,7 @@ pub struct State<'a> {
     pub error: &'a str,
 }
 
-/// Lays the controls out.
+/// Lays out the controls and returns which buttons were pressed.
 pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
     let mut pressed = Pressed::default();
     ui.spacing_mut().slider_width = 110.0;
@@ -124,7 +124,7 @@ fn filter(ui: &mut Ui, denoise: &mut Option<DenoiseSettings>) {
     unbounded(ui, &mut denoise.depth, 1e-4..=1.0, default.depth, "depth");
 }
 
-/// A slider for a number that may be infinite, too.
+/// Shows a slider for a number that may also be infinite, with a checkbox for that.
 fn unbounded(ui: &mut Ui, value: &mut f32, range: std::ops::RangeInclusive<f32>, default: f32, name: &str) {
     ui.horizontal(|ui| {
         let mut on = value.is_finite();
@@ -141,7 +141,8 @@ fn unbounded(ui: &mut Ui, value: &mut f32, range: std::ops::RangeInclusive<f32>,
 
 fn shown(ui: &mut Ui, screen: &mut DisplayOptions) {
     ui.add(Slider::new(&mut screen.split, 0.0..=1.0).text("raw | denoised"));
-    // A model in lux may need more than the slider has: what it is stays until it is moved.
+    // An exposure outside the slider's range, as for a model in lux, stays until the slider is
+    // moved.
     let stops = Slider::new(&mut screen.stops, -20.0..=20.0).clamping(SliderClamping::Edits);
     ui.add(stops.text("exposure, stops"));
 }

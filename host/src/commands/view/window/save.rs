@@ -1,10 +1,10 @@
-//! What the window writes to files.
+//! Files that the window writes: the image, and a copy of the scene with its camera.
 
 use std::path::{Path, PathBuf};
 use trisect::precision::{self, Change};
 use trisect::scene::{CameraPose, Includes, SceneDocument};
 
-/// The first name of this kind that is free: `STEM-view-1.EXTENSION`, and so on.
+/// Returns the first unused path of `STEM-view-1.EXTENSION`, `STEM-view-2.EXTENSION` and so on.
 fn free(folder: &Path, stem: &str, extension: &str) -> Option<PathBuf> {
     (1..10_000).map(|n| folder.join(format!("{stem}-view-{n}.{extension}"))).find(|path| !path.exists())
 }
@@ -14,7 +14,7 @@ fn stem(scene: Option<&Path>) -> String {
     stem.unwrap_or_else(|| "trisect".to_owned())
 }
 
-/// Writes the image into the current folder; says where, or why not.
+/// Writes the image to the current folder. Returns a message with its path, or with the error.
 pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
     let Some(path) = free(Path::new("."), &stem(scene), "png") else {
         return "there are 9,999 images of this scene here; move them".to_owned();
@@ -25,7 +25,8 @@ pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
     }
 }
 
-/// Writes a copy of the scene beside it, seen by this camera, which is in the scene's own units; says where, or why not.
+/// Writes a copy of the scene with this camera, in the scene's own units, to the scene's folder.
+/// Returns a message with its path, or with the error.
 pub fn camera(scene: Option<&Path>, includes: Includes, pose: &CameraPose) -> String {
     let Some(from) = scene else {
         return "the built-in scene has no file; start with one to save the camera".to_owned();

@@ -1,4 +1,5 @@
-//! A thread that renders what the window wishes, so that the window answers however long a frame takes.
+//! Thread that renders the frames of the window, which therefore responds however long a frame
+//! takes.
 
 use super::super::super::Session;
 use crate::cli::{BackendArg, JobArgs};
@@ -9,35 +10,35 @@ use trisect::scene::{CameraPose, Rebase};
 use trisect::threads::{self, ThreadError};
 use trisect::view::{FrameTiming, ViewOptions, Viewer};
 
-/// What the window wants to see.
+/// Frames that the window asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
-    /// How.
+    /// Settings, filter and display options.
     pub look: ViewOptions,
-    /// From where.
+    /// Pose of the camera.
     pub pose: CameraPose,
-    /// On what; another number asks for it again.
+    /// Backend, device index, and a number whose change asks to open the device again.
     pub backend: (BackendArg, Option<usize>, u32),
-    /// Nothing any more.
+    /// True if the thread should end.
     pub stop: bool,
 }
 
-/// A frame for the window.
+/// Frame for the window.
 pub struct Frame {
-    /// Red, green, blue and opacity from the lowest byte on.
+    /// RGBA with 8 bits each, red in the lowest byte; row by row from the top.
     pub pixels: Vec<u32>,
-    /// What it took.
+    /// Size and times of the frame.
     pub timing: FrameTiming,
 }
 
-/// What the worker tells.
+/// News of the worker since the last update.
 #[derive(Default)]
 pub struct WorkerUpdate {
-    /// A frame that the window has not seen.
+    /// New frame.
     pub frame: Option<Frame>,
-    /// The device in use.
+    /// Name of the device in use, if it changed.
     pub device: Option<String>,
-    /// Why there are no frames.
+    /// Error for which there are no frames.
     pub error: Option<String>,
 }
 
@@ -51,14 +52,14 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The thread, as the window has it.
+/// Handle of the thread; dropping it ends the thread.
 pub struct Worker {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Worker {
-    /// Starts it with a scene that is open; `wake` is called for each news.
+    /// Starts the thread with an open scene. It calls `wake` for each update.
     pub fn start(
         session: Session,
         job: JobArgs,
@@ -78,7 +79,7 @@ impl Worker {
         Ok(Self { shared, thread: Some(thread) })
     }
 
-    /// Says what to see.
+    /// Sends a request to the thread if it differs from the last one.
     pub fn request(&self, wish: &ViewRequest) {
         let mut is = lock(&self.shared.request);
         if *is != *wish {
@@ -87,7 +88,7 @@ impl Worker {
         }
     }
 
-    /// What is new.
+    /// Returns what is new since the last call.
     pub fn take_update(&self) -> WorkerUpdate {
         std::mem::take(&mut *lock(&self.shared.update))
     }
@@ -116,14 +117,14 @@ struct RenderLoop<W> {
     shared: Arc<Shared>,
     job: JobArgs,
     wake: W,
-    /// That the viewer has.
+    /// Backend, device index and number of the last request that a viewer was opened for.
     backend: (BackendArg, Option<usize>, u32),
     space: Rebase,
 }
 
 impl<W: Fn()> RenderLoop<W> {
     fn run(mut self, mut viewer: Option<Viewer>) {
-        // What failed: it is not tried again.
+        // The request that failed last; the same one is not tried again.
         let mut failed: Option<ViewRequest> = None;
         loop {
             let wish = {
@@ -144,7 +145,7 @@ impl<W: Fn()> RenderLoop<W> {
             }
             if wish.backend != self.backend {
                 self.backend = wish.backend;
-                viewer = None; // its memory is free before other is asked for
+                viewer = None; // frees its memory before the other device is opened
             }
             let outcome = self.frame(&mut viewer, &wish);
             let mut news = lock(&self.shared.update);
@@ -154,7 +155,7 @@ impl<W: Fn()> RenderLoop<W> {
                     (news.frame, news.error) = (Some(frame), None);
                 }
                 Err(error) => {
-                    // A device that failed is opened anew when something else is wished.
+                    // A device that failed is opened again for the next request that differs.
                     viewer = None;
                     failed = Some(wish);
                     news.error = Some(error);
@@ -173,7 +174,7 @@ impl<W: Fn()> RenderLoop<W> {
                 let job = JobArgs { backend, device: device_index, ..self.job.clone() };
                 let session = Session::open(&job, &Outputs::default()).map_err(|error| error.to_string())?;
                 if session.space != self.space {
-                    return Err("the scene's file has another space now; start the viewer again".to_owned());
+                    return Err("`space` of the scene file changed; start the viewer again".to_owned());
                 }
                 lock(&self.shared.update).device = Some(device(&session));
                 viewer.insert(self::viewer(session))

@@ -1,4 +1,4 @@
-//! Accessors: typed elements in buffer views. All bounds are checked when one is opened.
+//! Accessors: typed elements in buffer views. Opening an accessor checks all its bounds.
 
 use super::super::budget::Budget;
 use super::super::source_location::{SourceLocation, shown};
@@ -7,7 +7,7 @@ use super::buffers::get;
 use super::json::Accessor;
 use crate::scene::error::SceneError;
 
-/// What one number of an element is in a buffer.
+/// Type of one number of an element in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     I8,
@@ -18,7 +18,7 @@ pub enum Component {
     F32,
 }
 
-/// What the elements of an accessor may be.
+/// The elements that the user of an accessor accepts.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
     /// glTF's name for the number of components.
@@ -29,17 +29,17 @@ pub struct Expected {
 /// The elements of an accessor.
 #[derive(Debug)]
 pub struct Elements<'a> {
-    /// How many.
+    /// Number of elements.
     pub count: u32,
-    /// For messages: `accessors[7]`.
+    /// Name for messages, such as `accessors[7]`.
     pub place: String,
     component: Component,
     normalized: bool,
-    base: Option<Strided<'a>>,                                  // all 0 without
-    sparse: Option<(Strided<'a>, Component, Strided<'a>, u32)>, // indices, what they are, values, how many
+    base: Option<Strided<'a>>,                                  // `None`: all are 0
+    sparse: Option<(Strided<'a>, Component, Strided<'a>, u32)>, // indices, their type, values, count
 }
 
-/// Elements at equal distances.
+/// Elements at a constant stride in bytes.
 #[derive(Clone, Copy, Debug)]
 struct Strided<'a> {
     bytes: &'a [u8],
@@ -69,7 +69,7 @@ impl Component {
 }
 
 impl<'a> Elements<'a> {
-    /// Opens the accessor `index`, named by `user`.
+    /// Opens the accessor `index`, which `user` names.
     pub fn open(
         document: &'a Document,
         budget: &mut Budget,
@@ -112,7 +112,7 @@ impl<'a> Elements<'a> {
         Ok(elements)
     }
 
-    /// Checks that a sparse accessor's indices ascend and exist.
+    /// Opens the sparse part of an accessor, and checks that its indices ascend and are in range.
     fn open_sparse(
         &mut self,
         document: &'a Document,
@@ -149,28 +149,29 @@ impl<'a> Elements<'a> {
                     format!("indices must ascend and be below {}", self.count),
                 ));
             }
-            least = index + 1; // index is below a u32
+            least = index + 1; // no overflow: index < count
         }
         self.sparse = Some((indices, kind, values, count));
         Ok(())
     }
 
-    /// An element as floats, by the specification's rules for normalized integers.
+    /// Returns an element as floats, by the specification's rules for normalized integers.
     pub fn floats<const N: usize>(&self, element: u32) -> [f32; N] {
         self.locate(element).map_or([0.0; N], |(source, element)| {
             std::array::from_fn(|axis| source.float(element, axis, self.component, self.normalized))
         })
     }
 
-    /// An element that is one unsigned integer.
+    /// Returns an element that is one unsigned integer.
     pub fn integer(&self, element: u32) -> u32 {
         self.locate(element).map_or(0, |(source, element)| source.integer(element, self.component))
     }
 
-    /// Where an element is: among the sparse values if its index is there. `None` stands for 0.
+    /// Returns where an element is stored: among the sparse values if its index is listed, else in
+    /// the base view. `None` stands for 0.
     fn locate(&self, element: u32) -> Option<(Strided<'a>, u32)> {
         let replaced = self.sparse.and_then(|(indices, kind, values, count)| {
-            // The first at or after it; `element` is found there or nowhere.
+            // Binary search for the first index that is not below `element`.
             let (mut low, mut high) = (0, count);
             while low < high {
                 let middle = low + (high - low) / 2;
@@ -187,7 +188,7 @@ impl<'a> Elements<'a> {
 }
 
 impl<'a> Strided<'a> {
-    /// `count` elements of `size` bytes from `offset` in a view.
+    /// Opens `count` elements of `size` bytes from byte `offset` of a view.
     fn open(
         document: &'a Document,
         view: u32,
@@ -219,7 +220,7 @@ impl<'a> Strided<'a> {
         Ok(Self { bytes, stride: stride as usize })
     }
 
-    /// Bytes of a number; `element` has been checked to be within.
+    /// Returns the bytes of a number; the caller has checked that `element` is in range.
     fn number<const N: usize>(&self, element: u32, axis: usize) -> [u8; N] {
         let at = element as usize * self.stride + axis * N;
         self.bytes.get(at..).and_then(|bytes| bytes.first_chunk().copied()).unwrap_or([0; N])

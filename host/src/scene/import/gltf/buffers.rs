@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::rc::Rc;
 
-/// The buffers' content, by index.
+/// Contents of the buffers, by index.
 #[derive(Debug)]
 pub struct Buffers<'a>(Vec<Content<'a>>);
 
@@ -27,7 +27,7 @@ enum Content<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers; `chunk` is a GLB's.
+    /// Reads all buffers; `chunk` is the binary chunk of a GLB.
     pub fn read(
         root: &Root,
         name: &str,
@@ -35,7 +35,7 @@ impl<'a> Buffers<'a> {
         files: &mut dyn Files,
         budget: &mut Budget,
     ) -> Result<Self, SceneError> {
-        let mut known: HashMap<&str, Rc<Vec<u8>>> = HashMap::new(); // one file may be many buffers
+        let mut known: HashMap<&str, Rc<Vec<u8>>> = HashMap::new(); // several buffers may share a file
         let mut contents = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
             let site = SourceLocation::new(name, format!("buffers[{index}]"));
@@ -68,7 +68,7 @@ impl<'a> Buffers<'a> {
                         .as_ref()
                         .is_some_and(|e| e.ext_meshopt.is_some() || e.khr_meshopt.is_some()) =>
                 {
-                    let feature = "a buffer that is there as meshopt data only";
+                    let feature = "a buffer whose only data is meshopt data";
                     return Err(site.member("extensions").unsupported(feature, DECOMPRESS));
                 }
                 (None, _) => {
@@ -79,7 +79,7 @@ impl<'a> Buffers<'a> {
         Ok(Self(contents))
     }
 
-    /// The bytes of a buffer view, and its stride if it has one.
+    /// Returns the bytes of a buffer view, and its stride if it has one.
     pub fn view(
         &self,
         root: &Root,
@@ -108,17 +108,17 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// A member of a list of the document, which `user` names by index.
+/// Returns the entry `index` of the document's list `name`; `user` is the part that refers to it.
 pub fn get<'l, T>(list: &'l [T], index: u32, name: &str, user: &SourceLocation) -> Result<&'l T, SceneError> {
     list.get(index as usize).ok_or_else(|| {
         user.malformed(
             format!("it names {name}[{index}], and there are {}", list.len()),
-            "the index must be that of one that exists",
+            "the index must be that of an existing entry",
         )
     })
 }
 
-/// The content of a data URI or of a file.
+/// Returns the content of a data URI or of a file.
 pub fn read_uri(
     uri: &str,
     site: &SourceLocation,
@@ -126,13 +126,16 @@ pub fn read_uri(
     budget: &mut Budget,
 ) -> Result<Vec<u8>, SceneError> {
     if let Some(data) = uri.strip_prefix("data:") {
-        return decode_data(data)
-            .map_err(|problem| site.malformed(problem, "write data:;base64, and the bytes in base64"));
+        return decode_data(data).map_err(|problem| {
+            site.malformed(problem, "write \"data:;base64,\" and then the bytes in base64")
+        });
     }
     let scheme = uri.split(['/', '?', '#']).next().and_then(|start| start.split_once(':'));
     if let Some((scheme, _)) = scheme {
         let feature = format!("the URI scheme \"{}\"", shown(scheme));
-        return Err(site.unsupported(feature, "put the file beside the scene and name it relative to that"));
+        return Err(
+            site.unsupported(feature, "put the file into the scene's folder and give its relative path")
+        );
     }
     let path: Cow<str> = percent_decode_str(uri).decode_utf8().map_err(|_| {
         site.malformed(
@@ -145,13 +148,13 @@ pub fn read_uri(
     Ok(bytes)
 }
 
-/// What comes after `data:`.
+/// Decodes the part of a data URI after `data:`.
 fn decode_data(data: &str) -> Result<Vec<u8>, String> {
     let (kind, content) = data.split_once(',').ok_or("the data URI has no comma")?;
     if !kind.ends_with(";base64") {
         return Ok(percent_decode_str(content).collect());
     }
-    // Some exporters leave the padding away, and zero bits need not be checked.
+    // Some exporters omit the padding, and trailing bits need not be 0.
     let config = GeneralPurposeConfig::new()
         .with_decode_padding_mode(DecodePaddingMode::Indifferent)
         .with_decode_allow_trailing_bits(true);

@@ -1,4 +1,4 @@
-//! Cameras.
+//! Cameras of nodes.
 
 use super::super::source_location::{SourceLocation, shown};
 use super::buffers::get;
@@ -8,7 +8,7 @@ use crate::scene::error::SceneError;
 use crate::scene::values::MAX_MAGNITUDE;
 use glam::DAffine3;
 
-/// Adds the camera of a node.
+/// Adds the camera of a node to the description.
 pub fn read(
     document: &Document,
     output: &mut Output,
@@ -45,16 +45,16 @@ pub fn read(
         output.warnings.tally("cameras that are flattened or too far away, left out", 1, &user.place);
         return Ok(());
     };
-    // Far from the origin, a point close by would be rounded to another direction.
+    // Far from the origin, rounding would change the direction to a point nearby.
     let look_at = look_from + forward * look_from.abs().max_element().max(1.0);
     let pose = CameraPose { look_from, look_at, up, vertical_fov, defocus_angle: 0.0, focus_distance: 1.0 };
-    output.budget.take(256, user)?; // many nodes may show one camera
+    output.budget.take(256, user)?; // many nodes may use one camera
     let name = node_name.or(camera.name.as_deref()).map_or_else(|| site.place.clone(), shown);
     output.description.cameras.push((name, pose));
     Ok(())
 }
 
-/// Gives cameras of the same name numbers, from the second on.
+/// Appends a number to each camera's name that occurred before.
 pub fn distinguish(cameras: &mut [(String, CameraPose)]) {
     let mut names = std::collections::HashMap::new();
     for (name, _) in cameras.iter() {

@@ -1,23 +1,23 @@
-//! GLB: a header, the JSON, the first buffer.
+//! GLB: a header, the JSON and the first buffer.
 
 use super::super::source_location::SourceLocation;
 use super::version;
 use crate::scene::error::SceneError;
 
-/// What a GLB file begins with.
+/// First bytes of a GLB file.
 pub const MAGIC: &[u8] = b"glTF";
 
 const JSON: u32 = 0x4e4f_534a;
 const BINARY: u32 = 0x004e_4942;
 
-/// What a GLB file holds.
+/// Content of a GLB file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Container<'a> {
-    /// The JSON.
+    /// JSON of the document.
     pub json: &'a [u8],
-    /// The first buffer, if the file has one.
+    /// First buffer, if the file has one.
     pub chunk: Option<&'a [u8]>,
-    /// Whether the chunks begin at multiples of 4 bytes, as the specification wants them.
+    /// True if the chunks begin at multiples of 4 bytes, as the specification requires.
     pub aligned: bool,
 }
 
@@ -25,7 +25,7 @@ pub struct Container<'a> {
 pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<Container<'a>, SceneError> {
     let header = SourceLocation::new(name, "GLB header");
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
-        return Err(header.malformed("the file ends within it", "export the file again"));
+        return Err(header.malformed("the file ends within the header", "export the file again"));
     };
     if version == 1 {
         return Err(version::convert(&header));
@@ -42,19 +42,19 @@ pub fn split<'a>(bytes: &'a [u8], name: &str) -> Result<Container<'a>, SceneErro
             .malformed("it is not JSON", "JSON must be the first chunk"));
     }
     let padded = end.next_multiple_of(4);
-    // Some writers do not pad the JSON: then the next chunk follows at once.
+    // Some writers do not pad the JSON: the next chunk then begins right after it.
     let binary_at = |at: usize| word(bytes, at.saturating_add(4)) == Some(BINARY);
     let rest = if !binary_at(padded) && binary_at(end) { end } else { padded };
     let aligned = rest == padded;
     if rest >= bytes.len() {
         return Ok(Container { json, chunk: None, aligned });
     }
-    // Other kinds of chunks are for extensions, and to be skipped.
+    // Chunks of other kinds belong to extensions and are skipped.
     let (kind, binary, _) = chunk(bytes, rest, &SourceLocation::new(name, "GLB chunk 1"))?;
     Ok(Container { json, chunk: (kind == BINARY).then_some(binary), aligned })
 }
 
-/// A chunk's kind and content, and where it ends.
+/// Returns the kind of a chunk, its content and the offset of its end.
 fn chunk<'a>(
     bytes: &'a [u8],
     at: usize,
@@ -78,7 +78,7 @@ fn truncated(site: &SourceLocation, end: u64, length: usize) -> SceneError {
     )
 }
 
-/// The little-endian number at a place.
+/// Returns the little-endian number at the offset `at`.
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
     bytes.get(at..)?.first_chunk().map(|word| u32::from_le_bytes(*word))
 }
@@ -108,7 +108,7 @@ mod tests {
             let file = [header(12 + chunks.len()), chunks].concat();
             let want = Container { json: json.as_bytes(), chunk: Some(&[1, 2, 3]), aligned: json.len() == 4 };
             assert_eq!(split(&file, "a").unwrap(), want);
-            // Padding that the chunk's length leaves out.
+            // Padding that the chunk's length does not include.
             let mut json_chunk = chunk(b"JSON", json.as_bytes());
             json_chunk.resize(json_chunk.len().next_multiple_of(4), b' ');
             let chunks = [json_chunk, chunk(b"BIN\0", &[1, 2, 3])].concat();
@@ -124,7 +124,7 @@ mod tests {
             let mut cut = file[..length].to_vec();
             assert!(split(&cut, "a").is_err(), "{length}");
             if length >= 12 {
-                cut[8..12].copy_from_slice(&(length as u32).to_le_bytes()); // the header agrees; 24: JSON alone
+                cut[8..12].copy_from_slice(&(length as u32).to_le_bytes()); // the header agrees; at 24 it is JSON only
                 assert_eq!(split(&cut, "a").is_err(), length != 24, "{length}");
             }
         }

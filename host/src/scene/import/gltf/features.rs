@@ -1,11 +1,11 @@
-//! What a file uses, and this program does not have.
+//! Features of a file that the renderer does not support.
 
 use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::json::Root;
 use crate::scene::error::SceneError;
 
-/// The extensions that are read.
+/// Supported extensions.
 const SUPPORTED: [&str; 6] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -15,16 +15,16 @@ const SUPPORTED: [&str; 6] = [
     "KHR_texture_transform",
 ];
 
-/// What helps where geometry is compressed.
+/// Remedy for compressed geometry.
 pub const DECOMPRESS: &str =
     "decompress it with `gltf-transform copy in.glb out.glb`, or export the file without it";
 
-/// Returns what helps where a file requires an extension.
+/// Returns the remedy for a required extension.
 fn remedy(extension: &str) -> &'static str {
     match extension {
         "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => DECOMPRESS,
         "KHR_texture_basisu" => {
-            "make PNG of its KTX2 textures with `gltf-transform ktxdecompress in.glb out.glb`"
+            "convert its KTX2 textures to PNG with `gltf-transform ktxdecompress in.glb out.glb`"
         }
         "EXT_texture_webp" | "EXT_texture_avif" | "MSFT_texture_dds" => {
             "export the file with PNG or JPEG textures"
@@ -33,7 +33,8 @@ fn remedy(extension: &str) -> &'static str {
     }
 }
 
-/// Refuses a file that requires what is not there, and warns of what else is not.
+/// Refuses a file that requires an unsupported extension, and warns of all other unsupported
+/// features.
 pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), SceneError> {
     let supported = |extension: &str| SUPPORTED.contains(&extension);
     if let Some(extension) = root.extensions_required.iter().find(|extension| !supported(extension)) {
@@ -43,7 +44,7 @@ pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), Sce
     for extension in root.extensions_used.iter().filter(|extension| !supported(extension)) {
         warnings.once(match extension.as_str() {
             "KHR_materials_unlit" => {
-                "KHR_materials_unlit is not supported: unlit materials are lit as others are".to_owned()
+                "KHR_materials_unlit is not supported: unlit materials are lit like all others".to_owned()
             }
             _ => format!("the extension {} is not supported and ignored", shown(extension)),
         });
@@ -53,7 +54,10 @@ pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), Sce
             warnings.once(text);
         }
     };
-    warn(!root.animations.is_empty(), "animations are not supported: the scene is as its nodes have it");
+    warn(
+        !root.animations.is_empty(),
+        "animations are not supported: the static transforms of the nodes are used",
+    );
     warn(!root.skins.is_empty(), "skins are not supported: skinned meshes keep their own shape and place");
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     warn(

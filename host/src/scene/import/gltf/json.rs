@@ -1,7 +1,8 @@
-//! The JSON of a glTF file, as far as it is read.
+//! The part of a glTF file's JSON that is read.
 //!
-//! Numbers are f64, as JSON has them. Indices and ranges are checked where they are used. Lists whose members may be `{}` are
-//! bounded, and what is seldom there is boxed: so a document takes little more memory than its text.
+//! Numbers are f64, as in JSON. Indices and ranges are checked where they are used. A document
+//! takes little more memory than its text, because lists whose members may be `{}` are bounded and
+//! rare members are boxed.
 
 use super::super::source_location::SourceLocation;
 use super::version;
@@ -12,12 +13,12 @@ use std::collections::BTreeMap;
 use std::fmt::{Formatter, Result as FmtResult};
 use std::marker::PhantomData;
 
-/// The most materials, textures, samplers, images, cameras, lights, scenes.
+/// Maximum number of materials, textures, samplers, images, cameras, lights and scenes.
 const FEW: usize = 1 << 16;
-/// The most nodes.
+/// Maximum number of nodes.
 const MANY: usize = 1 << 22;
 
-/// Reads a document from text.
+/// Parses a document.
 pub fn parse(text: &str, name: &str) -> Result<Root, SceneError> {
     let site = SourceLocation::new(name, "asset.version");
     let root: Root = match serde_json::from_str(text) {
@@ -40,7 +41,7 @@ pub fn parse(text: &str, name: &str) -> Result<Root, SceneError> {
     Ok(root)
 }
 
-/// A list of at most `MOST` members.
+/// Reads a list of at most `MAX` members.
 fn at_most<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
     source: D,
 ) -> Result<Vec<T>, D::Error> {
@@ -57,7 +58,7 @@ fn at_most<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
             let mut members = Vec::new();
             while let Some(member) = list.next_element()? {
                 if members.len() == MAX {
-                    return Err(A::Error::custom(format!("more than {MAX} of them")));
+                    return Err(A::Error::custom(format!("a list of more than {MAX} members")));
                 }
                 members.push(member);
             }
@@ -68,7 +69,7 @@ fn at_most<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
     source.deserialize_seq(List::<T, MAX>(PhantomData))
 }
 
-/// Structs that have what JSON has under the same names, in its spelling.
+/// Defines structs whose fields have the names of JSON members, which are in camel case there.
 macro_rules! objects {
     ($($(#[$struct_meta:meta])* $name:ident { $($(#[$meta:meta])* $field:ident: $type:ty,)* })*) => {$(
         $(#[$struct_meta])*
@@ -271,7 +272,7 @@ objects! {
     }
 }
 
-// What `{}` in a list becomes.
+// Sizes of the structs that `{}` in a list becomes.
 const _: () = assert!(size_of::<Node>() <= 96 && size_of::<Material>() <= 128);
 
 impl Default for MetallicRoughness {
@@ -302,7 +303,7 @@ fn unscaled() -> [f64; 2] {
     [1.0; 2]
 }
 
-/// The index of refraction of what has no other.
+/// Returns the default index of refraction.
 pub fn glass() -> f64 {
     1.5
 }

@@ -1,4 +1,4 @@
-//! KHR_lights_punctual.
+//! Lights of nodes (KHR_lights_punctual).
 
 use super::super::source_location::{SourceLocation, shown};
 use super::buffers::get;
@@ -10,7 +10,7 @@ use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
-/// Adds the light of a node.
+/// Adds the light of a node to the description.
 pub fn read(
     document: &Document,
     output: &mut Output,
@@ -33,7 +33,7 @@ pub fn read(
     }
     let position = world.translation;
     if position.abs().max_element() > MAX_MAGNITUDE {
-        return Err(user.too_large("the light lies far away", "1e18 from 0"));
+        return Err(user.too_large("the light is too far from the origin", "1e18 from 0"));
     }
     let direction = (-world.z_axis).try_normalize();
     let light = match (light.kind.as_str(), direction) {
@@ -57,13 +57,13 @@ pub fn read(
     Ok(())
 }
 
-/// A spot light's half angles.
+/// Returns the inner and outer half angle of a spot light.
 fn cone(spot: Option<&Spot>, site: &SourceLocation) -> Result<(f64, f64), SceneError> {
     let Some(spot) = spot else {
         return Err(site.malformed("it has no spot", "a light of type spot must have one, which may be {}"));
     };
     let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
-    // Exporters round half a turn's quarter to f32, and that may be up.
+    // Exporters round pi / 2 to f32, which may be above pi / 2.
     if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2 * (1.0 + 1e-6)) {
         return Err(site.malformed(
             format!("innerConeAngle is {inner}, outerConeAngle {outer}"),

@@ -1,4 +1,4 @@
-//! Materials.
+//! Materials of primitives.
 
 use super::super::images::Curve;
 use super::super::source_location::{SourceLocation, shown};
@@ -12,10 +12,11 @@ use crate::scene::values::MAX_MAGNITUDE;
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
 
-/// Indices of refraction that are taken as they are.
+/// Indices of refraction that are used as they are.
 const IOR: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
-/// The materials in use, by the document's index; `None` is the one of primitives that name none.
+/// Materials in use, by their index in the document; `None` is the material of primitives that name
+/// none.
 #[derive(Debug, Default)]
 pub struct Materials(HashMap<Option<u32>, Known>);
 
@@ -24,14 +25,15 @@ pub struct Materials(HashMap<Option<u32>, Known>);
 pub struct Known {
     /// Index into the description's materials.
     pub index: usize,
-    /// The set of texture coordinates that its textures use; 0 if it has none.
+    /// Set of texture coordinates that the textures use; 0 without textures.
     pub set: u32,
-    /// Whether it has textures.
+    /// True if the material has textures.
     pub textured: bool,
 }
 
 impl Materials {
-    /// The material that a primitive names.
+    /// Returns the material that a primitive names, and adds it to the description at its first
+    /// use.
     pub fn get(
         &mut self,
         document: &Document,
@@ -57,7 +59,7 @@ impl Materials {
     }
 }
 
-/// A material with the specification's defaults.
+/// Returns a material with the specification's defaults.
 fn plain(name: &str) -> Material {
     let MetallicRoughness {
         base_color_factor: [r, g, b, opacity], metallic_factor, roughness_factor, ..
@@ -82,7 +84,8 @@ fn plain(name: &str) -> Material {
     }
 }
 
-/// Reads a material, and which set of texture coordinates its textures use.
+/// Reads a material, and the set of texture coordinates that its textures use (`None` without
+/// textures).
 fn read(
     document: &Document,
     output: &mut Output,
@@ -93,7 +96,7 @@ fn read(
     let site = document.site(format!("materials[{index}]"));
     let name = source.name.as_deref().map_or_else(|| site.place.clone(), shown);
 
-    // In order of precedence for the set of texture coordinates.
+    // Sets of texture coordinates, in order of precedence.
     let mut sets = Vec::new();
     let mut texture = |output: &mut Output,
                        info: Option<&TextureInfo>,
@@ -130,7 +133,7 @@ fn read(
         );
     }
     let emission_texture = if emission == DVec3::ZERO {
-        None // whatever is in it, nothing is emitted
+        None // without emission, its texture has no effect
     } else {
         texture(output, source.emissive_texture.as_deref(), Curve::Srgb, emissive)?
     };
@@ -204,7 +207,7 @@ fn read(
     Ok((material, sets.first().copied()))
 }
 
-/// Factors, which must be between 0 and 1.
+/// Clamps factors to 0 to 1, with a warning if one changes.
 fn share(factors: DVec4, site: &SourceLocation, warnings: &mut Warnings) -> DVec4 {
     let clamped = factors.clamp(DVec4::ZERO, DVec4::ONE);
     let changed = u64::from(clamped != factors);

@@ -1,15 +1,7 @@
-//! glTF 2.0: `.gltf` with buffers in data URIs or files beside it, and `.glb`.
+//! Reads glTF 2.0: `.gltf` with buffers in data URIs or files beside it, and `.glb`.
 //!
-//! What is read: meshes of triangles, strips and fans, indexed or not, interleaved, sparse or quantised
-//! (KHR_mesh_quantization); nodes; the default scene, or all roots if the file names none; perspective cameras; the
-//! metallic-roughness material with KHR_materials_emissive_strength, KHR_materials_ior and KHR_materials_transmission; PNG and
-//! JPEG textures with samplers and KHR_texture_transform; KHR_lights_punctual.
-//!
-//! Meshes and materials that nothing in the scene uses are left out, and with them their images. glTF's units are taken as
-//! those of the renderer: a candela is 1 in a light's intensity, a lux 1 in its irradiance, and an emissive factor a radiance.
-//! A primitive's texture coordinates are those of the set that its material's textures use. The rotation of
-//! KHR_texture_transform is counter-clockwise with v down, as its example and other programs have it; the GLSL in its text has the
-//! inverse (KhronosGroup/glTF issue 1563).
+//! [`parse`] turns a file into a [`Description`]; docs/reference/scene-format/models.md lists the
+//! supported features for users.
 
 mod accessor;
 mod buffers;
@@ -38,10 +30,31 @@ use json::Root;
 
 /// Reads glTF 2.0 from `bytes`, JSON or GLB; `name` stands for the file in messages.
 ///
+/// Supported are:
+///
+/// * meshes of triangles, strips and fans, indexed or not, interleaved, sparse or quantised
+///   (KHR_mesh_quantization)
+/// * nodes, in the default scene, or from all roots if the file names no scene
+/// * perspective cameras and KHR_lights_punctual
+/// * the metallic-roughness material with KHR_materials_emissive_strength, KHR_materials_ior and
+///   KHR_materials_transmission
+/// * PNG and JPEG textures with samplers and KHR_texture_transform
+///
+/// Meshes and materials that nothing in the scene uses are left out, and with them their images.
+/// glTF's units are taken as those of the renderer: a candela is 1 in a light's intensity, a lux 1
+/// in its irradiance, and an emissive factor is a radiance. A primitive's texture coordinates are
+/// those of the set that its material's textures use. The rotation of KHR_texture_transform is
+/// counter-clockwise with v down, as in its example and in other programs; the GLSL in its text has
+/// the inverse (KhronosGroup/glTF issue 1563).
+///
 /// # Errors
-/// [`SceneError::Invalid`] for what is no such JSON, [`SceneError::Malformed`] for what the specification forbids and cannot be
-/// shown, [`SceneError::Unsupported`] for what the file requires and this program does not have, [`SceneError::Resource`] for
-/// buffers and images that `files` does not give, [`SceneError::TooLarge`].
+///
+/// * [`SceneError::Invalid`] for text that is not such JSON
+/// * [`SceneError::Malformed`] for violations of the specification that cannot be shown
+/// * [`SceneError::Unsupported`] for features that the file requires and the renderer does not have
+/// * [`SceneError::Resource`] and [`SceneError::Outside`] for buffers and images that `files` does
+///   not give
+/// * [`SceneError::TooLarge`] for data beyond the limits
 pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
     let Container { json, chunk, aligned } = match bytes.starts_with(container::MAGIC) {
         true => container::split(bytes, name)?,
@@ -69,7 +82,7 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     Ok(description)
 }
 
-/// What is read from.
+/// A document with its buffers: the input of the readers.
 struct Document<'a> {
     name: &'a str,
     root: Root,
@@ -82,7 +95,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// What is written to.
+/// The output of the readers, with their warnings and limits.
 struct Output<'a> {
     description: Description,
     images: Images,

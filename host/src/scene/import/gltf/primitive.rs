@@ -1,4 +1,4 @@
-//! Primitives of meshes.
+//! Primitives of meshes, as meshes of the description.
 
 use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finish};
 use super::super::source_location::{SourceLocation, shown};
@@ -10,7 +10,7 @@ use super::{Document, Output};
 use crate::scene::description::Mesh;
 use crate::scene::error::SceneError;
 
-/// OpenGL's numbers for what indices mean.
+/// OpenGL's codes for the mode of a primitive: triangles, strips and fans.
 pub const TRIANGLES: u32 = 4;
 const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
@@ -53,7 +53,7 @@ pub fn read(
     {
         return Err(site
             .member("extensions.KHR_draco_mesh_compression")
-            .unsupported("a mesh that is there as Draco data only", DECOMPRESS));
+            .unsupported("a mesh whose only data is Draco data", DECOMPRESS));
     }
     let positions = Elements::open(
         document,
@@ -115,7 +115,7 @@ fn is_empty(document: &Document, accessor: u32) -> bool {
     accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
 }
 
-/// The vertices in the order in which they make triangles, each below `count`.
+/// Returns the vertices in the order in which they form triangles; each is below `count`.
 fn corners(
     document: &Document,
     output: &mut Output,
@@ -145,7 +145,7 @@ fn corners(
     Ok(corners)
 }
 
-/// Triangles as the mode makes them, all with the same side to the front.
+/// Forms triangles from corners by the mode, all with the front on the same side.
 fn triangles(corners: &[u32], mode: u32, output: &mut Output, site: &SourceLocation) -> Vec<[u32; 3]> {
     match mode {
         TRIANGLE_STRIP => {
@@ -170,11 +170,12 @@ fn triangles(corners: &[u32], mode: u32, output: &mut Output, site: &SourceLocat
     }
 }
 
-/// Renumbers the vertices that triangles use from 0 on, in their order, and lists what they were.
+/// Renumbers the vertices that triangles use from 0 on, in their order, and returns their old
+/// numbers.
 ///
-/// Many primitives may share the attributes of all of them.
+/// Unused vertices are dropped because many primitives may share the attributes of all of them.
 fn compact(triangles: &mut [[u32; 3]], count: u32) -> Vec<u32> {
-    const NONE: u32 = u32::MAX; // a vertex is below a u32
+    const NONE: u32 = u32::MAX; // not a vertex: all are below `count`
     let corners = triangles.as_flattened_mut();
     if (count as usize) / 8 <= corners.len() {
         let mut numbers = vec![NONE; count as usize];
@@ -202,7 +203,7 @@ fn compact(triangles: &mut [[u32; 3]], count: u32) -> Vec<u32> {
     used
 }
 
-/// A primitive's name: that of its mesh, with its place among several.
+/// Returns a primitive's name: that of its mesh, with its index if there are several.
 pub fn name(mesh: Option<&str>, mesh_index: u32, primitive: usize, primitives: usize) -> String {
     let mesh = mesh.map_or_else(|| format!("meshes[{mesh_index}]"), shown);
     if primitives == 1 { mesh } else { format!("{mesh}.primitives[{primitive}]") }

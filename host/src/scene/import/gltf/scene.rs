@@ -1,4 +1,4 @@
-//! What the nodes of the scene show.
+//! The nodes of the scene: their meshes, cameras and lights.
 
 use super::super::mesh::{check_instance, extent};
 use super::super::source_location::SourceLocation;
@@ -13,7 +13,7 @@ use crate::scene::error::SceneError;
 use glam::DAffine3;
 use std::collections::HashMap;
 
-/// Reads all that is in the scene.
+/// Reads everything in the scene.
 pub fn read(document: &Document, output: &mut Output) -> Result<(), SceneError> {
     let Document { name, root, .. } = document;
     let forest = transform::forest(root, name)?;
@@ -50,8 +50,10 @@ pub fn read(document: &Document, output: &mut Output) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Returns the nodes where a scene begins, each with the place of its parent. The specification
-/// wants roots; a node that is below another is drawn where its parents put it, and each node once.
+/// Returns the nodes at which a scene begins, each with its parent's world transform.
+///
+/// The specification requires roots. A node below another one is drawn where its parents place it,
+/// and each node is drawn once.
 fn starts(
     document: &Document,
     nodes: &[u32],
@@ -73,7 +75,8 @@ fn starts(
     let mut starts = Vec::with_capacity(once.len());
     for node in once {
         if forest.ancestors(node).next().is_some() {
-            let what = "nodes that the scene names and that are no roots, drawn where their parents put them";
+            let what =
+                "nodes that the scene names but that are not roots, drawn where their parents place them";
             warnings.tally(what, 1, &format!("nodes[{node}]"));
         }
         if !forest.ancestors(node).any(|ancestor| listed[ancestor as usize]) {
@@ -83,15 +86,15 @@ fn starts(
     Ok(starts)
 }
 
-/// The meshes that have been read.
+/// The meshes that have been read, and their materials.
 #[derive(Debug, Default)]
 struct Meshes {
-    /// By the document's index: a part for each primitive that shows something.
+    /// Parts of a mesh by its index in the document: one for each primitive that has triangles.
     parts: HashMap<u32, Vec<Part>>,
     materials: Materials,
 }
 
-/// A mesh of the description.
+/// A mesh of the description, with its extent and its number of triangles.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     mesh: usize,
@@ -100,7 +103,7 @@ struct Part {
 }
 
 impl Meshes {
-    /// Puts a mesh into the world.
+    /// Places a mesh in the world.
     fn place(
         &mut self,
         document: &Document,

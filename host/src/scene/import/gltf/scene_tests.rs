@@ -1,4 +1,4 @@
-//! Whole documents: nodes, cameras, lights, materials.
+//! Whole documents: nodes, cameras, lights and materials.
 
 use super::super::testing::{floats, png};
 use super::tests::{TRIANGLE, TRIANGLE_MESH, document, error, mesh, read, triangle};
@@ -28,16 +28,17 @@ fn nodes_are_placed_by_their_ancestors() {
 #[test]
 fn nodes_must_be_trees() {
     let message = |nodes: &str| error(&triangle(&format!(r#"{TRIANGLE_MESH},"nodes":[{nodes}]"#)));
-    assert!(message(r#"{"children":[1]},{"children":[0]}"#).contains("nodes[0]: it is below itself"));
-    assert!(message(r#"{},{"children":[1]}"#).contains("nodes[1]: it is below itself"));
+    assert!(message(r#"{"children":[1]},{"children":[0]}"#).contains("nodes[0]: it is its own descendant"));
+    assert!(message(r#"{},{"children":[1]}"#).contains("nodes[1]: it is its own descendant"));
     let found = message(r#"{"children":[2]},{"children":[2]},{}"#);
     assert!(found.contains("nodes[1].children: nodes[2] is a child of nodes[0] already"), "{found}");
     assert!(message(r#"{"children":[9]}"#).contains("nodes[0].children: it names nodes[9], and there are 1"));
     assert!(message(r#"{"rotation":[0,0,0,0]}"#).contains("nodes[0]: the rotation's length is 0"));
     assert!(
-        message(r#"{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,2]}"#).contains("nodes[0]: the matrix' last row")
+        message(r#"{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,2]}"#)
+            .contains("nodes[0]: the last row of the matrix")
     );
-    assert!(message(r#"{"mesh":0,"scale":[1e300,1,1]}"#).contains("nodes[0]: the instance lies"));
+    assert!(message(r#"{"mesh":0,"scale":[1e300,1,1]}"#).contains("nodes[0]: the instance's position"));
     let chain = |depth: usize| {
         let nodes: Vec<String> = (1..depth).map(|child| format!(r#"{{"children":[{child}]}}"#)).collect();
         format!(r#"{TRIANGLE_MESH},"nodes":[{},{{"mesh":0}}]"#, nodes.join(","))
@@ -73,8 +74,8 @@ fn the_default_scene_or_all_roots() {
     );
 }
 
-/// A scene must name roots. One that names a child is drawn, each node once, where its parents put
-/// it.
+/// The specification requires that a scene names roots. A scene that names a child is drawn, each
+/// node once, where its parents place it.
 #[test]
 fn a_scene_may_name_children() {
     let drawn = |listed: &str| {
@@ -96,7 +97,7 @@ fn a_scene_may_name_children() {
         let [warning] = &warnings[..] else { panic!("{listed}: {warnings:?}") };
         assert!(
             warning
-                .starts_with("nodes that the scene names and that are no roots, drawn where their parents")
+                .starts_with("nodes that the scene names but that are not roots, drawn where their parents")
         );
     }
 }

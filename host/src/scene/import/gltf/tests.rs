@@ -1,4 +1,4 @@
-//! Whole documents: what tests share, meshes, what is no document.
+//! Whole documents: shared helpers, meshes, and files that are not glTF 2.0.
 
 use super::super::testing::{Memory, floats, glb, shorts};
 use super::*;
@@ -10,7 +10,7 @@ use glam::DVec3;
 
 pub const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
-/// A document with one buffer of `data`, viewed as a whole by bufferViews[0].
+/// Returns a document with one buffer of `data`, which bufferViews[0] covers.
 pub fn document(data: &[u8], rest: &str) -> String {
     let length = data.len();
     let data = STANDARD.encode(data);
@@ -20,7 +20,8 @@ pub fn document(data: &[u8], rest: &str) -> String {
     )
 }
 
-/// A document that shows mesh 0, of one primitive, at one node; `rest` has accessors and bufferViews.
+/// Returns a document that shows mesh 0, of one primitive, at one node; `rest` has accessors and
+/// bufferViews.
 pub fn mesh(data: &[u8], primitive: &str, rest: &str) -> String {
     let scene = format!(r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{{primitive}}}]}}],{rest}"#);
     document(data, &scene)
@@ -30,7 +31,7 @@ fn view(length: usize) -> String {
     format!(r#""bufferViews":[{{"buffer":0,"byteLength":{length}}}]"#)
 }
 
-/// A document that shows the triangle as often as nodes ask for mesh 0.
+/// Returns a document that shows the triangle as often as nodes ask for mesh 0.
 pub fn triangle(rest: &str) -> String {
     let scene = format!(
         r#"{},"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],{rest}"#,
@@ -128,7 +129,8 @@ fn indices_strips_and_fans_face_the_same_way() {
 
 #[test]
 fn interleaved_and_quantised_attributes() {
-    // Position as i16, a pair of bytes to fill, normal as i8, uv as normalized u16: 16 bytes a vertex.
+    // Position as i16 and two bytes of padding, normal as i8, uv as normalized u16: 16 bytes a
+    // vertex.
     let vertex = |x: i16, y: i16, uv: [u16; 2]| {
         let mut bytes: Vec<u8> = [x, y, 0, 0].iter().flat_map(|x| x.to_le_bytes()).collect();
         bytes.extend([0, 0, 127, 0]);
@@ -195,7 +197,7 @@ fn wrong_accessors_are_errors_that_name_them() {
     ] {
         let changed = accessor.replace(from, to);
         let found = if to.is_empty() {
-            // Without a view all elements are 0.
+            // Without a view, all elements are 0.
             read(&mesh(&[], primitive, &format!(r#""accessors":[{changed}]"#))).warnings.join("\n")
         } else {
             message(&changed, &TRIANGLE)
@@ -216,7 +218,7 @@ fn wrong_accessors_are_errors_that_name_them() {
     }
     let count = "\"count\":4000000000";
     let huge = accessor.replace("\"bufferView\":0,", "").replace("\"count\":3", count);
-    assert!(message(&huge, &TRIANGLE).contains("the scene grows while it is read"));
+    assert!(message(&huge, &TRIANGLE).contains("the scene needs too much memory for the size of its files"));
 }
 
 #[test]
@@ -234,10 +236,10 @@ fn what_is_no_gltf_says_where() {
     let first =
         "a.gltf: asset.version: this is glTF 1.0; convert it with `gltf-pipeline -i old.gltf -o new.glb`";
     assert_eq!(error(r#"{"asset":{"version":"1.0"}}"#), first);
-    // Its lists are objects, and it need not have an asset.
+    // In glTF 1.0 lists are objects, and the asset is optional.
     assert_eq!(error(r#"{"nodes":{"n":{"meshes":["m"]}},"scene":"s"}"#), first);
     let many = format!(r#"{{"asset":{{"version":"2.0"}},"materials":[{}{{}}]}}"#, "{},".repeat(1 << 16));
-    assert!(error(&many).contains("more than 65536 of them"));
+    assert!(error(&many).contains("a list of more than 65536 members"));
     let message = parse(b"{\xff", "a", &mut NoFiles).unwrap_err().to_string();
     assert!(message.contains("byte 1 of the JSON: it is not UTF-8"));
 }
@@ -251,10 +253,11 @@ fn many_instances_of_many_parts_are_refused() {
         primitives.trim_end_matches(','),
         nodes.trim_end_matches(',')
     ));
-    assert!(error(&text).contains("the scene grows while it is read"));
+    assert!(error(&text).contains("the scene needs too much memory for the size of its files"));
 }
 
-/// The triangle, whose accessors have no data of their own, in a primitive with `extensions`.
+/// Returns the triangle in a primitive with `extensions`; without a view in `accessor`, it has no
+/// data of its own.
 fn compressed(accessor: &str, extensions: &str) -> String {
     let primitive = format!(r#""attributes":{{"POSITION":0}},"extensions":{{{extensions}}}"#);
     let rest =
@@ -266,12 +269,12 @@ fn compressed(accessor: &str, extensions: &str) -> String {
 fn a_mesh_that_is_only_draco_data_is_refused() {
     const DRACO: &str = r#""KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}"#;
     let message = error(&compressed("", DRACO));
-    let want = "a.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: a mesh that is there as Draco data only \
+    let want = "a.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: a mesh whose only data is Draco data \
                 is not supported; decompress it with `gltf-transform copy in.glb out.glb`";
     assert!(message.starts_with(want), "{message}");
-    // With data for those who cannot decompress it, it is read.
+    // With data for readers that cannot decompress, it is read.
     assert_eq!(read(&compressed(r#""bufferView":0,"#, DRACO)).meshes.len(), 1);
-    // Without the extension, elements without data are 0: that is a mesh without triangles.
+    // Without the extension, elements without data are 0: the mesh has no triangles.
     assert!(read(&compressed("", "")).meshes.is_empty());
     let required = |extension: &str| {
         let used = format!(r#"{{"asset":{{"version":"2.0"}},"extensionsRequired":["{extension}"]}}"#);
@@ -288,7 +291,7 @@ fn a_mesh_that_is_only_draco_data_is_refused() {
         assert!(message.contains(extension) && message.contains(remedy), "{message}");
     }
     let buffer = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]}"#;
-    assert!(error(buffer).contains("buffers[0].extensions: a buffer that is there as meshopt data only"));
+    assert!(error(buffer).contains("buffers[0].extensions: a buffer whose only data is meshopt data"));
 }
 
 #[test]

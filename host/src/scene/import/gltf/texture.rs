@@ -10,14 +10,15 @@ use crate::scene::error::SceneError;
 use glam::{DAffine2, DMat2, DVec2};
 use std::borrow::Cow;
 
-/// OpenGL's numbers for samplers.
+/// OpenGL's codes for the settings of samplers.
 pub const REPEAT: u32 = 10497;
 const CLAMP_TO_EDGE: u32 = 33071;
 const MIRRORED_REPEAT: u32 = 33648;
 const NEAREST: u32 = 9728;
 const LINEAR: u32 = 9729;
 
-/// How a material reads an image, and from which set of texture coordinates; `None` if the image is in no known format.
+/// Reads the use of an image by a material, and the set of texture coordinates for it; `None` if
+/// the image has no supported format.
 pub fn read(
     document: &Document,
     output: &mut Output,
@@ -32,7 +33,7 @@ pub fn read(
         let others = texture.extensions.as_deref();
         let what = if others.is_some_and(|others| others.ktx2.is_some()) {
             "textures whose only image is KTX2 (KHR_texture_basisu), ignored; \
-             `gltf-transform ktxdecompress in.glb out.glb` makes PNG of it"
+             `gltf-transform ktxdecompress in.glb out.glb` converts them to PNG"
         } else if others.is_some_and(|others| others.webp.is_some()) {
             "textures whose only image is WebP (EXT_texture_webp), ignored; export the file with PNG or JPEG textures"
         } else {
@@ -70,7 +71,8 @@ pub fn read(
     Ok(Some((TextureUse { image, wrap, filter, transform }, set)))
 }
 
-/// Scale, then rotation, then offset. With v down, u turns towards -v.
+/// Returns scale, then rotation, then offset as a map. With v down, a positive rotation turns +u
+/// towards -v.
 fn transform(moved: &TextureTransform) -> DAffine2 {
     let turn = DMat2::from_angle(-moved.rotation);
     DAffine2::from_mat2_translation(
@@ -79,7 +81,7 @@ fn transform(moved: &TextureTransform) -> DAffine2 {
     )
 }
 
-/// The index of an image among those that are read.
+/// Returns the index of an image in the description, and reads it at its first use.
 fn image(
     document: &Document,
     output: &mut Output,

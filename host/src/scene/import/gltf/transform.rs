@@ -1,20 +1,20 @@
-//! Where nodes are.
+//! Transforms of nodes.
 
 use super::super::source_location::SourceLocation;
 use super::json::{Node, Root};
 use crate::scene::error::SceneError;
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// Nodes may have this many generations of children.
+/// Maximum depth of the node hierarchy.
 const MAX_DEPTH: usize = 256;
 
-/// A node's place in that of its parent.
+/// Returns a node's transform relative to its parent.
 pub fn local(node: &Node, site: &SourceLocation) -> Result<DAffine3, SceneError> {
     if let Some(matrix) = node.matrix.as_deref() {
         let matrix = DMat4::from_cols_array(matrix);
         let last = matrix.row(3);
         if !(last - DVec4::W).abs().cmple(DVec4::splat(1e-6)).all() {
-            let problem = format!("the matrix' last row is {last}");
+            let problem = format!("the last row of the matrix is {last}");
             return Err(site.malformed(problem, "it must be 0, 0, 0, 1: elements 3, 7, 11 and 15"));
         }
         return Ok(DAffine3::from_mat4(matrix));
@@ -36,10 +36,10 @@ pub fn local(node: &Node, site: &SourceLocation) -> Result<DAffine3, SceneError>
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
-/// No node's index.
+/// Stands for no node.
 const NONE: u32 = u32::MAX;
 
-/// The trees that nodes form.
+/// The trees of nodes.
 #[derive(Debug)]
 pub struct Forest {
     /// Nodes without a parent.
@@ -54,7 +54,7 @@ impl Forest {
         std::iter::successors(Some(node), parent).skip(1)
     }
 
-    /// Returns the place in the world of a node's parent.
+    /// Returns the world transform of a node's parent.
     pub fn place_of_parent(&self, root: &Root, node: u32, name: &str) -> Result<DAffine3, SceneError> {
         let mut world = DAffine3::IDENTITY;
         for ancestor in self.ancestors(node) {
@@ -66,7 +66,7 @@ impl Forest {
     }
 }
 
-/// Checks that nodes form trees of bounded depth.
+/// Checks that the nodes form trees of bounded depth.
 pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     let mut parents = vec![NONE; root.nodes.len()];
     for (index, node) in root.nodes.iter().enumerate() {
@@ -83,7 +83,8 @@ pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     }
     let roots: Vec<u32> =
         (0..).zip(&parents).filter(|(_, parent)| **parent == NONE).map(|(index, _)| index).collect();
-    // With one parent each, a walk down from the roots meets every node once, but those in circles and below.
+    // Each node has at most one parent, so a walk down from the roots meets every node once, except
+    // those in or below a cycle.
     let mut met = vec![false; root.nodes.len()];
     for &start in &roots {
         walk(root, start, DAffine3::IDENTITY, name, &mut |index, _| {
@@ -94,12 +95,12 @@ pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     match met.iter().position(|met| !met) {
         None => Ok(Forest { roots, parents }),
         Some(index) => Err(SourceLocation::new(name, format!("nodes[{index}]"))
-            .malformed("it is below itself, or below a node that is", "nodes must form trees")),
+            .malformed("it is its own descendant, or below such a node", "nodes must form trees")),
     }
 }
 
-/// Visits a node at `place` and all below it, with their places in the world. They are in no
-/// circle, or depth ends the walk.
+/// Visits a node and all nodes below it, with their world transforms; `place` is the parent's.
+/// There is no cycle below, or else the limit of depth ends the walk.
 pub fn walk(
     root: &Root,
     start: u32,
@@ -117,7 +118,7 @@ pub fn walk(
         let site = SourceLocation::new(name, format!("nodes[{index}]"));
         let world = *parent * local(node, &site)?;
         if !world.is_finite() {
-            return Err(site.malformed("its place in the world is not finite", "use smaller numbers"));
+            return Err(site.malformed("its transform to the world is not finite", "use smaller numbers"));
         }
         visit(index, world)?;
         if !node.children.is_empty() {

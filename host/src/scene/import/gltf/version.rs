@@ -1,4 +1,4 @@
-//! glTF 1.0, which is another format: most of its lists are objects.
+//! Recognises glTF 1.0, which is another format: most of its lists are objects.
 
 use super::super::source_location::SourceLocation;
 use crate::scene::error::SceneError;
@@ -11,7 +11,7 @@ pub fn convert(site: &SourceLocation) -> SceneError {
     site.malformed("this is glTF 1.0", "convert it with `gltf-pipeline -i old.gltf -o new.glb`")
 }
 
-/// Returns whether a text that is no glTF 2.0 is glTF 1.0 or older: by its version, or by objects
+/// Returns whether a text that is not glTF 2.0 is glTF 1.0 or older: by its version, or by objects
 /// where glTF 2.0 has lists.
 pub fn is_first(text: &str) -> bool {
     let Ok(Probe { asset, accessors, meshes, nodes }) = serde_json::from_str(text) else { return false };
@@ -21,7 +21,7 @@ pub fn is_first(text: &str) -> bool {
     version.as_ref().is_some_and(old) || object(accessors) || object(meshes) || object(nodes)
 }
 
-/// The members that tell the versions apart.
+/// Members that differ between the versions.
 #[derive(Deserialize)]
 struct Probe {
     asset: Option<Asset>,

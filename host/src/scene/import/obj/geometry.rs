@@ -1,4 +1,4 @@
-//! The statements of OBJ.
+//! The statements of OBJ files.
 
 use super::super::mesh::{POSITION_REMEDY, check_position};
 use super::super::source_location::shown;
@@ -7,33 +7,34 @@ use super::lines::{Source, Statement};
 use crate::scene::error::SceneError;
 use std::collections::{HashMap, HashSet};
 
-/// Stands for texture coordinates and normals that a corner does not have.
+/// Index of texture coordinates and normals that a corner does not have.
 pub const NONE: u32 = u32::MAX;
 
-/// What an OBJ file says.
+/// Content of an OBJ file.
 #[derive(Debug, Default)]
 pub struct Geometry {
     pub positions: Vec<[f64; 3]>,
-    /// (0, 0) is the top left.
+    /// Texture coordinates; (0, 0) is the top left.
     pub uvs: Vec<[f32; 2]>,
     pub normals: Vec<[f32; 3]>,
     pub groups: Vec<Group>,
-    /// File names and the lines they are on.
+    /// Names of material libraries, with their lines.
     pub libraries: Vec<(String, usize)>,
     names: Names,
     materials: Names,
 }
 
-/// Triangles of the same name and material; either all of them have normals or none, and texture coordinates likewise.
+/// Triangles of one object or group with one material. All of them have normals or none has, and
+/// all have texture coordinates or none has.
 #[derive(Debug)]
 pub struct Group {
     name: u32,
     material: u32,
-    /// Indices of positions, texture coordinates, normals.
+    /// Indices of position, texture coordinates and normal of each corner.
     pub triangles: Vec<[[u32; 3]; 3]>,
 }
 
-/// Different names, by number.
+/// Distinct names, numbered from 0.
 #[derive(Debug, Default)]
 struct Names {
     all: Vec<String>,
@@ -45,7 +46,7 @@ impl Names {
         if let Some(&number) = self.index.get(name) {
             return number;
         }
-        let number = self.all.len() as u32; // fewer than 2^32: each takes a line, and lines are counted below
+        let number = self.all.len() as u32; // below 2^32: each takes a line, and `read` limits lines
         self.all.push(name.to_owned());
         self.index.insert(name.to_owned(), number);
         number
@@ -57,7 +58,7 @@ impl Names {
 }
 
 impl Geometry {
-    /// The name of a group's object or group; "" before the first.
+    /// Returns the name of a group's object or group; "" before the first one.
     pub fn name(&self, group: &Group) -> &str {
         self.names.name(group.name)
     }
@@ -68,13 +69,13 @@ impl Geometry {
         corners.filter_map(|&[position, ..]| self.positions.get(position as usize).copied())
     }
 
-    /// The name of a group's material; "" for none.
+    /// Returns the name of a group's material; "" without one.
     pub fn material(&self, group: &Group) -> &str {
         self.materials.name(group.material)
     }
 }
 
-/// Reads all statements.
+/// Reads all statements of a file.
 pub fn read(source: &Source, warnings: &mut Warnings) -> Result<Geometry, SceneError> {
     let mut geometry = Geometry::default();
     let mut groups: HashMap<(u32, u32, bool, bool), usize> = HashMap::new();
@@ -151,7 +152,7 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<Geometry, SceneE
     Ok(geometry)
 }
 
-/// A face's corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+/// Parses a face's corner, `v`, `v/vt`, `v//vn` or `v/vt/vn`, as three indices.
 fn corner(statement: &Statement, word: &str, geometry: &Geometry) -> Result<[u32; 3], SceneError> {
     let Geometry { positions, uvs, normals, .. } = geometry;
     let mut parts = word.split('/');
@@ -161,14 +162,15 @@ fn corner(statement: &Statement, word: &str, geometry: &Geometry) -> Result<[u32
             return Ok(NONE);
         }
         let number: i64 = part.parse().map_err(|_| {
-            let message = format!("\"{}\" is no vertex; a face takes v, v/vt, v//vn or v/vt/vn", shown(word));
+            let message =
+                format!("\"{}\" is not a vertex; a face takes v, v/vt, v//vn or v/vt/vn", shown(word));
             statement.error(word, message)
         })?;
-        // From 1 on, or back from the latest.
+        // Positive numbers count from 1, negative ones back from the latest.
         let place = if number > 0 { number - 1 } else { number.saturating_add(count as i64) };
         if number == 0 || !(0..count as i64).contains(&place) {
             let message = format!(
-                "{what} {number} is none of the {count} before this line; the first is 1, the latest -1"
+                "{what} {number} does not exist, there are {count} before this line; the first is 1, the latest -1"
             );
             return Err(statement.error(word, message));
         }

@@ -1,4 +1,4 @@
-//! The statements of MTL.
+//! The statements of MTL files.
 
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
@@ -10,18 +10,18 @@ use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
 
-/// Materials by name.
+/// Materials of the libraries that have been read, by name.
 #[derive(Debug, Default)]
 pub struct Libraries {
     pub entries: HashMap<String, Entry>,
-    /// The files that have been read.
+    /// Paths of the files that have been read.
     known: HashSet<String>,
 }
 
-/// What an MTL file says of a material; numbers are as they are there.
+/// The statements of an MTL file about a material, with the numbers of the file.
 #[derive(Debug, Default)]
 pub struct Entry {
-    /// Where it is, for messages: file and line.
+    /// File of the material, for messages; `line` is that of its newmtl.
     pub file: String,
     pub line: usize,
     pub diffuse: Option<DVec3>,
@@ -39,10 +39,10 @@ pub struct Entry {
     pub emission_map: Option<Map>,
 }
 
-/// An image and how it lies.
+/// An image and its placement.
 #[derive(Clone, Debug)]
 pub struct Map {
-    /// Relative to the OBJ file's folder.
+    /// File name, relative to the OBJ file's folder.
     pub path: String,
     pub scale: DVec2,
     pub offset: DVec2,
@@ -50,7 +50,8 @@ pub struct Map {
 }
 
 impl Libraries {
-    /// Adds the materials of the files that `mtllib` names: one, whose name may have spaces, or several.
+    /// Adds the materials of the libraries that `mtllib` names: one name, which may contain spaces,
+    /// or several names.
     pub fn read(
         &mut self,
         names: &str,
@@ -102,7 +103,7 @@ impl Libraries {
                 continue;
             }
             let Some((_, entry)) = &mut current else {
-                // Whatever file this is, its text is not for a terminal.
+                // The file may be anything, so messages must not show its text.
                 let site = SourceLocation::new(path, format!("line {}", statement.line));
                 let problem = "no newmtl comes before this statement";
                 return Err(site.malformed(problem, "mtllib must name a material library (MTL)"));
@@ -146,7 +147,7 @@ impl Entry {
             "Pm" => number(&mut self.metallic)?,
             "map_Kd" => self.diffuse_map = map(statement, folder, warnings)?,
             "map_Ke" => self.emission_map = map(statement, folder, warnings)?,
-            "Ka" => {} // ambient light, which is computed
+            "Ka" => {} // ambient light is computed
             other => {
                 warnings.once(format!("the MTL statement \"{}\" is not supported and ignored", shown(other)));
             }
@@ -155,7 +156,7 @@ impl Entry {
     }
 }
 
-/// Red, green and blue, or one number for all.
+/// Parses red, green and blue, or one number for all of them.
 fn colour(statement: &Statement, warnings: &mut Warnings) -> Result<Option<DVec3>, SceneError> {
     if let Some(kind @ ("spectral" | "xyz")) = statement.arguments().next() {
         warnings.once(format!("MTL colours by \"{kind}\" are not supported and ignored"));
@@ -174,7 +175,7 @@ fn colour(statement: &Statement, warnings: &mut Warnings) -> Result<Option<DVec3
     Err(statement.error("", format!("the colour {colour} is not finite")))
 }
 
-/// Options, then a file name, which may have spaces.
+/// Parses options and a file name, which may contain spaces.
 fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<Option<Map>, SceneError> {
     let mut map = Map { path: String::new(), scale: DVec2::ONE, offset: DVec2::ZERO, clamp: false };
     let mut rest = statement.rest();
@@ -194,7 +195,7 @@ fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<O
             "-blendu" | "-blendv" | "-boost" | "-bm" | "-cc" | "-clamp" | "-imfchan" | "-texres"
             | "-type" => 1,
             _ => {
-                rest = start; // a file whose name starts with it
+                rest = start; // a file name that begins with -
                 break;
             }
         };
@@ -208,7 +209,7 @@ fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<O
             if option == "-o" {
                 numbers = DVec3::ZERO;
             }
-            // The second and third may be left out.
+            // The second and third number are optional.
             for axis in 0..count {
                 let Ok(number) = rest.split_whitespace().next().unwrap_or_default().parse::<f64>() else {
                     break;
@@ -236,7 +237,7 @@ fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<O
     Ok(Some(map))
 }
 
-/// A path with `/` between folders: Windows programs write `\`.
+/// Returns a path with `/` between folders, where Windows programs write `\`.
 fn portable(path: &str) -> String {
     path.replace('\\', "/")
 }

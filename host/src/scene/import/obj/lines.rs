@@ -3,7 +3,7 @@
 use crate::scene::error::SceneError;
 use std::borrow::Cow;
 
-/// A text and its name for messages.
+/// Text of a file, and the file's name in messages.
 #[derive(Debug)]
 pub struct Source<'a> {
     pub name: &'a str,
@@ -11,12 +11,13 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// What is not UTF-8, such as in comments of old programs, is replaced.
+    /// Takes a file's bytes. Invalid UTF-8, such as in comments of old programs, is replaced.
     pub fn new(name: &'a str, bytes: &'a [u8]) -> Self {
         Self { name, text: String::from_utf8_lossy(bytes) }
     }
 
-    /// The statements: lines that are neither empty nor comments, `\` at the end of one joins the next.
+    /// Returns the statements: lines that are neither empty nor comments. A `\` at the end of a
+    /// line joins the next line.
     pub fn statements(&self) -> impl Iterator<Item = Statement<'_>> {
         let mut lines = (1..).zip(self.text.split('\n'));
         std::iter::from_fn(move || {
@@ -35,35 +36,36 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A statement.
+/// A statement: a keyword and its arguments.
 #[derive(Debug)]
 pub struct Statement<'s> {
     source: &'s Source<'s>,
-    /// Counted from 1.
+    /// Line, counted from 1.
     pub line: usize,
     text: Cow<'s, str>,
 }
 
 impl Statement<'_> {
-    /// The first word.
+    /// Returns the first word.
     pub fn keyword(&self) -> &str {
         self.text.split_whitespace().next().unwrap_or_default()
     }
 
-    /// All that comes after the first word: a name, which may have spaces.
+    /// Returns everything after the first word: a name, which may contain spaces.
     pub fn rest(&self) -> &str {
         self.text.split_once(char::is_whitespace).map_or("", |(_, rest)| rest.trim())
     }
 
-    /// The words after the first, before a comment.
+    /// Returns the words after the first one, up to a comment.
     pub fn arguments(&self) -> impl Iterator<Item = &str> {
         self.text.split_whitespace().skip(1).take_while(|word| !word.starts_with('#'))
     }
 
-    /// The arguments as numbers, which may be infinite or none.
+    /// Returns the arguments as numbers, which may be infinite or NaN. Omitted numbers are 0.
     ///
     /// # Errors
-    /// [`SceneError::Invalid`] for another word, or if there are fewer than `least`.
+    ///
+    /// [`SceneError::Invalid`] for a word that is not a number, or for fewer than `least` numbers.
     pub fn numbers<const N: usize>(&self, least: usize) -> Result<[f64; N], SceneError> {
         let mut numbers = [0.0; N];
         let mut count = 0;
@@ -77,7 +79,7 @@ impl Statement<'_> {
         Ok(numbers)
     }
 
-    /// A word as a number.
+    /// Parses a word as a number.
     pub fn number(&self, word: &str) -> Result<f64, SceneError> {
         word.parse().map_err(|_| {
             self.error(
@@ -87,7 +89,7 @@ impl Statement<'_> {
         })
     }
 
-    /// An error at `word`, a part of the statement.
+    /// Returns an error at `word`, a part of the statement, or at its line if `word` is empty.
     pub fn error(&self, word: &str, message: String) -> SceneError {
         let column = if word.is_empty() { None } else { self.text.find(word) };
         let before = self.text.get(..column.unwrap_or_default()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! From MTL's materials to those of the description.
+//! Converts MTL materials to those of the description.
 
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
@@ -15,26 +15,26 @@ use glam::{DAffine2, DVec2, DVec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// Reflected by what has no material.
+/// Default albedo, and that of faces without a material.
 const GREY: f64 = 0.8;
-/// Of glass.
+/// Default index of refraction, that of glass.
 const GLASS: f64 = 1.5;
 
-/// The materials in use.
+/// Materials in use, and the libraries that they come from.
 #[derive(Debug)]
 pub struct Materials {
     libraries: Libraries,
     index: HashMap<String, usize>,
 }
 
-/// Where materials and their images go to and come from.
+/// Destination of materials and images, and source of image files.
 pub struct Used<'a> {
     pub description: &'a mut Description,
     pub images: &'a mut Images,
     pub files: &'a mut dyn Files,
 }
 
-/// A diffuse grey material.
+/// Returns a diffuse grey material.
 pub fn grey(name: &str) -> Material {
     Material {
         name: name.to_owned(),
@@ -43,7 +43,7 @@ pub fn grey(name: &str) -> Material {
         base_color_texture: None,
         emission: DVec3::ZERO,
         emission_texture: None,
-        emits_both_sides: true, // no sidedness in OBJ
+        emits_both_sides: true, // OBJ has no front sides
         opacity: 1.0,
         alpha: Alpha::Opaque,
     }
@@ -54,7 +54,8 @@ impl Materials {
         Self { libraries, index: HashMap::new() }
     }
 
-    /// The index of the material `name` in the description; "" is none.
+    /// Returns the index of the material `name` in the description, and adds it at its first use;
+    /// "" stands for no material.
     pub fn get(
         &mut self,
         name: &str,
@@ -141,7 +142,7 @@ fn material(
         u64::from(is_dull),
         &site.place,
     );
-    // Kd's map has no place in what reflects Ks or nothing diffusely.
+    // `map_Kd` multiplies `Kd`, which glass and metal that reflects `Ks` do not use.
     let has_base = matches!(material.surface, Surface::Lambertian | Surface::MetallicRoughness { .. });
     if let Some(map) = entry.diffuse_map.as_ref().filter(|_| has_base) {
         material.base_color_texture = Some(texture(map, used, budget, &site.member("map_Kd"))?);
@@ -161,7 +162,7 @@ fn material(
     Ok(material)
 }
 
-/// An index of refraction that is at least `least`.
+/// Returns the index of refraction if it is from `least` to 1000, else 1.5, with a warning.
 fn ior(ior: Option<f64>, least: f64, site: &SourceLocation, warnings: &mut Warnings) -> f64 {
     let ior = ior.unwrap_or(GLASS);
     if (least..=1000.0).contains(&ior) {
@@ -183,7 +184,7 @@ fn texture(
         budget.extend(bytes.len());
         Ok(Cow::Owned(bytes))
     })?;
-    // MTL scales and moves with v upwards from the image's bottom.
+    // MTL scales and moves images with v upwards from the bottom.
     let offset = DVec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
     let transform = DAffine2::from_scale_angle_translation(map.scale, 0.0, offset);

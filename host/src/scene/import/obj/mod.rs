@@ -1,23 +1,7 @@
-//! Wavefront OBJ with MTL materials.
+//! Reads Wavefront OBJ with MTL materials.
 //!
-//! Of OBJ: `v`, `vt`, `vn`, `f`, `o`, `g`, `usemtl` and `mtllib`. Polygons become fans around their
-//! first vertex; those of the same object or group with the same material become a mesh, as do
-//! those without normals or texture coordinates apart from those with. Positions are f64; of a file
-//! far from 0 they are stored relative to its centre. Normals are those of `vn`: smoothing groups
-//! are not. Texture coordinates have v upwards there, downwards here.
-//!
-//! Of MTL, the first line that applies:
-//!
-//! | Statements | Material |
-//! |---|---|
-//! | `Pr` or `Pm` | metallic-roughness: base colour `Kd`, roughness `Pr` (1 without), metallic `Pm` (0 without), index of refraction `Ni` (1.5 without) |
-//! | `illum` 4, 6 or 7; or `Tf`, `Ni` and `d` below 1 | smooth glass with index of refraction `Ni` (1.5 without) |
-//! | `illum` 3 or 5, `Ns` and `Ks` above 0 | rough metal that reflects `Ks`, GGX alpha sqrt(2 / (`Ns` + 2)) |
-//! | any others | diffuse: `Kd` (0.8 without, 1 with `map_Kd`) |
-//!
-//! `map_Kd` multiplies `Kd` where there is a base colour. `Ke` is emitted by both sides, times `map_Ke`. But for glass, `d` below
-//! 1 (or `Tr` above 0) is the share that is seen. Maps take the options `-s`, `-o` and `-clamp`. Highlights (`Ks`, `Ns`) of diffuse
-//! materials and ambient light (`Ka`) are not. Faces without a material, or with one that no library has, are diffuse grey.
+//! [`parse`] turns a file into a [`Description`]; docs/reference/scene-format/models.md lists the
+//! supported features for users.
 
 mod geometry;
 mod library;
@@ -39,11 +23,44 @@ use lines::Source;
 use material::Materials;
 use std::collections::HashMap;
 
-/// Reads OBJ from `bytes`, and its material libraries and images from `files`; `name` stands for the file in messages.
+/// Reads OBJ from `bytes`, and its material libraries and images from `files`; `name` stands for
+/// the file in messages.
+///
+/// The OBJ statements `v`, `vt`, `vn`, `f`, `o`, `g`, `usemtl` and `mtllib` are supported:
+///
+/// * Polygons become fans around their first vertex.
+/// * Polygons of the same object or group with the same material become a mesh. Those with normals
+///   and those without make different meshes, and so do those with and without texture coordinates.
+/// * Positions are f64. In a file far from 0, they are stored relative to its centre.
+/// * Normals are those of `vn`; smoothing groups are ignored.
+/// * Texture coordinates have v upwards in the file and downwards in the description.
+///
+/// The first of these lines that applies makes an MTL material:
+///
+/// * `Pr` or `Pm`: metallic-roughness with base colour `Kd`, roughness `Pr` (1 without), metallic
+///   `Pm` (0 without) and index of refraction `Ni` (1.5 without)
+/// * `illum` 4, 6 or 7; or `Tf`, `Ni` and `d` below 1: smooth glass with index of refraction `Ni`
+///   (1.5 without)
+/// * `illum` 3 or 5, `Ns` and `Ks` above 0: rough metal that reflects `Ks`, with GGX alpha sqrt(2 /
+///   (`Ns` + 2))
+/// * any others: diffuse `Kd` (0.8 without, 1 with `map_Kd`)
+///
+/// Further rules:
+///
+/// * `map_Kd` multiplies `Kd` of materials with a base colour.
+/// * `Ke`, times `map_Ke`, is emitted by both sides.
+/// * `d` below 1 (or `Tr` above 0) is opacity, except for glass.
+/// * Maps take the options `-s`, `-o` and `-clamp`.
+/// * Highlights (`Ks`, `Ns`) of diffuse materials and ambient light (`Ka`) are ignored.
+/// * Faces without a material, or with one that no library defines, are diffuse grey.
 ///
 /// # Errors
-/// [`SceneError::Invalid`] for what is no such text, with its line, [`SceneError::Resource`] for libraries and images that `files`
-/// does not give, [`SceneError::Malformed`], [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for what is in them.
+///
+/// * [`SceneError::Invalid`] with the line, for text that is not OBJ or MTL
+/// * [`SceneError::Resource`] and [`SceneError::Outside`] for libraries and images that `files`
+///   does not give
+/// * [`SceneError::Malformed`], [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for their
+///   content
 pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
     let mut warnings = Warnings::default();
     let mut budget = Budget::new(bytes.len());
@@ -84,8 +101,8 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     Ok(description)
 }
 
-/// A group's mesh about `origin`: a vertex for each combination of position, texture coordinates
-/// and normal.
+/// Builds a group's mesh, with positions relative to `origin` and a vertex for each combination of
+/// position, texture coordinates and normal.
 fn mesh(geometry: &Geometry, group: &Group, origin: DVec3) -> Mesh {
     let mut mesh = Mesh { name: super::source_location::shown(geometry.name(group)), ..Mesh::default() };
     let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();

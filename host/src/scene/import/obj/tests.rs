@@ -1,4 +1,4 @@
-//! Whole files.
+//! Tests of whole OBJ files.
 
 use super::super::testing::{FAR, Memory, ROUNDED, error_in_space, far_vertices, png, rounded_in_world};
 use super::*;
@@ -53,11 +53,11 @@ fn errors_name_line_and_column() {
         ("\nv 0 0 x\n", "a.obj:2:7: \"x\" is not a number"),
         ("v 0 nan 0\n", "a.obj:1:1: (0e0, NaN, 0e0) is not finite"),
         ("v 0 2e18 0\n", "is beyond 1e18"),
-        ("v 0 0 0\nf 1 1 2\n", "a.obj:2:7: v 2 is none of the 1 before this line"),
-        ("v 0 0 0\nf 0 1 1\n", "v 0 is none"),
-        ("v 0 0 0\nf 1 1 -2\n", "v -2 is none"),
-        ("v 0 0 0\nf 1/1 1 1\n", "a.obj:2:3: vt 1 is none of the 0"),
-        ("f a\n", "\"a\" is no vertex"),
+        ("v 0 0 0\nf 1 1 2\n", "a.obj:2:7: v 2 does not exist, there are 1 before this line"),
+        ("v 0 0 0\nf 0 1 1\n", "v 0 does not exist"),
+        ("v 0 0 0\nf 1 1 -2\n", "v -2 does not exist"),
+        ("v 0 0 0\nf 1/1 1 1\n", "a.obj:2:3: vt 1 does not exist, there are 0"),
+        ("f a\n", "\"a\" is not a vertex"),
         ("mtllib none.mtl\n", "a.obj: line 1, mtllib: cannot read \"none.mtl\""),
     ] {
         let message = error(text);
@@ -65,7 +65,7 @@ fn errors_name_line_and_column() {
     }
 }
 
-/// The materials of an MTL file, in order.
+/// Returns the materials of an MTL file, in order, and the scene that uses them.
 fn materials(library: &str) -> (Vec<Material>, Description) {
     let mut obj = format!("mtllib my lib.mtl\n{SQUARE}");
     for line in library.lines() {
@@ -107,7 +107,7 @@ fn mtl_materials() {
     ));
     assert_eq!(mapped.base_color, DVec3::ONE);
     let map = mapped.base_color_texture.as_ref().unwrap();
-    // The bottom left, (0, 1) here, moves to (0.5, 0.25) from the bottom left.
+    // The bottom left, (0, 1) in the description, moves to (0.5, 0.25) from the bottom left.
     assert!(map.transform.transform_point2(DVec2::Y).abs_diff_eq(DVec2::new(0.5, 0.75), 1e-12));
     assert!(map.transform.transform_point2(DVec2::X).abs_diff_eq(DVec2::new(2.5, -3.25), 1e-12));
     assert_eq!(scene.images[0].name, "maps/a b.png");
@@ -123,7 +123,8 @@ fn mtl_materials() {
     );
 }
 
-/// One warning for all of them; none where Ks is black, or Pr says how glossy a material is.
+/// One warning counts all such materials. Materials with black Ks, or whose Pr says how glossy they
+/// are, do not count.
 #[test]
 fn highlights_that_are_not_rendered() {
     let warnings = |library: &str| materials(library).1.warnings;
@@ -133,7 +134,7 @@ fn highlights_that_are_not_rendered() {
     assert!(warnings(none).is_empty(), "{:?}", warnings(none));
 }
 
-/// A file that is no library may be anything.
+/// A file that is not a library may contain anything, such as secrets.
 #[test]
 fn text_of_other_files_is_not_quoted() {
     let mut files = Memory([("a.mtl", b"root:secret".to_vec())].into());
@@ -178,7 +179,7 @@ fn meshes_of_a_file_share_an_origin() {
     assert_eq!((a1, a3), (b1, b3));
 }
 
-/// A small part of a model that stands at the origin, too.
+/// Includes a small part of a model that is at the origin.
 #[test]
 fn models_near_the_origin_keep_their_bits() {
     let scene =

@@ -1,10 +1,10 @@
-//! PLY's body: numbers one after another.
+//! The body of a PLY file: numbers one after another.
 
 use super::super::source_location::{SourceLocation, shown};
 use super::header::{Element, Encoding, Header, Kind, Number};
 use crate::scene::error::SceneError;
 
-/// The numbers that have not been read yet.
+/// The numbers of the body that have not been read yet.
 #[derive(Debug)]
 pub struct Body<'a> {
     name: &'a str,
@@ -19,15 +19,15 @@ impl<'a> Body<'a> {
         Self { name, encoding: header.encoding, left, length: bytes.len() }
     }
 
-    /// A place, for errors.
+    /// Returns a place in the file, for errors.
     pub fn site(&self, place: &str) -> SourceLocation<'a> {
         SourceLocation::new(self.name, place)
     }
 
-    /// Checks that an element's members are not more than the rest of the file has room for.
+    /// Checks that the rest of the file has room for all members of an element.
     pub fn reserve(&self, element: &Element) -> Result<(), SceneError> {
         let least = |kind: Kind| match (self.encoding, kind) {
-            (Encoding::Ascii, _) => 2, // a digit and a space, but for the last
+            (Encoding::Ascii, _) => 2, // a digit and a space, except after the last
             (_, Kind::Scalar(number) | Kind::List { count: number, .. }) => number.size(),
         };
         let least = element.properties.iter().fold(0u64, |sum, property| sum + least(property.kind));
@@ -37,7 +37,7 @@ impl<'a> Body<'a> {
                 let (count, place) = (element.count, format!("element {}", shown(&element.name)));
                 Err(self.site(&place).malformed(
                     format!(
-                        "{count} of at least {least} bytes are to come, and there are {}",
+                        "{count} members need at least {least} bytes each, but {} bytes are left",
                         self.left.len()
                     ),
                     "the file is incomplete: copy or export it again",
@@ -46,8 +46,8 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Returns whether each number of a kind is exact in f32. Text may have more digits than its
-    /// header says.
+    /// Returns whether f32 holds each number of a type exactly. Text may have more digits than the
+    /// type in its header.
     pub fn is_single(&self, kind: Number) -> bool {
         self.encoding != Encoding::Ascii && !matches!(kind, Number::I32 | Number::U32 | Number::F64)
     }
@@ -79,12 +79,12 @@ impl<'a> Body<'a> {
             return Ok(count as u64);
         }
         Err(self.here().malformed(
-            format!("a list is to have {count} members, and there is room for {most}"),
+            format!("the length of a list is {count} members, but there is room for {most}"),
             "a list's length must be a whole number, and its members must follow",
         ))
     }
 
-    /// Skips what is not needed.
+    /// Skips a property.
     pub fn skip_property(&mut self, kind: Kind) -> Result<(), SceneError> {
         match kind {
             Kind::Scalar(number) => drop(self.number(number)?),
@@ -100,7 +100,7 @@ impl<'a> Body<'a> {
     /// Skips all members of an element.
     pub fn skip(&mut self, element: &Element) -> Result<(), SceneError> {
         if element.properties.is_empty() {
-            return Ok(()); // nothing, however many
+            return Ok(()); // takes no bytes, whatever the count
         }
         for _ in 0..element.count {
             for property in &element.properties {
@@ -110,7 +110,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// The next bytes, as of a little-endian file.
+    /// Returns the next bytes, in little-endian order.
     fn bytes<const N: usize>(&mut self) -> Result<[u8; N], SceneError> {
         let Some((bytes, left)) = self.left.split_first_chunk() else { return Err(self.ended()) };
         let mut bytes: [u8; N] = *bytes;
@@ -121,7 +121,7 @@ impl<'a> Body<'a> {
         Ok(bytes)
     }
 
-    /// The next word of an ASCII file.
+    /// Reads the next word of an ASCII file as a number.
     fn word(&mut self) -> Result<f64, SceneError> {
         self.left = self.left.trim_ascii_start();
         let end = self.left.iter().position(u8::is_ascii_whitespace).unwrap_or(self.left.len());
@@ -144,7 +144,7 @@ impl<'a> Body<'a> {
 
     fn ended(&self) -> SceneError {
         self.site("end of the file").malformed(
-            "there is less than the header says",
+            "there is less data than the header says",
             "the file is incomplete: copy or export it again",
         )
     }

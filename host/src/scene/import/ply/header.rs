@@ -1,12 +1,12 @@
-//! PLY's header: what the body holds.
+//! The header of a PLY file, which describes the body.
 
 use super::super::source_location::{SourceLocation, shown};
 use crate::scene::error::SceneError;
 
-/// A header may take this many bytes.
+/// Maximum length of a header in bytes.
 const MAX_HEADER: usize = 1 << 20;
 
-/// How the body is written.
+/// Encoding of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     Ascii,
@@ -14,7 +14,7 @@ pub enum Encoding {
     BigEndian,
 }
 
-/// What a number is in a binary body.
+/// Type of a number in a binary body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     I8,
@@ -27,21 +27,21 @@ pub enum Number {
     F64,
 }
 
-/// What a property is.
+/// Type of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Scalar(Number),
     List { count: Number, item: Number },
 }
 
-/// A property of each of an element.
+/// A property of each member of an element.
 #[derive(Debug)]
 pub struct Property {
     pub name: String,
     pub kind: Kind,
 }
 
-/// A list of things of one kind.
+/// A list of members with equal properties.
 #[derive(Debug)]
 pub struct Element {
     pub name: String,
@@ -49,12 +49,12 @@ pub struct Element {
     pub properties: Vec<Property>,
 }
 
-/// What is in the body.
+/// Encoding and content of the body.
 #[derive(Debug)]
 pub struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// Where the body begins.
+    /// Offset of the body in bytes.
     pub end: usize,
 }
 
@@ -73,7 +73,7 @@ impl Number {
         })
     }
 
-    /// Bytes.
+    /// Returns the size in bytes.
     pub fn size(self) -> u64 {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -88,7 +88,7 @@ impl Number {
     }
 }
 
-/// Reads the header.
+/// Reads the header of a file.
 pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
@@ -106,7 +106,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
             |what: &str| site.malformed(format!("\"{}\" {what}", shown(line.trim())), "see PLY's header");
         if number == 1 {
             if words != ["ply"] {
-                return Err(site.malformed("this is no PLY file", "its first line must be \"ply\""));
+                return Err(site.malformed("this is not a PLY file", "its first line must be \"ply\""));
             }
             continue;
         }
@@ -118,13 +118,13 @@ pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
                     "ascii" => Encoding::Ascii,
                     "binary_little_endian" => Encoding::LittleEndian,
                     "binary_big_endian" => Encoding::BigEndian,
-                    _ => return Err(wrong("names no known format")),
+                    _ => return Err(wrong("names an unknown format")),
                 });
             }
             ["element", name, count] => {
                 let count = count.parse().map_err(|_| wrong("has no count"))?;
                 if elements.iter().any(|element| element.name == name && matches!(name, "vertex" | "face")) {
-                    return Err(wrong("is there twice"));
+                    return Err(wrong("occurs twice"));
                 }
                 elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
             }
@@ -137,7 +137,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
                     [number] => Number::of(number).map(Kind::Scalar),
                     _ => None,
                 };
-                let kind = kind.ok_or_else(|| wrong("is of no known type"))?;
+                let kind = kind.ok_or_else(|| wrong("is of an unknown type"))?;
                 if let (Kind::List { item, .. }, "vertex_indices" | "vertex_index") = (kind, name)
                     && !item.is_integer()
                 {
@@ -145,7 +145,7 @@ pub fn read(bytes: &[u8], name: &str) -> Result<Header, SceneError> {
                 }
                 let element = elements.last_mut().ok_or_else(|| wrong("belongs to no element"))?;
                 if element.properties.iter().any(|property| property.name == name) {
-                    return Err(wrong("is there twice"));
+                    return Err(wrong("occurs twice"));
                 }
                 element.properties.push(Property { name: name.to_owned(), kind });
             }

@@ -1,10 +1,7 @@
-//! PLY: ASCII and binary of both byte orders.
+//! Reads PLY: ASCII, and binary of both byte orders.
 //!
-//! Of the element `vertex`: `x`, `y`, `z`; `nx`, `ny`, `nz`; `u` and `v`, or `s` and `t`, or
-//! `texture_u` and `texture_v`, with v upwards there, downwards here. Of the element `face`: the
-//! list `vertex_indices` or `vertex_index`; polygons become fans around their first vertex. Numbers
-//! may be of any type, indices of any integer type. Positions are read in f64; of a file far from 0
-//! they are stored relative to its centre. Everything is of one grey diffuse material.
+//! [`parse`] turns a file into a [`Description`]; docs/reference/scene-format/models.md lists the
+//! supported features for users.
 
 mod body;
 mod header;
@@ -20,24 +17,36 @@ use body::Body;
 use glam::{DAffine3, DVec3};
 use header::{Element, Kind};
 
-/// What is read of a vertex, each by its names.
+/// Properties of a vertex that are read, each with its names.
 const VERTEX: [&[&str]; 8] =
     [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s", "texture_u"], &["v", "t", "texture_v"]];
 
 /// Reads PLY from `bytes`; `name` stands for the file in messages.
 ///
+/// * Of the element `vertex`, `x`, `y`, `z`, `nx`, `ny`, `nz` and texture coordinates are read.
+///   These are `u` and `v`, or `s` and `t`, or `texture_u` and `texture_v`, with v upwards in the
+///   file and downwards in the description.
+/// * Of the element `face`, the list `vertex_indices` or `vertex_index` is read. Polygons become
+///   fans around their first vertex.
+/// * Numbers may be of any type, indices of any integer type.
+/// * Positions are read in f64. In a file far from 0, they are stored relative to its centre.
+/// * The material is one diffuse grey.
+///
 /// # Errors
-/// [`SceneError::Malformed`] for what is no such file or is incomplete, [`SceneError::TooLarge`].
+///
+/// * [`SceneError::Malformed`] for a file that is not PLY or is incomplete
+/// * [`SceneError::TooLarge`] for data beyond the limits
 pub fn parse(bytes: &[u8], name: &str) -> Result<Description, SceneError> {
     let mut warnings = Warnings::default();
     let mut budget = Budget::new(bytes.len());
     let header = header::read(bytes, name)?;
     let mut body = Body::new(bytes, &header, name);
     let count_of = |name: &str| header.elements.iter().find(|element| element.name == name).map(|e| e.count);
-    // As a vertex takes bytes, more than these are found to be missing before indices are.
+    // Each vertex takes bytes, so a count beyond u32 is found to be missing before its indices are
+    // used.
     let vertices = count_of("vertex").unwrap_or(0).min(u64::from(u32::MAX)) as u32;
 
-    // Positions that f32 would round; those that it would not are the mesh's at once.
+    // Positions that f32 would round. Those that f32 holds exactly are stored in the mesh at once.
     let mut exact = Vec::new();
     let mut mesh = Mesh { name: "mesh".to_owned(), ..Mesh::default() };
     for element in &header.elements {
@@ -115,7 +124,7 @@ fn read_vertices(
         let names = shown(&ignored.join(", "));
         warnings.once(format!("these properties of PLY vertices are not supported and ignored: {names}"));
     }
-    let count = element.count as usize; // all there, as the body has room for them
+    let count = element.count as usize; // all present: `reserve` has checked
     let single = element.properties.iter().all(|property| match property.kind {
         Kind::Scalar(number) if matches!(role(&property.name), Some(0..3)) => body.is_single(number),
         _ => true,
@@ -137,7 +146,7 @@ fn read_vertices(
         let [x, y, z, nx, ny, nz, u, v] = values;
         let position = check_position([x, y, z]).map_err(|problem| {
             let site = body.site(&format!("vertex {vertex}"));
-            site.malformed(format!("it is at {problem}"), POSITION_REMEDY)
+            site.malformed(format!("its position {problem}"), POSITION_REMEDY)
         })?;
         match single {
             true => mesh.positions.push(position.map(|x| x as f32)),
@@ -187,7 +196,7 @@ fn read_faces(
             let (mut first, mut latest) = (0, 0);
             for place in 0..length {
                 let index = body.number(item)?;
-                // Whole numbers of all integer types are exact in f64.
+                // f64 holds the whole numbers of all integer types exactly.
                 if !(index >= 0.0 && index < f64::from(vertices) && index.fract() == 0.0) {
                     let site = body.site(&format!("face {face}"));
                     return Err(site.malformed(

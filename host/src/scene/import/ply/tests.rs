@@ -1,4 +1,4 @@
-//! Whole files.
+//! Tests of whole PLY files.
 
 use super::super::testing::{DETAILS, FAR, ROUNDED, error_in_space, far_vertices, rounded_in_world};
 use super::*;
@@ -90,15 +90,18 @@ fn errors_say_what_and_where() {
         (file(xyz, &format!("{four} 3 0 1 4")), "face 0: it has vertex 4, and there are 4"),
         (file(xyz, &format!("{four} 3 0 1 -1")), "face 0: it has vertex -1"),
         (file(xyz, &format!("{four} 3 0 1 0.5")), "face 0: it has vertex 0.5"),
-        (file(xyz, &format!("{four} 250 0 1 2")), "a list is to have 250 members"),
-        (file(xyz, &format!("{four} -3 0 1 2")), "a list is to have -3 members"),
-        (file(xyz, &four.replace("1 1 0", "1 nan 0")), "vertex 2: it is at (1e0, NaN, 0e0) is not finite"),
-        (file(xyz, "0 0 0"), "element vertex: 4 of at least 6 bytes are to come, and there are 5"),
+        (file(xyz, &format!("{four} 250 0 1 2")), "the length of a list is 250 members"),
+        (file(xyz, &format!("{four} -3 0 1 2")), "the length of a list is -3 members"),
+        (
+            file(xyz, &four.replace("1 1 0", "1 nan 0")),
+            "vertex 2: its position (1e0, NaN, 0e0) is not finite",
+        ),
+        (file(xyz, "0 0 0"), "element vertex: 4 members need at least 6 bytes each, but 5 bytes are left"),
         (file(xyz, &four.replace("1 1 0", "1 one 0")), "\"one\" is not a number"),
-        (file("float:x half:y", ""), "line 6: \"property half y\" is of no known type"),
+        (file("float:x half:y", ""), "line 6: \"property half y\" is of an unknown type"),
         (header("ascii", xyz, "uchar", "float", 1), "must be of an integer type"),
         ("ply\n".to_owned(), "line 2: the header has no end"),
-        ("plx\n".to_owned(), "line 1: this is no PLY file"),
+        ("plx\n".to_owned(), "line 1: this is not a PLY file"),
         ("ply\nend_header\n".to_owned(), "header: it has no line \"format\""),
     ] {
         let message = error(text.as_bytes());
@@ -106,7 +109,7 @@ fn errors_say_what_and_where() {
     }
 }
 
-/// Text, whatever type its header names, and binary files of doubles.
+/// Text files, whatever type their header names, and binary files of doubles.
 #[test]
 fn models_far_from_the_origin_keep_their_shape() {
     let text =
@@ -136,7 +139,7 @@ fn single_precision_far_from_the_origin_is_a_warning() {
         parse(&file, "a.ply").unwrap()
     };
     let scene = read(1e5, 0.125);
-    let message = "meshes in single precision far from the origin, whose digits are not in the file; export double \
+    let message = "meshes in single precision far from the origin, whose small details the file has lost; export double \
                    precision, or move the model to the origin first: 1, the first in vertex";
     assert_eq!(scene.warnings, [message]);
     assert!(read(1e5, 1e-3).warnings.contains(&message.to_owned()));
