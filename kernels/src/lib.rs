@@ -1,31 +1,33 @@
-//! Entry points: each unpacks its bindings, guards its index and calls the shared crate.
+//! Entry points of the GPU kernels: each unpacks its bindings, guards its index and calls the
+//! shared crate.
 //!
 //! Compiled for a device, this crate is the entry points in `spirv` or `ptx`. Compiled for the
-//! host, it is what they became: the prebuilt artifacts and their names. Both come from one list,
-//! `for_each_variant`.
+//! host, it is their result: the prebuilt artifacts and their names, from which the backends take
+//! kernels. Both come from one list, `for_each_variant`.
 //!
-//! # Bindings
+//! # Bindings of render kernels
 //!
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
 //! | 0 | uniform | by value | [`RenderParams`](trisect_shared::params::RenderParams) |
-//! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | the arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
-//! | 11 | storage | pointer | `[PixelSums]` (render) or `[FirstHit]`, a whole image |
-//! | 12 | storage | pointer | `[Compensation]`, a whole image; read and written by launches of a part of a chunk only |
-//! | 13 | storage | pointer | a counter, 0 when a launch begins: where persistent threads find their pixels |
-//! | 14 | storage | pointer | `[Guides]`, a whole image; of kernels with `AOVS` only |
+//! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
+//! | 11 | storage | pointer | `[PixelSums]`, or `[FirstHit]` of `first_hit`; the whole image |
+//! | 12 | storage | pointer | `[Compensation]`, the whole image; only used by launches of a part of a chunk |
+//! | 13 | storage | pointer | counter, 0 when a launch begins, from which persistent threads take pixels |
+//! | 14 | storage | pointer | `[AovSums]`, the whole image; only used by kernels with `AOVS` |
 //!
-//! A thread serves pixel (x, y) of the launch's share of the rows; work groups are 8 × 8.
-//! Persistent threads serve what they take, in any number of work groups.
+//! A thread serves pixel (x, y) of the launch's share of the rows, in work groups of 8 × 8.
+//! Persistent threads serve the pixels that they take from the counter, in any number of work
+//! groups. All kernels are listed in `docs/reference/kernels.md`.
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
 /// Calls a macro with each render variant: entry point, its name (attributes take literals only)
 /// and its feature mask.
 ///
-/// A scene is rendered by the first that covers its features, so cheaper ones stand before. The
-/// first eight serve spheres under a gradient sky with the book's materials; the others leave
-/// roulette and Fresnel to the launch record.
+/// A scene is rendered by the first variant that has its features, so cheaper variants come first.
+/// The first eight serve spheres under a gradient sky with the materials of "Ray Tracing in One
+/// Weekend"; in the others the launch record decides on roulette and Fresnel.
 #[macro_export]
 macro_rules! for_each_variant {
     ($variant:ident) => {
@@ -58,16 +60,16 @@ macro_rules! for_each_variant {
     };
 }
 
-/// Calls a macro with each pass of the denoiser: entry point, its name, and what it does for one
-/// pixel. A thread serves pixel (x, y).
+/// Calls a macro with each pass of the denoiser: entry point, its name, and its code for one pixel.
+/// A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
 /// | 0 | uniform | by value | [`DenoiseParams`](trisect_shared::denoise::DenoiseParams) |
 /// | 1 | storage | pointer | `[PixelSums]` |
-/// | 2 | storage | pointer | `[Guides]` |
-/// | 3 | storage | pointer | `[Lit]`, read |
-/// | 4 | storage | pointer | `[Lit]`, written |
+/// | 2 | storage | pointer | `[AovSums]` |
+/// | 3 | storage | pointer | `[FilteredPixel]`, read |
+/// | 4 | storage | pointer | `[FilteredPixel]`, written |
 /// | 5 | storage | pointer | `[GBufferTexel]` |
 #[macro_export]
 macro_rules! for_each_pass {
@@ -89,9 +91,10 @@ macro_rules! for_each_pass {
     };
 }
 
-/// The same for the levels of the filter, with the same bindings. A thread serves
-/// [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels of column x; y is the number of
-/// their set.
+/// Calls a macro with each level of the filter: entry point, its name, and its code for one thread.
+/// The bindings are those of [`for_each_pass!`]. A thread serves
+/// [`PIXELS_PER_THREAD`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels of column x; y is the
+/// number of their set.
 #[macro_export]
 macro_rules! for_each_level {
     ($level:ident) => {
@@ -106,21 +109,21 @@ macro_rules! for_each_level {
     };
 }
 
-/// Calls a macro with each pass over the past: entry point, its name, and what it does for one
+/// Calls a macro with each pass over earlier frames: entry point, its name, and its code for one
 /// pixel. A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
 /// | 0 | uniform | by value | [`DenoiseParams`](trisect_shared::denoise::DenoiseParams) |
 /// | 1 | storage | pointer | `[PixelSums]` |
-/// | 2 | storage | pointer | `[Guides]` |
-/// | 3 | storage | pointer | `[Lit]`, read |
+/// | 2 | storage | pointer | `[AovSums]` |
+/// | 3 | storage | pointer | `[FilteredPixel]`, read |
 /// | 4 | storage | pointer | `[GBufferTexel]`, read |
 /// | 5 | storage | pointer | `[HistoryPixel]`, read |
-/// | 6 | storage | pointer | `[Lit]`, written |
+/// | 6 | storage | pointer | `[FilteredPixel]`, written |
 /// | 7 | storage | pointer | `[HistoryPixel]`, written |
-/// | 8 | storage | pointer | `[PixelSums]`, of all frames since the camera rests |
-/// | 9 | storage | pointer | `[Guides]`, of those |
+/// | 8 | storage | pointer | `[PixelSums]`, of all frames since the camera came to rest |
+/// | 9 | storage | pointer | `[AovSums]`, of all frames since the camera came to rest |
 #[macro_export]
 macro_rules! for_each_temporal {
     ($pass:ident) => {
@@ -141,14 +144,14 @@ macro_rules! for_each_temporal {
     };
 }
 
-/// Calls a macro with the entry point that makes an image for a screen, and what it does for one
-/// pixel. A thread serves pixel (x, y).
+/// Calls a macro with the entry point that makes an image for a screen: entry point, its name, and
+/// its code for one pixel. A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
 /// | 0 | uniform | by value | [`DisplayParams`](trisect_shared::display::DisplayParams) |
 /// | 1 | storage | pointer | `[PixelSums]` |
-/// | 2 | storage | pointer | `[Lit]` |
+/// | 2 | storage | pointer | `[FilteredPixel]` |
 /// | 3 | storage | pointer | `[u32]`, written |
 #[macro_export]
 macro_rules! for_each_display {

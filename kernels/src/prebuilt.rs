@@ -1,41 +1,43 @@
-//! The compiled kernels, as `cargo kernels` left them in `prebuilt/`.
+//! Compiled kernels, as `cargo kernels` wrote them to `prebuilt/`. The host's backends load them.
 
 use trisect_shared::features::{
     ALL, AOVS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, STRATEGY,
     TEXTURES,
 };
 
-/// PTX that gives the CPU's bits: no contraction, correctly rounded division and square root.
+/// PTX with the CPU's bits: no contraction, correctly rounded division and square root.
 pub const PTX_PRECISE: &str = include_str!("../prebuilt/trisect.precise.ptx");
 
 /// PTX with fused multiply-add and approximate division and square root.
 pub const PTX_FAST: &str = include_str!("../prebuilt/trisect.fast.ptx");
 
-/// Hashes of the kernels' sources and of what became of them.
+/// Hashes of the kernels' sources and artifacts, as JSON.
 pub const MANIFEST: &str = include_str!("../prebuilt/manifest.json");
 
-/// Threads of a work group, across and down, but for [levels](is_level) of the denoiser.
+/// Threads of a work group, across and down, of all entry points but [levels](is_level) of the
+/// denoiser.
 pub const WORKGROUP: (u32, u32) = (8, 8);
 
-/// The entry point that makes an image for a screen.
+/// Name of the entry point that makes an image for a screen.
 pub const DISPLAY: &str = "display";
 
-/// The entry point that writes first hits.
+/// Name of the entry point that writes first hits.
 pub const FIRST_HIT: &str = "first_hit";
 
-/// One render entry point.
+/// Render entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variant {
-    /// Of the entry point.
+    /// Name of the entry point.
     pub name: &'static str,
-    /// What it can do.
+    /// Features that the entry point is compiled for.
     pub features: Features,
 }
 
 impl Variant {
-    /// Returns whether the variant renders what needs these features right, by any method.
+    /// Returns whether the variant renders correctly what needs `features`, by any traversal and
+    /// schedule.
     pub fn supports(self, features: Features) -> bool {
-        // Without microfacets a variant has one Fresnel, not the choice of both.
+        // Without microfacets a variant has one Fresnel formula, not the choice of both.
         let fresnel = self.features & (SCHLICK | MICROFACETS) != SCHLICK || features & SCHLICK != 0;
         // The sampler is compiled in: a launch cannot choose it.
         let sampler = (self.features ^ features) & SOBOL == 0;
@@ -52,7 +54,7 @@ macro_rules! variants {
 /// All render entry points.
 pub const VARIANTS: &[Variant] = for_each_variant!(variants);
 
-/// Names of entry points, and their modules.
+/// Names of entry points, and their SPIR-V modules.
 type Modules = &'static [(&'static str, &'static [u8])];
 
 macro_rules! modules {
@@ -68,31 +70,32 @@ const TEMPORAL: Modules = for_each_temporal!(modules);
 const DISPLAYS: Modules = for_each_display!(modules);
 const FIRST_HITS: Modules = &[(FIRST_HIT, include_bytes!("../prebuilt/spirv/first_hit.spv"))];
 
-/// Whether an entry point is a level of the denoiser's filters, of which a thread makes
-/// [`PIXELS`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels.
+/// Returns whether an entry point is a level of the denoiser's filters, of which a thread computes
+/// [`PIXELS_PER_THREAD`](trisect_shared::denoise::PIXELS_PER_THREAD) pixels.
 pub fn is_level(entry_point: &str) -> bool {
     LEVELS.iter().any(|(name, _)| *name == entry_point)
 }
 
-/// Threads of a work group of an entry point, across and down.
+/// Returns the threads of a work group of an entry point, across and down.
 pub fn workgroup(entry_point: &str) -> (u32, u32) {
     if is_level(entry_point) { (64, 1) } else { WORKGROUP }
 }
 
-/// SPIR-V for Vulkan 1.2: the module of an entry point, which it has alone. `None` where there is
+/// Returns the SPIR-V module of an entry point, for Vulkan 1.2; it has no other. `None` if there is
 /// no such entry point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
     let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten();
     all.copied().find(|(name, _)| *name == entry_point).map(|(_, module)| module)
 }
 
-/// The first, that is the cheapest, variant that can do all of `features`, by just their method.
+/// Returns the first and so cheapest variant that has all of `features`, with exactly their
+/// traversal and schedule.
 pub fn variant(features: Features) -> Option<Variant> {
     let same_strategy = |variant: &Variant| variant.features & STRATEGY == features & STRATEGY;
     VARIANTS.iter().copied().find(|variant| variant.supports(features) && same_strategy(variant))
 }
 
-/// The variant with this name.
+/// Returns the variant with this name.
 pub fn variant_by_name(name: &str) -> Option<Variant> {
     VARIANTS.iter().copied().find(|variant| variant.name == name)
 }
@@ -105,7 +108,7 @@ mod tests {
     fn each_variant_is_in_each_artifact() {
         for (name, _) in [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten() {
             let module = spirv(name).expect(name);
-            // OpEntryPoint, GLCompute, its function's id, its name.
+            // Opcode OpEntryPoint, execution model GLCompute, id of the function, name.
             let entry_points: Vec<_> = module
                 .windows(8)
                 .enumerate()

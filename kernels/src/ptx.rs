@@ -1,6 +1,6 @@
-//! Entry points for PTX.
+//! Entry points for PTX, compiled by rustc's NVPTX target.
 //!
-//! Parameters come by value: they lie in the constant bank then, and cost neither loads nor
+//! Launch records come by value: they then lie in the constant bank, and cost neither loads nor
 //! registers.
 #![allow(unsafe_code, reason = "kernels take raw pointers and export names")]
 
@@ -35,7 +35,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe { trap() }
 }
 
-/// The place of this thread in the grid.
+/// Returns the position of this thread in the grid.
 #[inline(always)]
 fn thread() -> (u32, u32) {
     // SAFETY: these read special registers.
@@ -46,29 +46,29 @@ fn thread() -> (u32, u32) {
     }
 }
 
-/// The pixel of this thread.
+/// Returns the pixel of this thread; its row is outside the image if the launch has no row for it.
 #[inline(always)]
 fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
     let (x, y) = thread();
     (x, if y < params.rows { params.row(y) } else { params.height })
 }
 
-/// An entry point: `$body` gets the launch record, the scene, the pixel, the output, and the
-/// counter of the queue.
+/// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output,
+/// the compensations, the counter of the queue, and the AOV sums.
 ///
-/// The scene's pointers are arguments of their own: only of those LLVM knows that they point to
-/// global memory.
+/// The scene's pointers are separate arguments, because LLVM knows only of arguments that they
+/// point to global memory.
 macro_rules! entry_point {
     ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
-        /// See `kernels/README.md` for the arguments.
+        /// Runs a kernel over the launch's pixels. The crate's documentation lists the arguments.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of the given lengths, the output, the carries and the
-        /// guides of width * height records. Only kernels with [`AOVS`] touch guides, and only
-        /// render kernels carries.
+        /// The pointers name device arrays of the given lengths; the output, the compensations and
+        /// the AOV sums have width * height records. Only kernels with [`AOVS`] access AOV sums,
+        /// and only render kernels compensations.
         #[unsafe(no_mangle)]
-        #[allow(clippy::too_many_arguments, reason = "a pointer each")]
+        #[allow(clippy::too_many_arguments, reason = "one argument per pointer")]
         pub unsafe extern "ptx-kernel" fn $name(
             $params: RenderParams,
             lengths: SceneLengths,
@@ -88,7 +88,7 @@ macro_rules! entry_point {
             $aovs: *mut AovSums,
         ) {
             let ($x, $y) = pixel_of_thread(&$params);
-            // Persistent threads find their pixels elsewhere.
+            // Persistent threads take their pixels from the counter.
             if !$persistent && ($x >= $params.width || $y >= $params.height) {
                 return;
             }
@@ -144,15 +144,15 @@ entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _compensati
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);
 });
 
-/// A pass of the denoiser.
+/// Defines a pass of the denoiser.
 macro_rules! pass {
     ($name:ident: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
-        /// A pass of the denoiser.
+        /// Runs a pass of the denoiser.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of width * height records, of which the written ones are
-        /// no others.
+        /// The pointers name device arrays of width * height records; written arrays overlap no
+        /// other.
         #[unsafe(no_mangle)]
         #[allow(unused_variables, reason = "all passes have the same arguments")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -202,14 +202,14 @@ macro_rules! levels {
 
 for_each_level!(levels);
 
-/// A pass over the past.
+/// Defines a pass over earlier frames.
 macro_rules! temporal {
     ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
-        /// A pass over the past.
+        /// Runs a pass over earlier frames.
         ///
         /// # Safety
         ///
-        /// As the other passes; those that a pass does not use may be of any length.
+        /// As the other passes; an array that a pass does not use may have any length.
         #[unsafe(no_mangle)]
         #[allow(unused_variables, reason = "all passes have the same arguments")]
         pub unsafe extern "ptx-kernel" fn $name(
@@ -247,15 +247,15 @@ macro_rules! temporal {
 
 for_each_temporal!(temporal);
 
-/// An image for a screen.
+/// Defines the display kernel.
 macro_rules! displays {
     ($($name:ident $text:tt: |$params:ident, $sums:ident, $lit:ident, $to:ident, $x:ident, $pixel:ident| $body:block,)*) => {$(
-        /// An image for a screen.
+        /// Writes an image for a screen.
         ///
         /// # Safety
         ///
-        /// The pointers name device arrays of width * height records, of which the written one is
-        /// no other.
+        /// The pointers name device arrays of width * height records; the written array overlaps no
+        /// other.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
             params: DisplayParams,

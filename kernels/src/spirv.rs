@@ -1,4 +1,4 @@
-//! Entry points for SPIR-V.
+//! Entry points for SPIR-V, compiled by rust-gpu.
 
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
@@ -23,13 +23,13 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// An entry point: `$body` gets the launch record, the scene, the pixel, the output's buffer, and
-/// the counter's.
+/// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output's
+/// buffer, the compensations, the counter and the AOV sums.
 macro_rules! entry_point {
     ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
-        #[allow(clippy::too_many_arguments, reason = "a binding each")]
+        #[allow(clippy::too_many_arguments, reason = "one argument per binding")]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
@@ -48,7 +48,7 @@ macro_rules! entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] $counter: &mut [u32],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] $aovs: &mut [Packed<AovSums>],
         ) {
-            // Persistent threads find their pixels elsewhere.
+            // Persistent threads take their pixels from the counter.
             if !$persistent && (id.x >= $params.width || id.y >= $params.rows) {
                 return;
             }
@@ -66,8 +66,8 @@ macro_rules! render {
         entry_point! {
             /// Adds samples to each pixel's sums.
             $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, compensations, counter, aovs| {
-                // SAFETY: the guard, and the host's proof of the scene and its film and carries of
-                // width * height pixels.
+                // SAFETY: the guard, and the host's proof of the scene, and of film, compensations
+                // and AOV sums of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
                     if const { has($features, PERSISTENT) } {
@@ -99,16 +99,16 @@ entry_point! {
     }
 }
 
-/// A pass of the denoiser by work groups of `$threads`.
+/// Defines a pass of the denoiser with work groups of `$threads`.
 macro_rules! pass {
     ($threads:tt, $name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
-        /// A pass of the denoiser.
+        /// Runs a pass of the denoiser.
         #[spirv(compute(threads $threads, entry_point_name = $text))]
         #[allow(
             clippy::too_many_arguments,
             unused_variables,
             unsafe_code,
-            reason = "a binding each; see buffer"
+            reason = "one argument per binding; see buffer"
         )]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
@@ -149,16 +149,16 @@ macro_rules! levels {
 
 for_each_level!(levels);
 
-/// A pass over the past.
+/// Defines a pass over earlier frames.
 macro_rules! temporal {
     ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
-        /// A pass over the past.
+        /// Runs a pass over earlier frames.
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(
             clippy::too_many_arguments,
             unused_variables,
             unsafe_code,
-            reason = "a binding each; see buffer"
+            reason = "one argument per binding; see buffer"
         )]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
@@ -185,10 +185,10 @@ macro_rules! temporal {
 
 for_each_temporal!(temporal);
 
-/// An image for a screen.
+/// Defines the display kernel.
 macro_rules! displays {
     ($($name:ident $text:tt: |$params:ident, $sums:ident, $lit:ident, $to:ident, $x:ident, $pixel:ident| $body:block,)*) => {$(
-        /// An image for a screen.
+        /// Writes an image for a screen.
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(unsafe_code, reason = "see buffer")]
         pub fn $name(

@@ -1,10 +1,10 @@
 #!/bin/sh
 # Fetches NVIDIA's PTX assembler from PyPI and prints its path. Usage: ptxas.sh [DIR]
 #
-# DIR  where to; default ~/.cache/trisect/ptxas
+# DIR  target folder (default: ~/.cache/trisect/ptxas)
 #
 # The package is under NVIDIA's licence. It needs no GPU and no driver.
-# export TRISECT_PTXAS=$(kernels/toolchain/ptxas.sh) makes `cargo kernels` use it.
+# For `cargo kernels` to use it: export TRISECT_PTXAS=$(kernels/toolchain/ptxas.sh)
 set -eu
 dir=${1:-$HOME/.cache/trisect/ptxas}
 version=13.0.88

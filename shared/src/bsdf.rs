@@ -1,7 +1,8 @@
-//! How a surface scatters: a material with its textures read, in the frame of the shading normal.
+//! BSDFs: a material with its textures read, in the frame of the shading normal. [`crate::path`]
+//! evaluates and samples them.
 //!
-//! Radiance is transported without the factor eta² between media (the book's convention): it
-//! cancels between a camera and lights outside of glass.
+//! Radiance is transported without the factor eta² between media, as in "Ray Tracing in One
+//! Weekend" (the book): it cancels between a camera and lights outside of glass.
 
 use crate::features::{Features, MICROFACETS, TEXTURES, has};
 use crate::fresnel;
@@ -18,7 +19,8 @@ use crate::texture::{NO_TEXTURE, color, sample};
 use core::f32::consts::PI;
 use glam::Vec3;
 
-/// The share of the light that a surface of `material` does not let pass unseen.
+/// Returns the opacity of `material` at texture coordinates (`u`, `v`), 0 to 1: the part of the
+/// light that does not pass straight through.
 ///
 /// # Safety
 ///
@@ -43,49 +45,48 @@ pub unsafe fn opacity(scene: Scene, material: &Material, u: f32, v: f32) -> f32 
     }
 }
 
-/// How the path goes on.
+/// Direction in which the path continues.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
-    /// Unit vector, in the world.
+    /// Unit vector, in world coordinates.
     pub direction: Vec3,
-    /// Value times |cosine| over density: what the throughput is multiplied with.
+    /// Value times |cosine| over pdf: factor on the throughput.
     pub weight: Vec3,
-    /// By solid angle; 0 for a choice among finitely many directions, which no light sampling
-    /// finds.
+    /// pdf of the direction, per steradian; 0 for a delta lobe, which light sampling cannot find.
     pub pdf: f32,
-    /// On the other side of the surface than the path came from.
+    /// True if the direction is on the other side of the surface than the viewer.
     pub transmitted: bool,
-    /// The path ends here.
+    /// True if the path ends here.
     pub absorbed: bool,
 }
 
-/// Value times |cosine|, by channel, and density by solid angle.
+/// Value of a BSDF for one direction, and pdf of sampling that direction.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfEval {
-    /// Zero where the surface does not scatter.
+    /// Value times |cosine| by channel; zero where the surface does not scatter.
     pub value: Vec3,
-    /// Of sampling this direction.
+    /// pdf of sampling this direction, per steradian.
     pub pdf: f32,
 }
 
 const ZERO_EVAL: BsdfEval = BsdfEval { value: Vec3::ZERO, pdf: 0.0 };
 
-/// A material at a point, and where it is seen from.
+/// BSDF of a material at a point, seen from a given direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
     material: Material,
     /// Unit shading normal on the viewer's side.
     normal: Vec3,
-    /// Axes of the shading frame besides the normal.
+    /// Axes of the shading frame beside the normal.
     x: Vec3,
     y: Vec3,
-    /// Unit vector to the viewer.
+    /// Unit vector to the viewer, in world coordinates.
     viewer: Vec3,
-    /// The same in the shading frame.
+    /// Unit vector to the viewer, in the shading frame.
     local_viewer: Vec3,
-    /// GGX's.
+    /// Roughness parameter of GGX: the square of the roughness.
     alpha: f32,
-    /// Whether the viewer is outside.
+    /// True if the viewer is outside.
     front: bool,
 }
 
@@ -94,7 +95,7 @@ fn reflect(v: Vec3, h: Vec3) -> Vec3 {
     h * (2.0 * v.dot(h)) - v
 }
 
-/// Chances of a metallic-roughness material's three lobes.
+/// Probability of sampling each lobe of a metallic-roughness material.
 #[derive(Clone, Copy, Debug)]
 struct LobeProbabilities {
     specular: f32,
@@ -103,9 +104,9 @@ struct LobeProbabilities {
 }
 
 impl Bsdf {
-    /// `material` with its textures read at (`u`, `v`), seen along the unit vector `incoming`;
-    /// `normal` is the unit shading normal on the viewer's side, `front` whether that is the
-    /// outside.
+    /// Creates the BSDF of `material` with its textures read at (`u`, `v`), seen along the unit
+    /// vector `incoming`. `normal` is the unit shading normal on the viewer's side; `front` is true
+    /// if that is the outside.
     ///
     /// # Safety
     ///
@@ -142,8 +143,9 @@ impl Bsdf {
         Self { material, normal, x, y, viewer: -incoming, local_viewer: local, alpha, front }
     }
 
-    /// The colour of the surface, by which a denoiser divides: what a diffuse surface, the book's
-    /// metal or a texture has, a conductor's reflectance at normal incidence, 1 for glass.
+    /// Returns the colour of the surface, by which a denoiser divides: that of a diffuse surface,
+    /// of the book's metal or of a texture; a conductor's reflectance at normal incidence; 1 for
+    /// glass.
     #[inline(always)]
     pub fn albedo<const FEATURES: Features>(&self) -> Vec3 {
         let m = &self.material;
@@ -153,8 +155,9 @@ impl Bsdf {
         m.albedo
     }
 
-    /// How little the light that it reflects depends on the viewer's place, 0 to 1: the share of
-    /// what scatters everywhere alike, and of the rest as much as its lobe is wide.
+    /// Returns the diffuseness: how little the reflected light depends on the viewer's position, 0
+    /// to 1. It is the fraction that a diffuse base scatters, and of the rest a part that grows
+    /// with the width of the lobe.
     #[inline(always)]
     pub fn diffuseness<const FEATURES: Features>(&self) -> f32 {
         let m = &self.material;
@@ -172,7 +175,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether light sampling can find any direction that [`Bsdf::sample`] chooses.
+    /// Returns whether light sampling can find any direction that [`Bsdf::sample`] returns.
     #[inline(always)]
     pub fn has_non_delta_lobe<const FEATURES: Features>(&self) -> bool {
         let kind = self.material.kind;
@@ -189,11 +192,12 @@ impl Bsdf {
     }
 
     #[inline(always)]
-    fn to_world(&self, v: Vec3) -> Vec3 {
+    fn local_to_world(&self, v: Vec3) -> Vec3 {
         normalize(self.x * v.x + self.y * v.y + self.normal * v.z)
     }
 
-    /// Chooses a direction: x and y of `random` within a lobe, z the lobe.
+    /// Samples a direction: `random.x` and `random.y` within a lobe, `random.z` the lobe. `schlick`
+    /// chooses Schlick's approximation in kernels that can do both.
     #[inline(always)]
     pub fn sample<const FEATURES: Features>(&self, schlick: bool, random: Words) -> BsdfSample {
         let kind = self.material.kind;
@@ -211,13 +215,13 @@ impl Bsdf {
         }
     }
 
-    /// The cosine of a direction with the shading normal.
+    /// Returns the cosine between `direction` and the shading normal.
     #[inline(always)]
     pub fn cosine(&self, direction: Vec3) -> f32 {
         direction.dot(self.normal)
     }
 
-    /// Value and density for the unit vector `direction`.
+    /// Returns value and pdf for the unit vector `direction`.
     #[inline(always)]
     pub fn evaluate<const FEATURES: Features>(&self, direction: Vec3) -> BsdfEval {
         let kind = self.material.kind;
@@ -228,7 +232,7 @@ impl Bsdf {
         self.evaluate_simple(direction)
     }
 
-    /// The book's materials.
+    /// Returns value and pdf of the book's materials.
     #[inline(always)]
     fn evaluate_simple(&self, direction: Vec3) -> BsdfEval {
         let cos = direction.dot(self.normal);
@@ -239,9 +243,9 @@ impl Bsdf {
         BsdfEval { value: self.material.albedo * pdf, pdf }
     }
 
-    /// The density of the mirrored direction plus a uniform point of a ball, normalised: the ball's
-    /// volume along the ray, whose element at distance s is s² ds; the integral between the ball's
-    /// two faces.
+    /// Returns the pdf of the mirrored direction plus a uniform point of a ball, normalised. It is
+    /// the ball's volume along the ray, whose element at distance s is s² ds: the integral between
+    /// the ball's two faces.
     #[inline(always)]
     fn fuzz_pdf(&self, direction: Vec3) -> f32 {
         let mirrored = reflect(self.viewer, self.normal);
@@ -284,7 +288,7 @@ impl Bsdf {
                     let (c, s) = unit_circle(random.y);
                     i = Vec3::new(radius * c, radius * s, sqrt(1.0 - unit_f32(random.x)));
                 } else {
-                    i.z = -i.z; // a thin wall: what enters leaves mirrored
+                    i.z = -i.z; // a thin wall: light that enters leaves mirrored
                     transmitted = true;
                 }
             }
@@ -299,15 +303,15 @@ impl Bsdf {
                 }
             }
         }
-        // A facet may send light to the wrong side of the surface: lost, as single scattering has
-        // it.
+        // A facet may send light to the wrong side of the surface; single scattering loses that
+        // light.
         if (i.z < 0.0) != transmitted {
             return absorbed;
         }
-        let direction = self.to_world(i);
+        let direction = self.local_to_world(i);
         if smooth {
-            // The mirror's weight over its chance; the diffuse lobe is weighed like a rough
-            // surface's.
+            // The mirror's weight over its probability; the diffuse lobe is weighted as on a rough
+            // surface.
             if kind == CONDUCTOR {
                 let weight = self.reflectance(cos);
                 return BsdfSample { direction, weight, pdf: 0.0, transmitted, absorbed: false };
@@ -324,7 +328,7 @@ impl Bsdf {
             }
         }
         let BsdfEval { value, pdf } = self.evaluate_microfacets(i);
-        // Written so that a density of NaN ends the path, too.
+        // Written so that a pdf of NaN also ends the path.
         if pdf > 0.0 {
             BsdfSample { direction, weight: value * (1.0 / pdf), pdf, transmitted, absorbed: false }
         } else {
@@ -332,20 +336,21 @@ impl Bsdf {
         }
     }
 
-    /// Incident over refracted index.
+    /// Returns the ratio of refractive indices, incident over refracted.
     #[inline(always)]
     fn eta(&self) -> f32 {
         if self.front { 1.0 / self.material.ior } else { self.material.ior }
     }
 
-    /// A dielectric's reflectance at normal incidence.
+    /// Returns a dielectric's reflectance at normal incidence.
     #[inline(always)]
     fn dielectric_f0(&self) -> f32 {
         let r = (self.material.ior - 1.0) / (self.material.ior + 1.0);
         r * r
     }
 
-    /// A conductor's or a metallic-roughness material's reflectance under `cos`.
+    /// Returns the reflectance of a conductor or metallic-roughness material at incident cosine
+    /// `cos`.
     #[inline(always)]
     fn reflectance(&self, cos: f32) -> Vec3 {
         let m = &self.material;
@@ -360,8 +365,8 @@ impl Bsdf {
         fresnel::schlick_from(f0, cos)
     }
 
-    /// What the thin wall lets pass: colour and share of what the dielectric's boundary with
-    /// reflectance `f` does not reflect.
+    /// Returns the transmittance of a thin wall by channel: colour and fraction of the light that
+    /// the dielectric's boundary with reflectance `f` does not reflect.
     #[inline(always)]
     fn thin_wall_transmittance(&self, f: Vec3) -> Vec3 {
         let m = &self.material;
@@ -379,7 +384,7 @@ impl Bsdf {
         LobeProbabilities { specular: f * scale, diffuse: diffuse * scale, transmission: clear * scale }
     }
 
-    /// Value and density of the microfacet materials for a direction of the shading frame.
+    /// Returns value and pdf of the microfacet materials for a direction of the shading frame.
     #[inline(always)]
     fn evaluate_microfacets(&self, i: Vec3) -> BsdfEval {
         let (o, m) = (self.local_viewer, &self.material);
@@ -391,7 +396,7 @@ impl Bsdf {
         let reflected = i.z > 0.0;
         let eta = if reflected || !is_glass { 1.0 } else { self.eta() };
         // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which
-        // mirrors what it lets pass.
+        // mirrors the light that it transmits.
         let mirrored = if is_glass { i } else { Vec3::new(i.x, i.y, i.z.abs()) };
         let sum = if reflected || !is_glass { o + mirrored } else { o * eta + i };
         let length2 = sum.dot(sum);
@@ -405,7 +410,7 @@ impl Bsdf {
         if rough && cos_o > 0.0 && (cos_i > 0.0) == (mirrored.z > 0.0) {
             let (lambda_o, lambda_i) = (lambda(o.z, self.alpha), lambda(i.z.abs(), self.alpha));
             let d = distribution(h, self.alpha);
-            // Solid angle of i for one of facets, over cos_o.
+            // Solid angle of i per solid angle of facets, over cos_o.
             let spread = if reflected || !is_glass {
                 1.0 / (4.0 * cos_o)
             } else {
@@ -437,9 +442,10 @@ impl Bsdf {
                 pdf: specular_pdf * probabilities.transmission,
             };
         }
-        // The diffuse base under the boundary: what the boundary lets in and out again, normalised
-        // so that a white base returns all that enters (the form of Ashikhmin and Shirley, 2000,
-        // with this boundary's reflectance): reciprocal, and with the boundary's share not above 1.
+        // The diffuse base under the boundary: light that the boundary lets in and out again,
+        // normalised so that a white base returns all that enters (the form of Ashikhmin and
+        // Shirley, 2000, with this boundary's reflectance). It is reciprocal, and with the
+        // boundary's part not above 1.
         let rest = 1.0 - self.dielectric_f0();
         let enter = 1.0 - grazing_share(o.z, m.roughness);
         let leave = 1.0 - grazing_share(i.z, m.roughness);

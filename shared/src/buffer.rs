@@ -17,7 +17,7 @@
 //! * A pixel lies inside the film: kernels compare with
 //!   [`RenderParams`](crate::params::RenderParams), and each backend allocates its film from the
 //!   same record.
-#![allow(unsafe_code, reason = "the audited module: the invariants stand above")]
+#![allow(unsafe_code, reason = "audited module: its invariants are listed above")]
 
 use crate::buffer_layout::{Packable, PackableMut, Packed};
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]

@@ -143,7 +143,7 @@ impl Visits {
     pub const NONE: Self = Self { nodes: 0, leaves: 0 };
 }
 
-/// What a ray searches for, and how far.
+/// Query of a ray: the closest hit or any hit, within a distance.
 #[derive(Clone, Copy, Debug)]
 pub struct RayQuery {
     /// Maximum distance: only nearer hits count.

@@ -1,4 +1,4 @@
-//! An image for a screen: 8 bits a channel, sRGB.
+//! Image for a screen: 8 bits a channel, sRGB. The display kernel of live frames calls [`display`].
 
 use crate::denoise::FilteredPixel;
 use crate::film::PixelSums;
@@ -6,7 +6,7 @@ use crate::math::{cbrt_unit, sqrt};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// One launch. 32 bytes.
+/// One launch of the display kernel. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct DisplayParams {
@@ -14,11 +14,11 @@ pub struct DisplayParams {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Columns on the left that show the samples' plain mean.
+    /// Number of columns, from the left, that show the plain mean of the samples.
     pub split: u32,
-    /// Factor on the radiance.
+    /// Factor of the radiance.
     pub exposure: f32,
-    /// The launch's first row.
+    /// First row of the launch.
     pub first_row: u32,
     /// Unused.
     pub pad0: u32,
@@ -30,8 +30,9 @@ pub struct DisplayParams {
 
 const _: () = assert!(size_of::<DisplayParams>() == 32);
 
-/// Red, green, blue and opacity from the lowest byte on, of a pixel in column `x`: the plain mean
-/// of its samples, or what the denoiser made of it. What is no number is black, as in a PNG.
+/// Returns a pixel of column `x` as red, green, blue and opacity, from the lowest byte on: the
+/// plain mean of its samples, or the result of the denoiser. A channel that is not a number is
+/// black, as in a PNG.
 #[inline(always)]
 pub fn display(params: &DisplayParams, sums: PixelSums, filtered: FilteredPixel, x: u32) -> u32 {
     let color = if x < params.split {
@@ -45,11 +46,11 @@ pub fn display(params: &DisplayParams, sums: PixelSums, filtered: FilteredPixel,
     srgb(color.x) | srgb(color.y) << 8 | srgb(color.z) << 16 | 0xff00_0000
 }
 
-/// The sRGB code (IEC 61966-2-1) of a linear value: clipped, and rounded to nearest but for its own
-/// error of 1e-6.
+/// Returns the sRGB code (IEC 61966-2-1) of a linear value: clipped, and rounded to nearest up to
+/// an error of 1e-6.
 #[inline(always)]
 fn srgb(linear: f32) -> u32 {
-    // What is no number is not above 0.
+    // NaN is not above 0.
     let c = if linear > 0.0 { if linear < 1.0 { linear } else { 1.0 } } else { 0.0 };
     // c^(1/2.4) is the cube root of c^(5/4).
     let curve = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * cbrt_unit(c * sqrt(sqrt(c))) - 0.055 };

@@ -1,4 +1,6 @@
-//! A panorama of radiance from infinity, importance-sampled by an alias table over its texels.
+//! Environment map: radiance from infinity, importance-sampled by an alias table over its texels.
+//!
+//! [`crate::light`] samples it; [`crate::path`] looks up rays that hit nothing.
 
 use crate::buffer::load;
 use crate::math::{atan2_turns, cos_sin_turns, floor, min, mul_high, sqrt, unit_f32};
@@ -9,17 +11,18 @@ use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
 use glam::Vec3;
 
-/// A texel of a panorama in latitude and longitude. 32 bytes.
+/// Texel of an environment map in latitude and longitude. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct EnvironmentTexel {
-    /// Radiance.
+    /// Radiance from the texel.
     pub radiance: Vec3,
     /// Probability of choosing this texel, times the number of texels.
     pub pdf: f32,
-    /// Walker's alias table: keep this texel if a random word is below, else take `alias`.
+    /// Threshold of Walker's alias table: keep this texel if a random word is below, else take
+    /// `alias`.
     pub threshold: u32,
-    /// Index of a texel.
+    /// Index of the texel to take instead.
     pub alias: u32,
     /// Unused.
     pub pad: [u32; 2],
@@ -27,33 +30,34 @@ pub struct EnvironmentTexel {
 
 const _: () = assert!(size_of::<EnvironmentTexel>() == 32 && align_of::<EnvironmentTexel>() == 16);
 
-/// Radiance and the density by solid angle with which [`sample`] chooses its direction.
+/// Direction with its radiance, and the pdf with which [`sample`] chooses it.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentSample {
-    /// Unit vector.
+    /// Unit vector, in world coordinates.
     pub direction: Vec3,
-    /// From there.
+    /// Radiance from this direction.
     pub radiance: Vec3,
-    /// Per steradian.
+    /// pdf per steradian.
     pub pdf: f32,
 }
 
-/// The direction's place on the panorama: across and down, each in [0, 1], and the sine of its
-/// angle with the vertical.
+/// Returns the position of direction `d` on the map, across and down, each in [0, 1], and the sine
+/// of its angle with the vertical.
 #[inline(always)]
 fn project(params: &RenderParams, d: Vec3) -> (f32, f32, f32) {
-    // Turned back by the panorama's rotation about y.
+    // Undo the map's rotation about y.
     let (c, s) = (params.environment_cos, params.environment_sin);
     let (x, z) = (d.x * c - d.z * s, d.x * s + d.z * c);
     let horizontal = sqrt(x * x + z * z);
     (0.5 + atan2_turns(x, -z), 2.0 * atan2_turns(horizontal, d.y), horizontal)
 }
 
-/// Interpolated radiance at the fractional texel (`x`, `y`), texel centres at half integers.
+/// Returns the interpolated radiance at the fractional texel (`x`, `y`); texel centres are at half
+/// integers.
 ///
 /// # Safety
 ///
-/// The environment was proven as [`crate::buffer`] says.
+/// The environment map was proven as [`crate::buffer`] says.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn interpolate(params: &RenderParams, scene: Scene, x: f32, y: f32) -> Vec3 {
@@ -68,7 +72,8 @@ unsafe fn interpolate(params: &RenderParams, scene: Scene, x: f32, y: f32) -> Ve
     }
 }
 
-/// The radiance of column `i`, at most one beyond the border, wrapped, and row `j`, clamped.
+/// Returns the radiance of a texel. Column `i`, at most one beyond the border, wraps; row `j` is
+/// clamped.
 ///
 /// # Safety
 ///
@@ -91,22 +96,22 @@ unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
     } else {
         j
     };
-    // SAFETY: inside the panorama.
+    // SAFETY: the texel is inside the map.
     unsafe { load::<EnvironmentTexel>(scene.environment, (j * width + i) as u32).radiance }
 }
 
-/// A texel's density over the panorama as a density by solid angle: latitude and longitude cover
-/// 2π² sin θ.
+/// Returns the pdf per steradian for a texel's `pdf` over the map: latitude and longitude cover 2π²
+/// sin θ.
 #[inline(always)]
 fn solid_angle_pdf(pdf: f32, sine: f32) -> f32 {
     pdf / (2.0 * PI * PI * crate::math::max(sine, 1e-7))
 }
 
-/// Radiance from the unit direction `d`, and the density with which [`sample`] finds it.
+/// Returns the radiance from the unit direction `d`, and the pdf with which [`sample`] chooses it.
 ///
 /// # Safety
 ///
-/// As above; the panorama has at least one texel.
+/// As [`sample`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> EnvironmentSample {
@@ -128,12 +133,12 @@ pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> Environm
     }
 }
 
-/// A direction chosen by the panorama's radiance: `random`'s z and w choose the texel, x and y the
-/// place in it.
+/// Samples a direction by the map's radiance: `random.z` and `random.w` choose the texel,
+/// `random.x` and `random.y` the place in it.
 ///
 /// # Safety
 ///
-/// As [`radiance`].
+/// The environment map was proven as [`crate::buffer`] says, and has at least one texel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> EnvironmentSample {
@@ -147,7 +152,7 @@ pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> Envi
         }
         load::<EnvironmentTexel>(scene.environment, index).pdf
     };
-    let row = index / width.max(1); // no check for division by zero
+    let row = index / width.max(1); // spares a check for division by zero
     let column = index - row * width;
     let x = column as f32 + unit_f32(random.x);
     let y = row as f32 + unit_f32(random.y);

@@ -1,13 +1,13 @@
-//! How much a boundary reflects.
+//! Fresnel reflectance and its approximations, for [`crate::material`] and [`crate::bsdf`].
 
 use crate::math::{max, sqrt};
 use glam::Vec3;
 
-/// Unpolarised Fresnel reflectance of a dielectric boundary, 0 to 1 within rounding.
+/// Returns the unpolarised Fresnel reflectance of a dielectric boundary, 0 to 1 within rounding.
 ///
-/// `cos` of the incident and `cos_refracted` of the refracted direction with the normal, `eta` the
-/// ratio of the indices, incident over refracted (Pharr et al., "Physically Based Rendering", 4th
-/// ed., section 9.3.5).
+/// `cos` and `cos_refracted` are the cosines of the incident and the refracted direction with the
+/// normal, `eta` is the ratio of the indices, incident over refracted (Pharr et al., "Physically
+/// Based Rendering", 4th ed., section 9.3.5).
 #[inline(always)]
 pub fn dielectric(cos: f32, cos_refracted: f32, eta: f32) -> f32 {
     let parallel = (cos - eta * cos_refracted) / (cos + eta * cos_refracted);
@@ -15,18 +15,18 @@ pub fn dielectric(cos: f32, cos_refracted: f32, eta: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// The square of the cosine of refraction by Snell's law, for `eta` incident over refracted; not
-/// above zero where reflection is total. Without the cancellation of 1 - eta² sin² at grazing
-/// angles for an index near 1.
+/// Returns the square of the cosine of refraction by Snell's law, for `eta` incident over
+/// refracted; not above zero if reflection is total. It avoids the cancellation of 1 - eta² sin² at
+/// grazing angles for an index near 1.
 #[inline(always)]
 pub fn refracted_cos2(cos: f32, eta: f32) -> f32 {
     let along = eta * cos;
     (1.0 - eta) * (1.0 + eta) + along * along
 }
 
-/// Schlick's approximation as the book has it: with the incident cosine on both sides. On the way
-/// out that is wrong by up to 0.95 just below total reflection at index 1.5; a scene asks for it by
-/// name to match the book.
+/// Returns Schlick's approximation as "Ray Tracing in One Weekend" (the book) has it: with the
+/// incident cosine on both sides. On the way out that is wrong by up to 0.95 just below total
+/// reflection at index 1.5; a scene asks for it by name to match the book.
 #[inline(always)]
 pub fn schlick(cos: f32, eta: f32) -> f32 {
     let r0 = (1.0 - eta) / (1.0 + eta);
@@ -34,7 +34,8 @@ pub fn schlick(cos: f32, eta: f32) -> f32 {
     r0 + (1.0 - r0) * fifth_power(1.0 - cos)
 }
 
-/// Schlick's approximation from the reflectance at normal incidence; 1 at grazing.
+/// Returns Schlick's approximation from the reflectance at normal incidence; 1 at grazing
+/// incidence.
 #[inline(always)]
 pub fn schlick_from(normal_incidence: Vec3, cos: f32) -> Vec3 {
     normal_incidence + (Vec3::ONE - normal_incidence) * fifth_power(max(1.0 - cos, 0.0))
@@ -46,8 +47,8 @@ fn fifth_power(x: f32) -> f32 {
     x2 * x2 * x
 }
 
-/// Unpolarised Fresnel reflectance of a conductor with index `eta` + i `k` relative to outside, by
-/// channel (Pharr et al., section 9.3.6, in real arithmetic).
+/// Returns the unpolarised Fresnel reflectance of a conductor with index `eta` + i `k` relative to
+/// outside, by channel (Pharr et al., section 9.3.6, in real arithmetic).
 #[inline(always)]
 pub fn conductor(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
     Vec3::new(
@@ -85,7 +86,7 @@ mod tests {
                 let eta = 1.0 / ior;
                 let sin2 = eta * eta * (1.0 - cos * cos);
                 if sin2 > 0.9999 {
-                    continue; // the critical angle has tests of its own
+                    continue; // the critical angle has its own tests
                 }
                 let cos_t = (1.0 - sin2).sqrt();
                 let rs = (cos - ior * cos_t) / (cos + ior * cos_t);
@@ -106,7 +107,7 @@ mod tests {
         assert!((schlick(0.0, 1.5) - 1.0).abs() < 1e-7);
     }
 
-    /// Against the complex formula in f64.
+    /// Against the formula with complex numbers, in f64.
     #[test]
     fn conductor_against_f64() {
         for (eta, k) in [(0.2f64, 3.9f64), (1.1, 2.6), (0.04, 4.8), (2.9, 3.1), (1.5, 0.0)] {

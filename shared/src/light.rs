@@ -1,4 +1,7 @@
-//! Next-event estimation: choosing a point of a light, and the density of that choice.
+//! Light sampling: choosing a point of a light, and the pdf of that choice.
+//!
+//! [`crate::path`] calls [`sample`] for next-event estimation, and [`pdf`] to weight a light that a
+//! path hits by scattering.
 
 use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
@@ -17,57 +20,59 @@ use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
 use glam::Vec3;
 
-/// A primitive that emits.
+/// Kind of an area light: a primitive that emits.
 pub const AREA: u32 = 0;
-/// A point; a spot if its cone is narrower than everything.
+/// Kind of a point light; a spot light if its cone is narrower than the whole sphere.
 pub const POINT: u32 = 1;
-/// From infinitely far.
+/// Kind of a directional light: infinitely far.
 pub const DIRECTIONAL: u32 = 2;
 
-/// A light and its row of the alias table (Walker, 1977; Vose, 1991), which chooses lights by
+/// Light, and its entry of the alias table (Walker, 1977; Vose, 1991), which chooses lights by
 /// power. 64 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Light {
-    /// [`AREA`], [`POINT`] or [`DIRECTIONAL`].
+    /// Kind: [`AREA`], [`POINT`] or [`DIRECTIONAL`].
     pub kind: u32,
-    /// Of an area light: its primitive.
+    /// Primitive of an area light.
     pub primitive: u32,
-    /// Keep this light if a random word is below, else take `alias`.
+    /// Threshold of the alias table: keep this light if a random word is below, else take `alias`.
     pub threshold: u32,
-    /// Index of a light.
+    /// Index of the light to take instead.
     pub alias: u32,
-    /// Where a point light is; unit vector towards a directional light.
+    /// Position of a point light; unit vector towards a directional light.
     pub position: Vec3,
-    /// Chance that this light is chosen.
+    /// Probability that this light is sampled.
     pub probability: f32,
-    /// Power a solid angle of a point light; power an area of a directional one.
+    /// Radiant intensity of a point light (power per steradian); irradiance of a directional light
+    /// (power per unit of area).
     pub intensity: Vec3,
-    /// Slope of a spot's falloff over the cosine from its axis; 0 for a point.
+    /// Slope of a spot's falloff over the cosine from its axis; 0 for a point light.
     pub cone_scale: f32,
     /// Unit vector along a spot's axis.
     pub axis: Vec3,
-    /// A spot has intensity times (cosine `cone_scale` + `cone_offset`)², that clamped to 0 to 1
-    /// (glTF's KHR_lights_punctual).
+    /// Offset of a spot's falloff: its intensity is multiplied by (cosine `cone_scale` +
+    /// `cone_offset`)², the base clamped to 0 to 1 (glTF's KHR_lights_punctual).
     pub cone_offset: f32,
 }
 
 const _: () = assert!(size_of::<Light>() == 64 && align_of::<Light>() == 16);
 
-/// What next-event estimation chose.
+/// Sampled point of a light or of the environment map.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// Unit vector towards it.
+    /// Unit vector towards the light.
     pub direction: Vec3,
-    /// How far a shadow ray looks.
+    /// Maximum distance of the shadow ray.
     pub t_max: f32,
-    /// The primitive that it may hit, or [`NO_PRIMITIVE`].
+    /// Primitive that the shadow ray may hit, or [`NO_PRIMITIVE`].
     pub primitive: u32,
-    /// Arriving; zero for a choice that gives nothing. For a light without extent, irradiance.
+    /// Arriving radiance, zero for a choice that gives nothing; irradiance for a light without
+    /// extent.
     pub radiance: Vec3,
-    /// Of this choice, by solid angle at the point; for a light without extent, its probability.
+    /// pdf of this choice, per steradian at the point; its probability for a light without extent.
     pub pdf: f32,
-    /// Whether no other way finds it.
+    /// True if only light sampling can find this light.
     pub is_delta: bool,
 }
 
@@ -80,17 +85,18 @@ const NO_LIGHT: LightSample = LightSample {
     is_delta: true,
 };
 
-/// Where light is gathered.
+/// Point that light is sampled from.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferencePoint {
-    /// On a surface.
+    /// Position on a surface.
     pub point: Vec3,
-    /// The primitive of that surface.
+    /// Primitive of that surface.
     pub primitive: u32,
 }
 
-/// 1 - cos of the half angle of the cone that holds the sphere; 0 where none does: from inside, and
-/// from its own surface, which rounding puts inside or outside.
+/// Returns 1 - cos of the half angle of the cone that contains the sphere as seen from `from`. No
+/// cone contains it, and the result is 0, from inside and from the sphere's own surface, which
+/// rounding puts inside or outside.
 #[inline(always)]
 fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
     let to = sphere.center - from.point;
@@ -98,14 +104,15 @@ fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
     if sine2 < 1.0 && primitive != from.primitive { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
 }
 
-/// Chooses a light by its power, and a point on it.
+/// Samples a light by its power, and a point on it.
 ///
-/// `random`: x and y choose the point, z and w the light; `choice` whether it is the panorama.
+/// `random.x` and `random.y` choose the point, `random.z` and `random.w` the light; `choice`
+/// decides whether the environment map is sampled instead.
 ///
 /// # Safety
 ///
-/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or a panorama with
-/// a probability.
+/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or an environment
+/// map with a probability above 0.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample<const FEATURES: Features>(
@@ -116,7 +123,7 @@ pub unsafe fn sample<const FEATURES: Features>(
     choice: u32,
 ) -> LightSample {
     if const { has(FEATURES, ENVIRONMENT) } && unit_f32(choice) < params.environment_probability {
-        // SAFETY: a probability above zero means a panorama.
+        // SAFETY: a probability above zero means that there is an environment map.
         let sky = unsafe { environment::sample(params, scene, random) };
         return LightSample {
             direction: sky.direction,
@@ -130,7 +137,7 @@ pub unsafe fn sample<const FEATURES: Features>(
     if const { !has(FEATURES, EMITTERS) } || params.light_count == 0 {
         return NO_LIGHT;
     }
-    // SAFETY: below the number of lights, as is each alias.
+    // SAFETY: the index is below the number of lights, as is each alias.
     let light = unsafe {
         let light = load::<Light>(scene.lights, mul_high(random.z, params.light_count));
         if random.w < light.threshold { light } else { load::<Light>(scene.lights, light.alias) }
@@ -164,7 +171,7 @@ pub unsafe fn sample<const FEATURES: Features>(
     }
 }
 
-/// A point of an emitting primitive.
+/// Samples a point of an emitting primitive.
 ///
 /// # Safety
 ///
@@ -181,8 +188,8 @@ unsafe fn sample_area<const FEATURES: Features>(
     let point = from.point;
     let (u, v) = (unit_f32(random.x), unit_f32(random.y));
     let (target, normal, material);
-    // Of a sphere seen from outside: the direction itself, since its near point may be the very
-    // point that it is seen from.
+    // Direction into the cone of a sphere seen from outside: not derived from the near point, which
+    // may be the very point that the sphere is seen from.
     let mut inside_cone = Vec3::ZERO;
     let (mut texture_u, mut texture_v) = (0.0, 0.0);
     if const { has(FEATURES, TRIANGLES) } && primitive >= params.first_triangle {
@@ -224,8 +231,8 @@ unsafe fn sample_area<const FEATURES: Features>(
         let half_cone = sphere_cone(&sphere, primitive, from);
         material = sphere.material;
         if half_cone > 0.0 {
-            // Uniform in the cone that holds it (Shirley, Wang and Zimmerman, 1996): towards the
-            // near side.
+            // Uniform in the cone that contains the sphere (Shirley, Wang and Zimmerman, 1996):
+            // towards the near side.
             let to = sphere.center - point;
             let distance = sqrt(to.dot(to));
             let axis = to * (1.0 / distance);
@@ -282,9 +289,9 @@ unsafe fn sample_area<const FEATURES: Features>(
     }
 }
 
-/// The density by solid angle at `from` with which [`sample`] chooses the point of `primitive` at
-/// `distance`, seen there under `cos`, of the direction with its own normal; `light_pdf` is that of
-/// its material.
+/// Returns the pdf, per steradian at `from`, with which [`sample`] chooses the point of `primitive`
+/// at `distance`. `cos` is the cosine of the direction to that point with the normal there;
+/// `light_pdf` is that of its material.
 ///
 /// # Safety
 ///
@@ -307,7 +314,7 @@ pub unsafe fn pdf<const FEATURES: Features>(
         let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
         let half_cone = sphere_cone(&sphere, primitive, from);
         if half_cone > 0.0 {
-            // The far side, seen through holes of the near one, is not chosen.
+            // The far side, seen through holes of the near one, is never sampled.
             let chance = if cos > 0.0 { 0.0 } else { light_pdf };
             let chance = chance * (4.0 * PI * sphere.radius * sphere.radius);
             return chance / (2.0 * PI * half_cone);
@@ -316,12 +323,12 @@ pub unsafe fn pdf<const FEATURES: Features>(
     light_pdf * distance * distance / max(cos.abs(), 1e-9)
 }
 
-/// The weight of a sample of density `own` where another technique finds the same with density
-/// `light_pdf`: the power heuristic with exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two
-/// weights of a pair sum to 1.
+/// Returns the weight of a sample with pdf `own` that another technique finds with pdf `other`: the
+/// power heuristic with exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two weights of a pair sum
+/// to 1.
 #[inline(always)]
 pub fn mis_weight(own: f32, other: f32) -> f32 {
-    // Neither square overflows: the larger is divided out.
+    // The larger pdf is divided out, so neither square overflows.
     let ratio = if own >= other { other / own } else { own / other };
     let square = ratio * ratio;
     if own >= other { 1.0 / (1.0 + square) } else { square / (1.0 + square) }

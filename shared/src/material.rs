@@ -1,4 +1,7 @@
-//! Materials: how a path goes on from a surface.
+//! Materials: their record, and sampling of the materials of "Ray Tracing in One Weekend" (the
+//! book).
+//!
+//! The host fills the records; [`crate::bsdf`] makes BSDFs of them.
 
 use crate::features::{Features, SCHLICK, has};
 use crate::fresnel;
@@ -8,70 +11,71 @@ use crate::texture::NO_TEXTURE;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Diffuse: a cosine lobe.
+/// Kind of a diffuse material: a cosine lobe.
 pub const LAMBERTIAN: u32 = 0;
-/// A mirror whose direction is moved by a point of a ball.
+/// Kind of the book's metal: a mirror whose direction is moved by a point of a ball.
 pub const METAL: u32 = 1;
-/// Clear glass: reflects or refracts.
+/// Kind of clear glass, which reflects or refracts.
 pub const DIELECTRIC: u32 = 2;
 
-/// A rough metal (GGX).
+/// Kind of a rough metal (GGX).
 pub const CONDUCTOR: u32 = 3;
-/// Clear glass with a rough boundary (GGX).
+/// Kind of clear glass with a rough boundary (GGX).
 pub const ROUGH_DIELECTRIC: u32 = 4;
-/// glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
+/// Kind of glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
 pub const METALLIC_ROUGHNESS: u32 = 5;
 
-/// In [`Material::flags`]: emits from its back, too.
+/// Bit of [`Material::flags`]: emits from its back, too.
 pub const EMITS_BOTH_SIDES: u32 = 1;
-/// In [`Material::flags`]: a conductor with `eta` and `k`, not a reflectance at normal incidence.
+/// Bit of [`Material::flags`]: a conductor by `eta` and `k` instead of a reflectance at normal
+/// incidence.
 pub const COMPLEX_IOR: u32 = 2;
-/// In [`Material::flags`]: has holes where its opacity is below `alpha_cutoff`.
+/// Bit of [`Material::flags`]: has holes where its opacity is below `alpha_cutoff`.
 pub const MASKED: u32 = 4;
-/// In [`Material::flags`]: lets pass what its opacity leaves.
+/// Bit of [`Material::flags`]: transmits the part of the light that its opacity leaves.
 pub const BLENDED: u32 = 8;
 
-/// A material: a tag and flat fields, as rust-gpu has no enums with data. 112 bytes.
+/// Material: a tag and flat fields, because rust-gpu has no enums with data. 112 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Material {
-    /// Reflected share by channel, 0 to 1; 1 for a dielectric. A conductor's reflectance at normal
-    /// incidence.
+    /// Reflected fraction by channel, 0 to 1; 1 for a dielectric; a conductor's reflectance at
+    /// normal incidence.
     pub albedo: Vec3,
-    /// [`LAMBERTIAN`] or another tag.
+    /// Kind: [`LAMBERTIAN`] or another tag.
     pub kind: u32,
-    /// Of a metal: radius of the ball, 0 to 1.
+    /// Radius of a metal's ball, 0 to 1.
     pub fuzz: f32,
-    /// Of a dielectric: index of refraction inside, relative to outside.
+    /// Index of refraction of a dielectric inside, relative to outside.
     pub ior: f32,
-    /// Of microfacets: 0 to 1; GGX's alpha is its square.
+    /// Roughness of a microfacet material, 0 to 1; GGX's alpha is its square.
     pub roughness: f32,
-    /// Share of metal, 0 to 1.
+    /// Fraction of metal, 0 to 1.
     pub metallic: f32,
-    /// Emitted radiance; zero for what is no light.
+    /// Emitted radiance; zero if the material is not a light.
     pub emission: Vec3,
-    /// Chance an area with which next-event estimation chooses a point that emits; 0 if it does not
-    /// choose this material.
+    /// pdf of the points of an emitter in next-event estimation, per square scene unit; 0 if it
+    /// does not sample this material.
     pub light_pdf: f32,
-    /// Of a conductor: real part of the index by channel.
+    /// Real part of a conductor's index of refraction, by channel.
     pub eta: Vec3,
-    /// Share of what enters a dielectric that passes its thin wall, 0 to 1.
+    /// Fraction, of the light that enters a dielectric, that passes its thin wall, 0 to 1.
     pub transmission: f32,
-    /// Of a conductor: imaginary part.
+    /// Imaginary part of a conductor's index of refraction, by channel.
     pub k: Vec3,
     /// [`EMITS_BOTH_SIDES`], [`COMPLEX_IOR`], [`MASKED`], [`BLENDED`].
     pub flags: u32,
-    /// Multiplies albedo and opacity; index of a texture or [`NO_TEXTURE`], as are the next three.
+    /// Index of the texture that multiplies albedo and opacity, or [`NO_TEXTURE`].
     pub albedo_texture: u32,
-    /// Green multiplies roughness, blue metallic.
+    /// Index of the texture whose green multiplies roughness and blue metallic, or [`NO_TEXTURE`].
     pub metallic_roughness_texture: u32,
-    /// Multiplies emission.
+    /// Index of the texture that multiplies emission, or [`NO_TEXTURE`].
     pub emission_texture: u32,
-    /// Red multiplies transmission.
+    /// Index of the texture whose red multiplies transmission, or [`NO_TEXTURE`].
     pub transmission_texture: u32,
-    /// 0 to 1.
+    /// Opacity, 0 to 1; used if masked or blended.
     pub opacity: f32,
-    /// Of a masked material.
+    /// Opacity below which a masked material has a hole.
     pub alpha_cutoff: f32,
     /// Unused.
     pub pad: [u32; 2],
@@ -80,7 +84,7 @@ pub struct Material {
 const _: () = assert!(size_of::<Material>() == 112 && align_of::<Material>() == 16);
 
 impl Material {
-    /// A material of this kind: opaque, smooth, dark, without textures, of index 1.
+    /// Creates a material of this kind: opaque, smooth, not emitting, without textures, of index 1.
     pub const fn new(kind: u32, albedo: Vec3) -> Self {
         Self {
             albedo,
@@ -105,33 +109,33 @@ impl Material {
         }
     }
 
-    /// Whether a surface of it emits from the side that is its front or not.
+    /// Returns whether a surface of this material emits from its front (`front`) or its back.
     #[inline(always)]
     pub fn emits(&self, front: bool) -> bool {
         max_component(self.emission) > 0.0 && (front || self.flags & EMITS_BOTH_SIDES != 0)
     }
 }
 
-/// How the path goes on.
+/// Direction in which the path continues.
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter {
-    /// Unit vector.
+    /// Unit vector, in world coordinates.
     pub direction: Vec3,
-    /// On the other side of the surface than the path came from.
+    /// True if the direction is on the other side of the surface than the path came from.
     pub transmitted: bool,
-    /// The path ends here: a metal's fuzz pointed below the surface.
+    /// True if the path ends here: a metal's fuzz pointed below the surface.
     pub absorbed: bool,
 }
 
 impl Material {
-    /// Samples the material's lobe; its weight is the albedo for each direction.
+    /// Samples the lobe of a book's material; its weight is the albedo in each direction.
     ///
-    /// `incoming` is the unit direction of the ray that arrives, `normal` the unit normal on its
-    /// side, `front` whether that side is the outside, `book_fresnel` whether a variant that can do
-    /// both takes Schlick's approximation. The distributions are those of Shirley et al., "Ray
-    /// Tracing in One Weekend": cosine for Lambertian (normal plus a point of the unit sphere),
-    /// uniform in the ball for fuzz. Diffuse and metal share their code, so that the lanes of a
-    /// warp stay together.
+    /// `incoming` is the unit direction of the arriving ray, `normal` the unit normal on its side,
+    /// `front` true if that side is the outside, `schlick` true if a variant that can do both uses
+    /// Schlick's approximation. The distributions are those of Shirley et al., "Ray Tracing in One
+    /// Weekend": cosine for Lambertian (normal plus a point of the unit sphere), uniform in the
+    /// ball for fuzz. Diffuse and metal share their code, so that the lanes of a warp stay
+    /// together.
     #[inline(always)]
     pub fn scatter<const FEATURES: Features>(
         &self,
@@ -150,7 +154,7 @@ impl Material {
             let eta = if front { 1.0 / self.ior } else { self.ior };
             let along = eta * cos;
             let radicand = fresnel::refracted_cos2(cos, eta);
-            // Not above zero: total reflection.
+            // Total reflection if not above zero.
             if radicand > 0.0 {
                 let cos_refracted = sqrt(radicand);
                 let reflectance = if const { has(FEATURES, SCHLICK) } && schlick {
@@ -170,7 +174,8 @@ impl Material {
             scale = 1.0;
         }
         let moved = base + unit_sphere(random.x, random.y) * scale;
-        // A diffuse point opposite the normal leaves no direction; the book takes the normal, too.
+        // A diffuse point opposite the normal leaves no direction; the book also uses the normal
+        // then.
         let direction = if moved.dot(moved) > 1e-12 { normalize(moved) } else { normal };
         let absorbed = self.kind == METAL && direction.dot(normal) <= 0.0;
         Scatter { direction, transmitted, absorbed }
@@ -190,7 +195,8 @@ mod tests {
         PathKey { seed: 5, pixel: i, sample: 0 }.words(1)
     }
 
-    /// An index of 1 does nothing to a path with exact Fresnel; Schlick reflects some of it.
+    /// Glass of index 1 is invisible with exact Fresnel; Schlick's approximation reflects some
+    /// light.
     #[test]
     fn matched_index_is_invisible() {
         let glass = material(DIELECTRIC, 0.0, 1.0);
@@ -229,7 +235,7 @@ mod tests {
         }
     }
 
-    /// Mean of the cosine is 2/3 and of its square 1/2 for a cosine lobe; 5 sigma.
+    /// For a cosine lobe the mean of the cosine is 2/3, and of its square 1/2; 5 sigma.
     #[test]
     fn lambertian_is_a_cosine_lobe() {
         let m = material(LAMBERTIAN, 0.0, 1.0);
@@ -245,7 +251,7 @@ mod tests {
         assert!((second / n - 0.5).abs() < 5.0 * (1.0f64 / 12.0 / n).sqrt());
     }
 
-    /// The fuzz before normalisation is uniform in the ball: the radius' cube is uniform.
+    /// The fuzz before normalisation is uniform in the ball: the cube of the radius is uniform.
     #[test]
     fn fuzz_radius_fills_the_ball() {
         let n = 200_000;
@@ -258,7 +264,7 @@ mod tests {
     #[test]
     fn no_zero_direction() {
         let m = material(LAMBERTIAN, 0.0, 1.0);
-        // Height word at its ends makes the sphere's point +z or nearly -z.
+        // The height word at its ends makes the sphere's point +z or nearly -z.
         for normal in [Vec3::NEG_Z, Vec3::Z] {
             for x in [0, u32::MAX] {
                 let s = m.scatter::<0>(-normal, normal, true, true, Words { x, y: 0, z: 0, w: 0 });

@@ -1,16 +1,18 @@
-//! The GGX distribution of facets (Walter et al., EGSR 2007) with Smith's shadowing, sampled by
-//! visible normals (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018).
-//! Vectors in the facets' frame: z is the surface's normal.
+//! GGX distribution of facets, for [`crate::bsdf`]. Vectors are in the facets' frame: z is the
+//! surface's normal.
+//!
+//! Sources: Walter et al., EGSR 2007, with Smith's shadowing; sampling by visible normals: Heitz,
+//! "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018.
 
 use crate::math::{max, min, normalize, sqrt, unit_circle, unit_f32};
 use core::f32::consts::PI;
 use glam::Vec3;
 
-/// Below this alpha a surface is a perfect mirror: its lobe, a tenth of a degree wide, is at f32's
-/// resolution of half vectors.
+/// Minimum alpha of a rough surface; below it, the surface is a perfect mirror. A lobe of this
+/// alpha, a tenth of a degree wide, is at f32's resolution of half vectors.
 pub const MIN_ROUGH_ALPHA: f32 = 1e-3;
 
-/// The density of facet normals `h` by solid angle, times their area in the surface: D(h).
+/// Returns D(h): the density of facet normals `h` per steradian, times their area in the surface.
 #[inline(always)]
 pub fn distribution(h: Vec3, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
@@ -19,7 +21,8 @@ pub fn distribution(h: Vec3, alpha: f32) -> f32 {
     1.0 / (PI * a2 * s * s)
 }
 
-/// Smith's Λ: the ratio of masked to visible facets from a direction with height `z`, 0 < z ≤ 1.
+/// Returns Smith's Λ: the ratio of masked to visible facets from a direction with height `z`, 0 < z
+/// ≤ 1.
 #[inline(always)]
 pub fn lambda(z: f32, alpha: f32) -> f32 {
     let cos2 = max(z * z, 1e-14);
@@ -27,11 +30,11 @@ pub fn lambda(z: f32, alpha: f32) -> f32 {
     0.5 * (sqrt(1.0 + alpha * alpha * tan2) - 1.0)
 }
 
-/// A facet normal seen from `v` (v.z > 0), in proportion to the area seen: density D(h) G1(v) (v·h)
-/// / v.z.
+/// Samples a facet normal seen from `v` (v.z > 0), in proportion to the area seen: pdf D(h) G1(v)
+/// (v·h) / v.z.
 ///
-/// The hemisphere stretched to a sphere's cap (Dupuy and Benyoub, "Sampling Visible GGX Normals
-/// with Spherical Caps", HPG 2023): the distribution is Heitz's.
+/// It stretches the hemisphere to a sphere's cap (Dupuy and Benyoub, "Sampling Visible GGX Normals
+/// with Spherical Caps", HPG 2023); the distribution is Heitz's.
 #[inline(always)]
 pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> Vec3 {
     let stretched = normalize(Vec3::new(v.x * alpha, v.y * alpha, v.z));
@@ -42,13 +45,13 @@ pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> 
     normalize(Vec3::new(cap.x * alpha, cap.y * alpha, max(cap.z, 1e-9)))
 }
 
-/// The share that a rough boundary reflects of the part of Fresnel's reflectance that depends on
-/// the angle, (1 - v·h)⁵: with `normal_incidence` f the boundary reflects at most f + (1 - f) times
-/// this.
+/// Returns the grazing part g of a rough boundary's reflectance: with reflectance f at normal
+/// incidence, the boundary reflects at most f + (1 - f) g. It is the fraction that the boundary
+/// reflects of (1 - v·h)⁵, the part of Fresnel's reflectance that depends on the angle.
 ///
-/// A fit, 0 to 0.06 above the integral over GGX's visible normals with single scattering (sampled
-/// for 0.03 ≤ roughness ≤ 1 and 0.005 ≤ `cos` ≤ 1): the error is a margin, so that no more than all
-/// is reflected.
+/// g is a fit, 0 to 0.06 above the integral over GGX's visible normals with single scattering
+/// (sampled for 0.03 ≤ `roughness` ≤ 1 and 0.005 ≤ `cos` ≤ 1). The error is a margin, so that no
+/// more than all light is reflected.
 #[inline(always)]
 pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
     let x = max(1.0 - cos, 0.0);
@@ -58,7 +61,7 @@ pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
     min(max(c.0 * x2 + c.1 * (x4 * x) + c.2 * (x8 * x) + c.3 * (x8 * x4 * x2) + MARGIN * x, 0.0), 1.0)
 }
 
-/// The mean of [`grazing_share`] over the hemisphere, weighted by the cosine.
+/// Returns the mean of [`grazing_share`] over the hemisphere, weighted by the cosine.
 #[inline(always)]
 pub fn mean_grazing_share(roughness: f32) -> f32 {
     let c = coefficients(roughness);
@@ -67,7 +70,7 @@ pub fn mean_grazing_share(roughness: f32) -> f32 {
 
 const MARGIN: f32 = 0.034;
 
-/// Of (1 - cos) to the powers 2, 5, 9 and 14.
+/// Returns the coefficients of (1 - cos) to the powers 2, 5, 9 and 14.
 #[inline(always)]
 fn coefficients(roughness: f32) -> (f32, f32, f32, f32) {
     let r = roughness;

@@ -50,7 +50,7 @@ pub struct RenderParams {
     /// Probability that next-event estimation samples the environment map, 0 to 1; 0 if light
     /// sampling is off.
     pub environment_probability: f32,
-    /// Texels across the environment map; 0 if there is none.
+    /// Texels across the environment map; 0 without one.
     pub environment_width: u32,
     /// Texels down the environment map.
     pub environment_height: u32,

@@ -53,7 +53,7 @@ impl Planar {
     #[inline(always)]
     #[allow(
         clippy::manual_range_contains,
-        reason = "rust-gpu has no references in records, which a range's test takes"
+        reason = "rust-gpu has no references in records, which `contains` of a range needs"
     )]
     pub fn distance(&self, origin: Vec3, direction: Vec3) -> f32 {
         let to_plane = (self.origin - origin).dot(self.normal);

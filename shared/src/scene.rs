@@ -36,7 +36,7 @@ pub struct Scene<'a> {
     pub textures: &'a [Packed<Texture>],
     /// Texels of all textures.
     pub texels: &'a [Packed<Texel>],
-    /// Texels of the environment map, row by row; empty if there is none.
+    /// Texels of the environment map, row by row; empty without one.
     pub environment: &'a [Packed<EnvironmentTexel>],
     /// Wide BVH, on the CPU only.
     #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]

@@ -1,18 +1,18 @@
-//! Radiance from infinity.
+//! Radiance from infinity of scenes without an environment map; [`crate::path`] adds it.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// The sky of "Ray Tracing in One Weekend": a gradient by the y of the unit direction. 32 bytes;
-/// the fourth word of a row is unused.
+/// Sky of "Ray Tracing in One Weekend": a gradient by the y of the unit direction. 32 bytes; the
+/// fourth word of each row is unused.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Sky {
-    /// Radiance straight down.
+    /// Radiance from straight below.
     pub bottom: Vec3,
     /// Unused.
     pub pad0: u32,
-    /// Radiance straight up.
+    /// Radiance from straight above.
     pub top: Vec3,
     /// Unused.
     pub pad1: u32,
@@ -21,7 +21,7 @@ pub struct Sky {
 const _: () = assert!(size_of::<Sky>() == 32);
 
 impl Sky {
-    /// Radiance along a unit direction.
+    /// Returns the radiance from a unit direction.
     #[inline(always)]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let a = 0.5 * (direction.y + 1.0);

@@ -88,7 +88,7 @@ pub struct BoxHits {
 /// Returns which boxes of `node` the ray enters before `limit`, and where. No result depends on its
 /// rounding: it may enter a box too many, never one too few.
 ///
-/// `PADDED`: the boxes have a [padding](`box_padding`) for the rounding of an origin like this one.
+/// `PADDED`: the boxes have [`box_padding`] for the rounding of an origin like this one.
 #[inline(always)]
 pub fn intersect_boxes<const PADDED: bool>(
     origin: Vec3,

@@ -1,4 +1,5 @@
-//! The surface at a hit: place, normals, texture coordinates.
+//! Surface at a hit: position, normals, texture coordinates; and how a ray leaves it. Called by
+//! paths.
 
 use crate::buffer::load;
 use crate::bvh::Hit;
@@ -12,44 +13,45 @@ use crate::sphere::Sphere;
 use crate::triangle::{Shear, Triangle, TriangleShading};
 use glam::Vec3;
 
-/// A point of a surface.
+/// Point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
-    /// On the surface, within rounding.
+    /// Position on the surface, within rounding.
     pub point: Vec3,
-    /// The surface's own unit normal, towards its outside.
+    /// Geometric unit normal of the surface, towards its outside.
     pub normal: Vec3,
-    /// The unit normal that shading uses, on the same side: interpolated on a smooth mesh.
+    /// Unit normal for shading, on the side of `normal`: interpolated on a smooth mesh.
     pub shading_normal: Vec3,
-    /// A bound for how far from the surface `point` is, along `normal`; 0 where the primitive's
-    /// number suffices.
+    /// Bound of the distance of `point` from the surface, along `normal`; 0 if the primitive's
+    /// number is enough to avoid hitting it again.
     pub error_bound: f32,
-    /// Texture coordinate; 0 unless the variant has textures.
+    /// Texture coordinate u; 0 unless the variant has textures.
     pub u: f32,
-    /// Texture coordinate.
+    /// Texture coordinate v; 0 unless the variant has textures.
     pub v: f32,
     /// Index into the scene's materials.
     pub material: u32,
 }
 
-/// Relative error bound of a point that is a sum of three products and of the coordinates that it
-/// came from: 10 roundings (Pharr et al., "Physically Based Rendering", 4th ed., section 6.8.5, has
-/// 7, without this interpolation's weights).
+/// Error bound of a point that is a sum of three products, relative to the coordinates that it came
+/// from: 10 roundings. (Pharr et al., "Physically Based Rendering", 4th ed., section 6.8.5, count
+/// 7, without the weights of this interpolation.)
 const ROUNDING: f32 = 10.0 * 0.5 * f32::EPSILON;
 
-/// Where a ray starts that leaves a flat primitive: off by the point's error bound, so that it does
-/// not meet a neighbour of the primitive, which lies on the wrong side of the point by rounding.
-/// Relative to the coordinates: no absolute epsilon.
+/// Returns the origin of a ray that leaves a planar shape or triangle at `point`: offset by the
+/// point's error bound, so that the ray does not hit a neighbour of the primitive that rounding
+/// puts on the wrong side of the point. The offset is relative to the coordinates: there is no
+/// absolute epsilon.
 #[inline(always)]
 pub fn offset_ray_origin(point: Vec3, normal: Vec3, error: f32, outside: bool) -> Vec3 {
     point + normal * (if outside { error } else { -error })
 }
 
-/// The surface where `ray` hits.
+/// Returns the surface at the hit of `ray`.
 ///
 /// # Safety
 ///
-/// The scene's indices were proven as [`crate::buffer`] says, and `hit` is of its traversal.
+/// The scene's indices were proven as [`crate::buffer`] says, and `hit` comes from its traversal.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn at<const FEATURES: Features>(
@@ -85,8 +87,8 @@ pub unsafe fn at<const FEATURES: Features>(
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
     if const { has(FEATURES, TEXTURES) } {
-        // From -x by -z, +x and +z; from the top down (Shirley et al., "Ray Tracing: The Next
-        // Week", section 4.4).
+        // u runs from -x by -z, +x and +z; v from the top down (Shirley et al., "Ray Tracing: The
+        // Next Week", section 4.4).
         u = 0.5 + atan2_turns(-normal.z, normal.x);
         v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
     }
@@ -99,7 +101,7 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     // SAFETY: the caller's promise; there is a shading record for each triangle.
     let (triangle, shading) =
         unsafe { (load::<Triangle>(scene.triangles, index), load::<TriangleShading>(scene.shading, index)) };
-    // Again for this one triangle: cheaper than carrying its weights through the traversal.
+    // Intersected again: cheaper than carrying the weights through the traversal.
     let hit = triangle.hit(ray.origin, &Shear::new(ray.direction));
     let (b, c) = (hit.weight_b, hit.weight_c);
     let a = 1.0 - b - c;
@@ -108,7 +110,7 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     let normal = normalize(triangle.normal());
     let mixed = shading.normal_a * a + shading.normal_b * b + shading.normal_c * c;
     let square = mixed.dot(mixed);
-    // Flat, or normals that cancel.
+    // Flat shading, or normals that cancel.
     let smooth = if square > 1e-8 { mixed * (1.0 / sqrt(square)) } else { normal };
     let (mut u, mut v) = (0.0, 0.0);
     if const { has(FEATURES, TEXTURES) } {
@@ -127,9 +129,9 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
 }
 
 /// Returns the shading normal, bent towards the surface's own `normal` where the view direction
-/// mirrored about it would run into the surface: there a mirror would be black, as coarse smooth
-/// meshes are at silhouettes. All are unit vectors,
-/// `viewer` and `shading_normal` on the side of `normal`.
+/// mirrored about it would enter the surface. Unbent, a mirror would be black there, as coarse
+/// smooth meshes are at silhouettes. All are unit vectors, `viewer` and `shading` on the side of
+/// `normal`.
 ///
 /// The mirrored direction is lifted to a cosine c with the surface's normal of
 /// [`MIN_REFLECTED_COSINE`], or of nine tenths of the viewer's; the bent normal is the sum of that
@@ -139,12 +141,12 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
 #[inline(always)]
 pub fn bend_shading_normal(shading: Vec3, normal: Vec3, viewer: Vec3) -> Vec3 {
     let (facing, up) = (2.0 * shading.dot(viewer), viewer.dot(normal));
-    // How far the mirrored direction is to be lifted. Never by nothing at the horizon, where no
-    // normal would be left.
+    // Distance to lift the mirrored direction; never 0 at the horizon, where no normal would be
+    // left.
     let lift = min(0.9 * up, MIN_REFLECTED_COSINE) + 1e-7 + up - facing * shading.dot(normal);
     if lift > 0.0 { normalize(shading * facing + normal * lift) } else { shading }
 }
 
-/// Least cosine of a mirrored direction with the surface's own normal: about 0.6 degrees from the
+/// Minimum cosine of a mirrored direction with the surface's own normal: about 0.6 degrees from the
 /// horizon.
 pub const MIN_REFLECTED_COSINE: f32 = 0.01;

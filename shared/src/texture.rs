@@ -1,4 +1,6 @@
 //! Image textures: bilinear or nearest lookup in one array of texels for all images.
+//!
+//! Called by BSDFs, lights and paths; the host decodes images to texels.
 
 use crate::buffer::load;
 use crate::math::{floor, from_half};
@@ -6,42 +8,43 @@ use crate::scene::Scene;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-/// What a material names where it has no texture.
+/// Texture index of a material without a texture.
 pub const NO_TEXTURE: u32 = u32::MAX;
 
-/// Beyond the border: the image again.
+/// Wrap mode: the image repeats beyond its border.
 pub const REPEAT: u32 = 0;
-/// Beyond the border: the image again, mirrored.
+/// Wrap mode: the image repeats beyond its border, mirrored each time.
 pub const MIRROR: u32 = 1;
-/// Beyond the border: the border.
+/// Wrap mode: the border texel continues beyond the border.
 pub const CLAMP: u32 = 2;
-/// In [`Texture::flags`], at bits 0 to 1 and 2 to 3: how to wrap across and down. At this bit: the
-/// nearest texel, not bilinear.
+/// Bit of [`Texture::flags`]: nearest texel instead of bilinear interpolation. Bits 0 to 1 are the
+/// wrap mode across, bits 2 to 3 the wrap mode down.
 pub const NEAREST: u32 = 1 << 4;
 
-/// How a material reads an image. 48 bytes.
+/// Use of an image by a material. 48 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Texture {
-    /// Index of the image's first texel.
+    /// Index of the image's first texel in the array of all texels.
     pub first: u32,
     /// Texels across, at least 1.
     pub width: u32,
     /// Texels down, at least 1.
     pub height: u32,
-    /// Wrapping and filter.
+    /// Wrap modes and filter; see [`NEAREST`].
     pub flags: u32,
-    /// The image's u is `uu` u + `uv` v + `u0`; (0, 0) is the image's top left corner.
+    /// Coefficient of the image's u, which is `uu` u + `uv` v + `u0` of the surface's (u, v). Image
+    /// coordinate (0, 0) is the image's top left corner.
     pub uu: f32,
-    /// See `uu`.
+    /// Coefficient of the image's u; see `uu`.
     pub uv: f32,
-    /// The image's v is `vu` u + `vv` v + `v0`.
+    /// Coefficient of the image's v, which is `vu` u + `vv` v + `v0` of the surface's (u, v).
     pub vu: f32,
-    /// See `vu`.
+    /// Coefficient of the image's v; see `vu`.
     pub vv: f32,
-    /// See `uu`.
+    /// Offset of the image's u; see `uu`.
     pub u0: f32,
-    /// See `vu`.
+    /// Offset of the image's v; see `vu`.
     pub v0: f32,
     /// Unused.
     pub pad: [u32; 2],
@@ -49,18 +52,18 @@ pub struct Texture {
 
 const _: () = assert!(size_of::<Texture>() == 48 && align_of::<Texture>() == 16);
 
-/// A texel: four linear channels in half precision, see [`from_half`]. 8 bytes.
+/// Texel: four linear channels in half precision; see [`from_half`]. 8 bytes.
 #[repr(C, align(8))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Texel {
-    /// Red in the lower, green in the upper half.
+    /// Red in the lower half, green in the upper half.
     pub red_green: u32,
-    /// Blue in the lower, alpha in the upper half.
+    /// Blue in the lower half, alpha in the upper half.
     pub blue_alpha: u32,
 }
 
 impl Texel {
-    /// Red, green, blue, alpha.
+    /// Returns red, green, blue and alpha.
     #[inline(always)]
     pub fn channels(self) -> Vec4 {
         Vec4::new(
@@ -72,7 +75,7 @@ impl Texel {
     }
 }
 
-/// The texel of column or row `i` of `size`, 0 to `size` - 1 whatever `i`.
+/// Returns the texel index, 0 to `size` - 1, of any column or row `i`, by wrap mode.
 #[inline(always)]
 fn wrap(i: i32, size: u32, mode: u32) -> u32 {
     if mode == CLAMP {
@@ -84,13 +87,13 @@ fn wrap(i: i32, size: u32, mode: u32) -> u32 {
             i as u32
         };
     }
-    // At least 1, or the compiler keeps a check for division by zero.
+    // At least 1, so that the compiler drops the check for division by zero.
     let period = if mode == MIRROR { 2 * size } else { size }.max(1);
     let r = if i < 0 { period - 1 - !i as u32 % period } else { i as u32 % period };
     if r >= size { period - 1 - r } else { r }
 }
 
-/// The four channels of texture `index` at (`u`, `v`) of the surface.
+/// Returns the four channels of texture `index` at (`u`, `v`) of the surface.
 ///
 /// # Safety
 ///
@@ -108,7 +111,7 @@ pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     }
     let (x, y) = (x - 0.5, y - 0.5); // from texel centre to texel centre
     let (i, j) = (floor(x), floor(y));
-    // Where the coordinate is too large to have a fraction, it has none.
+    // A coordinate that is too large to have a fraction has fraction 0.
     let (fx, fy) = (fraction(x, i), fraction(y, j));
     // SAFETY: the caller's promise.
     unsafe {
@@ -118,7 +121,7 @@ pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     }
 }
 
-/// The texel of column `i` and row `j`, whatever they are. (No closure: what it captures would be
+/// Returns the texel of any column `i` and row `j`, wrapped. (Not a closure: it would capture
 /// references in a record, which rust-gpu does not have.)
 ///
 /// # Safety
@@ -136,14 +139,14 @@ unsafe fn texel(scene: Scene, t: Texture, i: i32, j: i32) -> Vec4 {
 #[inline(always)]
 #[allow(
     clippy::manual_range_contains,
-    reason = "rust-gpu has no references in records, which a range's test takes"
+    reason = "rust-gpu has no references in records, which `contains` of a range needs"
 )]
 fn fraction(x: f32, floor: i32) -> f32 {
     let f = x - floor as f32;
     if f >= 0.0 && f <= 1.0 { f } else { 0.0 }
 }
 
-/// The colour of texture `index`, or white for [`NO_TEXTURE`].
+/// Returns the colour of texture `index` at (`u`, `v`), or white for [`NO_TEXTURE`].
 ///
 /// # Safety
 ///

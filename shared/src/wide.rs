@@ -150,7 +150,7 @@ const STACK_CAPACITY: usize = STACK_SIZE * (LANES - 1) + LANES;
 ///
 /// As [`closest_hit`], and the CPU has the instruction set.
 #[inline(always)]
-#[allow(unsafe_code, reason = "see buffer and lanes")]
+#[allow(unsafe_code, reason = "see buffer and simd")]
 pub unsafe fn dispatch<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,

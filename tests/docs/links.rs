@@ -61,7 +61,7 @@ fn broken(path: &Path, page: &str) -> Vec<String> {
         let (file, heading) = target.split_once('#').unwrap_or((&target, ""));
         let linked = if file.is_empty() { path.to_owned() } else { path.parent().unwrap().join(file) };
         let place = format!("{}:{line}: {target}", name(path));
-        if !linked.exists() {
+        if !file.is_empty() && !linked.exists() {
             found.push(format!("{place}: no such file"));
         } else if !heading.is_empty() {
             let own = if file.is_empty() { page.to_owned() } else { text(&linked) };

@@ -20,8 +20,8 @@ pub struct CheckpointArgs {
     #[arg(long, value_name = "TIME|Nspp", requires = "checkpoint")]
     pub every: Option<SaveInterval>,
 
-    /// With --checkpoint: render only the samples from FIRST to END - 1. FIRST is a multiple of 256;
-    /// END is one, too, or equals --spp. `trisect merge` combines the parts (default: all samples).
+    /// With --checkpoint: render only the samples from FIRST to END - 1. FIRST is a multiple of
+    /// 256; END is one, too, or equals --spp. `trisect merge` combines the parts (default: all samples).
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
     pub samples: Option<Samples>,
 

@@ -1,4 +1,5 @@
-//! What a compiled kernel must not hold, and what its validator and assembler say.
+//! Audit of compiled kernels: forbidden instructions, and the verdicts of SPIR-V validator and PTX
+//! assembler.
 
 use crate::compile::{Artifact, Kind};
 use crate::error::Error;
@@ -7,7 +8,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Validates one artifact. A tool that is not installed is named on standard error.
+/// Validates one artifact. Names on standard error each tool that is not installed.
 pub fn audit(artifact: &Artifact) -> Result<(), Error> {
     let file = TemporaryFile::new(artifact)?;
     match artifact.kind {
@@ -40,15 +41,15 @@ pub fn audit(artifact: &Artifact) -> Result<(), Error> {
     Ok(())
 }
 
-/// What box tests are made of, and nothing else: `trisect_shared::math::{fused, reciprocal}`. They
-/// decide which boxes a ray visits, not what it hits. No compiler contracts to the first, as it
-/// flushes denormals, which nothing else does.
+/// Instructions of box tests, and of nothing else: `trisect_shared::math::{fused, reciprocal}`.
+/// They decide which boxes a ray visits, not what it hits. No compiler contracts to the first one,
+/// because it flushes denormals, which nothing else does.
 const BOX_TEST_INSTRUCTIONS: [&str; 2] = ["fma.rn.ftz.f32", "rcp.approx.ftz.f32"];
 
 /// Finds instructions that break a promise of the build.
 ///
 /// A missing function would only show when a driver loads the module. A `trap` is a panic that the
-/// optimiser could not rule out. The other three would give other bits than the CPU.
+/// optimiser could not rule out. The others would give other bits than the CPU.
 pub fn check_instructions(artifact: &Artifact) -> Result<(), Error> {
     let everywhere =
         [(".extern .func", "a function that no driver provides"), ("trap;", "a panic is reachable")];
@@ -88,7 +89,7 @@ fn find(named: Option<std::ffi::OsString>, tool: &str) -> Option<PathBuf> {
     env::split_paths(&path).map(|folder| folder.join(tool)).find(|file| file.is_file())
 }
 
-/// A temporary file, removed at the end.
+/// Temporary file, removed when dropped.
 struct TemporaryFile(PathBuf);
 
 impl TemporaryFile {

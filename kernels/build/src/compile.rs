@@ -1,4 +1,5 @@
-//! Compiles the crates with entry points for both targets.
+//! Compiles the crates with entry points for both targets, with `ptx` and `spirv`; called by
+//! `main`.
 
 use crate::error::Error;
 use crate::toolchain::Toolchain;
@@ -10,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
-/// What an artifact is, and so what it must not hold.
+/// Kind of an artifact, which decides what it must not contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// SPIR-V words, little endian.
@@ -21,27 +22,27 @@ pub enum Kind {
     PtxFast,
 }
 
-/// One compiled module: of SPIR-V, an entry point has it alone; of PTX, a crate's entry points
-/// share it.
+/// Compiled module: in SPIR-V of one entry point, in PTX of all entry points of a crate.
 #[derive(Debug)]
 pub struct Artifact {
-    /// The file, from the workspace.
+    /// Path of the file, from the workspace.
     pub name: String,
-    /// What it is.
+    /// Kind of the file's content.
     pub kind: Kind,
-    /// The file's content.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
-/// A crate with entry points: what renders, and what the tests ask.
+/// Crate with entry points: the render kernels, or the probes of the tests.
 pub(crate) struct Package {
     pub name: &'static str,
-    /// From the workspace.
+    /// Folder of the crate, from the workspace.
     pub folder: &'static str,
 }
 
 impl Package {
-    /// Where its SPIR-V lies, from the workspace: a file for each entry point, and nothing else.
+    /// Returns the folder of its SPIR-V, from the workspace: a file for each entry point, and
+    /// nothing else.
     fn spirv_folder(&self) -> String {
         format!("{}/prebuilt/spirv", self.folder)
     }
@@ -50,19 +51,20 @@ impl Package {
 const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
 const PROBES: Package = Package { name: "trisect-probes", folder: "tests/probes" };
 
-/// Where SPIR-V lies, from the workspace: a file for each entry point, and nothing else.
+/// Returns the folders of SPIR-V, from the workspace: a file for each entry point, and nothing
+/// else.
 pub fn spirv_folders() -> [String; 2] {
     [KERNELS, PROBES].map(|package| package.spirv_folder())
 }
 
-/// Compiles SPIR-V, precise PTX and, of the kernels, fast PTX. rust-gpu and spirv-opt have one
-/// thread each: SPIR-V is compiled beside PTX, and optimised kernel by kernel.
+/// Compiles SPIR-V, precise PTX and, for the kernels, fast PTX. rust-gpu and spirv-opt are
+/// single-threaded: SPIR-V is compiled in parallel with PTX, and optimised kernel by kernel.
 pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
-    // spirv-builder runs the `cargo` and `rustc` that it finds first.
+    // spirv-builder runs the first `cargo` and `rustc` of the path.
     let mut path = toolchain.directory.join("bin").into_os_string();
     path.push(":");
     path.push(std::env::var_os("PATH").unwrap_or_default());
-    // SAFETY: this program has one thread as yet.
+    // SAFETY: this program has only one thread so far.
     #[allow(unsafe_code, reason = "spirv-builder takes its tools from the environment only")]
     unsafe {
         std::env::set_var("PATH", path);
@@ -125,7 +127,7 @@ fn optimise(modules: &[(String, PathBuf)]) -> Result<Vec<Artifact>, Error> {
     Ok(artifacts.into_iter().map(|(_, artifact)| artifact).collect())
 }
 
-/// Says on standard error how long something took.
+/// Runs `compile` and prints its time to standard error.
 fn timed<T>(what: &str, compile: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
     let start = Instant::now();
     let result = compile()?;

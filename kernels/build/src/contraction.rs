@@ -1,24 +1,28 @@
-//! Forbids a Vulkan driver to contract: the decoration `NoContraction` on each arithmetic
-//! instruction.
+//! Forbids contraction to Vulkan drivers: decorates each arithmetic instruction with
+//! `NoContraction`.
 //!
 //! Without it a driver may fuse x y + z, which rounds once where the CPU rounds twice, and
 //! reassociate, which turns the rounding error (a - (s - (s - a))) of a sum into 0 (Vulkan
 //! specification, "Precision and Operation of SPIR-V Instructions"). rust-gpu has no option for it.
+//! Called by `spirv`.
 
-/// First words of a module, little endian.
+/// First word of a module, little endian.
 const MAGIC: u32 = 0x0723_0203;
-/// Words before the first instruction.
+/// Number of words before the first instruction.
 const HEADER: usize = 5;
-/// Instructions, by number (SPIR-V specification, section 3.52).
+/// Opcode of OpDecorate (SPIR-V specification, section 3.52).
 const DECORATE: u32 = 71;
+/// Opcodes of types; the first one ends the annotations.
 const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
-/// The decoration.
+/// NoContraction, as an operand of OpDecorate.
 const NO_CONTRACTION: u32 = 42;
-/// FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar to OuterProduct, Dot. Not FNegate, which
-/// is exact: NVIDIA's compiler would make an addition of each instead of the sign of an operand.
+/// Opcodes of FAdd, FSub, FMul, FDiv, FRem, FMod, VectorTimesScalar to OuterProduct, Dot. FNegate
+/// is exact and left out: NVIDIA's compiler would make each an addition instead of the sign of an
+/// operand.
 const ARITHMETIC: [u32; 13] = [129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
 
-/// `module` with each result of floating-point arithmetic decorated; `None` for what is no module.
+/// Returns `module` with each result of floating-point arithmetic decorated; `None` if it is not a
+/// module.
 pub fn forbid_contraction(module: &[u8]) -> Option<Vec<u8>> {
     let words: Vec<u32> =
         module.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();

@@ -1,72 +1,72 @@
-//! What can go wrong while building kernels.
+//! Errors of a build of the kernels.
 
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A failed build, audit or comparison.
+/// Failed build, audit or comparison.
 #[derive(Debug, Error)]
 pub enum Error {
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         source: std::io::Error,
     },
-    /// No kernel toolchain.
+    /// The kernel toolchain was not found.
     #[error(
         "no kernel toolchain: {} is missing. kernels/README.md says how to get one; TRISECT_KERNEL_TOOLCHAIN names its folder",
         missing.display()
     )]
     NoToolchain {
-        /// The file looked for.
+        /// File that is missing.
         missing: PathBuf,
     },
-    /// No optimiser for SPIR-V.
+    /// The optimiser for SPIR-V is not installed.
     #[error("spirv-opt is not installed (Debian: spirv-tools); it makes kernels/prebuilt/spirv")]
     NoSpirvOpt,
     /// A tool failed.
     #[error("{tool} failed:\n{output}")]
     Tool {
-        /// Its name.
+        /// Name of the tool.
         tool: String,
-        /// What it printed.
+        /// Output of the tool.
         output: String,
     },
     /// rust-gpu failed.
     #[error("rust-gpu: {0}")]
     Spirv(#[from] spirv_builder::SpirvBuilderError),
-    /// What rust-gpu wrote is no module.
+    /// A file that rust-gpu wrote is not a SPIR-V module.
     #[error("{}: not a SPIR-V module", path.display())]
     Module {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A kernel holds an instruction that it must not.
+    /// A kernel contains a forbidden instruction.
     #[error("{artifact}, line {line}: `{text}`: {reason}")]
     Audit {
-        /// The artifact.
+        /// Name of the artifact.
         artifact: String,
-        /// Counted from 1.
+        /// Number of the line, counted from 1.
         line: usize,
-        /// The line's text.
+        /// Text of the line.
         text: String,
-        /// Why it must not be there.
+        /// Reason why the instruction is forbidden.
         reason: &'static str,
     },
-    /// The manifest cannot be understood.
+    /// The manifest or lock file cannot be parsed.
     #[error("{}: {message}", path.display())]
     Manifest {
-        /// The manifest or lock file.
+        /// Path of the manifest or lock file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         message: String,
     },
-    /// The prebuilt kernels are not what the sources give.
+    /// The prebuilt kernels do not match the sources.
     #[error("the prebuilt kernels are out of date; run `cargo kernels`:\n{}", differences.join("\n"))]
     Stale {
-        /// What differs.
+        /// Differences, a line each.
         differences: Vec<String>,
     },
 }

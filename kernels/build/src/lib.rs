@@ -1,4 +1,4 @@
-//! The parts of `cargo kernels`.
+//! Parts of `cargo kernels`, which builds the kernels' SPIR-V and PTX; see `main`.
 
 pub mod audit;
 pub mod compile;

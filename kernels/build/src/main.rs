@@ -1,8 +1,8 @@
-//! `cargo kernels`: builds the kernels, audits them and stamps them.
+//! `cargo kernels`: builds, audits and stamps the kernels.
 //!
 //! ```text
-//! cargo kernels             build, audit, write kernels/prebuilt/ with the manifest, and tests/probes/prebuilt/
-//! cargo kernels --check     build and audit, compare with what is there byte by byte, write nothing
+//! cargo kernels             build, audit, write kernels/prebuilt/ and tests/probes/prebuilt/
+//! cargo kernels --check     build, audit, compare with the committed files, write nothing
 //! cargo kernels --sources   compare the sources with the manifest; needs no kernel toolchain
 //! ```
 //!
@@ -42,7 +42,7 @@ enum Mode {
     Check,
 }
 
-/// The workspace: two folders above this crate.
+/// Returns the workspace: two folders above this crate.
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }

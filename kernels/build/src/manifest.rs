@@ -1,4 +1,4 @@
-//! The manifest: which sources and tools the prebuilt kernels came from.
+//! Manifest: the sources and tools from which the prebuilt kernels were built, and hashes of both.
 
 use crate::compile::{Artifact, spirv_folders};
 use crate::error::Error;
@@ -10,10 +10,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The manifest, from the workspace.
+/// Path of the manifest, from the workspace.
 pub const FILE: &str = "kernels/prebuilt/manifest.json";
 
-/// Packages of the lock file that end up in kernels.
+/// Packages of the lock file that are compiled into kernels.
 const PACKAGES: [&str; 8] = [
     "bytemuck",
     "bytemuck_derive",
@@ -25,22 +25,22 @@ const PACKAGES: [&str; 8] = [
     "spirv-std-types",
 ];
 
-/// Everything that decides about the artifacts' bytes, and the bytes' hashes.
+/// Everything that decides the artifacts' bytes, and the hashes of those bytes.
 #[derive(Debug, Serialize, Deserialize, PartialEq, Eq)]
 pub struct Manifest {
     /// SHA-256 of each source file, by its path from the workspace.
     pub sources: BTreeMap<String, String>,
-    /// Locked versions of the packages that end up in kernels.
+    /// Locked versions of the packages that are compiled into kernels.
     pub packages: BTreeMap<String, String>,
     /// Targets, options, and the build profiles of the workspace.
     pub settings: BTreeMap<String, String>,
     /// SHA-256 of each artifact, by its path from the workspace.
     pub artifacts: BTreeMap<String, String>,
-    /// The compilers.
+    /// Versions of the compilers.
     pub tools: BTreeMap<String, String>,
 }
 
-/// The manifest of what was just compiled.
+/// Returns the manifest of freshly compiled artifacts.
 pub fn stamp(root: &Path, toolchain: &Toolchain, artifacts: &[Artifact]) -> Result<Manifest, Error> {
     Ok(Manifest {
         sources: sources(root)?,
@@ -62,7 +62,8 @@ pub fn read(root: &Path) -> Result<Manifest, Error> {
     serde_json::from_slice(&text).map_err(|e| Error::Manifest { path, message: e.to_string() })
 }
 
-/// Writes the artifacts and their manifest.
+/// Writes the artifacts and their manifest, and removes modules of entry points that no longer
+/// exist.
 pub fn write(root: &Path, artifacts: &[Artifact], manifest: &Manifest) -> Result<(), Error> {
     for stray in stray_modules(root, artifacts)? {
         fs::remove_file(&stray).map_err(|source| Error::Io { path: stray.clone(), source })?;
@@ -93,7 +94,7 @@ pub fn compare(root: &Path, artifacts: &[Artifact], fresh: &Manifest) -> Result<
     if differences.is_empty() { Ok(()) } else { Err(Error::Stale { differences }) }
 }
 
-/// Modules of entry points that are no more.
+/// Returns the modules of entry points that no longer exist.
 fn stray_modules(root: &Path, artifacts: &[Artifact]) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
     for folder in spirv_folders() {
@@ -151,7 +152,7 @@ fn sources(root: &Path) -> Result<BTreeMap<String, String>, Error> {
         root.join("shared/Cargo.toml"),
         root.join("kernels/Cargo.toml"),
         root.join("tests/probes/Cargo.toml"),
-        // What holds the options.
+        // Modules of this crate that hold options of the compilers.
         root.join("kernels/build/src/compile.rs"),
         root.join("kernels/build/src/contraction.rs"),
         root.join("kernels/build/src/ptx.rs"),

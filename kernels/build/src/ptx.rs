@@ -1,4 +1,4 @@
-//! PTX: rustc with LLVM.
+//! Compiles a crate to PTX, by rustc with LLVM.
 
 use crate::compile::{Package, read};
 use crate::error::Error;
@@ -6,19 +6,19 @@ use crate::toolchain::{Toolchain, output_of};
 use std::path::Path;
 use std::process::Command;
 
-/// The oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers
-/// compile it for newer devices.
+/// Oldest NVIDIA architecture that the PTX runs on: Pascal (GTX 10, 2016). Newer drivers compile it
+/// for newer devices.
 pub const ARCHITECTURE: &str = "sm_61";
 
-/// The oldest version of PTX with votes that wait for all lanes of a warp: CUDA 9 (2017).
+/// Oldest PTX version with votes that wait for all lanes of a warp: CUDA 9 (2017).
 pub const VERSION: &str = "ptx60";
 
-/// LLVM's options of the fast build: fused multiply-add; division within 1 ULP-ish `div.full`;
-/// square root and its reciprocal approximate.
+/// LLVM options of the fast build: fused multiply-add; division by `div.full`, within 2 ULP;
+/// approximate square root and reciprocal square root.
 pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
 
-/// What [`FAST_MATH`] makes of division, square root and its reciprocal.
-const APPROXIMATE_INSTRUCTIONS: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // rsqrt.approx ends so, too
+/// Instructions that [`FAST_MATH`] makes of division, square root and reciprocal square root.
+const APPROXIMATE_INSTRUCTIONS: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // also matches rsqrt.approx
 
 /// Compiles the crate to one module of all its entry points.
 pub(crate) fn module(
@@ -39,7 +39,8 @@ pub(crate) fn module(
         .args(["rustc", "--quiet", "--package", package.name, "--lib", "--crate-type", "cdylib"])
         .args(["--profile", "kernels", "--target", "nvptx64-nvidia-cuda", "-Zbuild-std=core", "--target-dir"])
         .arg(&target)
-        // After fat LTO the assembly is the PTX of the whole program: nothing is left to link.
+        // After fat LTO the assembly is the PTX of the whole program: there is nothing left to
+        // link.
         .args(["--", "--emit=asm", "-Clinker=/bin/true", "-Zlocation-detail=none"])
         .arg(format!("-Ctarget-cpu={ARCHITECTURE}"))
         .arg(format!("-Ctarget-feature=+{VERSION}"));
@@ -52,8 +53,8 @@ pub(crate) fn module(
     Ok(if fast { flush_denormals(&ptx) } else { ptx })
 }
 
-/// Fast PTX whose approximate operations take denormal numbers for zero: else each has instructions
-/// around it that scale them.
+/// Returns fast PTX whose approximate operations treat denormal numbers as zero; otherwise each has
+/// instructions around it that scale them.
 fn flush_denormals(ptx: &[u8]) -> Vec<u8> {
     let mut text = String::from_utf8_lossy(ptx).into_owned();
     for operation in APPROXIMATE_INSTRUCTIONS {

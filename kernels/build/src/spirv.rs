@@ -1,4 +1,4 @@
-//! SPIR-V: rust-gpu, then what may not be contracted, then spirv-opt.
+//! Compiles a crate to SPIR-V: rust-gpu, then [`contraction`], then spirv-opt.
 
 use crate::compile::{Package, read};
 use crate::contraction;
@@ -9,14 +9,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Vulkan 1.2 is what wgpu asks of a device for SPIR-V 1.5.
+/// Target of rust-gpu: Vulkan 1.2, which wgpu requires of a device for SPIR-V 1.5.
 pub const TARGET: &str = "spirv-unknown-vulkan1.2";
 
-/// Optimises SPIR-V once it says what may not be contracted. (rust-gpu runs its own before: there x
-/// / c becomes x (1 / c).)
+/// Optimiser that runs once `NoContraction` is in place. (rust-gpu's own run would come before, and
+/// turn x / c into x (1 / c).)
 pub const SPIRV_OPT: &str = "spirv-opt";
 
-/// Compiles the crate to a module of each of its entry points: their names and files.
+/// Compiles the crate to a module for each of its entry points; returns their names and files.
 pub(crate) fn modules(
     root: &Path,
     toolchain: &Toolchain,
@@ -33,7 +33,7 @@ pub(crate) fn modules(
     Ok(modules.unwrap_multi().iter().map(|(name, path)| (name.clone(), path.clone())).collect())
 }
 
-/// A module whose arithmetic no driver contracts, optimised.
+/// Returns a module whose arithmetic no driver contracts, optimised.
 pub(crate) fn optimised(path: &Path) -> Result<Vec<u8>, Error> {
     let module = contraction::forbid_contraction(&read(path)?)
         .ok_or_else(|| Error::Module { path: path.to_owned() })?;

@@ -1,4 +1,4 @@
-//! Finds the compilers.
+//! Finds the compilers, and runs tools.
 
 use crate::error::Error;
 use crate::spirv::SPIRV_OPT;
@@ -6,35 +6,35 @@ use std::env;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// A folder with `bin/cargo`, `bin/rustc` and `lib/librustc_codegen_spirv.so`.
+/// Kernel toolchain: a folder with `bin/cargo`, `bin/rustc` and `lib/librustc_codegen_spirv.so`.
 #[derive(Debug)]
 pub struct Toolchain {
-    /// The folder.
+    /// Path of the folder.
     pub directory: PathBuf,
     /// First line of `rustc -V`.
     pub rustc_version: String,
-    /// Of `spirv-opt`, which comes with the system.
+    /// First line of `spirv-opt --version`; the tool comes with the system.
     pub spirv_opt_version: String,
 }
 
 impl Toolchain {
-    /// The compiler: for SPIR-V with the code generator below, for PTX by itself.
+    /// Returns the path of the compiler, for SPIR-V (with the code generator) and for PTX.
     pub fn rustc(&self) -> PathBuf {
         self.directory.join("bin/rustc")
     }
 
-    /// Its cargo.
+    /// Returns the path of the toolchain's cargo.
     pub fn cargo(&self) -> PathBuf {
         self.directory.join("bin/cargo")
     }
 
-    /// rust-gpu's code generator.
+    /// Returns the path of rust-gpu's code generator.
     pub fn codegen_spirv(&self) -> PathBuf {
         self.directory.join("lib/librustc_codegen_spirv.so")
     }
 }
 
-/// The toolchain in `TRISECT_KERNEL_TOOLCHAIN`, or in `~/.cache/trisect/kernel-toolchain`.
+/// Returns the toolchain in `TRISECT_KERNEL_TOOLCHAIN`, or in `~/.cache/trisect/kernel-toolchain`.
 pub fn find() -> Result<Toolchain, Error> {
     let directory = env::var_os("TRISECT_KERNEL_TOOLCHAIN").map_or_else(
         || {

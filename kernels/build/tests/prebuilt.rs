@@ -1,4 +1,4 @@
-//! The committed kernels are those of the committed sources.
+//! The committed kernels match the committed sources.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! One level of the wavelet transform.
+//! One level of the à-trous wavelet transform.
 
 use super::edge_stopping::{EdgeStopping, OPEN, SHUT, biweight, bounded_factor};
 use super::variance::smoothed_variance;
@@ -7,37 +7,38 @@ use crate::buffer::{load, store};
 use crate::buffer_layout::Packed;
 use glam::Vec3;
 
-/// Less than any variance of a picture: no division by 0 (what SVGF adds to the deviation,
-/// squared).
+/// Smaller than the variance of any image; added to avoid a division by 0 (SVGF adds its root to
+/// the deviation).
 const MIN_VARIANCE: f32 = 1e-10;
 
-/// The B3 spline's coefficients at 0, 1 and 2.
+/// Coefficients of the B3 spline at 0, 1 and 2.
 const B3: [f32; 3] = [0.375, 0.25, 0.0625];
 
-/// Pixels that a thread of a device serves, below each other on the level's lattice: they share
-/// most of their taps. Four share more, and take more registers than pay (docs/performance.md).
+/// Number of pixels that a thread of a device computes, in one column of the level's lattice: they
+/// share most of their taps. Four would share more, but need too many registers
+/// (docs/notebook/denoising.md).
 pub const PIXELS_PER_THREAD: u32 = 2;
 
 /// A pixel and the sums over its taps.
 struct TapSums {
     middle: FilteredPixel,
     stops: EdgeStopping,
-    /// Stop of the colour.
+    /// Factor of the squared distance of colours.
     color_factor: f32,
-    /// Of weights times differences from the middle: a constant image comes out as it was.
+    /// Sum of weights times differences from the middle, so that a constant image keeps its bits.
     difference: Vec3,
-    /// Of squared weights times variances.
+    /// Sum of squared weights times variances.
     variance: f32,
-    /// Of the weights.
+    /// Sum of the weights.
     weight: f32,
 }
 
 impl TapSums {
-    /// Of pixel (`x`, `y`), with its own weight alone.
+    /// Creates the sums of pixel (`x`, `y`), with its own weight only.
     ///
     /// # Safety
     ///
-    /// As [`level`].
+    /// As [`atrous_level`].
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
     unsafe fn new<const BY_VARIANCE: bool>(
@@ -72,7 +73,8 @@ impl TapSums {
         }
     }
 
-    /// Adds the tap `J` down in a column of taps; the middle is there already.
+    /// Adds the tap `J` rows down in a column of taps, unless it is the middle, which is there
+    /// already.
     #[inline(always)]
     fn add<const BY_VARIANCE: bool, const J: i32>(&mut self, column: &Column, tap: Tap) {
         let difference = tap.lit.color - self.middle.color;
@@ -87,7 +89,7 @@ impl TapSums {
         }
     }
 
-    /// The pixel of the next level.
+    /// Returns the pixel of the next level.
     #[inline(always)]
     fn mean<const BY_VARIANCE: bool>(&self) -> FilteredPixel {
         if self.weight <= 0.0 {
@@ -99,19 +101,19 @@ impl TapSums {
     }
 }
 
-/// Taps below each other.
+/// Column of taps.
 struct Column {
-    /// Taps to the right of the middle.
+    /// Distance from the middle in taps, to the right.
     offset: f32,
     is_middle: bool,
-    /// The spline at 0, 1 and 2 taps down.
+    /// Weights by the B3 spline at 0, 1 and 2 taps down.
     kernel: [f32; 3],
-    /// The pixels' x, and whether the image has it.
+    /// Column of pixels, and whether it lies inside the image.
     x: (u32, bool),
 }
 
 impl Column {
-    /// The one `i` taps to the right of `x`.
+    /// Creates the column `i` taps to the right of `x`.
     #[inline(always)]
     fn new(params: &DenoiseParams, x: u32, i: i32) -> Self {
         let of_middle = i == 0;
@@ -136,29 +138,29 @@ impl Column {
 struct Tap {
     lit: FilteredPixel,
     edge: GBufferTexel,
-    /// What its stops begin with.
+    /// Initial weight: [`OPEN`] or [`SHUT`].
     open: f32,
 }
 
-/// The coordinate so many taps away; below 0 as large as none that an image has.
+/// Returns the coordinate `taps` taps away; below 0 it wraps to a number that no image has.
 #[inline(always)]
 fn tap_coordinate(coordinate: u32, taps: i32, step: u32) -> u32 {
     coordinate.wrapping_add((taps * step as i32) as u32)
 }
 
-/// A coordinate of a tap, and whether the image has it; if not, `light_pdf`, which it has.
+/// Returns a tap's coordinate and whether it lies inside the image; if not, `other`, which does.
 #[inline(always)]
 fn clamp_to_image(coordinate: u32, end: u32, other: u32) -> (u32, bool) {
     let inside = coordinate < end;
     (if inside { coordinate } else { other }, inside)
 }
 
-/// The tap at pixel `x` of `y`, both with whether the image has it. Without branches: they would
-/// keep lanes apart, and values from being added up at once.
+/// Returns the tap at pixel (`x`, `y`), each with whether the tap itself lies inside the image. It
+/// has no branches, which would keep lanes apart, and values from being added up at once.
 ///
 /// # Safety
 ///
-/// The pixel is of the image, and there is a record for each of it.
+/// The pixel lies inside the image, and each slice has a record for each pixel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn tap(
@@ -174,14 +176,14 @@ unsafe fn tap(
     Tap { lit, edge, open: if inside & below & lit.is_known() { OPEN } else { SHUT } }
 }
 
-/// Pixel (`x`, `y`) of the next level. With `BY_VARIANCE` the stop of the colour is relative to the
-/// variance around the pixel.
+/// Returns pixel (`x`, `y`) of the next level. With `BY_VARIANCE`, edge stopping by colour is
+/// relative to the variance around the pixel.
 ///
-/// A pixel without a colour gets that of its neighbours, and none gets anything of it.
+/// A pixel without a colour gets the mean of its neighbours, and contributes to none.
 ///
 /// # Safety
 ///
-/// The pixel is of the image, and there is a record for each of it.
+/// The pixel lies inside the image, and each slice has a record for each pixel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn atrous_level<const BY_VARIANCE: bool>(
@@ -193,14 +195,14 @@ pub unsafe fn atrous_level<const BY_VARIANCE: bool>(
 ) -> FilteredPixel {
     // SAFETY: the caller's promise.
     let mut sums = unsafe { TapSums::new::<BY_VARIANCE>(params, from, edges, x, y) };
-    // One column after the other: all taps at once would take more registers than there are.
+    // Column by column: all taps at once would take more registers than there are.
     let mut i = -2;
     while i <= 2 {
         let column = Column::new(params, x, i);
         macro_rules! rows {
             ($($j:literal)*) => {$(
                 let down = clamp_to_image(tap_coordinate(y, $j, params.step), params.height, y);
-                // SAFETY: the caller's promise, and `within`.
+                // SAFETY: the caller's promise; `clamp_to_image` keeps the tap inside the image.
                 let one = unsafe { tap(params.width, from, edges, column.x, down) };
                 sums.add::<BY_VARIANCE, $j>(&column, one);
             )*};
@@ -211,12 +213,12 @@ pub unsafe fn atrous_level<const BY_VARIANCE: bool>(
     sums.mean::<BY_VARIANCE>()
 }
 
-/// What [`atrous_level`] does, with the same bits, for [`PIXELS_PER_THREAD`] pixels in column `x`,
-/// `params.step` apart: the `row`-th such set of the image.
+/// Computes [`PIXELS_PER_THREAD`] pixels of the next level in column `x`, `params.step` rows apart:
+/// set number `row` of the image. The bits are those of [`atrous_level`].
 ///
 /// # Safety
 ///
-/// The column is of the image, and there is a record for each of its pixels.
+/// The column lies inside the image, and each slice has a record for each pixel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
@@ -232,12 +234,12 @@ pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
     if y >= params.height {
         return;
     }
-    // Those beyond the image are computed as its last row and not written.
+    // Rows beyond the image are computed as its last row, and not written.
     let last = params.height - 1;
     macro_rules! of {
         ($k:literal) => {{
             let y = y + $k * step;
-            // SAFETY: the row is of the image.
+            // SAFETY: the row lies inside the image.
             unsafe { TapSums::new::<BY_VARIANCE>(params, from, edges, x, if y < last { y } else { last }) }
         }};
     }
@@ -248,7 +250,7 @@ pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
         macro_rules! rows {
             ($($r:literal: $($sums:ident $j:literal),*;)*) => {$(
                 let down = clamp_to_image(tap_coordinate(y, $r, step), params.height, y);
-                // SAFETY: the caller's promise, and `within`.
+                // SAFETY: the caller's promise; `clamp_to_image` keeps the tap inside the image.
                 let one = unsafe { tap(params.width, from, edges, column.x, down) };
                 $($sums.add::<BY_VARIANCE, $j>(&column, one);)*
             )*};
@@ -266,7 +268,7 @@ pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
     macro_rules! write {
         ($($k:literal $sums:ident),*) => {$(
             if y + $k * step < params.height {
-                // SAFETY: the pixel is of the image.
+                // SAFETY: the pixel lies inside the image.
                 unsafe { store(to, (y + $k * step) * params.width + x, $sums.mean::<BY_VARIANCE>()) };
             }
         )*};

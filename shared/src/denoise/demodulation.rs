@@ -1,4 +1,5 @@
-//! From sums to an image of the light alone, without textures and without what shines, and back.
+//! Demodulation: from sums to an image of the reflected light alone, without albedo and emission,
+//! and back.
 
 use super::variance::total_variance;
 use super::{DenoiseParams, FilteredPixel, GBufferTexel, MIN_ALBEDO};
@@ -7,12 +8,11 @@ use crate::film::PixelSums;
 use crate::math::{all_finite, max, normalize};
 use glam::Vec3;
 
-/// The range of depths that passes can compute with.
+/// Range of depths that passes can compute with, in scene units.
 const DEPTH_RANGE: (f32, f32) = (1e-15, 1e15);
 
-/// Reflected radiance over albedo with the variance of its mean, and the surface, of a pixel. What
-/// the pixel sees shining has no noise but that of edges, and is no light that a neighbour should
-/// get: it stays out.
+/// Returns reflected radiance over albedo with the variance of its mean, and the surface, of a
+/// pixel. Emission has no noise but at edges, and must not light neighbours: it is left out.
 #[inline(always)]
 pub fn demodulate(params: &DenoiseParams, sums: PixelSums, aovs: AovSums) -> (FilteredPixel, GBufferTexel) {
     let n = sums.samples as f32;
@@ -29,11 +29,11 @@ pub fn demodulate(params: &DenoiseParams, sums: PixelSums, aovs: AovSums) -> (Fi
     (pixel, gbuffer_texel(params, aovs))
 }
 
-/// What most of the samples see.
+/// Returns the mean surface of a pixel's samples, or none if most of them hit nothing.
 #[inline(always)]
 fn gbuffer_texel(params: &DenoiseParams, aovs: AovSums) -> GBufferTexel {
     let length2 = aovs.normal.dot(aovs.normal);
-    // Not so where opposite normals cancel, or a number is none.
+    // Opposite normals may cancel; a sum may be NaN.
     if aovs.hits < aovs.misses || !(length2 > 1e-12 && length2 < 1e12) {
         return GBufferTexel::NONE;
     }
@@ -46,7 +46,7 @@ fn gbuffer_texel(params: &DenoiseParams, aovs: AovSums) -> GBufferTexel {
     }
 }
 
-/// Of a sum over all samples; 0 without one, and for what is no number.
+/// Returns the mean of `sum` over all samples; 0 if there are none or the mean is not finite.
 #[inline(always)]
 fn mean_per_sample(aovs: AovSums, sum: Vec3) -> Vec3 {
     let n = aovs.hits + aovs.misses;
@@ -54,14 +54,14 @@ fn mean_per_sample(aovs: AovSums, sum: Vec3) -> Vec3 {
     if n > 0 && all_finite(mean) { mean } else { Vec3::ZERO }
 }
 
-/// What is divided by, inverse.
+/// Returns the inverse of the albedo, with each channel at least [`MIN_ALBEDO`].
 #[inline(always)]
 fn inverse_albedo(albedo: Vec3) -> Vec3 {
     let one = |a| 1.0 / max(a, MIN_ALBEDO);
     Vec3::new(one(albedo.x), one(albedo.y), one(albedo.z))
 }
 
-/// The pixel with its albedo and what shines again: radiance.
+/// Multiplies a pixel by its albedo and adds its emission: radiance.
 #[inline(always)]
 pub fn remodulate(pixel: FilteredPixel, aovs: AovSums) -> FilteredPixel {
     let a = mean_per_sample(aovs, aovs.albedo);

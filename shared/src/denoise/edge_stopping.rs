@@ -1,44 +1,52 @@
-//! Where a filter stops.
+//! Edge stopping: the weight of a neighbour, by the differences of normal, depth and colour.
+//!
+//! A neighbour weighs (1 - x/2)², and nothing from x = 2 on; x is the sum of its squared
+//! differences, each relative to its parameter. This is Tukey's biweight (Black et al., "Robust
+//! Anisotropic Diffusion", IEEE Transactions on Image Processing 7(3), 1998) instead of the
+//! exponential of both papers: a few operations, which round identically everywhere. Depth is kept
+//! as its inverse, which is linear in the image over a plane. So the relative distance from a
+//! tangent plane takes one product and two sums, and neither the scale nor the position of a scene
+//! matters.
 
 use super::{DenoiseParams, STOP_FACTORS};
 use crate::math::max;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// A surface that a pixel sees. 16 bytes.
+/// Surface that a pixel sees. 16 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GBufferTexel {
-    /// Unit normal on the camera's side; 0 where mostly nothing is seen.
+    /// Unit normal on the camera's side; 0 if most samples hit nothing.
     pub normal: Vec3,
-    /// 1 over the distance along the camera's axis; 0 where mostly nothing is seen.
+    /// Inverse of the distance along the camera's axis; 0 if most samples hit nothing.
     pub inverse_depth: f32,
 }
 
 const _: () = assert!(size_of::<GBufferTexel>() == 16 && align_of::<GBufferTexel>() == 16);
 
 impl GBufferTexel {
-    /// Nothing.
+    /// Texel without a surface.
     pub const NONE: Self = Self { normal: Vec3::ZERO, inverse_depth: 0.0 };
 }
 
-/// The pinhole of a camera. 80 bytes, five rows; the fourth word of each row is unused.
+/// Pinhole of a camera. 80 bytes, 5 rows; the fourth word of each row is unused.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PinholeView {
-    /// In the world.
+    /// Position of the pinhole, in world coordinates.
     pub origin: Vec3,
     /// Unused.
     pub pad0: u32,
-    /// To the middle of the top left pixel, at distance 1 along the axis.
+    /// Vector to the middle of the top left pixel, at distance 1 along the axis.
     pub first_pixel: Vec3,
     /// Unused.
     pub pad1: u32,
-    /// One pixel to the right, there.
+    /// Vector from a pixel to the next one to the right, at distance 1.
     pub right: Vec3,
     /// Unused.
     pub pad2: u32,
-    /// One pixel down, there.
+    /// Vector from a pixel to the next one below, at distance 1.
     pub down: Vec3,
     /// Unused.
     pub pad3: u32,
@@ -50,15 +58,15 @@ pub struct PinholeView {
 
 const _: () = assert!(size_of::<PinholeView>() == 80 && align_of::<PinholeView>() == 16);
 
-/// What a pixel lets through of its neighbours, but for their colours. Factors are multiplied in:
-/// all is in units of the stops.
+/// Edge stopping of a pixel by normal and depth; colour is added by the filter. The factors of
+/// [`DenoiseParams`] are multiplied in, so differences are relative to their parameters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeStopping {
     normal: Vec3,
-    /// Of the normal alone.
+    /// Factor of the normal.
     normal_factor: f32,
-    /// The tangent plane: cosine of normal and direction, its change a tap to the right and a tap
-    /// down, and over the inverse depth.
+    /// Tangent plane: cosine of normal and pixel direction, its change for a tap to the right and
+    /// for a tap down, and its product with the depth. All are times the factor of the depth.
     cosine: f32,
     across: f32,
     along: f32,
@@ -66,7 +74,7 @@ pub(super) struct EdgeStopping {
 }
 
 impl EdgeStopping {
-    /// Of pixel (`x`, `y`), for taps `step` pixels apart.
+    /// Creates the edge stopping of pixel (`x`, `y`), for taps `step` pixels apart.
     #[inline(always)]
     pub(super) fn new(params: &DenoiseParams, texel: GBufferTexel, x: u32, y: u32, step: f32) -> Self {
         let PinholeView { first_pixel: first, right, down, .. } = params.view;
@@ -82,7 +90,8 @@ impl EdgeStopping {
         }
     }
 
-    /// Of a surface through `point`, for pixels of another view, counted from its pixel (`x`, `y`).
+    /// Creates the edge stopping of a surface through `point` for pixels of another view, counted
+    /// from that view's pixel (`x`, `y`).
     #[inline(always)]
     pub(super) fn of_plane(
         params: &DenoiseParams,
@@ -103,8 +112,8 @@ impl EdgeStopping {
         }
     }
 
-    /// What is left of `open` behind the stops between the surfaces of this pixel and of the tap
-    /// (`i`, `j`).
+    /// Returns what is left of `open` after the differences between this pixel's surface and that
+    /// of the tap (`i`, `j`).
     #[inline(always)]
     pub(super) fn remaining(&self, open: f32, texel: GBufferTexel, i: f32, j: f32) -> f32 {
         let turned = max(self.normal_factor - self.normal.dot(texel.normal), 0.0);
@@ -113,18 +122,18 @@ impl EdgeStopping {
     }
 }
 
-/// What stops begin with: for a pixel that has a colour, and for none.
+/// Initial value of [`EdgeStopping::remaining`]: for a tap with a colour, and for one without.
 pub(super) const OPEN: f32 = 1.0;
 pub(super) const SHUT: f32 = -3e38;
 
-/// The weight of what stops have left: Tukey's biweight.
+/// Returns the weight for what edge stopping has left: Tukey's biweight.
 #[inline(always)]
 pub(super) fn biweight(left: f32) -> f32 {
     let t = max(left, 0.0);
     t * t
 }
 
-/// A stop's factor within [`STOP_FACTORS`].
+/// Returns a factor of edge stopping, clamped to [`STOP_FACTORS`].
 #[inline(always)]
 pub(super) fn bounded_factor(factor: f32) -> f32 {
     if factor > STOP_FACTORS.0 {

@@ -1,10 +1,10 @@
-//! What earlier frames saw of the surfaces that this one sees.
+//! Use of earlier frames for the surfaces that a frame sees.
 //!
-//! While the camera rests, frames are summed as they are ([`add`]): that is the plain mean over all
+//! While the camera rests, [`accumulate`] sums frames without a filter: the plain mean over all
 //! samples, whatever comes after. While it moves, [`reproject`] finds each pixel's surface in the
-//! frame before (Schied et al. 2017, section 4.1, with Karis's clamp to the neighbourhood,
-//! "High-Quality Temporal Supersampling", SIGGRAPH 2014), and lets what was known there count as
-//! some samples more. It counts less with each frame that the camera rests, and then for nothing.
+//! previous frame (Schied et al. 2017, section 4.1, with Karis's clamp to the neighbourhood,
+//! "High-Quality Temporal Supersampling", SIGGRAPH 2014) and adds its history as some samples more.
+//! With each frame at rest the history counts for less, and finally for nothing.
 
 use super::edge_stopping::{EdgeStopping, OPEN};
 use super::variance::{MAX_VARIANCE, NeighbourhoodStats, neighbourhood_stats};
@@ -17,15 +17,15 @@ use crate::math::{all_finite, floor, max, min, sqrt};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// What a pixel keeps for the next frame. 48 bytes.
+/// History of a pixel, kept for the next frame. 48 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct HistoryPixel {
-    /// Mean over its samples, and the variance of one of them.
+    /// Mean over the samples, and the variance of one of them.
     pub filtered: FilteredPixel,
-    /// Where.
+    /// Surface that the pixel sees.
     pub gbuffer: GBufferTexel,
-    /// How many samples that counts for.
+    /// Number of samples that the history counts for.
     pub samples: f32,
     /// Unused.
     pub pad0: u32,
@@ -38,7 +38,7 @@ pub struct HistoryPixel {
 const _: () = assert!(size_of::<HistoryPixel>() == 48 && align_of::<HistoryPixel>() == 16);
 
 impl HistoryPixel {
-    /// Nothing.
+    /// Pixel without a history.
     pub const NONE: Self = Self {
         filtered: FilteredPixel::UNKNOWN,
         gbuffer: GBufferTexel::NONE,
@@ -49,7 +49,8 @@ impl HistoryPixel {
     };
 }
 
-/// The sums over a frame's samples and those over the frames before it.
+/// Returns the sums over a frame's samples, added to those of the frames before it (`kept`) if
+/// `params.accumulate` is not 0.
 #[inline(always)]
 pub fn accumulate(
     params: &DenoiseParams,
@@ -69,18 +70,18 @@ pub fn accumulate(
     (total_sums, total_aovs)
 }
 
-/// The pixel (`x`, `y`), of so many `samples`, with what the past knows of its surface; and what it
-/// keeps for the next frame.
+/// Returns pixel (`x`, `y`), which has `samples` samples, combined with the history of its surface,
+/// and the pixel's history for the next frame.
 ///
-/// Its variance is that of all samples, or, where they are fewer than `params.trusted_samples`,
-/// what its neighbourhood shows. Without a past that is what
-/// [`estimate_variance`](super::estimate_variance) says.
+/// Its variance is that of all samples or, if they are fewer than `params.trusted_samples`, that of
+/// its neighbourhood. Without a history it is the result of
+/// [`estimate_variance`](super::estimate_variance).
 ///
 /// # Safety
 ///
-/// The pixel is of the image, and there is a record for each of it.
+/// The pixel lies inside the image, and each slice has a record for each pixel.
 #[inline(always)]
-#[allow(unsafe_code, clippy::too_many_arguments, reason = "see buffer; a binding each")]
+#[allow(unsafe_code, clippy::too_many_arguments, reason = "see buffer; one argument per binding")]
 pub unsafe fn reproject(
     params: &DenoiseParams,
     from: &[Packed<FilteredPixel>],
@@ -97,7 +98,7 @@ pub unsafe fn reproject(
     let new = if middle.is_known() { samples as f32 } else { 0.0 };
     // SAFETY: the caller's promise.
     let previous = unsafe { find_history(params, edge, history, aovs, x, y) };
-    // What a mirror shows moves otherwise than its surface.
+    // A reflection in a mirror does not move with the mirror's surface.
     let max_weight =
         if previous.samples > 0.0 { params.max_history * (aovs.diffuse / aovs.hits as f32) } else { 0.0 };
     let weight = max(min(previous.samples, max_weight) - params.expired_history, 0.0);
@@ -108,7 +109,7 @@ pub unsafe fn reproject(
         // SAFETY: the caller's promise.
         shown = unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
     }
-    // Of one sample.
+    // Variance of one sample.
     let mut variance = if new > 0.0 { middle.variance * (new - 1.0) } else { 0.0 };
     let mut lit = middle;
     if weight > 0.0 {
@@ -119,7 +120,7 @@ pub unsafe fn reproject(
             previous.filtered.color
         };
         let difference = old - middle.color;
-        let share = weight / total; // 1 where this frame has no colour
+        let share = weight / total; // 1 if this frame has no colour
         lit.color = if new > 0.0 { middle.color + difference * share } else { old };
         let between = if new > 0.0 { difference.dot(difference) * (share * (1.0 - share)) } else { 0.0 };
         variance = variance * (1.0 - share) + previous.filtered.variance * share + between;
@@ -134,7 +135,7 @@ pub unsafe fn reproject(
         samples: total,
         ..HistoryPixel::NONE
     };
-    // A past beyond the range of numbers is none.
+    // A history beyond the range of numbers is dropped.
     if !(all_finite(lit.color) && lit.variance <= MAX_VARIANCE && variance <= MAX_VARIANCE) {
         lit = middle;
         keep = HistoryPixel { gbuffer: edge, ..HistoryPixel::NONE };
@@ -142,7 +143,8 @@ pub unsafe fn reproject(
     (lit, keep)
 }
 
-/// Within so many standard deviations of what the neighbourhood shows now.
+/// Returns `color`, clamped to `deviations` standard deviations around the mean of the
+/// neighbourhood.
 #[inline(always)]
 fn clamp_to_neighbourhood(color: Vec3, shown: NeighbourhoodStats, deviations: f32) -> Vec3 {
     let one = |color: f32, mean: f32, variance: f32| {
@@ -156,8 +158,8 @@ fn clamp_to_neighbourhood(color: Vec3, shown: NeighbourhoodStats, deviations: f3
     )
 }
 
-/// Where a view has a point, in pixels from the middle of the top left one, and whether that is in
-/// front of it.
+/// Returns the position of a point in a view, in pixels from the middle of the top left pixel, and
+/// whether the point is in front of the camera.
 #[inline(always)]
 fn project(view: &PinholeView, point: Vec3) -> (f32, f32, bool) {
     let to = point - view.origin;
@@ -168,10 +170,10 @@ fn project(view: &PinholeView, point: Vec3) -> (f32, f32, bool) {
     (x, y, depth > 0.0)
 }
 
-/// Least share of the four pixels around a point that must have seen its surface.
+/// Minimum weight, of the four pixels around a point, of those that saw its surface.
 const MIN_SHARE: f32 = 0.05;
 
-/// What the frame before knew of the surface that this pixel sees.
+/// Returns the history of the surface that this pixel sees, from the previous frame.
 ///
 /// # Safety
 ///
@@ -188,11 +190,11 @@ unsafe fn find_history(
 ) -> HistoryPixel {
     let point = aovs.position / aovs.hits as f32;
     let (now, then) = (project(&params.view, point), project(&params.previous_view, point));
-    // The way of the point, not its place: within its pixel the next sample may lie elsewhere.
-    // Without a motion it is just 0.
+    // Adds the point's motion, not its position: within its pixel the next sample may lie
+    // elsewhere. Without motion the difference is exactly 0.
     let (across, down) = (x as f32 + (then.0 - now.0), y as f32 + (then.1 - now.1));
     let (width, height) = (params.width as f32, params.height as f32);
-    // Comparisons of what is no number are false.
+    // Comparisons with NaN are false.
     let inside = (across > -1.0) & (down > -1.0) & (across < width) & (down < height);
     let is_searched =
         (params.max_history > params.expired_history) & (edge.inverse_depth > 0.0) & inside & then.2;
@@ -212,10 +214,11 @@ unsafe fn find_history(
                     if u < params.width { u } else { 0 },
                     if v < params.height { v } else { 0 },
                 );
-                // SAFETY: the tap is of the image.
+                // SAFETY: the tap lies inside the image.
                 let tap = unsafe { load::<HistoryPixel>(history, v * params.width + u) };
                 let open = stops.remaining(OPEN, tap.gbuffer, $i as f32, $j as f32);
-                // More than half is left where surfaces differ by less than a stop's parameter.
+                // More than half is left if the surfaces differ by less than a parameter of edge
+                // stopping.
                 let same = there & (open > 0.5) & (tap.gbuffer.inverse_depth > 0.0) & (tap.samples > 0.0);
                 let share: f32 = if same { $share } else { 0.0 };
                 found.filtered.color += tap.filtered.color * share;

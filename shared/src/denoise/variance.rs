@@ -1,4 +1,4 @@
-//! Variances: of a pixel's neighbourhood.
+//! Variance of a pixel's neighbourhood, for SVGF and reprojection.
 
 use super::edge_stopping::{EdgeStopping, OPEN, biweight};
 use super::{DenoiseParams, FilteredPixel, GBufferTexel};
@@ -6,10 +6,10 @@ use crate::buffer::load;
 use crate::buffer_layout::Packed;
 use glam::Vec3;
 
-/// Greatest variance that passes compute with.
+/// Maximum variance that passes compute with.
 pub(super) const MAX_VARIANCE: f32 = 1e30;
 
-/// Of all channels; what is not a number, or too great, is the greatest.
+/// Returns the sum of the channels' variances, at most [`MAX_VARIANCE`], which also replaces NaN.
 #[inline(always)]
 pub(super) fn total_variance(of_channel: Vec3) -> f32 {
     let sum = positive(of_channel.x) + positive(of_channel.y) + positive(of_channel.z);
@@ -21,15 +21,15 @@ fn positive(x: f32) -> f32 {
     if x <= 0.0 { 0.0 } else { x }
 }
 
-/// Pixels to each side of a neighbourhood (Schied et al. 2017, section 4.2).
+/// Radius of a neighbourhood in pixels (Schied et al. 2017, section 4.2).
 pub const NEIGHBOURHOOD_RADIUS: i32 = 3;
 
-/// The pixel (`x`, `y`) with the variance that its neighbourhood shows, where it has fewer than
-/// `params.trusted_samples` samples; neighbours count by how near their surface is.
+/// Returns pixel (`x`, `y`); if it has fewer than `params.trusted_samples` samples, with the
+/// variance of its neighbourhood. Neighbours are weighted by how near their surface is.
 ///
 /// # Safety
 ///
-/// The pixel is of the image, and there is a record for each of it.
+/// The pixel lies inside the image, and each slice has a record for each pixel.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn estimate_variance(
@@ -51,7 +51,7 @@ pub unsafe fn estimate_variance(
     FilteredPixel { variance, ..middle }
 }
 
-/// What the neighbourhood of a pixel shows, by channel.
+/// Mean and variance of a pixel's neighbourhood, by channel.
 #[derive(Clone, Copy)]
 pub(super) struct NeighbourhoodStats {
     pub(super) mean: Vec3,
@@ -59,14 +59,15 @@ pub(super) struct NeighbourhoodStats {
 }
 
 impl NeighbourhoodStats {
-    /// Of all channels.
+    /// Returns the variance summed over all channels.
     #[inline(always)]
     pub(super) fn total_variance(&self) -> f32 {
         total_variance(self.variance)
     }
 }
 
-/// Mean and variance over the surface around the pixel (`x`, `y`), which has this colour and edge.
+/// Returns mean and variance over the surface around pixel (`x`, `y`), which has the colour
+/// `middle` and the surface `edge`.
 ///
 /// # Safety
 ///
@@ -92,12 +93,13 @@ pub(super) unsafe fn neighbourhood_stats(
             let across = x.wrapping_add(i as u32);
             if across < params.width && down < params.height && (i != 0 || j != 0) {
                 let tap = down * params.width + across;
-                // SAFETY: the tap is of the image.
+                // SAFETY: the tap lies inside the image.
                 let (lit, edge) =
                     unsafe { (load::<FilteredPixel>(from, tap), load::<GBufferTexel>(edges, tap)) };
                 let left = stops.remaining(OPEN, edge, i as f32, j as f32);
                 let weight = if lit.is_known() { biweight(left) } else { 0.0 };
-                // Behind a stop nothing counts, not even what is too great to be squared.
+                // A neighbour without weight must not count, even if its colour is too large to be
+                // squared.
                 let color = if weight > 0.0 { lit.color } else { Vec3::ZERO };
                 sum += color * weight;
                 squares += color * color * weight;
@@ -111,7 +113,8 @@ pub(super) unsafe fn neighbourhood_stats(
     NeighbourhoodStats { mean, variance: squares / total - mean * mean }
 }
 
-/// The variance around a pixel: the mean over 3 x 3 by a binomial filter, of what is known.
+/// Returns the variance around a pixel: the mean of the known variances in 3 x 3 pixels, by a
+/// binomial filter.
 ///
 /// # Safety
 ///
@@ -129,7 +132,7 @@ pub(super) unsafe fn smoothed_variance(
         ($(($i:literal, $j:literal, $weight:literal))*) => {$(
             let (across, down) = (x.wrapping_add($i as i32 as u32), y.wrapping_add($j as i32 as u32));
             if across < params.width && down < params.height {
-                // SAFETY: the tap is of the image.
+                // SAFETY: the tap lies inside the image.
                 let variance = unsafe { load::<FilteredPixel>(from, down * params.width + across) }.variance;
                 let weight: f32 = if variance >= 0.0 { $weight } else { 0.0 };
                 sum += variance * weight;

@@ -1,4 +1,4 @@
-//! What camera rays meet first.
+//! First hits of camera rays, for the tests that compare backends.
 
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
 use crate::features::{PLANAR, TRIANGLES};
@@ -10,15 +10,15 @@ use crate::traversal::closest_hit;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// What the ray of one sample meets first. 32 bytes.
+/// First hit of the camera ray of one sample. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FirstHit {
-    /// Outward unit normal of the surface; zero where nothing is hit.
+    /// Outward unit normal of the surface; zero if nothing is hit.
     pub normal: Vec3,
     /// Index of the primitive, or [`NO_PRIMITIVE`].
     pub primitive: u32,
-    /// Along the camera ray; [`crate::sphere::MISS`] where nothing is hit.
+    /// Distance along the camera ray; [`crate::sphere::MISS`] if nothing is hit.
     pub distance: f32,
     /// Unused.
     pub pad: [u32; 3],
@@ -26,7 +26,7 @@ pub struct FirstHit {
 
 const _: () = assert!(size_of::<FirstHit>() == 32 && align_of::<FirstHit>() == 16);
 
-/// The first hit of sample `params.first_sample` of pixel (`x`, `y`).
+/// Returns the first hit of sample `params.first_sample` of pixel (`x`, `y`).
 ///
 /// # Safety
 ///

@@ -1,4 +1,5 @@
-//! Paths: what a sample does from ray to ray.
+//! Path tracing: a sample from its camera ray to its radiance. [`render_pixel`] and
+//! [`render_persistent`] are the render kernels, which entry points and the CPU backend call.
 
 mod first_hit;
 mod nee;
@@ -30,67 +31,70 @@ use crate::surface::{self, Surface, bend_shading_normal};
 use glam::Vec3;
 use nee::{sample_direct_light, weighted_emission};
 
-/// Blocks of random words: 0 for the camera, k for the scattering at the k-th vertex, and for the
-/// k-th vertex with these bits the point of a light, the choice of the panorama, the passing of a
-/// surface with holes.
+/// Blocks of random words: 0 for the camera, k for scattering at the k-th vertex. For the k-th
+/// vertex with these bits: the point of a light, the choice of the environment map, the passing of
+/// a surface that is not opaque.
 const LIGHT_BLOCK: u32 = 0x8000_0000;
 const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
 
-/// Surfaces with holes that a sample may pass; it is black beyond, so that no path is endless.
+/// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, it is
+/// black, so that no path is endless.
 const MAX_PASSES: u32 = 1023;
 
-/// `radiance` with each channel at most `limit`: less noise from rare bright paths, and a darker
-/// mean. What is infinite stays so, and no sum takes it. (Scaling the colour instead would keep its
-/// hue, and needs a division, which took 5 % of the samples a second on CUDA even where no limit
-/// was set.)
+/// Returns `radiance` with each channel at most `limit`: less noise from rare bright paths, and a
+/// darker mean. An infinite channel stays infinite, and no sum takes it. (Scaling the colour would
+/// keep its hue, but needs a division, which costs time even if no limit is set:
+/// docs/notebook/robustness-costs.md.)
 #[inline(always)]
 fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
     let clamp = |c: f32| if c > limit && c.to_bits() < f32::INFINITY.to_bits() { limit } else { c };
     Vec3::new(clamp(radiance.x), clamp(radiance.y), clamp(radiance.z))
 }
 
-/// A sample between two of its rays. A shadow ray is a ray like any other, so that there is one
-/// traversal.
+/// State of a sample between two of its rays. A shadow ray is traced like any other ray, so that
+/// there is one traversal.
 ///
-/// A path has at most `params.depth` segments, a light's connection among them, and is black
-/// beyond, as in the book. Vectors begin rows: naga lays records out so.
+/// A path has at most `params.max_depth` segments, the connection to a light among them, and is
+/// black beyond, as in "Ray Tracing in One Weekend". Vectors begin rows of 16 bytes: naga lays
+/// records out so.
 #[repr(C, align(16))]
 #[derive(Clone, Copy)]
 struct Path {
     ray: Ray,
-    /// The path's ray after a shadow ray, if it goes on.
+    /// Ray of the path after a shadow ray, if the path continues.
     continuation: Ray,
     throughput: Vec3,
     segment: u32,
     radiance: Vec3,
-    /// Rays traced.
+    /// Number of rays traced.
     rays: u32,
-    /// What a light adds if nothing is between.
+    /// Radiance that a light adds if the shadow ray reaches it.
     pending_light: Vec3,
-    /// Surfaces with holes passed.
+    /// Number of surfaces passed because they are not opaque.
     passes: u32,
     key: PathKey,
-    /// Of the direction that the path took last; 0 where light sampling cannot find it.
+    /// pdf of the direction that the path took last, per steradian; 0 if light sampling cannot find
+    /// it.
     pdf: f32,
-    /// The primitive of that vertex.
+    /// Primitive of the vertex that the path left last.
     vertex_primitive: u32,
-    /// The way from there to the ray's origin: above 0 after holes.
+    /// Distance from that vertex to the ray's origin; above 0 after surfaces that the path passed.
     skipped_distance: f32,
-    /// Of a shadow ray.
+    /// Maximum distance of the shadow ray.
     shadow_t_max: f32,
-    /// The light's primitive.
+    /// Primitive of the light that the shadow ray is sent to.
     light_primitive: u32,
-    /// Whether the sample has yet to get its camera ray.
+    /// True if the sample has no camera ray yet.
     needs_camera_ray: bool,
-    /// Whether the ray is a shadow ray.
+    /// True if the ray is a shadow ray.
     shadow: bool,
-    /// Whether the path does after it.
+    /// True if the path continues after the shadow ray.
     continues: bool,
 }
 
 impl Path {
-    /// The sample that `key` names.
+    /// Creates the path of the sample that `key` names.
     #[inline(always)]
     fn new(key: PathKey) -> Self {
         let ray = Ray { origin: Vec3::ZERO, direction: Vec3::Z, origin_primitive: OriginPrimitive::NONE };
@@ -115,7 +119,7 @@ impl Path {
         }
     }
 
-    /// The camera's ray through pixel (`x`, `y`).
+    /// Starts the sample with the camera ray through pixel (`x`, `y`).
     #[inline(always)]
     fn begin_sample<const FEATURES: Features>(&mut self, params: &RenderParams, x: u32, y: u32) {
         self.ray = params.camera.ray(x, y, words::<FEATURES>(self.key, 0));
@@ -127,7 +131,7 @@ impl Path {
         self.skipped_distance = 0.0;
     }
 
-    /// Adds the finished sample to its pixel's sums, and goes on to the next.
+    /// Adds the finished sample to its pixel's sums, and moves on to the pixel's next sample.
     #[inline(always)]
     fn finish_sample<const FEATURES: Features>(
         &mut self,
@@ -144,7 +148,7 @@ impl Path {
         self.rays = 0;
     }
 
-    /// What the ray looks for.
+    /// Returns the query of the current ray.
     #[inline(always)]
     fn query<const FEATURES: Features>(&self, params: &RenderParams) -> RayQuery {
         if const { has_any(FEATURES, NEE) } && self.shadow {
@@ -155,11 +159,11 @@ impl Path {
         }
     }
 
-    /// Goes on from what the ray hit. Returns whether the path ended.
+    /// Continues the path from the hit of its ray. Returns whether the path ended.
     ///
     /// # Safety
     ///
-    /// As [`render_pixel`]; `hit` is of the ray's traversal.
+    /// As [`render_pixel`]; `hit` comes from the traversal of the path's ray.
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
     unsafe fn shade<const FEATURES: Features>(
@@ -178,8 +182,7 @@ impl Path {
             let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
             let mut passed = false;
             if const { has(FEATURES, TEXTURES) } && blocked && params.flags & FLAG_HOLES != 0 {
-                // SAFETY: traversal returns a primitive of the scene, and the caller promises its
-                // material.
+                // SAFETY: a primitive that traversal returned; the caller's promise for materials.
                 let (surface, material) = unsafe {
                     let surface = surface::at::<FEATURES>(params, scene, ray, hit);
                     (surface, load::<Material>(scene.materials, surface.material))
@@ -216,8 +219,7 @@ impl Path {
             }
         } else {
             self.segment += 1;
-            // SAFETY: traversal returns a primitive of the scene, and the caller promises its
-            // material.
+            // SAFETY: a primitive that traversal returned; the caller's promise for materials.
             let (surface, material) = unsafe {
                 let surface = surface::at::<FEATURES>(params, scene, ray, hit);
                 (surface, load::<Material>(scene.materials, surface.material))
@@ -259,12 +261,12 @@ impl Path {
                 if continues || writes_aovs {
                     let normal = if front { surface.normal } else { -surface.normal };
                     let mut shading = normal;
-                    // Only a triangle's shading normal is not its own: other primitives keep their
-                    // bits in every variant.
+                    // Only a triangle has a shading normal of its own: others keep their bits in
+                    // every variant.
                     let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
                     if bent {
                         shading = if front { surface.shading_normal } else { -surface.shading_normal };
-                        // What is diffuse keeps its normal: its shading must not depend on the
+                        // A diffuse surface keeps its normal: its shading must not depend on the
                         // viewer.
                         if material.kind != LAMBERTIAN {
                             shading = bend_shading_normal(shading, normal, -ray.direction);
@@ -320,7 +322,7 @@ impl Path {
                         self.throughput *= scatter.weight;
                         self.continues = !scatter.absorbed;
                         if bent {
-                            // What the shading normal sends through the surface is lost.
+                            // Light that the shading normal sends through the surface is lost.
                             self.continues &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
                         }
                         if const { has_any(FEATURES, NEE) } {
@@ -354,7 +356,7 @@ impl Path {
     }
 }
 
-/// Where a ray starts that leaves `surface` to its inside or its outside.
+/// Returns the origin of a ray that leaves `surface` to its inside or its outside.
 #[inline(always)]
 fn scattered_origin<const FEATURES: Features>(surface: &Surface, inside: bool) -> Vec3 {
     if const { has_any(FEATURES, PLANAR | TRIANGLES) } {
@@ -364,7 +366,7 @@ fn scattered_origin<const FEATURES: Features>(surface: &Surface, inside: bool) -
     }
 }
 
-/// The ray beyond a surface that it passes.
+/// Returns the continuation of a ray beyond a surface that it passes.
 #[inline(always)]
 fn pass_through(ray: Ray, primitive: u32, surface: &Surface) -> Ray {
     let inside = ray.direction.dot(surface.normal) < 0.0;

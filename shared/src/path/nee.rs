@@ -1,4 +1,4 @@
-//! Connections to lights, by next-event estimation and by chance.
+//! Connections of a path to lights: by next-event estimation, and by hitting an emitter.
 
 use super::{LIGHT_BLOCK, PANORAMA_BLOCK};
 use crate::bsdf::Bsdf;
@@ -15,15 +15,15 @@ use crate::surface::Surface;
 use crate::texture;
 use glam::Vec3;
 
-/// What the surface emits towards the ray, by the weight of having found it by scattering with
-/// `pdf`.
+/// Returns the radiance that the surface emits towards the ray, times the weight of having found it
+/// by scattering with `pdf`.
 ///
 /// # Safety
 ///
-/// As [`render_pixel`](super::render_pixel); `hit` is of its traversal.
+/// As [`render_pixel`](super::render_pixel); `hit` comes from the traversal of `ray`.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-#[allow(clippy::too_many_arguments, reason = "a part of the path's turn")]
+#[allow(clippy::too_many_arguments, reason = "a part of `Path::shade`, which passes its state")]
 pub(super) unsafe fn weighted_emission<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -56,26 +56,26 @@ pub(super) unsafe fn weighted_emission<const FEATURES: Features>(
     emission
 }
 
-/// A connection to a light, before it is known whether something is between.
+/// Connection to a light, before the shadow ray is traced.
 pub(super) struct Connection {
     pub direction: Vec3,
     pub t_max: f32,
-    /// The light's primitive.
+    /// Primitive of the light.
     pub light_primitive: u32,
-    /// What it adds for a throughput of 1.
+    /// Radiance that it adds for a throughput of 1.
     pub contribution: Vec3,
-    /// Whether it leaves the surface to its inside.
+    /// True if it leaves the surface to its inside.
     pub inside: bool,
 }
 
-/// Next-event estimation at a vertex.
+/// Samples the direct light at a vertex by next-event estimation.
 ///
 /// # Safety
 ///
-/// As [`render_pixel`](super::render_pixel); there is a light or a panorama to sample.
+/// As [`render_pixel`](super::render_pixel); there is a light or an environment map to sample.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-#[allow(clippy::too_many_arguments, reason = "a part of the path's turn")]
+#[allow(clippy::too_many_arguments, reason = "a part of `Path::shade`, which passes its state")]
 pub(super) unsafe fn sample_direct_light<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -96,7 +96,7 @@ pub(super) unsafe fn sample_direct_light<const FEATURES: Features>(
     let light = unsafe { light::sample::<FEATURES>(params, scene, from, random, choice) };
     let outside = light.direction.dot(surface.normal) > 0.0;
     let mut value = Vec3::ZERO;
-    // A direction between the horizons of the surface and of its shading normal would leak.
+    // Light between the horizons of the surface and of its shading normal would leak.
     if (bsdf.cosine(light.direction) > 0.0) == (outside == front) {
         let bsdf_eval = bsdf.evaluate::<FEATURES>(light.direction);
         let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, bsdf_eval.pdf) };

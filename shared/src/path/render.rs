@@ -1,4 +1,4 @@
-//! Kernels: the samples of a pixel, and the pixels of a launch.
+//! Render kernels: the loops over a pixel's samples, and over a launch's pixels.
 
 use super::Path;
 use crate::aovs::AovSums;
@@ -14,21 +14,22 @@ use crate::tile_entry::{self, NO_TILE_ENTRIES};
 use crate::traversal::closest_hit_below;
 use crate::warp::{self, Counter};
 
-/// Adds the launch's samples of pixel (`x`, `y`), in the order of their indices, to `film[slot]`,
-/// and what they round off to `compensations[slot]`. Whether both stay in memory between samples is
-/// the caller's choice: in Vulkan's buffers they do, and are 11 % faster there on scenes with light
-/// sampling; CUDA is 19 % slower so, and hands over variables of its own.
+/// Adds the launch's samples of pixel (`x`, `y`), in index order, to `film[slot]`, and their
+/// rounding errors to `compensations[slot]`.
 ///
-/// With [`REGENERATE`] a lane whose path ended starts its next sample at once; without it waits for
-/// the longest path of its warp.
+/// The caller decides where both are kept between samples: Vulkan's entry points pass the buffers,
+/// which is faster there, CUDA's pass local variables (docs/notebook/robustness-costs.md).
+///
+/// With [`REGENERATE`] a lane whose path ended starts its next sample at once; without it, the lane
+/// waits for the longest path of its warp.
 ///
 /// # Safety
 ///
-/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says; `slot` is
-/// below both lengths, and with [`AOVS`] there are guides for each pixel of the image. All lanes of
-/// a warp that reach their end call this together, for as many samples each.
+/// The scene's indices, `params.root` among them, were proven as [`crate::buffer`] says. `slot` is
+/// below both lengths. With [`AOVS`], `aovs` has a record for each pixel of the image. All lanes of
+/// a warp that have not ended call this together, for equally many samples each.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, unsafe_code, reason = "buffers each; see buffer")]
+#[allow(clippy::too_many_arguments, unsafe_code, reason = "one argument per buffer; see buffer")]
 pub unsafe fn render_pixel<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
@@ -80,7 +81,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             warp::sync_warp();
         }
         if ended {
-            // SAFETY: the caller's promise, and the stores above or of the launch before.
+            // SAFETY: the caller's promise; both were stored above or by the previous launch.
             unsafe {
                 let (mut sums, mut compensation) =
                     (load::<PixelSums>(film, slot), load::<Compensation>(compensations, slot));
@@ -100,7 +101,8 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     }
 }
 
-/// Traces the path's ray, from `root` down, and goes on from there. Returns whether the path ended.
+/// Traces the path's ray, from `root` down, and continues the path from the hit. Returns whether
+/// the path ended.
 ///
 /// # Safety
 ///
@@ -122,15 +124,16 @@ unsafe fn trace_segment<const FEATURES: Features>(
     }
 }
 
-/// Lanes with a camera ray from which on a warp traces those. Measured on an H100: 10 and 16 are 1
-/// % slower, 24 are 5 %.
+/// Minimum number of lanes with a camera ray for which a warp traces camera rays
+/// (docs/notebook/camera-ray-tiles.md).
 const MIN_CAMERA_LANES: u32 = 14;
 
-/// Pixels across and down a tile: a warp starts on one.
+/// Pixels across and down of the tile that a warp starts on.
 const TILE: (u32, u32) = (8, 4);
 
-/// Pixel `index` of the launch's rows, tile by tile, and whether there is one: tiles at the border
-/// have less. Those of blocks of rows that are no multiple of a tile lie on two.
+/// Returns pixel `index` of the launch's rows, counted tile by tile, and whether it exists: tiles
+/// at the border have fewer pixels. A tile may span two blocks of a share whose rows are no
+/// multiple of it.
 #[inline(always)]
 fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
     let across = params.width.div_ceil(TILE.0).max(1); // no division by 0, which would be a panic
@@ -140,17 +143,19 @@ fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
     (x, params.row(row), x < params.width && row < params.rows)
 }
 
-/// Renders pixels of the launch's rows until a queue that all lanes share has no more: what
-/// [`render_pixel`] does, by persistent threads (Aila and Laine, "Understanding the Efficiency of
-/// Ray Traversal on GPUs", HPG 2009). A lane that is done with its pixel takes the next one of the
-/// 32 that its warp took; so no lane waits for another's pixel, and neighbours mostly are in one
-/// warp.
+/// Renders pixels of the launch's rows until the queue that all lanes share is empty, each as
+/// [`render_pixel`] does.
+///
+/// It is a kernel of persistent threads (Aila and Laine, "Understanding the Efficiency of Ray
+/// Traversal on GPUs", HPG 2009): a lane that has finished its pixel takes the next of the 32 that
+/// its warp took from the queue. So no lane waits for another's pixel, and a warp mostly has
+/// neighbouring pixels.
 ///
 /// # Safety
 ///
-/// As [`render_pixel`], for all pixels of the image; whole warps call this, with `counter` at 0
-/// when the launch begins, and the launch has less than 2^31 pixels, tiles rounded up. All lanes
-/// together take enough of them, by `params.max_lane_pixels`, which is not 0.
+/// As [`render_pixel`], for all pixels of the image. Whole warps call this, with `counter` at 0
+/// when the launch begins. The launch has less than 2^31 pixels, tiles rounded up.
+/// `params.max_lane_pixels` is not 0, and so large that all lanes together may take all pixels.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn render_persistent<const FEATURES: Features>(
@@ -208,9 +213,9 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
         if !warp::any(busy || has_work) {
             break;
         }
-        // Where the camera has a view, its rays are traced together, and others together: those of
-        // a tile visit a few nodes, and the same ones. Not where lights make paths so long that
-        // lanes would wait for enough of them.
+        // With tile entries a warp traces camera rays apart from others: the camera rays of a tile
+        // visit few nodes, and the same ones. Not in kernels with next-event estimation, whose
+        // paths are so long that lanes would wait for enough camera rays.
         let mut is_active = busy;
         if const { warp::HAS_WARP_VOTES && !has_any(FEATURES, NEE) } {
             let camera_lanes = warp::count(busy && path.needs_camera_ray);

@@ -1,7 +1,7 @@
 //! Lanes by AVX2.
 #![allow(
     unsafe_code,
-    reason = "audited: an instruction is used through a value only, whose maker promised that the CPU has it"
+    reason = "audited: instructions are used only through a value whose creator promised that the CPU has them"
 )]
 
 use super::{LANES, Simd, SimdRow, StackTop};

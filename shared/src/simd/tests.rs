@@ -104,7 +104,7 @@ fn arrays_push_in_order() {
 
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 #[test]
-#[allow(unsafe_code, reason = "the CPU was asked")]
+#[allow(unsafe_code, reason = "the CPU's features are checked first")]
 fn each_instruction_set_does_what_arrays_do() {
     if std::is_x86_feature_detected!("avx2") {
         // SAFETY: the CPU has it.

@@ -1,14 +1,14 @@
-//! A grid over directions, to count samples in and to integrate densities over.
+//! A grid over directions, to count samples in and to integrate pdfs over.
 
 use glam::{DVec3, Vec3};
 use trisect_shared::math::basis;
 
 const ROWS: usize = 32;
 const COLUMNS: usize = 32;
-/// Of a chart.
+/// Number of cells of a chart.
 pub const CELLS: usize = ROWS * COLUMNS;
-/// A grid over all directions, fine around its axis: row a, column b of the unit square has
-/// sin²(θ/2) = a⁴ and φ = 2πb.
+/// Grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2)
+/// = a⁴ and φ = 2πb.
 pub struct Chart {
     axis: DVec3,
     x: DVec3,
@@ -21,7 +21,7 @@ impl Chart {
         Self { axis: axis.as_dvec3(), x: x.as_dvec3(), y: y.as_dvec3() }
     }
 
-    /// The cell of a direction, below [`CELLS`].
+    /// Returns the cell of a direction, below [`CELLS`].
     pub fn cell(&self, d: Vec3) -> usize {
         let d = d.as_dvec3();
         let a = ((d - self.axis).length_squared() / 4.0).sqrt().sqrt();
@@ -30,7 +30,8 @@ impl Chart {
         index(a, ROWS) * COLUMNS + index(b, COLUMNS)
     }
 
-    /// The direction, and the solid angle of the unit square there.
+    /// Returns the direction at (`a`, `b`) of the unit square, and the solid angle per unit of area
+    /// there.
     fn place(&self, a: f64, b: f64) -> (Vec3, f64) {
         let half2 = a.powi(4);
         let sine = 2.0 * (half2 * (1.0 - half2)).sqrt();
@@ -39,8 +40,8 @@ impl Chart {
         (d.normalize().as_vec3(), 8.0 * a.powi(3) * core::f64::consts::TAU)
     }
 
-    /// The integral of `pdf` over a cell, by so many points in each direction; four times as many
-    /// where it holds an edge of it.
+    /// Returns the integral of `pdf` over a cell, by `points` points in each direction; by four
+    /// times as many if the cell contains an edge of the pdf.
     pub fn integral(&self, cell: usize, points: usize, pdf: impl Fn(Vec3) -> f64) -> f64 {
         let (row, column) = ((cell / COLUMNS) as f64, (cell % COLUMNS) as f64);
         let sum = |n: usize| {

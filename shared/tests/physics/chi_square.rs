@@ -1,5 +1,5 @@
-//! Sampled directions against their density (torture test 34), and each sample's weight against
-//! value over density.
+//! Sampled directions against their pdf (torture test 34), and each sample's weight against value
+//! over pdf.
 
 use crate::chart::{CELLS, Chart};
 use crate::materials::{self, BsdfView, Setup};
@@ -8,33 +8,33 @@ use glam::Vec3;
 use trisect_shared::fresnel::refracted_cos2;
 use trisect_shared::math::max_component;
 
-/// To the viewer's angle with the normal.
+/// Cosines of the angle between viewer and normal.
 const COSINES: [f32; 4] = [1.0, 0.7, 0.3, 0.1];
 
-/// Of a cell's quadrature in each direction.
+/// Quadrature points in a cell, in each direction.
 const POINTS: usize = if SLOW { 4 } else { 12 };
 
-/// What came of one material under one angle.
+/// Result of one material at one angle.
 #[derive(Debug)]
 struct Outcome {
     p: f64,
-    /// Of the samples, what is absorbed or sent into one of finitely many directions.
+    /// Fraction of the samples that are absorbed or scattered by a delta lobe.
     lost: f64,
-    /// Its standard deviation.
+    /// Standard deviation of `lost`.
     lost_error: f64,
-    /// Integral of the density.
+    /// Integral of the pdf.
     total: f64,
-    /// The share of samples whose weight times density differs from the value evaluated at their
-    /// direction, or density from density, by more than rounding explains.
+    /// Fraction of the samples whose weight times pdf differs from the value evaluated at their
+    /// direction, or whose pdf differs from the evaluated one, by more than rounding explains.
     disagreement: f64,
 }
 
-/// `by` gives the densities that the samples of `of` are compared with.
+/// Compares the samples of `of` with the pdf of `by`.
 fn compare(of: &BsdfView, by: &BsdfView, eta: f32, stream: u32) -> Outcome {
     let n = samples(400_000);
     let cos2 = refracted_cos2(of.viewer.dot(of.normal), eta);
     let mirrored = of.mirrored();
-    // Where a thin wall sends it, or what refracts: around a lobe's peak.
+    // Peak of the transmitted lobe: direction through a thin wall, or the refracted one.
     let through = if eta == 1.0 || cos2 <= 0.0 {
         mirrored - of.normal * (2.0 * mirrored.dot(of.normal))
     } else {
@@ -54,7 +54,7 @@ fn compare(of: &BsdfView, by: &BsdfView, eta: f32, stream: u32) -> Outcome {
         observed[usize::from(below) * CELLS + charts[usize::from(below)].cell(s.direction)] += 1.0;
         let e = of.evaluate(s.direction);
         // The direction is rounded to 1e-7: relative to its cosine with the normal, and to the
-        // narrowest lobe's width over the viewer's cosine.
+        // width of the narrowest lobe over the viewer's cosine.
         let allowed = 2e-4 + 1e-6 / f64::from(s.direction.dot(of.normal).abs());
         let relative = |a: f32, b: f32| f64::from((a - b).abs()) / f64::from(b.abs().max(1e-6)) / allowed;
         let value = max_component(e.value);
@@ -102,12 +102,11 @@ fn check(setups: &[Setup]) {
             let name = format!("{} at {cos}: {outcome:?}", setup.name);
             println!("{name}");
             assert!(outcome.p > min_p, "{name}");
-            // Two thousandths: the quadrature's error in the cells that hold an edge of the
-            // density.
+            // 2e-3 is the quadrature's error in the cells that contain an edge of the pdf.
             let missing = (outcome.total + outcome.lost - 1.0).abs();
             assert!(missing < 4.5 * outcome.lost_error + if SLOW { 2e-2 } else { 2e-3 }, "{missing} {name}");
-            // One in 5000: facets at glass's critical angle, where the share that passes goes like
-            // a square root.
+            // At most one in 5000: facets at glass's critical angle, where the transmitted fraction
+            // behaves like a square root.
             assert!(outcome.disagreement < 2e-4, "{name}");
         }
     }
@@ -135,7 +134,7 @@ fn metallic_roughness() {
     check(&materials::mixes());
 }
 
-/// A density of another width by a tenth must be found.
+/// Negative control: a pdf whose width is wrong by a tenth must be found.
 #[test]
 fn negative_control_other_widths_are_found() {
     if SLOW {

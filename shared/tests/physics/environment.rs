@@ -1,4 +1,5 @@
-//! The panorama: directions follow their density, both functions agree, rotation, energy.
+//! Environment map: sampled directions follow their pdf, lookups agree with samples, rotation,
+//! energy.
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{Mean, chi_square, sidak, words};
@@ -13,7 +14,7 @@ use trisect_shared::scene::Scene;
 const WIDTH: usize = 16;
 const HEIGHT: usize = 8;
 
-/// A panorama whose texels are chosen by `weights`, with Vose's alias table.
+/// Returns an environment map whose texels are chosen by `weights`, with Vose's alias table.
 fn panorama(colors: &[Vec3], weights: &[f64]) -> Vec<EnvironmentTexel> {
     let n = weights.len();
     let sum: f64 = weights.iter().sum();
@@ -47,7 +48,7 @@ fn params(rotation: f64) -> RenderParams {
     params
 }
 
-/// Colours of very different brightness; some texels are never chosen.
+/// Returns colours of very different brightness, and weights; some texels are never chosen.
 fn random() -> (Vec<Vec3>, Vec<f64>) {
     let colors: Vec<Vec3> = (0..WIDTH * HEIGHT)
         .map(|i| {
@@ -62,24 +63,25 @@ fn random() -> (Vec<Vec3>, Vec<f64>) {
     (colors, weights)
 }
 
-/// The texel that a direction points at, in double precision.
+/// Returns the texel that a direction points at, in double precision.
 fn texel_of(d: Vec3, rotation: f64) -> usize {
     let d = d.as_dvec3();
-    let clockwise = d.x.atan2(-d.z); // from -z, seen from above; the panorama is turned the other way
+    let clockwise = d.x.atan2(-d.z); // from -z, seen from above; the map is turned the other way
     let u = (0.5 + (clockwise + rotation) / TAU).rem_euclid(1.0);
     let v = d.y.clamp(-1.0, 1.0).acos() / PI;
     let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
     index(v, HEIGHT) * WIDTH + index(u, WIDTH)
 }
 
-/// p of the directions that `texels` gives against `weights`.
+/// Returns p of the directions that `texels` give against `weights`, for a map turned by `rotation`
+/// and judged as if turned by `judged`.
 fn p(texels: &[EnvironmentTexel], weights: &[f64], rotation: f64, judged: f64) -> f64 {
     let scene = Scene { environment: texels, ..NO_SCENE };
     let params = params(rotation);
     let n = 400_000u32;
     let mut observed = vec![0.0; weights.len()];
     for i in 0..n {
-        // SAFETY: the panorama has the size that the parameters name.
+        // SAFETY: the map has the size that the parameters name.
         let light = unsafe { sample(&params, scene, words(4, i)) };
         observed[texel_of(light.direction, judged)] += 1.0;
     }
@@ -96,7 +98,8 @@ fn directions_follow_the_weights() {
         let p = p(&texels, &weights, rotation, rotation);
         assert!(p > sidak(3), "{rotation}: {p}");
     }
-    // The twins: another rotation, and one texel that is a tenth brighter than chosen.
+    // Negative controls: another rotation, and one texel that is a fifth brighter than it was
+    // chosen.
     assert!(p(&texels, &weights, 0.7, 0.6) < 1e-9);
     let mut other = weights.clone();
     let brightest = (0..other.len()).max_by(|&a, &b| other[a].total_cmp(&other[b])).unwrap();
@@ -104,8 +107,8 @@ fn directions_follow_the_weights() {
     assert!(p(&texels, &other, 0.7, 0.7) < 1e-3);
 }
 
-/// What looking finds is what sampling promised; the densities cover the directions that can be
-/// chosen; the mean of radiance over density is the radiance's integral.
+/// Lookups agree with samples; 1 / pdf integrates to the directions that can be chosen; the mean of
+/// radiance over pdf is the radiance's integral.
 #[test]
 fn densities_and_energy() {
     let (colors, mut weights) = random();
@@ -122,8 +125,8 @@ fn densities_and_energy() {
         assert!((light.direction.length() - 1.0).abs() < 1e-6 && light.pdf > 0.0);
         covered.add(1.0 / f64::from(light.pdf));
         let found = look(light.direction);
-        // Rounding moves one in some ten thousand over the border of two texels, and radiance there
-        // only a little.
+        // Rounding moves one sample in some ten thousand across the border of two texels, where the
+        // radiance changes only a little.
         disagreeing += u32::from((found.pdf / light.pdf - 1.0).abs() > 1e-4);
         let error = (found.radiance - light.radiance).abs().max_element();
         assert!(error < 1e-4 * light.radiance.max_element() + 1e-4, "{found:?} {light:?}");
@@ -137,7 +140,7 @@ fn densities_and_energy() {
     assert!(covered.is(want, 1e-4), "{covered:?} for {want}");
     assert!(!covered.is(want * 1.02, 1e-4), "{covered:?}");
 
-    // Energy: with each texel chosen.
+    // Energy, with each texel chosen.
     weights.iter_mut().for_each(|w| *w += 1.0);
     let texels = panorama(&colors, &weights);
     let scene = Scene { environment: &texels, ..NO_SCENE };
@@ -160,8 +163,8 @@ fn densities_and_energy() {
     assert!(!mean.is(integral * 1.03, 1e-3 * integral), "{mean:?} for {integral}");
 }
 
-/// The middle column is seen along -z, the columns right of it towards +x; turned by 90 degrees the
-/// middle is along -x.
+/// The middle column is seen along -z, the columns right of it towards +x; turned by 90 degrees,
+/// the middle column is seen along -x.
 #[test]
 fn where_the_columns_are() {
     let bright = |column: usize| {

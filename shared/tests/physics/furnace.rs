@@ -1,5 +1,5 @@
-//! The white furnace by material (torture test 10): the share of light that a white surface sends
-//! on, by the viewer's angle.
+//! White furnace of each material (torture test 10): the fraction of light that a white surface
+//! scatters, by the viewer's angle.
 
 use crate::materials::{self, Setup};
 use crate::statistics::{Mean, SLOW, samples};
@@ -18,12 +18,12 @@ fn albedo(setup: &Setup, cos: f32) -> Mean {
     mean
 }
 
-/// Whether all of it is sent on: 4.5 sigma and the rounding of the weights.
+/// Returns whether all light is scattered, within 4.5 sigma and the rounding of the weights.
 fn is_whole(mean: Mean) -> bool {
     mean.is(1.0, 1e-5)
 }
 
-/// Whether no light is invented.
+/// Returns whether no light is added.
 fn is_at_most_one(mean: Mean) -> bool {
     mean.value() <= 1.0 + 4.5 * mean.error() + 1e-5
 }
@@ -38,13 +38,13 @@ fn nothing_is_lost_by_what_has_one_lobe() {
             assert!(is_whole(albedo(&setup, cos)), "{} at {cos}", setup.name);
         }
     }
-    // The twin.
+    // Negative control: 1 % more light.
     let mut faulty = materials::lambertian();
     faulty.material.albedo *= 1.01;
     assert!(!is_at_most_one(albedo(&faulty, 0.7)));
 }
 
-/// Prints a table of losses, a row for each roughness; returns whether nothing is invented.
+/// Prints a table of losses, a row for each roughness; returns whether no light is added.
 fn table(title: &str, setup: impl Fn(f32) -> Setup) -> bool {
     println!("{title}: 1 - albedo by cosine {COSINES:?}");
     let mut good = true;
@@ -57,16 +57,16 @@ fn table(title: &str, setup: impl Fn(f32) -> Setup) -> bool {
     good
 }
 
-/// What single scattering loses at normal incidence: the share of GGX's visible facets (alpha =
-/// roughness²) that send light below the surface or whose reflection Smith's G masks; 1 - ln 2
-/// remains for alpha 1.
+/// Loss of single scattering at normal incidence: the fraction of GGX's visible facets (alpha =
+/// roughness²) that send light below the surface or whose reflection Smith's G masks. For alpha 1,
+/// 1 - ln 2 remains.
 #[test]
 fn the_loss_of_rough_metal_is_known() {
     for (roughness, want) in [(0.1, 0.9999), (0.5, 0.9158), (1.0, 1.0 - core::f64::consts::LN_2)] {
         let mean = albedo(&materials::conductor(roughness), 1.0);
         assert!(mean.is(want, 1e-4), "{roughness}: {mean:?} for {want}");
     }
-    // The twin: roughness taken for alpha.
+    // Negative control: roughness taken for alpha.
     let mean = albedo(&materials::conductor(0.5f32.sqrt()), 1.0);
     assert!(!mean.is(0.9158, 1e-4), "{mean:?}");
     assert!(table("white conductor", materials::conductor));

@@ -1,5 +1,5 @@
-//! Next-event estimation towards one light of each shape: points on it, densities that integrate to
-//! its solid angle.
+//! Next-event estimation towards one light of each shape: points lie on it, and the pdf integrates
+//! to its solid angle.
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{Mean, samples, words};
@@ -19,7 +19,7 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 
 const F: u32 = EMITTERS | PLANAR | TRIANGLES;
 
-/// The one light of a scene.
+/// The only light of a scene.
 #[derive(Clone, Copy)]
 enum Shape {
     Sphere(Sphere),
@@ -36,7 +36,7 @@ impl Shape {
         }
     }
 
-    /// How far `p` is from it, relative to its size.
+    /// Returns the distance of `p` from the shape, relative to its size.
     fn distance(&self, p: Vec3) -> f32 {
         match self {
             Self::Sphere(s) => ((p - s.center).length() / s.radius - 1.0).abs(),
@@ -59,8 +59,8 @@ impl Shape {
     }
 }
 
-/// Samples of `shape` from a vertex, with the density again and the distance; the density of
-/// choosing it is that of an area larger by `factor`.
+/// Samples `shape` from a vertex and calls `each` with the sample, its pdf computed again, and the
+/// distance. The light's pdf is that of an area larger by `factor`.
 fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&LightSample, f32, f32)) {
     let point = from.point;
     let mut params = RenderParams::zeroed();
@@ -89,10 +89,10 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
         ..NO_SCENE
     };
     for i in 0..samples(200_000) {
-        // SAFETY: the scene has one light, of primitive 0.
+        // SAFETY: the scene has one light, on primitive 0.
         let s = unsafe { sample::<F>(&params, scene, from, words(8, i), 0) };
         if s.radiance == Vec3::ZERO {
-            continue; // seen edge on
+            continue; // seen edge-on
         }
         assert!(!s.is_delta && s.primitive != NO_PRIMITIVE);
         assert!((s.direction.length() - 1.0).abs() < 1e-6);
@@ -111,7 +111,7 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
             Shape::Triangle(t) => t.normal().normalize(),
         };
         let cos = match shape {
-            Shape::Sphere(_) if from.primitive != 0 => -s.direction.dot(normal).abs(), // at the rim, either
+            Shape::Sphere(_) if from.primitive != 0 => -s.direction.dot(normal).abs(), // at the rim, either side
             _ => s.direction.dot(normal),
         };
         // SAFETY: as above.
@@ -120,13 +120,13 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
     }
 }
 
-/// Draws, and returns the mean of 1 / density: the solid angle, if each direction to the light is
+/// Returns the mean of 1 / pdf over samples: the solid angle, if each direction to the light is
 /// found.
 fn solid_angle(name: &str, shape: Shape, point: Vec3, factor: f32) -> Mean {
     let mut mean = Mean::default();
     draw(shape, ReferencePoint { point, primitive: NO_PRIMITIVE }, factor, |s, again, distance| {
         let p = point + s.direction * distance;
-        // A few roundings of coordinates and of a distance some times larger than the light.
+        // A few roundings of coordinates, and of a distance some times larger than the light.
         let rounding = 2e-6 * (1.0 + (p.length() + s.t_max) / (shape.area() as f32).sqrt());
         let off = shape.distance(p);
         assert!(off < rounding, "{name}: {p} is off by {off}");
@@ -136,7 +136,8 @@ fn solid_angle(name: &str, shape: Shape, point: Vec3, factor: f32) -> Mean {
     mean
 }
 
-/// Van Oosterom and Strackee, IEEE Transactions on Biomedical Engineering 30(2), 1983.
+/// Returns the solid angle of a triangle (Van Oosterom and Strackee, IEEE Transactions on
+/// Biomedical Engineering 30(2), 1983).
 fn of_triangle(point: Vec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let [a, b, c] = [a, b, c].map(|v| (v - point.as_dvec3()).normalize());
     let above = a.dot(b.cross(c)).abs();
@@ -147,7 +148,7 @@ fn check(name: &str, shape: Shape, point: Vec3, want: f64) {
     let mean = solid_angle(name, shape, point, 1.0);
     println!("{name}: {} ± {} for {want}", mean.value(), mean.error());
     assert!(mean.is(want, 1e-4 * want), "{name}: {mean:?} for {want}");
-    // The twin: an area 5 % larger than the light's.
+    // Negative control: an area 5 % larger than the light's.
     let mean = solid_angle(name, shape, point, 1.05);
     assert!(!mean.is(want, 1e-4 * want), "{name}: {mean:?} for {want}");
 }
@@ -165,8 +166,8 @@ fn spheres() {
     check("centre", Shape::Sphere(sphere), sphere.center, 4.0 * PI);
 }
 
-/// From points of the sphere's own surface, as paths have them that are inside: the inner half of
-/// all directions, and no other.
+/// From points of the sphere's own surface, as paths inside it have them: samples cover the inner
+/// half of all directions, and no other.
 #[test]
 fn own_surfaces() {
     let sphere = Sphere { center: Vec3::new(0.1, -0.2, 0.3), radius: 1.0, material: 0, pad: [0; 3] };
@@ -188,7 +189,7 @@ fn own_surfaces() {
 
 fn planar(kind: u32) -> Planar {
     let (edge_u, edge_v) = (Vec3::new(2.0, 0.3, 0.0), Vec3::new(0.2, 1.0, 0.5));
-    // A disc's axes are perpendicular and as long.
+    // A disc's axes are perpendicular and of equal length.
     let edge_v = if kind == DISC { edge_u.cross(Vec3::Z).normalize() * edge_u.length() } else { edge_v };
     let cross = edge_u.cross(edge_v);
     let (normal, square) = (cross.normalize(), cross.dot(cross));

@@ -1,5 +1,5 @@
-//! Silhouettes, weights of multiple importance sampling, texture lookups: whatever comes in, what
-//! comes out is in range.
+//! Ranges of results for any input: bent normals at silhouettes, weights of multiple importance
+//! sampling, texture lookups.
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
@@ -17,8 +17,8 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::surface::{self, MIN_REFLECTED_COSINE, bend_shading_normal};
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture, sample};
 
-/// Both weights of a pair sum to 1 whatever the densities; 0 against 0 is asked for nowhere, as
-/// each sample has a density.
+/// The two weights of a pair sum to 1 for any pdfs. 0 against 0 does not occur: each sample has a
+/// pdf above 0.
 #[test]
 fn weights_of_a_pair_sum_to_one() {
     let extremes = [0.0f32, 1e-38, 1e-30, 1e-7, 0.5, 1.0, 1e7, 1e30, f32::MAX];
@@ -36,9 +36,9 @@ fn weights_of_a_pair_sum_to_one() {
     }
 }
 
-/// A view direction mirrored about the bent normal leaves the surface by half the lowest cosine at
-/// least, wherever viewer and shading normal look; a normal that needs no bending keeps its bits.
-/// Negative control: about the normal as it is, many are lost.
+/// The view direction mirrored about the bent normal leaves the surface by at least half the
+/// minimum cosine, for all viewers and shading normals; a normal that needs no bending keeps its
+/// bits. Negative control: about the unbent normal, many directions enter the surface.
 #[test]
 fn mirrored_directions_leave_the_surface() {
     let (mut bent, mut lost) = (0, 0);
@@ -49,7 +49,8 @@ fn mirrored_directions_leave_the_surface() {
             let side = direction - normal * direction.dot(normal);
             normalize(normal * cos + normalize(side) * libm::sqrtf(1.0 - cos * cos))
         };
-        // Down to grazing, and exactly opposite each other's tilt.
+        // Cosines down to grazing; shading normals tilted at random, away from the viewer and
+        // towards it.
         let (low, lower) = (libm::powf(10.0, -6.0 * unit_f32(v.x)), libm::powf(10.0, -6.0 * unit_f32(v.y)));
         let viewer = above(unit_sphere(w.z, w.w), low);
         let shading = match i % 4 {
@@ -67,7 +68,7 @@ fn mirrored_directions_leave_the_surface() {
         let n = bend_shading_normal(shading, normal, viewer);
         assert!((n.dot(n) - 1.0).abs() < 1e-6 && n.dot(normal) > 0.0, "{shading} {normal} {viewer}: {n}");
         assert!(n.dot(viewer) > 0.0, "{shading} {normal} {viewer}: {n}");
-        // Rounding: of this line's dot products, and of the viewer's cosine, by which the normal, a
+        // Rounding of this line's dot products, and of the viewer's cosine, by which the normal, a
         // sum of two directions as long as their cosines together, is turned.
         let rounding = 2e-6 + 4.0 * f32::EPSILON / (up + lowest);
         assert!(
@@ -103,11 +104,11 @@ fn texture(flags: u32, scale: f32) -> Texture {
     }
 }
 
-/// NaN, infinite and huge coordinates read some texel of the image: never beyond it, never NaN,
+/// NaN, infinite and huge coordinates read some texel of the image: none beyond it, never NaN,
 /// never out of its range. The texels around the image are infinite.
 #[test]
 fn texture_lookups_stay_inside() {
-    let half = |x: f32| u32::from(((x.to_bits() >> 13) - (112 << 10)) as u16); // of normal numbers
+    let half = |x: f32| u32::from(((x.to_bits() >> 13) - (112 << 10)) as u16); // for normal numbers
     let outside = 0x7c00 | 0x7c00 << 16;
     let mut texels = vec![Texel { red_green: outside, blue_alpha: outside }; 3 + (SIDE * SIDE) as usize + 3];
     for (i, texel) in texels[3..][..(SIDE * SIDE) as usize].iter_mut().enumerate() {
@@ -140,7 +141,7 @@ fn texture_lookups_stay_inside() {
     }
 }
 
-/// Interpolation passes through the texels' centres, and only there are texels whole.
+/// Interpolation passes through the texels' centres, and only there does it return one texel alone.
 #[test]
 fn texels_are_where_they_belong() {
     let one = 0x3c00;
@@ -158,9 +159,9 @@ fn texels_are_where_they_belong() {
     assert_eq!(Vec3::splat(red(0.1, 0.9)), Vec3::ZERO);
 }
 
-/// An image is upright: its first row is the end of a quad's second edge, the end of a disc's, a
-/// sphere's north; its first column is the start of a quad's first edge, the far end of a disc's, a
-/// sphere's -x.
+/// Images are upright. Their first row is at the end of a quad's second edge, at the end of a
+/// disc's second axis, and at a sphere's north pole. Their first column is at the start of a quad's
+/// first edge, at the far end of a disc's first axis, and at a sphere's -x.
 #[test]
 fn images_are_upright() {
     let planar = |kind, origin| Planar {
@@ -178,7 +179,8 @@ fn images_are_upright() {
     let scene = Scene { spheres: &[sphere], planars: &flats, ..NO_SCENE };
     let mut params = RenderParams::zeroed();
     (params.first_planar, params.first_triangle) = (1, 3);
-    // What a ray against `normal` that starts at distance 5 from `point` reads there.
+    // Returns the texture coordinates that a ray against `normal`, from distance 5, finds at
+    // `point`.
     let read = |primitive: u32, point: Vec3, normal: Vec3| {
         let ray =
             Ray { origin: point + normal * 5.0, direction: -normal, origin_primitive: OriginPrimitive::NONE };
@@ -199,7 +201,7 @@ fn images_are_upright() {
         (read(0, Vec3::NEG_Z * 2.0, Vec3::NEG_Z), (0.75, 0.5)),
     ];
     for (i, (got, want)) in cases.into_iter().enumerate() {
-        // Rounding of a place and of an angle.
+        // Rounding of a position and of an angle.
         assert!((got.0 - want.0).abs() < 1e-6 && (got.1 - want.1).abs() < 1e-6, "{i}: {got:?} for {want:?}");
     }
     let (north, south) = (normalize(Vec3::new(0.1, 1.0, 0.0)), normalize(Vec3::new(0.1, -1.0, 0.0)));

@@ -1,7 +1,8 @@
-//! The physics of the shared crate: distributions, energy, reciprocity, light sampling, scales.
-//! Every test of equality has a twin with a planted fault that it must find. A build with debug
-//! assertions draws fewer samples and leaves the twins to the release build, which finds them.
-#![allow(unsafe_code, reason = "calls what reads without bounds checks; the scenes are whole")]
+//! Physics of the shared crate: distributions, energy, reciprocity, light sampling, scales.
+//!
+//! Each test of equality has a negative control, a planted fault that it must find. A build with
+//! debug assertions draws fewer samples, and leaves some negative controls to the release build.
+#![allow(unsafe_code, reason = "calls functions that read without bounds checks, on complete scenes")]
 
 mod chart;
 mod chi_square;

@@ -1,4 +1,4 @@
-//! Materials to test, and their scattering in a tilted frame.
+//! Materials to test, and their BSDFs in a tilted frame.
 
 use crate::statistics::words;
 use glam::Vec3;
@@ -10,7 +10,7 @@ use trisect_shared::material::{
 use trisect_shared::math::{basis, normalize};
 use trisect_shared::scene::Scene;
 
-/// Nothing: a material without textures reads none of it.
+/// Empty scene: a material without textures reads nothing of it.
 pub const NO_SCENE: Scene = Scene {
     spheres: &[],
     nodes: &[],
@@ -25,7 +25,7 @@ pub const NO_SCENE: Scene = Scene {
     wide: trisect_shared::wide::WideTree::NONE,
 };
 
-/// A material seen from its front or its back.
+/// Material seen from its front or its back.
 #[derive(Clone)]
 pub struct Setup {
     pub name: String,
@@ -38,7 +38,7 @@ impl Setup {
         Self { name: name.into(), material, front: true }
     }
 
-    /// The same with other alpha, by a factor.
+    /// Returns this setup with alpha, or fuzz, multiplied by `factor`.
     pub fn with_alpha(&self, factor: f32) -> Self {
         let mut other = self.clone();
         other.material.roughness *= factor.sqrt();
@@ -46,7 +46,8 @@ impl Setup {
         other
     }
 
-    /// Seen under `cos`, at azimuth 0.7 of the frame of a normal that is no axis.
+    /// Returns the BSDF seen at cosine `cos` and azimuth 0.7 in the frame of a normal that is no
+    /// axis.
     pub fn view(&self, cos: f32) -> BsdfView {
         let normal = normalize(Vec3::new(0.48, 0.6, -0.64));
         let (x, y) = basis(normal);
@@ -97,7 +98,7 @@ pub fn glass(ior: f32, front: bool) -> Setup {
     Setup { front, ..Setup::new(format!("glass {ior}, front {front}"), material) }
 }
 
-/// White: Schlick's approximation with reflectance 1.
+/// Returns a white conductor: Schlick's approximation with reflectance 1.
 pub fn conductor(roughness: f32) -> Setup {
     let material = Material { roughness, ..Material::new(CONDUCTOR, Vec3::ONE) };
     Setup::new(format!("conductor, roughness {roughness}"), material)
@@ -130,13 +131,12 @@ pub fn mix(metallic: f32, roughness: f32, transmission: f32) -> Setup {
     Setup::new(name, material)
 }
 
-/// One of each kind of metallic-roughness material: plastic, smooth plastic, metal, half of both, a
-/// film.
+/// Returns metallic-roughness materials: plastic, smooth plastic, metal, half of both, a film.
 pub fn mixes() -> [Setup; 5] {
     [mix(0.0, 0.3, 0.0), mix(0.0, 0.0, 0.0), mix(1.0, 0.4, 0.0), mix(0.5, 0.6, 0.0), mix(0.2, 0.4, 0.6)]
 }
 
-/// Both sides of denser and of rarer glass.
+/// Returns both sides of glass denser and of glass rarer than its surroundings.
 pub fn rough_glasses(roughness: f32) -> [Setup; 4] {
     [(1.5, true), (1.5, false), (0.67, true), (0.67, false)]
         .map(|(ior, front)| rough_glass(ior, roughness, front))

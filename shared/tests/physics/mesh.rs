@@ -1,4 +1,4 @@
-//! Closed meshes, and rays from inside that look for holes. The torture tests include this file,
+//! Closed meshes, and rays from inside that search for holes. The torture tests include this file,
 //! too.
 
 use glam::Vec3;
@@ -7,7 +7,7 @@ use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::rng::PathKey;
 use trisect_shared::triangle::Triangle;
 
-/// A closed mesh around the origin, triangles outward.
+/// Closed mesh around the origin, with triangles that face outward.
 pub struct Mesh {
     pub vertices: Vec<Vec3>,
     pub faces: Vec<[usize; 3]>,
@@ -25,7 +25,7 @@ impl Mesh {
         Self { vertices, faces }
     }
 
-    /// Each triangle in four, the new vertices moved by `project`.
+    /// Divides each triangle into four, and moves the new vertices by `project`.
     pub fn divided(&self, project: impl Fn(Vec3) -> Vec3) -> Self {
         let mut vertices = self.vertices.clone();
         let mut middles = HashMap::new();
@@ -52,15 +52,15 @@ impl Mesh {
     }
 }
 
-/// An octahedron whose vertices and edges lie on a grid of powers of two: rays along its axes and
-/// diagonals meet them exactly.
+/// Returns an octahedron whose vertices and edges lie on a grid of powers of two: rays along its
+/// axes and diagonals meet them exactly.
 pub fn crystal() -> Mesh {
     Mesh::octahedron().divided(|v| v).divided(|v| v).divided(|v| v)
 }
 
-/// Rays from inside, origin and direction: at random, at vertices, at the middles of edges, along
-/// axes and diagonals. `random` of the first; the others at each `step`th target. `inside` is the
-/// radius of a ball inside.
+/// Returns rays from inside, as origin and direction: `random` random ones; rays at each `step`th
+/// vertex or middle of an edge; rays along axes and diagonals. `inside` is the radius of a ball
+/// inside the mesh.
 pub fn rays(mesh: &Mesh, inside: f32, random: u32, step: usize) -> Vec<(Vec3, Vec3)> {
     let words = |stream, i| PathKey { seed: stream, pixel: i, sample: 0 }.words(0);
     let start = |i: u32| {
@@ -82,7 +82,7 @@ pub fn rays(mesh: &Mesh, inside: f32, random: u32, step: usize) -> Vec<(Vec3, Ve
             rays.push((origin, normalize(target - origin)));
             rays.push((origin, target - origin)); // exact, not of unit length
         }
-        // Along an axis and exactly through it.
+        // Along an axis and exactly through the target.
         for axis in [Vec3::X, Vec3::NEG_Y, Vec3::Z] {
             let origin = target * (Vec3::ONE - axis.abs());
             if origin.abs().element_sum() < inside * 0.999 {

@@ -1,5 +1,4 @@
-//! Distances scale with the scene, bit for bit (torture test 8): no number with a unit of length is
-//! hidden in them.
+//! Distances scale with the scene, bit for bit (torture test 8): no constant has a unit of length.
 
 use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
@@ -9,10 +8,11 @@ use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::sphere::{MISS, Sphere};
 
-/// A distance, for a scene that is larger by the factor.
+/// Distance in a scene that is larger by the factor.
 type Case<'a> = &'a dyn Fn(f32) -> f32;
 
-/// At which powers of two the distance of `case` is not that of scale 1 times the scale.
+/// Returns the powers of two at which the distance of `case` is not that of scale 1 times the
+/// scale.
 fn failing_powers(case: Case) -> impl Iterator<Item = i32> {
     let want = case(1.0);
     (-20..=20).step_by(5).filter(move |&k| {
@@ -33,7 +33,7 @@ fn distances_scale() {
     let mut hits = [0; 4];
     for i in 0..samples(100_000) {
         let (w, v) = (words(40, i), words(41, i));
-        // Near the surface and far from it.
+        // From near the surface and from far away.
         let origin = unit_sphere(w.x, w.y) * (1.0 + 10f32.powf(-6.0 + 8.0 * unit_f32(w.z)));
         let direction = normalize(unit_sphere(v.x, v.y) * (2.0 * unit_f32(v.w)) - origin);
         let sphere = |scale: f32| Sphere { center: Vec3::ZERO, radius: scale, material: 0, pad: [0; 3] };
@@ -67,7 +67,7 @@ fn distances_scale() {
     }
     println!("{hits:?} hits");
     assert!(hits.iter().all(|&count| count > samples(100_000) / 20), "{hits:?}");
-    // The twin: a least distance, as offsets against self-intersection have it.
+    // Negative control: a minimum distance, as offsets against self-intersection use it.
     let min_distance = |scale: f32| if 0.5 * scale > 1e-3 { 0.5 * scale } else { MISS };
     assert!(failing_powers(&min_distance).count() > 0);
 }

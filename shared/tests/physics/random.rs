@@ -1,10 +1,11 @@
-//! Random numbers bit by bit: a bias too small for cells or images to show.
+//! Single bits of random numbers: a bias too small for cells or images to show.
 
 use crate::statistics::{SLOW, samples};
 use trisect_shared::math::unit_f32;
 use trisect_shared::rng::{PathKey, Words};
 
-/// The greatest deviation, in sigmas, of how often one of the 24 bits of a number is 1.
+/// Returns the maximum deviation, in sigmas, of the frequency of ones among the 24 bits of a
+/// number.
 fn worst(number: impl Fn(u32) -> f32) -> f64 {
     let n = samples(1 << 20);
     let mut ones = [0u32; 24];
@@ -12,12 +13,12 @@ fn worst(number: impl Fn(u32) -> f32) -> f64 {
         let bits = (number(i) * 16_777_216.0) as u32;
         ones.iter_mut().enumerate().for_each(|(k, count)| *count += bits >> k & 1);
     }
-    // A fair bit's count has the variance n / 4.
+    // The count of a fair bit has the variance n / 4.
     let sigmas = |&count: &u32| (f64::from(count) - 0.5 * f64::from(n)).abs() / (0.5 * f64::from(n).sqrt());
     ones.iter().map(sigmas).fold(0.0, f64::max)
 }
 
-/// Along each part of the key, each word: 5 sigma, of 384 bits. A bit that is off by 0.3 % is
+/// Along each part of the key, for each word: 5 sigma, for 384 bits. A bit that is off by 0.3 % is
 /// found.
 #[test]
 fn each_bit_is_fair() {
@@ -34,7 +35,8 @@ fn each_bit_is_fair() {
             assert!(sigmas < 5.0, "along part {k}: {sigmas}");
         }
     }
-    // The twin: a bit of 2^-11 is 1 in one of 64 numbers more, which moves the mean by 4e-6.
+    // Negative control: a bit of 2^-11 is 1 in one more of 64 numbers, which moves the mean by
+    // 4e-6.
     let biased = |i| unit_f32(along[0](i).x | if i % 64 == 0 { 1 << 21 } else { 0 });
     assert!(worst(biased) > 5.0 || SLOW);
 }

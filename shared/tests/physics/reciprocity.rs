@@ -1,4 +1,4 @@
-//! Exchanging light and viewer.
+//! Reciprocity: exchange of light and viewer.
 
 use crate::materials::{self, Setup};
 use crate::statistics::{SLOW, samples, words};
@@ -7,9 +7,9 @@ use trisect_shared::fresnel::refracted_cos2;
 use trisect_shared::material::ROUGH_DIELECTRIC;
 use trisect_shared::math::{max_component, normalize, unit_sphere};
 
-/// Value over both cosines for one way and for the other, for random pairs of directions on one
-/// side of the surface or on both. Returns the greatest relative difference, the second way times
-/// `factor`, of how many pairs that scatter.
+/// Compares value over both cosines in both directions, for random pairs of directions on one side
+/// of the surface or (`through`) on both. Returns the maximum relative difference, with the second
+/// direction times `factor`, and the number of pairs that scatter.
 fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, u32) {
     let normal = normalize(Vec3::new(0.48, 0.6, -0.64));
     let (mut worst, mut count) = (0.0f32, 0);
@@ -39,8 +39,9 @@ fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, 
     (worst, count)
 }
 
-/// Whether the facet that sends one to the other is glass near the critical angle: there the share
-/// that passes goes with the cosine of refraction, whose square, below 0.003, has rounding's 1e-7.
+/// Returns whether the facet that sends one direction to the other is glass near the critical
+/// angle: there the transmitted fraction follows the cosine of refraction, whose square, below
+/// 0.003, has a rounding error of 1e-7.
 fn is_critical(setup: &Setup, o: Vec3, i: Vec3, through: bool) -> bool {
     if setup.material.kind != ROUGH_DIELECTRIC {
         return false;
@@ -51,7 +52,7 @@ fn is_critical(setup: &Setup, o: Vec3, i: Vec3, through: bool) -> bool {
     passes.abs() < 3e-3 || c * c < 3e-3
 }
 
-/// A few roundings over the least cosine, 0.02, or twice the square of the least cosine of
+/// A few roundings over the minimum cosine, 0.02, or over twice the minimum square of the cosine of
 /// refraction, 0.003.
 const ROUNDING: f32 = 2e-4;
 
@@ -74,8 +75,8 @@ fn reflection() {
     }
 }
 
-/// The book's fuzz is no reciprocal material: its density, not its value over the cosine, stays the
-/// same. It serves as the twin.
+/// Negative control: the book's fuzz is not reciprocal. Its pdf is symmetric, not its value over
+/// the cosine.
 #[test]
 fn negative_control_fuzz_is_not_reciprocal() {
     assert!(!reflects_alike(&materials::metal(0.5)));
@@ -84,15 +85,15 @@ fn negative_control_fuzz_is_not_reciprocal() {
     assert!((seen(o, i) / seen(i, o) - 1.0).abs() < 1e-5);
 }
 
-/// Without the factor eta² on radiance, a surface transports L / n², n the index of the medium:
-/// what is reciprocal then is value over both cosines times n² of the viewer's medium.
+/// Without the factor eta² on radiance, a surface transports L / n², with n the index of the
+/// medium. Value over both cosines times n² of the viewer's medium is then reciprocal.
 #[test]
 fn refraction() {
     for roughness in [0.3, 0.8] {
         for ior in [1.5, 0.67] {
             let sides = [true, false].map(|front| materials::rough_glass(ior, roughness, front));
             let [outside, inside] = &sides;
-            // Seen from outside n = 1, from inside n = ior.
+            // The index is 1 as seen from outside, and `ior` as seen from inside.
             let worst = difference(outside, inside, true, ior * ior).0;
             println!("{}: {worst:.1e}", outside.name);
             assert!(worst < ROUNDING, "{}: {worst}", outside.name);
@@ -102,7 +103,7 @@ fn refraction() {
     }
 }
 
-/// Both sides of a thin wall are in one medium.
+/// A thin wall has one medium on both sides.
 #[test]
 fn thin_walls() {
     let there = materials::mix(0.2, 0.4, 0.6);

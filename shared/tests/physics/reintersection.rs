@@ -1,5 +1,5 @@
-//! Rays that leave a flat primitive never meet its neighbours (torture test 12): convex meshes,
-//! boxes and tiled planes anywhere.
+//! Rays that leave a planar shape or triangle never hit its neighbours (torture test 12): convex
+//! meshes, boxes and tiled planes anywhere.
 
 use crate::materials::NO_SCENE;
 use crate::mesh::Mesh;
@@ -22,7 +22,7 @@ fn power(low: f32, high: f32, bits: u32) -> f32 {
     10f32.powf(low + (high - low) * unit_f32(bits))
 }
 
-/// A surface as the path finds it: hit by a ray from `origin` towards `target`.
+/// Returns the surface as a path finds it: hit by a ray from `origin` towards `target`.
 fn found(scene: Scene, index: u32, origin: Vec3, target: Vec3) -> Option<Surface> {
     let direction = normalize(target - origin);
     let mut params = RenderParams::zeroed();
@@ -38,7 +38,7 @@ fn found(scene: Scene, index: u32, origin: Vec3, target: Vec3) -> Option<Surface
     (distance < MISS).then(|| unsafe { surface::at::<{ PLANAR | TRIANGLES }>(&params, scene, ray, hit) })
 }
 
-/// An outward direction, in one of four cases almost along the surface.
+/// Returns an outward direction; one in four lies almost along the surface.
 fn outward(normal: Vec3, i: u32) -> Vec3 {
     let w = words(21, i);
     let d = unit_sphere(w.x, w.y);
@@ -47,9 +47,9 @@ fn outward(normal: Vec3, i: u32) -> Vec3 {
     normalize(flat + normal * (d.dot(normal).abs() * lift + 1e-6))
 }
 
-/// How many of the rays that leave triangles of a convex mesh of `scale` at `place` meet another
-/// triangle of it; `margin` scales the offset. Only pairs count that double precision calls convex:
-/// rounding the vertices may dent the mesh.
+/// Counts how many of the rays that leave triangles of a convex mesh of size `scale` at `place` hit
+/// another triangle of it, and how many were tested; `margin` scales the offset. Only pairs count
+/// that are convex in double precision: rounding the vertices may dent the mesh.
 fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
     let sphere = Mesh::octahedron().divided(normalize).divided(normalize);
     let triangles: Vec<Triangle> = sphere
@@ -76,7 +76,7 @@ fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32
         let exact = |v: Vec3| v.as_dvec3();
         let normal = (exact(t.b) - exact(t.a)).cross(exact(t.c) - exact(t.a));
         if exact(direction).dot(normal) <= 0.0 {
-            continue; // rounding of the normal: inward, then
+            continue; // rounding of the normal: the ray goes inward
         }
         let shear = Shear::new(direction);
         let below = |v: Vec3| (exact(v) - exact(t.a)).dot(normal) <= 0.0;
@@ -92,7 +92,7 @@ fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32
 }
 
 fn quad(origin: Vec3, edge_u: Vec3, edge_v: Vec3) -> Planar {
-    // As the host makes it: in double precision, rounded.
+    // In double precision, then rounded, as the host makes it.
     let [u, v]: [DVec3; 2] = [edge_u.as_dvec3(), edge_v.as_dvec3()];
     let cross = u.cross(v);
     let square = cross.length_squared();
@@ -109,7 +109,8 @@ fn quad(origin: Vec3, edge_u: Vec3, edge_v: Vec3) -> Planar {
     }
 }
 
-/// The same for the faces of a box and, beside its top, the next tile of its plane.
+/// Counts rays that leave the top of a box, as [`triangle_rehits`] does for meshes. The other faces
+/// and the next tile of the top's plane must not be hit.
 fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
     let w = words(22, seed);
     let x = if seed.is_multiple_of(2) { Vec3::X } else { unit_sphere(w.x, w.y) };
@@ -141,9 +142,9 @@ fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
         for other in &flats[1..] {
             let t = other.distance(start, direction);
             count += 1;
-            // A face's border is known to the rounding of the face's own size. Where the top's
-            // coordinate is smaller than that, by cancellation, rays may meet a side that pass its
-            // border by less: half an ulp of 1 and that of u or v.
+            // A face's border is known to the rounding of the face's own size. Where the coordinate
+            // on the top is smaller than that, by cancellation, rays may hit a side that pass its
+            // border by less: by half an ULP of 1 and that of u or v.
             let height = (start - f.origin).dot(f.normal) + direction.dot(f.normal) * t;
             let hit = t < MISS && height > f32::EPSILON * scale;
             rehits += u32::from(hit);
@@ -154,7 +155,7 @@ fn quad_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32) {
 
 type Case = fn(f32, Vec3, u32, f32) -> (u32, u32);
 
-/// Meets by the ratio of the place's distance to the scale, a power of ten each.
+/// Counts hits by the ratio of the position's distance to the scale, in powers of ten.
 fn sweep(case: Case, margin: f32) -> [(u32, u32); 8] {
     let mut bins = [(0, 0); 8];
     for seed in 0..samples(4000) {
@@ -172,16 +173,16 @@ fn sweep(case: Case, margin: f32) -> [(u32, u32); 8] {
     bins
 }
 
-/// No ray meets its surface's neighbours, whether the mesh is as large as its distance from the
-/// origin or 10^-7 of that, where its triangles are a few units of the last place; scales from
+/// No ray hits its surface's neighbours, whether the mesh is as large as its distance from the
+/// origin or 10^-7 of that, where its triangles are a few units in the last place; scales from
 /// 10^-4 to 10^4.
 #[test]
 fn neighbours_are_not_met() {
     for (name, case) in [("triangles", triangle_rehits as Case), ("quads", quad_rehits)] {
         let bins = sweep(case, 1.0);
-        println!("{name}: meetings and rays by log10 of distance over size {bins:?}");
+        println!("{name}: hits and rays by log10 of distance over size {bins:?}");
         assert!(bins.iter().all(|&(rehits, count)| rehits == 0 && count > 0), "{name}: {bins:?}");
-        // The twin: without the offset.
+        // Negative control: without the offset.
         let bins = sweep(case, 0.0);
         println!("{name} without the offset: {bins:?}");
         assert!(bins.iter().all(|&(rehits, _)| rehits > 0) || SLOW, "{name}: {bins:?}");

@@ -1,12 +1,12 @@
-//! Triangles of any size are met alike (torture test 8).
+//! Triangles of any size have the same hits (torture test 8).
 
 use crate::mesh::{crystal, rays};
 use crate::statistics::{SLOW, samples};
 use trisect_shared::sphere::MISS;
 use trisect_shared::triangle::{Shear, Triangle};
 
-/// The same bits at every scale, down to where the product of three lengths ends, 2e-10 for
-/// triangles an eighth as large.
+/// The bits are the same at every scale, down to where the product of three lengths underflows:
+/// 2e-10 for triangles an eighth as large.
 #[test]
 fn scales() {
     let mesh = crystal();

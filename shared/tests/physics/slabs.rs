@@ -1,5 +1,5 @@
-//! Traversal enters each box that a ray passes through (torture tests 9, 24 and 25), by double
-//! precision.
+//! Traversal enters each box that a ray passes through in double precision (torture tests 9, 24,
+//! 25).
 
 use crate::materials::NO_SCENE;
 use crate::statistics::{samples, words};
@@ -15,8 +15,8 @@ use trisect_shared::traversal::closest_hit;
 
 type Box3 = (Vec3, Vec3);
 
-/// Whether traversal looks into the box, as first child and as second: what is in it is a sphere
-/// around everything, which a ray meets wherever it goes.
+/// Returns whether traversal enters the box as first child and as second. Its content is a sphere
+/// around everything, which every ray hits.
 fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
     let around = Sphere { center: Vec3::ZERO, radius: 1e12, material: 0, pad: [0; 3] };
     let nowhere = (Vec3::splat(1e30), Vec3::splat(1e30));
@@ -35,8 +35,8 @@ fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
     })
 }
 
-/// Whether the ray passes through the box, beyond doubt: not along a face, and by more than
-/// rounding of double precision.
+/// Returns whether the ray passes through the box beyond doubt: not along a face, and by more than
+/// the rounding of double precision.
 fn passes((low, high): Box3, origin: Vec3, direction: Vec3) -> bool {
     let [low, high, origin, direction] = [low, high, origin, direction].map(|v| v.as_dvec3());
     let (mut enters, mut leaves) = (0.0f64, f64::INFINITY);
@@ -54,7 +54,7 @@ fn passes((low, high): Box3, origin: Vec3, direction: Vec3) -> bool {
     enters * (1.0 + 1e-12) < leaves
 }
 
-/// Rays that `enters` does not let in, of all that pass through the box.
+/// Returns the number of rays that `enters` rejects, and of all rays, that pass through the box.
 fn missed(
     rays: impl Iterator<Item = (Box3, Vec3, Vec3)>,
     enters: impl Fn(Box3, Vec3, Vec3) -> bool,
@@ -67,7 +67,7 @@ fn missed(
     )
 }
 
-/// Towards corners and edges of boxes of unequal sides, from `far`.
+/// Returns rays towards corners and edges of boxes of unequal sides, from distance `far`.
 fn grazing(far: f32) -> impl Iterator<Item = (Box3, Vec3, Vec3)> {
     (0..samples(500_000)).map(move |i| {
         let (w, v) = (words(30, i), words(31, i));
@@ -83,13 +83,13 @@ fn grazing(far: f32) -> impl Iterator<Item = (Box3, Vec3, Vec3)> {
     })
 }
 
-/// Without room for rounding.
+/// Tests a box without padding for rounding.
 fn tight((low, high): Box3, origin: Vec3, direction: Vec3) -> bool {
     let (a, b) = ((low - origin) / direction, (high - origin) / direction);
     a.min(b).max_element().max(0.0) <= a.max(b).min_element()
 }
 
-/// Boxes as tight as they can be: the 2 ULP of the exit (Ize, 2013) make up for the roundings of
+/// Boxes as tight as possible: the factor on the exit (Ize, 2013) makes up for the roundings of
 /// both ends of the interval.
 #[test]
 fn rounding_loses_no_box() {
@@ -97,13 +97,13 @@ fn rounding_loses_no_box() {
         let (lost, of) = missed(grazing(far), |b, o, d| visits_box(b, o, d) == [true, true]);
         println!("from {far}: {lost} of {of} boxes missed");
         assert!(lost == 0 && of > 10_000, "from {far}: {lost} of {of}");
-        // The twin misses some in a hundred.
+        // Negative control: the tight test misses more than one in a hundred.
         let (lost, of) = missed(grazing(far), tight);
         assert!(lost * 100 > of, "from {far}: {lost} of {of}");
     }
 }
 
-/// Rays along thin slabs and far through them, with components that are zero, tiny, denormal, of
+/// Rays along thin slabs and far through them, with components that are zero, tiny or denormal, of
 /// either sign.
 #[test]
 fn odd_directions_lose_no_box() {
@@ -117,7 +117,7 @@ fn odd_directions_lose_no_box() {
             direction[(along + 1) % 3] = ODD[(w.y >> 8) as usize % ODD.len()];
             direction[(along + 2) % 3] = ODD[(w.z >> 8) as usize % ODD.len()];
             direction[along] = sign;
-            // Thin across, the near end at up to 1000 times the origin's own size.
+            // Thin across; the near end at up to 1000 times the size of the origin.
             let thin = 10f32.powf(-7.0 + 4.0 * unit_f32(w.w));
             let near = 10f32.powf(-2.0 + 5.0 * unit_f32(v.x));
             let (mut low, mut high) = (Vec3::splat(-thin), Vec3::splat(thin));
@@ -130,7 +130,7 @@ fn odd_directions_lose_no_box() {
     let (lost, of) = missed(rays(), |b, o, d| visits_box(b, o, d) == [true, true]);
     println!("odd directions: {lost} of {of} boxes missed");
     assert!(lost == 0 && of > 10_000, "{lost} of {of}");
-    // The twin: the reciprocal of zero as some libraries have it (torture test 24).
+    // Negative control: the reciprocal of zero as some libraries have it (torture test 24).
     let small = |b, o, d: Vec3| {
         let d = Vec3::from_array(d.to_array().map(|x| if x.abs() > 1.2e-7 { x } else { 1.2e-7 }));
         tight(b, o, d)
