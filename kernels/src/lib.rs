@@ -10,15 +10,18 @@
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
 //! | 0 | uniform | by value | [`RenderParams`](trisect_shared::params::RenderParams) |
-//! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | arrays of a [`Scene`](trisect_shared::scene::Scene), in its order |
+//! | 1 to 10 | storage, read | [`SceneLengths`] by value, then pointers | arrays of a [`Scene`] |
 //! | 11 | storage | pointer | `[PixelSums]`, or `[FirstHit]` of `first_hit`; the whole image |
-//! | 12 | storage | pointer | `[Compensation]`, the whole image; only used by launches of a part of a chunk |
-//! | 13 | storage | pointer | counter, 0 when a launch begins, from which persistent threads take pixels |
+//! | 12 | storage | pointer | `[Compensation]`, the whole image; for parts of a chunk |
+//! | 13 | storage | pointer | counter of persistent threads, 0 when a launch begins |
 //! | 14 | storage | pointer | `[AovSums]`, the whole image; only used by kernels with `AOVS` |
 //!
 //! A thread serves pixel (x, y) of the launch's share of the rows, in work groups of 8 × 8.
 //! Persistent threads serve the pixels that they take from the counter, in any number of work
 //! groups. All kernels are listed in `docs/reference/kernels.md`.
+//!
+//! [`Scene`]: trisect_shared::scene::Scene
+//! [`SceneLengths`]: trisect_shared::scene::SceneLengths
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 

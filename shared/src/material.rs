@@ -63,7 +63,7 @@ pub struct Material {
     pub transmission: f32,
     /// Imaginary part of a conductor's index of refraction, by channel.
     pub k: Vec3,
-    /// [`EMITS_BOTH_SIDES`], [`COMPLEX_IOR`], [`MASKED`], [`BLENDED`].
+    /// Bits: [`EMITS_BOTH_SIDES`], [`COMPLEX_IOR`], [`MASKED`], [`BLENDED`].
     pub flags: u32,
     /// Index of the texture that multiplies albedo and opacity, or [`NO_TEXTURE`].
     pub albedo_texture: u32,

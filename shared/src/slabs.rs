@@ -243,7 +243,7 @@ mod tests {
         assert!(hits(Vec3::new(0.5, 0.5, 5.0), Vec3::new(-0.0, 1e-45, -1.0)).0);
         // From inside: entry 0.
         assert_eq!(hits(Vec3::ZERO, Vec3::X), (true, 0.0));
-        // Behind.
+        // Box behind the ray.
         assert!(!hits(Vec3::new(0.0, 0.0, 5.0), Vec3::Z).0);
         // Torture test 24: a slab of thickness 2e-6, a ray inside and parallel to it, the target
         // far along.

@@ -52,8 +52,8 @@ impl Sphere {
         let c = from_center.dot(from_center) - self.radius * self.radius;
         let inside = (is_origin & origin_primitive.goes_inside()) | (!is_origin & (c <= 0.0));
         let q = if b >= 0.0 { b + root } else { b - root };
-        // From inside the far root, q / 1 or c / q by the sign of b; from outside the near root, c
-        // / q, negative if behind. One division for all lanes of a warp.
+        // From inside: the far root, q / 1 or c / q by the sign of b. From outside: the near root,
+        // c / q, negative if behind. One division for all lanes of a warp.
         let far = inside & (b >= 0.0);
         let t = (if far { q } else { c }) / (if far { 1.0 } else { q });
         let leaves = is_origin & (!inside | (b <= 0.0));

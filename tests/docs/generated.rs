@@ -221,7 +221,7 @@ fn all_bindings() -> String {
     )
 }
 
-/// Returns the table of records: bytes, alignment, and what there is one for.
+/// Returns the table of records: bytes, alignment, and the item that has one.
 fn records() -> String {
     use trisect_shared::{
         aovs::AovSums,

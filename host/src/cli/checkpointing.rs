@@ -21,7 +21,8 @@ pub struct CheckpointArgs {
     pub every: Option<SaveInterval>,
 
     /// With --checkpoint: render only the samples from FIRST to END - 1. FIRST is a multiple of
-    /// 256; END is one, too, or equals --spp. `trisect merge` combines the parts (default: all samples).
+    /// 256; END is one, too, or equals --spp. `trisect merge` combines the parts (default: all
+    /// samples).
     #[arg(long, value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
     pub samples: Option<Samples>,
 

@@ -1,12 +1,11 @@
 //! Edge stopping: the weight of a neighbour, by the differences of normal, depth and colour.
 //!
 //! A neighbour weighs (1 - x/2)², and nothing from x = 2 on; x is the sum of its squared
-//! differences, each relative to its parameter. This is Tukey's biweight (Black et al., "Robust
-//! Anisotropic Diffusion", IEEE Transactions on Image Processing 7(3), 1998) instead of the
-//! exponential of both papers: a few operations, which round identically everywhere. Depth is kept
-//! as its inverse, which is linear in the image over a plane. So the relative distance from a
-//! tangent plane takes one product and two sums, and neither the scale nor the position of a scene
-//! matters.
+//! differences, each relative to its parameter: Tukey's biweight (Black et al., "Robust Anisotropic
+//! Diffusion", IEEE Transactions on Image Processing 7(3), 1998), whose few operations round
+//! identically everywhere, for the exponential of Dammertz et al. and Schied et al. Depth is kept
+//! as its inverse, which is linear in the image over a plane: a relative distance from a tangent
+//! plane takes one product and two sums, and a scene's scale and position do not matter.
 
 use super::{DenoiseParams, STOP_FACTORS};
 use crate::math::max;

@@ -188,16 +188,16 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
                 let pixel = y * params.width + x;
                 let mut first = params.first_sample;
                 if params.flags & FLAG_PER_PIXEL_RANGE != 0 {
-                    // SAFETY: the pixel is of the image.
+                    // SAFETY: the pixel lies inside the image.
                     first = unsafe { load_shared::<PixelSums>(film, pixel) }.samples;
                     busy = first < params.end_sample;
                 }
                 path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
-                // SAFETY: the pixel is of the image.
+                // SAFETY: the pixel lies inside the image.
                 tile_entry = unsafe { tile_entry::tile_entry(params, scene, x, y) };
                 (sums, compensation) = (PixelSums::ZERO, Compensation::ZERO);
                 if params.resume != 0 {
-                    // SAFETY: the pixel is of the image.
+                    // SAFETY: the pixel lies inside the image.
                     unsafe {
                         (sums, compensation) = (
                             load_shared::<PixelSums>(film, pixel),
@@ -205,7 +205,7 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
                         )
                     };
                 } else if const { has(FEATURES, AOVS) } {
-                    // SAFETY: the pixel is of the image.
+                    // SAFETY: the pixel lies inside the image.
                     unsafe { store_shared(aovs, pixel, AovSums::ZERO) };
                 }
             }
@@ -237,7 +237,7 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
                     if params.flags & FLAG_END_OF_CHUNK != 0 {
                         sums.compensate(compensation);
                     }
-                    // SAFETY: the pixel is of the image.
+                    // SAFETY: the pixel lies inside the image.
                     unsafe {
                         store_shared(film, path.key.pixel, sums);
                         store_shared(compensations, path.key.pixel, compensation);

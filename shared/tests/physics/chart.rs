@@ -7,8 +7,8 @@ const ROWS: usize = 32;
 const COLUMNS: usize = 32;
 /// Number of cells of a chart.
 pub const CELLS: usize = ROWS * COLUMNS;
-/// Grid over all directions, fine around its axis: row a, column b of the unit square has sin²(θ/2)
-/// = a⁴ and φ = 2πb.
+/// Grid over all directions, fine around its axis. Row a, column b of the unit square is the
+/// direction with sin²(θ/2) = a⁴ and φ = 2πb.
 pub struct Chart {
     axis: DVec3,
     x: DVec3,

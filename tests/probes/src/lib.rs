@@ -8,9 +8,11 @@
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
 //! | 0 | uniform | by value | [`ProbeParams`](record::ProbeParams) |
-//! | 1 to 10 | storage, read | [`SceneLengths`](trisect_shared::scene::SceneLengths) by value, then pointers | the arrays of a scene, in its order |
+//! | 1 to 10 | storage, read | [`SceneLengths`] by value, then pointers | arrays of a scene |
 //! | 11 | storage, read | pointer | `[Input]` |
 //! | 12 | storage | pointer | `[Output]` |
+//!
+//! [`SceneLengths`]: trisect_shared::scene::SceneLengths
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 
