@@ -160,7 +160,7 @@ fn rendered_apart() {
     let double = render("double", "256..1024", &[]);
     refused([of[3], &double], &["samples 512 to 768"]);
     let other = render("other", "256..512", &["--seed", "6"]);
-    refused([of[0], &other], &["seed is 6 there"]);
+    refused([of[0], &other], &["seed is 6 in this file"]);
     // The refusals did not change the sum.
     assert_eq!(Checkpoint::read(sum.as_ref()).unwrap().film, whole);
 }
@@ -196,7 +196,7 @@ fn mistakes_are_named() {
     assert!(!fs::exists(&new).unwrap(), "what failed at once leaves nothing behind");
     fails(&["merge", &file, "-o", &folder.file("sum.jpg")], 2, &["sum.jpg"]);
     fails(&["render", "--checkpoint", "/nowhere/a.ckpt"], 1, &["/nowhere/a.ckpt"]);
-    fails(&["render", "--checkpoint", "/dev/null"], 1, &["/dev/null", "no regular file"]);
+    fails(&["render", "--checkpoint", "/dev/null"], 1, &["/dev/null", "not a regular file"]);
     fails(&["merge", &file, "-o", &file], 2, &["a.ckpt", "-o would overwrite"]);
 }
 
