@@ -198,7 +198,11 @@ fn outputs_are_files_or_devices() {
     let words = ["pipe.png", "this is a pipe", "regular files", "/dev/null", "/dev/stdout"];
     fails(&[&long[..], &["-o", &pipe]].concat(), 1, &words);
     fails(&[&long[..], &["-o", &image, "--stats", &pipe]].concat(), 1, &words);
-    fails(&[&long[..], &["-o", &image, "--checkpoint", &pipe]].concat(), 1, &["pipe.png", "not a regular file"]);
+    fails(
+        &[&long[..], &["-o", &image, "--checkpoint", &pipe]].concat(),
+        1,
+        &["pipe.png", "not a regular file"],
+    );
     let short = ["render", "--backend", "cpu", "--resolution", "16x9", "--spp", "1", "-o", &image];
     for stats in ["/dev/null", "/dev/stdout"] {
         let output = trisect(&[&short[..], &["--stats", stats]].concat());

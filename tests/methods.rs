@@ -132,7 +132,7 @@ fn tiles_without_memory_are_named() {
     let [full, other] = [&mut full, &mut other].map(|r| r.render(&settings, &mut ()).unwrap());
     assert_eq!(differing(&full.film, &other.film), 0);
     let [warning] = &full.stats.warnings()[..] else { panic!("{:?}", full.stats.warnings()) };
-    assert!(warning.starts_with("without tiles") && warning.contains("full allows 0"), "{warning}");
+    assert!(warning.starts_with("rendered without tiles") && warning.contains("full allows 0"), "{warning}");
     assert_eq!((full.stats.tile, other.stats.tile), (None, Some(8)));
     assert!(other.stats.warnings().is_empty() && other.stats.tiles_refused.is_none());
 }
