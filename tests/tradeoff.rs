@@ -104,7 +104,7 @@ fn knobs_and_their_prices() {
     assert!(repaired.status.success() && said.contains("warning") && said.contains("checksum"), "{said}");
     assert_ne!(fs::read(&kept).unwrap(), bytes);
     fs::write(&kept, &bytes[..40]).unwrap();
-    assert!(text(&lab("cornell_box.ron", &folder, &few).stderr).contains("cut off"));
+    assert!(text(&lab("cornell_box.ron", &folder, &few).stderr).contains("truncated"));
     fs::remove_dir_all(folder).unwrap();
 }
 
