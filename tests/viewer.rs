@@ -277,7 +277,8 @@ fn frames_of_wgpu() {
     viewer.quit();
 }
 
-/// Makes the README's picture: `cargo test --release -p trisect-tests --test viewer -- --ignored`.
+/// Makes the picture of docs/how-to/denoise.md: `cargo test --release -p trisect-tests --test
+/// viewer -- --ignored`.
 #[test]
 #[ignore = "makes docs/viewer.png, which a run of the tests must not change, and checks nothing: the tests above do"]
 fn screenshot() {
