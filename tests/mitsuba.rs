@@ -1,5 +1,5 @@
-//! Images agree with those of an independent program, Mitsuba 3 (`tests/reference/mitsuba`), by
-//! blocks of pixels and as a whole.
+//! Compares renders of the CPU with images of Mitsuba 3 (`tests/reference/mitsuba`), by blocks of
+//! 8 x 8 pixels and as a whole. Each scene has negative controls, which must be detected.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::path::PathBuf;
@@ -16,8 +16,9 @@ fn folder() -> PathBuf {
     folders.into_iter().find(|folder| folder.exists()).expect("tests/reference/mitsuba")
 }
 
-/// Returns the reference's blocks. The pixels share the variance of their block evenly, which gives
-/// the stored variance of the block and of the whole.
+/// Reads the reference: `NAME.pfm`, and the standard error of each block's mean from
+/// `NAME.error.pfm`. Each of a block's n pixels gets n times the block's variance, so that
+/// [`Blocks`] computes the stored variance again.
 fn reference(name: &str) -> Blocks {
     let read = |name: String| Image::read(&folder().join(name)).unwrap();
     let (mean, error) = (read(format!("{name}.pfm")), read(format!("{name}.error.pfm")));
@@ -35,6 +36,8 @@ fn scene(name: &str) -> Scene {
     Scene::load(&folder().join(name).with_extension("ron")).unwrap()
 }
 
+/// Renders a scene and compares it with the reference. A relative difference of 1e-4 is allowed,
+/// for f32 sums in the reference and the resampling of environment maps.
 fn compare(scene: &Scene, reference: &Blocks, samples: u32) -> BlockTest {
     let settings = Settings { samples, seed: 3, ..scene.settings() };
     let film = film(&mut cpu(scene), &settings);
@@ -42,16 +45,15 @@ fn compare(scene: &Scene, reference: &Blocks, samples: u32) -> BlockTest {
     Blocks::new(&film).compare(reference, 1e-4)
 }
 
-/// Returns whether the difference is noise. `compare` allows a rounding of 1e-4: of f32 in the
-/// reference's sums, and of the environment map's resampling.
+/// Returns whether the difference is noise.
 fn agrees(test: &BlockTest) -> bool {
     test.passes()
 }
 
-/// A mutant of a scene, with its name.
-type Mutant = (&'static str, fn(&mut Scene));
+/// Negative control: the name of a fault, and the function that puts it into a scene.
+type Fault = (&'static str, fn(&mut Scene));
 
-fn check(name: &str, samples: u32, faults: &[Mutant]) {
+fn check(name: &str, samples: u32, faults: &[Fault]) {
     let (good, reference) = (scene(name), reference(name));
     let test = compare(&good, &reference, samples);
     eprintln!("{name}: {test:?}");

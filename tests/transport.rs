@@ -8,7 +8,7 @@ use trisect_tests::renders::{film, lit};
 use trisect_tests::statistics::Known;
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
-/// Returns the samples per pixel. The CPU has time for more, and so checks the negative controls.
+/// Returns the samples per pixel: `cpu` on the CPU, where the negative controls run, else `others`.
 fn samples(subject: BackendUnderTest, cpu: u32, others: u32) -> u32 {
     if subject == BackendUnderTest::Cpu { cpu } else { others }
 }
@@ -20,8 +20,8 @@ fn is(film: &Film, want: f64) -> bool {
     known.holds()
 }
 
-/// The scenes of lights over a plane have the irradiance that their files derive.
-fn irradiance_is_known(subject: BackendUnderTest) {
+/// The image's mean is the radiance of the lit plane that each scene file derives.
+fn radiance_is_known(subject: BackendUnderTest) {
     let cases = [
         ("light_disc.ron", 0.4),
         ("light_sphere.ron", 0.375),
@@ -30,7 +30,7 @@ fn irradiance_is_known(subject: BackendUnderTest) {
     ];
     for (name, want) in cases {
         let scene = scene(name);
-        // The choice among three lights is noise, too.
+        // The random choice of one of three lights adds noise.
         let many = if name == "light_punctual.ron" { 4096 } else { 512 };
         let settings = Settings { samples: samples(subject, many, 8), ..scene.settings() };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
@@ -42,4 +42,4 @@ fn irradiance_is_known(subject: BackendUnderTest) {
     }
 }
 
-for_each_backend!(irradiance_is_known);
+for_each_backend!(radiance_is_known);

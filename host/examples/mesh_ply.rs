@@ -4,8 +4,9 @@
 //! cargo run --release --example mesh_ply -- scenes/generated/asteroid.ply [frequency]
 //! ```
 //!
-//! There are 20 · frequency² triangles: 1,310,720 for the default of 256. The bytes are equal on
-//! all machines, because nothing but sums, products, quotients and square roots of f32 makes them.
+//! Each edge of an icosahedron is cut into `frequency` parts, which gives 20 · frequency²
+//! triangles: 1,310,720 for the default of 256. The bytes are equal on all machines, because only
+//! exactly rounded f32 operations make them.
 
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;
@@ -27,8 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns points and triangles of the unit sphere: each side of an icosahedron is cut into
-/// frequency² triangles that share vertices along its edges.
+/// Returns points and triangles of the unit sphere: each face of an icosahedron is cut into
+/// frequency² triangles, and faces share the vertices on their edges.
 fn sphere(frequency: u32) -> (Vec<Vec3>, Vec<UVec3>) {
     let golden = (1.0 + 5.0f32.sqrt()) / 2.0;
     let corners = [
@@ -46,7 +47,7 @@ fn sphere(frequency: u32) -> (Vec<Vec3>, Vec<UVec3>) {
         [-golden, 0.0, 1.0],
     ]
     .map(|corner| Vec3::from(corner).normalize());
-    const SIDES: [[u32; 3]; 20] = [
+    const FACES: [[u32; 3]; 20] = [
         [0, 11, 5],
         [0, 5, 1],
         [0, 1, 7],
@@ -72,10 +73,11 @@ fn sphere(frequency: u32) -> (Vec<Vec3>, Vec<UVec3>) {
     let mut points = Vec::with_capacity(count);
     points.extend(corners);
     let mut triangles = Vec::with_capacity(20 * (frequency * frequency) as usize);
-    // First index of the points between two corners. They run from the lower corner to the higher.
+    // First index of the points on the edge between two corners, ordered from the corner with the
+    // smaller index to that with the larger.
     let mut edges = BTreeMap::new();
     let n = frequency;
-    for [a, b, c] in SIDES {
+    for [a, b, c] in FACES {
         for (from, to) in [(a, b), (b, c), (a, c)] {
             let (low, high) = (from.min(to), from.max(to));
             edges.entry((low, high)).or_insert_with(|| {
@@ -165,6 +167,7 @@ fn noise(point: Vec3) -> f32 {
     mix(side(0), side(1), s.z)
 }
 
+/// Returns a hash of a cell: coordinates times large primes, mixed by Wellons' lowbias32.
 fn hash(x: i32, y: i32, z: i32) -> u32 {
     let mut h = (x as u32).wrapping_mul(0x8da6_b343)
         ^ (y as u32).wrapping_mul(0xd816_3841)

@@ -1,4 +1,5 @@
-//! Writes a scene of `trisect bench report`, with any number of spheres, as a scene file.
+//! Writes a scene of `trisect bench report`, with 1 to 10,000,000 spheres, to standard output as a
+//! scene file.
 //!
 //! ```text
 //! cargo run --release --example sphere_scene -- 10000 > scenes/generated/spheres_10000.ron

@@ -1,21 +1,21 @@
 //! Alias tables: sampling of a discrete distribution in constant time (Walker, 1977; construction
 //! by Vose, 1991). They choose lights by power, and texels of environment maps.
 
-/// Row of an alias table. A lookup draws a row and a random 32-bit word; it returns the row's own
-/// entry if the word is below `threshold`, else entry `alias`.
+/// Row of an alias table; row i belongs to weight i. A lookup draws a row i and a random 32-bit
+/// word; it returns i if the word is below `threshold`, else `alias`. A full row has `alias` = i.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Probability of the row's own entry, in units of 2⁻³².
+    /// Probability of the row's own index, in units of 2⁻³².
     pub threshold: u32,
-    /// Index of the entry that shares the row.
+    /// Index that shares the row.
     pub alias: u32,
 }
 
 /// Returns the table for `weights`, which are finite and not negative, with one row for each.
-/// Returns `None` if there are no weights or all are zero.
+/// Returns `None` if the sum of the weights is 0 or not finite.
 ///
-/// Each entry's probability is its share of the sum, within 2⁻³² of a row's probability. An entry
-/// of weight zero is never returned.
+/// Each index has the probability of its share of the sum, within about 2⁻³²: each of the n rows
+/// adds an error of at most 2⁻³² / n. An index of weight zero is never returned.
 pub fn table(weights: &[f64]) -> Option<Vec<Row>> {
     let sum: f64 = weights.iter().sum();
     if !(sum > 0.0 && sum.is_finite()) {

@@ -88,9 +88,14 @@ pub struct RenderStats {
     pub unwritten_pixels: u64,
     /// Number of path segments (rays) traced.
     pub segments: u64,
-    /// Millions of samples per second of device time.
+    /// Samples that this run rendered, with rejected ones; a film that continues a checkpoint has
+    /// more.
+    pub rendered_samples: u64,
+    /// Path segments that this run traced.
+    pub rendered_segments: u64,
+    /// Millions of rendered samples per second of device time.
     pub msamples_per_second: f64,
-    /// Millions of segments per second of device time.
+    /// Millions of traced segments per second of device time.
     pub msegments_per_second: f64,
 }
 
@@ -120,23 +125,15 @@ impl RenderStats {
             rejected_samples: 0,
             unwritten_pixels: 0,
             segments: 0,
+            rendered_samples: 0,
+            rendered_segments: 0,
             msamples_per_second: 0.0,
             msegments_per_second: 0.0,
         }
     }
 
     pub(crate) fn finish(&mut self, counts: FilmCounts, render: Duration, merge: Duration, read: Duration) {
-        let FilmCounts { samples, rejected, segments, unwritten } = counts;
-        self.phases.render_seconds = render.as_secs_f64();
-        self.phases.merge_seconds = merge.as_secs_f64();
-        self.phases.read_seconds = read.as_secs_f64();
-        self.samples = samples;
-        self.rejected_samples = rejected;
-        self.unwritten_pixels = unwritten;
-        self.segments = segments;
-        let seconds = self.device_seconds.max(1e-9);
-        self.msamples_per_second = (samples + rejected) as f64 / seconds * 1e-6;
-        self.msegments_per_second = segments as f64 / seconds * 1e-6;
+        self.finish_from(FilmCounts::default(), counts, render, (merge, read));
     }
 
     /// Sets the results as `finish` does, for a film that had the samples `before`: these took no
@@ -148,26 +145,50 @@ impl RenderStats {
         render: Duration,
         (merge, read): (Duration, Duration),
     ) {
-        self.finish(counts, render, merge, read);
-        let seconds = self.device_seconds.max(1e-9);
-        let samples = (counts.samples + counts.rejected).saturating_sub(before.samples + before.rejected);
-        self.msamples_per_second = samples as f64 / seconds * 1e-6;
-        self.msegments_per_second = counts.segments.saturating_sub(before.segments) as f64 / seconds * 1e-6;
+        let FilmCounts { samples, rejected, segments, unwritten } = counts;
+        self.phases.render_seconds = render.as_secs_f64();
+        self.phases.merge_seconds = merge.as_secs_f64();
+        self.phases.read_seconds = read.as_secs_f64();
+        self.samples = samples;
+        self.rejected_samples = rejected;
+        self.unwritten_pixels = unwritten;
+        self.segments = segments;
+        self.rendered_samples = (samples + rejected).saturating_sub(before.samples + before.rejected);
+        self.rendered_segments = segments.saturating_sub(before.segments);
+        let [samples, segments] = self.rates(self.device_seconds);
+        (self.msamples_per_second, self.msegments_per_second) = (samples, segments);
     }
 
-    /// Returns one line for people.
+    /// Returns the millions of rendered samples and of traced segments per second.
+    fn rates(&self, seconds: f64) -> [f64; 2] {
+        [self.rendered_samples, self.rendered_segments].map(|count| count as f64 / seconds.max(1e-9) * 1e-6)
+    }
+
+    /// Returns one line for people: what this run rendered. The rates of several ranks are by wall
+    /// clock, because their device times overlap.
     pub fn summary(&self) -> String {
-        format!(
-            "{} samples, {:.2} segments each, in {:.3} s on {} ({}): {:.1} Msamples/s, {:.1} Msegments/s by {}",
-            self.samples,
-            self.segments as f64 / self.samples.max(1) as f64,
-            self.phases.render_seconds,
-            self.device.backend,
-            self.device.name,
-            self.msamples_per_second,
-            self.msegments_per_second,
-            self.device.timer,
-        )
+        let Self { rendered_samples: count, device, phases, .. } = self;
+        let (place, timer, [samples, segments]) = match &self.cluster {
+            Some(cluster) => {
+                let place = format!("{} ranks", cluster.ranks.len());
+                (place, "wall clock", self.rates(phases.render_seconds))
+            }
+            None => {
+                let place = format!("{} ({})", device.backend, device.name);
+                (place, device.timer, [self.msamples_per_second, self.msegments_per_second])
+            }
+        };
+        let mut text = format!(
+            "{count} samples, {:.2} segments each, in {:.3} s on {place}: {samples:.1} Msamples/s, \
+             {segments:.1} Msegments/s by {timer}",
+            self.rendered_segments as f64 / (*count).max(1) as f64,
+            phases.render_seconds,
+        );
+        let in_film = self.samples + self.rejected_samples;
+        if in_film != *count {
+            text += &format!("; the film has {in_film} samples");
+        }
+        text
     }
 
     /// Returns more lines for people: kernel, method, and the time of each phase.

@@ -1,4 +1,5 @@
-//! Places and sizes: rounding errors of hits.
+//! Tests the limits `FarFromOrigin`, `TooSmall` and `NearSurface` of `trisect check`: measures the
+//! rounding errors of hits in f32 against f64, and compares them with the predicted errors.
 
 use super::{Random, agrees, described, found, grey, spread};
 use glam::{DVec3, Vec3};
@@ -9,7 +10,8 @@ use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::Shear;
 
-/// Returns the distance of the first hit of a sphere in f64, for a unit `direction`.
+/// Returns the distance to a sphere in f64, from an `origin` outside it along a unit `direction`;
+/// NaN for a miss.
 fn exact(center: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> f64 {
     let from = origin - center;
     let b = -from.dot(direction);
@@ -18,13 +20,14 @@ fn exact(center: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> f64 {
     c / if b >= 0.0 { b + root } else { b - root }
 }
 
+/// Returns a direction rounded to f32, and the unit vector in f64 along the rounded direction.
 fn unit(direction: DVec3) -> (Vec3, DVec3) {
     let rounded = direction.as_vec3();
     (rounded, rounded.as_dvec3().normalize())
 }
 
-/// Returns errors of the hits of a sphere at `place`, relative to its size, as root mean square and
-/// maximum. Rays start at distances that are usual for a camera.
+/// Returns the errors of hit distances on a sphere near `place`, in radii: root mean square and
+/// maximum. Rays start 2 to 8 radii from the centre.
 fn sphere_errors(place: DVec3, radius: f64) -> (f64, f64) {
     let mut random = Random(1);
     spread((0..2000).filter_map(|_| {
@@ -53,7 +56,7 @@ fn small_spheres_far_from_the_origin() {
             assert!(ratio > 4096.0 || greatest < 1e-3, "{radius} {ratio}: {greatest:e}");
         }
     }
-    // The knee: from a distance of 2²³ radii on, nothing of the sphere is where it should be.
+    // At coordinates of 2²⁴ radii, neighbours in f32 are two radii apart.
     let (typical, _) = sphere_errors(DVec3::splat(f64::from(1 << 24)), 1.0);
     assert!(typical > 0.5, "{typical}");
     // Another space moves it back.
@@ -63,18 +66,18 @@ fn small_spheres_far_from_the_origin() {
     assert_eq!(found(&scene, Limit::FarFromOrigin).len(), 0);
 }
 
-/// Hits a flat thing of scenes far from the origin from above, in f32, and returns the root mean
-/// square error of the distance, relative to its size.
+/// Returns the root mean square error of hit distances on a flat shape far from the origin,
+/// relative to its size. Rays in f32 hit it from above, from a height of 2 to 3 sizes.
 fn flat_errors(
     far: f64,
     size: f64,
-    text: impl Fn(DVec3, f64) -> SceneDocument,
+    document: impl Fn(DVec3, f64) -> SceneDocument,
     hit: impl Fn(&Scene, Vec3, Vec3) -> f32,
 ) -> f64 {
     let mut random = Random(2);
     let errors = (0..300).map(|_| {
         let place = DVec3::new(far, far, -far) * (1.0 + 0.1 * random.number());
-        let scene = text(place, size).lower(Rebase::IDENTITY).unwrap();
+        let scene = document(place, size).lower(Rebase::IDENTITY).unwrap();
         let height = (2.0 + random.number()) * size;
         let origin = place + DVec3::new(0.3 * size, height, 0.2 * size);
         let distance = f64::from(hit(&scene, origin.as_vec3(), Vec3::NEG_Y));
@@ -126,7 +129,7 @@ fn small_triangles_far_from_the_origin() {
 
 #[test]
 fn triangles_without_area_in_single_precision() {
-    // A triangle that is not too thin has an area, however small it is.
+    // Only the shape matters, not the size: see `Triangle::MIN_SQUARE`.
     for size in [1e-3, 3e-10, 1e-12] {
         let scene = triangle(DVec3::ZERO, size);
         assert!(found(&scene, Limit::TooSmall).is_empty(), "{size}");
@@ -140,7 +143,7 @@ fn triangles_without_area_in_single_precision() {
     }
 }
 
-/// Returns a number as a device has it that flushes subnormal numbers to 0.
+/// Returns `x` as a device computes it that flushes subnormal numbers to 0.
 fn flushed(x: f32) -> f32 {
     if x.abs() < f32::MIN_POSITIVE { 0.0 } else { x }
 }
@@ -148,8 +151,7 @@ fn flushed(x: f32) -> f32 {
 #[test]
 fn spheres_whose_squares_are_subnormal() {
     for radius in [1e-18, 5e-18, 7e-18, 1e-17] {
-        // The share of the square of a vector as long as the radius that the sphere's test loses at
-        // worst.
+        // Relative loss of |v|², for vectors v of length `radius`, if subnormal squares become 0.
         let mut random = Random(3);
         let losses = (0..20_000).map(|_| {
             let v = (random.direction() * radius).as_vec3();
@@ -168,8 +170,9 @@ fn spheres_whose_squares_are_subnormal() {
     }
 }
 
-/// Returns root mean square errors for an eye at a height above a large sphere: of the distance,
-/// relative; and of the hit's place, in units of radius · 2⁻²⁴.
+/// Returns two root mean square errors for an eye at `height` above a large sphere: the relative
+/// error of the hit distance, and the projected hit's distance from the surface in units of
+/// radius · 2⁻²⁴.
 fn ground_errors(radius: f64, height: f64) -> (f64, f64) {
     let mut random = Random(4);
     let (mut distances, mut points) = (Vec::new(), Vec::new());
@@ -195,10 +198,10 @@ fn ground_errors(radius: f64, height: f64) -> (f64, f64) {
 
 /// A large sphere as the ground, as in torture test 30.
 #[test]
-fn a_great_sphere_as_ground() {
+fn a_large_sphere_as_ground() {
     for radius in [1e3, 1e4, 1e5, 1e6] {
         for height in [0.1, 1.0, 10.0] {
-            // The eye is off the axes: along an axis, a radius of few digits is exact.
+            // The direction from eye to centre is no axis: there, round coordinates would be exact.
             let (x, y, z) = (0.48 * (radius + height), 0.6 * (radius + height), 0.64 * (radius + height));
             let scene = grey(&format!(
                 "Sphere(center: ({:e}, {:e}, {:e}), radius: {radius}, material: \"grey\")",
@@ -227,7 +230,7 @@ fn a_great_sphere_as_ground() {
 }
 
 #[test]
-fn small_spheres_on_a_great_one() {
+fn small_spheres_on_a_large_one() {
     let scene = |radius: f64, size: f64| {
         described(&format!(
             "camera: (look_from: (0, 1, 3), look_at: (0, 0, 0), vertical_fov: 40),
@@ -241,7 +244,7 @@ fn small_spheres_on_a_great_one() {
     assert_eq!(found(1e3, 0.2), []);
     let beyond = found(1e4, 0.2);
     assert_eq!((beyond.len(), &*beyond[0].what), (1, "objects[0], a sphere of \"grey\""));
-    // Hits are off by 0.25 to 4 R u, as `a_great_sphere_as_ground` measures.
+    // Hits are off by 0.25 to 4 R u, as `a_large_sphere_as_ground` measures.
     assert!((beyond[0].predicted.value / (1e4 * ROUNDING / 0.2) - 1.0).abs() < 1e-6);
 }
 

@@ -1,26 +1,27 @@
-//! Allocation of samples to tiles.
+//! Distributes samples over tiles in proportion to their noise: the noise map of one half gives the
+//! sample counts of the other. `renderer`, `goal` and `budget` call it.
 
 use super::Tiles;
 use super::noise_map::{NoiseMap, TileNoise};
 use rayon::prelude::*;
 use trisect_shared::rng::PathKey;
 
-/// Minimum samples of a tile relative to the mean: what a noise map found quiet may hide something.
+/// Minimum samples of a tile relative to the mean, because a noise map may miss rare bright paths.
 const MIN_SHARE: f64 = 0.125;
 
-/// Maximum samples of a tile relative to the mean: limits what one noise map can cause.
+/// Maximum samples of a tile relative to the mean, in case a noise map overestimates its noise.
 const MAX_SHARE: f64 = 32.0;
 
 /// Returns the samples of each tile's pixels relative to the mean over all pixels, for a half, from
 /// the noise of the other half. The error for a given amount of work is minimal if they are
 /// proportional to the root of variance over work (Neyman's allocation).
-pub(super) fn relative_samples(survey: &NoiseMap, half: usize, tiles: &Tiles) -> Vec<f64> {
+pub(super) fn relative_samples(noise_map: &NoiseMap, half: usize, tiles: &Tiles) -> Vec<f64> {
     let other = 1 - half;
-    let own: Vec<f64> = survey.tiles.iter().map(|tile| tile.variance[other]).collect();
-    let around = tiles.around(&own);
-    // A quiet tile beside a noisy one saw less than there is.
-    let variance = own.iter().zip(&around).map(|(own, around)| own.max(*around));
-    let work = survey.tiles.iter().map(|tile| tile.work[other].max(1.0));
+    let variances: Vec<f64> = noise_map.tiles.iter().map(|tile| tile.variance[other]).collect();
+    let around = tiles.around(&variances);
+    // A tile counts at least as noisy as its surroundings: it may have missed their bright paths.
+    let variance = variances.iter().zip(&around).map(|(own, around)| own.max(*around));
+    let work = noise_map.tiles.iter().map(|tile| tile.work[other].max(1.0));
     let mut wanted: Vec<f64> = variance.zip(work).map(|(v, w)| (v / w).sqrt()).collect();
     // The bounds change the mean; a few rounds of normalisation settle it.
     for _ in 0..8 {
@@ -44,44 +45,46 @@ fn mean(values: &[f64], tiles: &Tiles) -> f64 {
     sum / pixels.max(1.0)
 }
 
-/// Returns the squared error of an image whose tiles have these sample counts in each half.
-pub(super) fn error(survey: &NoiseMap, tiles: &Tiles, counts: [&dyn Fn(usize) -> f64; 2]) -> f64 {
+/// Returns the relMSE of an image with these samples per pixel in each tile, by half.
+pub(super) fn rel_mse(noise_map: &NoiseMap, tiles: &Tiles, counts: [&dyn Fn(usize) -> f64; 2]) -> f64 {
     let of = |tile: usize| {
-        let variance = survey.tiles[tile].variance;
+        let variance = noise_map.tiles[tile].variance;
         (0..2).map(|half| 0.25 * variance[half] / counts[half](tile).max(1e-9)).sum::<f64>()
     };
     mean(&(0..tiles.len()).map(of).collect::<Vec<_>>(), tiles)
 }
 
-/// Returns the work of `counts` samples of each tile's pixels, for a half, in segments.
-pub(super) fn work(survey: &NoiseMap, tiles: &Tiles, half: usize, counts: &dyn Fn(usize) -> f64) -> f64 {
-    let of = |tile: usize, found: &TileNoise| {
-        found.work[half].max(1.0) * counts(tile) * f64::from(tiles.size(tile))
+/// Returns the work in segments if the pixels of each tile take `counts` samples, for a half.
+pub(super) fn work(noise_map: &NoiseMap, tiles: &Tiles, half: usize, counts: &dyn Fn(usize) -> f64) -> f64 {
+    let of = |tile: usize, noise: &TileNoise| {
+        noise.work[half].max(1.0) * counts(tile) * f64::from(tiles.size(tile))
     };
-    survey.tiles.iter().enumerate().map(|(tile, found)| of(tile, found)).sum()
+    noise_map.tiles.iter().enumerate().map(|(tile, noise)| of(tile, noise)).sum()
 }
 
 /// Returns the work of uniform sampling over that of adaptive sampling for the same error. Each
 /// half's allocation comes from the other's noise, so the noise of the estimate does not overstate
 /// the gain.
-pub(super) fn gain(survey: &NoiseMap, tiles: &Tiles) -> f64 {
-    let shapes = [0, 1].map(|half| relative_samples(survey, half, tiles));
+pub(super) fn gain(noise_map: &NoiseMap, tiles: &Tiles) -> f64 {
+    let shares = [0, 1].map(|half| relative_samples(noise_map, half, tiles));
     let one: &dyn Fn(usize) -> f64 = &|_| 1.0;
     let by = |half: usize| {
-        let shape = &shapes[half];
-        move |tile: usize| shape[tile]
+        let share = &shares[half];
+        move |tile: usize| share[tile]
     };
     let all = |counts: [&dyn Fn(usize) -> f64; 2]| {
-        error(survey, tiles, counts) * (0..2).map(|half| work(survey, tiles, half, counts[half])).sum::<f64>()
+        rel_mse(noise_map, tiles, counts)
+            * (0..2).map(|half| work(noise_map, tiles, half, counts[half])).sum::<f64>()
     };
     let adaptive = all([&by(0), &by(1)]);
     if adaptive > 0.0 { all([one, one]) / adaptive } else { 1.0 }
 }
 
-/// Number of samples that each tile takes next for a given amount of work. Tiles fill up to a
-/// common level relative to their shares, as water fills a vessel.
+/// Samples that each tile takes next for a given amount of work, by water-filling: all tiles are
+/// raised to a common level, the samples per pixel over the tile's share ([`relative_samples`]).
+/// Tiles above the level take none.
 pub(super) struct Allocation<'a> {
-    shape: &'a [f64],
+    share: &'a [f64],
     taken: &'a [u32],
     max_samples: f64,
     /// Work by level, linear between steps: one where a tile begins to take samples, and one where
@@ -102,21 +105,22 @@ impl<'a> Allocation<'a> {
     /// Builds the allocation for the tiles of a half. Each tile has `taken` samples and takes at
     /// most `most` more.
     pub fn new(
-        (survey, tiles): (&NoiseMap, &Tiles),
+        (noise_map, tiles): (&NoiseMap, &Tiles),
         half: usize,
-        shape: &'a [f64],
+        share: &'a [f64],
         taken: &'a [u32],
         most: f64,
     ) -> Self {
         // Path lengths are the other half's, too: a half's own samples decide nothing about it.
-        let each = |tile: usize| survey.tiles[tile].work[1 - half].max(1.0) * f64::from(tiles.size(tile));
+        let each = |tile: usize| noise_map.tiles[tile].work[1 - half].max(1.0) * f64::from(tiles.size(tile));
+        // At first `slope` is the change of slope at a step; the loop below turns it into the sum.
         let begin = |tile: usize| {
-            let slope = each(tile) * shape[tile];
-            Step { level: f64::from(taken[tile]) / shape[tile], work: 0.0, slope }
+            let slope = each(tile) * share[tile];
+            Step { level: f64::from(taken[tile]) / share[tile], work: 0.0, slope }
         };
         let end = |tile: usize| {
-            let slope = -each(tile) * shape[tile];
-            Step { level: (f64::from(taken[tile]) + most) / shape[tile], work: 0.0, slope }
+            let slope = -each(tile) * share[tile];
+            Step { level: (f64::from(taken[tile]) + most) / share[tile], work: 0.0, slope }
         };
         let all = 0..tiles.len();
         let mut steps: Vec<Step> = match most < f64::MAX {
@@ -130,10 +134,10 @@ impl<'a> Allocation<'a> {
             slope = f64::max(slope + step.slope, 0.0);
             (step.work, step.slope, level) = (work, slope, step.level);
         }
-        Self { shape, taken, max_samples: most, steps }
+        Self { share, taken, max_samples: most, steps }
     }
 
-    /// Returns the level up to which this work fills.
+    /// Returns the level that `available` segments of work reach.
     fn level(&self, available: f64) -> f64 {
         let after = self.steps.partition_point(|step| step.work <= available);
         let Some(step) = after.checked_sub(1).and_then(|before| self.steps.get(before)) else { return 0.0 };
@@ -146,15 +150,15 @@ impl<'a> Allocation<'a> {
         }
     }
 
-    /// Returns the samples that each tile takes for this work.
-    pub fn next(&self, available: f64) -> impl Fn(usize) -> f64 + use<'_, 'a> {
+    /// Returns a function from a tile to the samples per pixel that it takes for this work.
+    pub fn count_of_tile(&self, available: f64) -> impl Fn(usize) -> f64 + use<'_, 'a> {
         let level = self.level(available);
-        move |tile| (level * self.shape[tile] - f64::from(self.taken[tile])).clamp(0.0, self.max_samples)
+        move |tile| (level * self.share[tile] - f64::from(self.taken[tile])).clamp(0.0, self.max_samples)
     }
 
-    /// Returns the samples of all tiles for this work.
+    /// Returns the samples per pixel that each tile takes for this work.
     pub fn counts(&self, available: f64) -> Vec<f64> {
-        (0..self.shape.len()).map(self.next(available)).collect()
+        (0..self.share.len()).map(self.count_of_tile(available)).collect()
     }
 }
 
@@ -173,36 +177,36 @@ pub(super) fn round_stochastically(counts: &[f64], seed: u32, pass: u32) -> Vec<
 mod tests {
     use super::*;
 
-    fn survey(variances: &[f64]) -> NoiseMap {
+    fn noise_map(variances: &[f64]) -> NoiseMap {
         let tiles =
             variances.iter().map(|&v| TileNoise { variance: [v; 2], work: [2.0; 2], error: 0.0 }).collect();
         NoiseMap { error: 0.0, tiles }
     }
 
-    /// Two far-apart regions of variance 1 and 16: sample counts of 1 to 4, and 25 / 34 of the work
-    /// for the same error.
+    /// Two far-apart regions of variance 1 and 16: sample counts in the ratio 1 : 4, and 25 / 34 of
+    /// the work for the same error.
     #[test]
     fn samples_go_where_the_noise_is() {
         let tiles = Tiles::new(8 * 200, 8);
         let variances: Vec<f64> = (0..200).map(|tile| if tile < 100 { 1.0 } else { 16.0 }).collect();
-        let survey = survey(&variances);
-        let shape = relative_samples(&survey, 0, &tiles);
-        assert!((shape[150] / shape[50] - 4.0).abs() < 1e-9, "{} {}", shape[150], shape[50]);
-        assert!((mean(&shape, &tiles) - 1.0).abs() < 1e-9);
-        let gain = gain(&survey, &tiles);
+        let noise_map = noise_map(&variances);
+        let share = relative_samples(&noise_map, 0, &tiles);
+        assert!((share[150] / share[50] - 4.0).abs() < 1e-9, "{} {}", share[150], share[50]);
+        assert!((mean(&share, &tiles) - 1.0).abs() < 1e-9);
+        let gain = gain(&noise_map, &tiles);
         assert!((gain - 8.5 / 6.25).abs() < 0.02, "{gain}");
-        let even = super::gain(&self::survey(&[3.0; 200]), &tiles);
+        let even = super::gain(&self::noise_map(&[3.0; 200]), &tiles);
         assert!((even - 1.0).abs() < 1e-9);
     }
 
-    /// Noise that one half found attracts samples of the other half, never its own, because a half
+    /// Noise of one half attracts samples of the other half, never its own, because a half
     /// that is bright by chance must not decide about itself.
     #[test]
     fn halves_steer_each_other() {
         let tiles = Tiles::new(8 * 200, 8);
-        let mut found = survey(&[1.0; 200]);
-        found.tiles[150].variance[0] = 100.0;
-        let [first, second] = [0, 1].map(|half| relative_samples(&found, half, &tiles));
+        let mut noise = noise_map(&[1.0; 200]);
+        noise.tiles[150].variance[0] = 100.0;
+        let [first, second] = [0, 1].map(|half| relative_samples(&noise, half, &tiles));
         assert!(first.iter().all(|&share| (share - 1.0).abs() < 1e-9), "{}", first[150]);
         assert!(second[150] > 5.0 && second[50] < 1.0, "{} {}", second[150], second[50]);
     }
@@ -210,9 +214,10 @@ mod tests {
     #[test]
     fn what_was_taken_counts() {
         let tiles = Tiles::new(16, 8);
-        let survey = survey(&[1.0, 1.0]);
+        let noise_map = noise_map(&[1.0, 1.0]);
         let next = |most, samples: f64| {
-            Allocation::new((&survey, &tiles), 0, &[0.5, 1.5], &[10, 10], most).counts(64.0 * 2.0 * samples)
+            Allocation::new((&noise_map, &tiles), 0, &[0.5, 1.5], &[10, 10], most)
+                .counts(64.0 * 2.0 * samples)
         };
         // Of 40 samples the tiles should have 10 and 30. Both have 10, so neither has too many.
         assert_eq!(next(f64::MAX, 20.0), [0.0, 20.0]);
@@ -232,19 +237,19 @@ mod tests {
             let work = 1.0 + f64::from(word(tile, 0) % 100) / 10.0;
             TileNoise { variance: [1.0; 2], work: [work; 2], error: 0.0 }
         };
-        let survey = NoiseMap { error: 0.0, tiles: (0..300).map(tile).collect() };
-        let shape: Vec<f64> = (0..300).map(|tile| f64::from(1 + word(tile, 1) % 32) / 8.0).collect();
+        let noise_map = NoiseMap { error: 0.0, tiles: (0..300).map(tile).collect() };
+        let share: Vec<f64> = (0..300).map(|tile| f64::from(1 + word(tile, 1) % 32) / 8.0).collect();
         let taken: Vec<u32> = (0..300).map(|tile| word(tile, 2) % 64).collect();
         for (most, samples) in [(f64::MAX, 1e3), (f64::MAX, 1e6), (256.0, 1e3), (256.0, 1e5), (256.0, 1e9)] {
-            let filling = Allocation::new((&survey, &tiles), 1, &shape, &taken, most);
+            let filling = Allocation::new((&noise_map, &tiles), 1, &share, &taken, most);
             let counts = filling.counts(samples);
-            let spent = work(&survey, &tiles, 0, &|tile| counts[tile]);
-            let all = work(&survey, &tiles, 0, &|_| most);
+            let spent = work(&noise_map, &tiles, 0, &|tile| counts[tile]);
+            let all = work(&noise_map, &tiles, 0, &|_| most);
             assert!((spent / samples.min(all) - 1.0).abs() < 1e-9, "{most} {samples}: {spent}");
             assert!(counts.iter().all(|&count| (0.0..=most).contains(&count)));
         }
         // Negative control: some tiles have more than their share, and give nothing back.
-        let filling = Allocation::new((&survey, &tiles), 1, &shape, &taken, f64::MAX);
+        let filling = Allocation::new((&noise_map, &tiles), 1, &share, &taken, f64::MAX);
         let counts = filling.counts(1e5);
         assert!(counts.contains(&0.0) && counts.iter().any(|&count| count > 1.0), "{counts:?}");
     }

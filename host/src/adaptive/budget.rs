@@ -62,7 +62,7 @@ const MAX_PASSES: usize = 32;
 
 /// Image made within the time.
 pub(super) struct BudgetResult<'a> {
-    pub taker: AdaptiveRenderer<'a>,
+    pub renderer: AdaptiveRenderer<'a>,
     pub noise: Noise,
     pub adaptive: bool,
     pub gain: f64,
@@ -140,14 +140,15 @@ pub(super) fn render_within<'a>(
     let slower = rehearsal.map_or(0.0, |rehearsal| rehearsal.aov_share());
     let filter = filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected, slower));
     let filter = filter.map(|filter| filter.with_trials(whole));
-    let asked = settings.guides || filter.is_some();
-    if !asked {
+    let with_aovs = settings.guides || filter.is_some();
+    if !with_aovs {
         halves.drop_aovs();
     }
-    let mut taker = AdaptiveRenderer::with(renderer, &Settings { guides: asked, ..best }, halves, observer);
-    let (pass, taken) = match rehearsal.and_then(|rehearsal| rehearsal.pass(asked)) {
+    let mut renderer =
+        AdaptiveRenderer::with(renderer, &Settings { guides: with_aovs, ..best }, halves, observer);
+    let (pass, taken) = match rehearsal.and_then(|rehearsal| rehearsal.pass(with_aovs)) {
         Some(pass) => (pass, 0),
-        None => (PassTime::of_one(&mut taker)?, 1),
+        None => (PassTime::of_one(&mut renderer)?, 1),
     };
     let mut clock =
         PassCostModel { chunk: pass.beside, tile_launch: TILE_LAUNCH_COST * pass.beside, rate: 0.0 };
@@ -161,13 +162,14 @@ pub(super) fn render_within<'a>(
     let fits = looks && start.elapsed().as_secs_f64() + f64::from(more) * pass.each + pass.beside < whole;
     let more = if fits { more } else { 0 };
     if more > 0 {
-        taker.render_uniform(more)?;
+        renderer.render_uniform(more)?;
     }
     let looking = Instant::now();
-    let mut survey = if looks { taker.noise_map() } else { NoiseMap::uniform(taker.halves.tiles()) };
+    let mut noise_map = if looks { renderer.noise_map() } else { NoiseMap::uniform(renderer.halves.tiles()) };
     let look = looking.elapsed().as_secs_f64();
     let left = 1.0 - (PARTS.len() as f64 * (look + clock.tile_launch) / whole).min(1.0);
-    let (adaptive, gain) = if looks { decide(plan.adaptive, &survey, &taker, left) } else { (false, 1.0) };
+    let (adaptive, gain) =
+        if looks { decide(plan.adaptive, &noise_map, &renderer, left) } else { (false, 1.0) };
     let beside = if adaptive { look + clock.tile_launch } else { clock.chunk };
     let before_last = 1.0 - (LAST.0 * beside / whole).clamp(LAST.1[0], LAST.1[1]);
     let few = [MIDDLE.1, before_last, 1.0];
@@ -177,22 +179,23 @@ pub(super) fn render_within<'a>(
         () => &few[1..],
     };
     let of_one: f64 = {
-        let tiles = taker.halves.tiles();
-        (0..2).map(|half| allocate::work(&survey, tiles, half, &|_| 1.0)).sum()
+        let tiles = renderer.halves.tiles();
+        (0..2).map(|half| allocate::work(&noise_map, tiles, half, &|_| 1.0)).sum()
     };
     clock.rate = of_one / pass.each;
     let first = parts.first().copied().unwrap_or(1.0) * whole - start.elapsed().as_secs_f64();
     // At least one sample, or there is no image.
-    if taker.halves.samples() == 0 && clock.fits(first, Launches { chunks: 1, tile_launches: 0 }) < of_one {
-        taker.render_uniform(1)?;
+    if renderer.halves.samples() == 0 && clock.fits(first, Launches { chunks: 1, tile_launches: 0 }) < of_one
+    {
+        renderer.render_uniform(1)?;
     }
-    let mut work = 0.5 * taker.mean_samples() * of_one;
+    let mut work = 0.5 * renderer.mean_samples() * of_one;
     if work > 0.0 {
-        clock.rate = work / taker.totals.device.as_secs_f64().max(1e-9);
+        clock.rate = work / renderer.totals.device.as_secs_f64().max(1e-9);
     }
     let mut choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
     for index in 0..MAX_PASSES {
-        if !taker.should_continue() {
+        if !renderer.should_continue() {
             break;
         }
         let part = parts.get(index).copied().unwrap_or(1.0);
@@ -200,7 +203,7 @@ pub(super) fn render_within<'a>(
             (Some(filter), Some(taken)) => filter.reserve(taken),
             _ => 0.0,
         };
-        let end = part * (whole - reserve - image_seconds(&taker));
+        let end = part * (whole - reserve - image_seconds(&renderer));
         let left = end - start.elapsed().as_secs_f64();
         let least = match adaptive {
             true => Launches { tile_launches: 1, chunks: 0 },
@@ -215,13 +218,14 @@ pub(super) fn render_within<'a>(
         }
         // Not if measuring the noise takes as long as it may gain.
         if index > 0 && adaptive && look < COSTLY * whole {
-            survey = taker.noise_map();
+            noise_map = renderer.noise_map();
         }
         let left = end - start.elapsed().as_secs_f64();
-        taker.progress = start.elapsed().as_secs_f64() / whole;
+        renderer.progress = start.elapsed().as_secs_f64() / whole;
         let room = |launches| clock.fits(left, launches);
         let own = (LAUNCHES * left / clock.tile_launch.max(1e-9)).clamp(1.0, f64::from(u32::MAX)) as u32;
-        let spent = taker.run_pass(&survey, adaptive, &PassBudget { work: &room, max_tile_launches: own })?;
+        let spent =
+            renderer.run_pass(&noise_map, adaptive, &PassBudget { work: &room, max_tile_launches: own })?;
         if spent.work <= 0.0 && index + 1 >= parts.len() {
             break;
         }
@@ -231,10 +235,10 @@ pub(super) fn render_within<'a>(
             && taken.is_open()
         {
             let left = clock.fits(whole - start.elapsed().as_secs_f64(), Launches::default());
-            let more = if taker.should_continue() { (work + left) / work } else { 1.0 };
-            taken.decide(filter, &mut taker, more)?;
-            if !taken.may_be() && !settings.guides {
-                taker.drop_aovs();
+            let more = if renderer.should_continue() { (work + left) / work } else { 1.0 };
+            taken.decide(filter, &mut renderer, more)?;
+            if !taken.may_filter() && !settings.guides {
+                renderer.drop_aovs();
                 if let Some(PassTime { each, beside }) = rehearsal.and_then(|rehearsal| rehearsal.pass(false))
                 {
                     (clock.chunk, clock.rate) = (beside, of_one / each);
@@ -244,17 +248,28 @@ pub(super) fn render_within<'a>(
     }
     let trial = choice.as_ref().and_then(Choice::trial);
     let filtered = match (filter, choice) {
-        (Some(filter), Some(taken)) => filter.finish(&mut taker, &taken)?,
+        (Some(filter), Some(taken)) => filter.finish(&mut renderer, &taken)?,
         _ => None,
     };
     let (image, filtered) = match filtered {
         Some((image, filtered)) => (image, Some(filtered)),
-        None => (taker.halves.image(), None),
+        None => (renderer.halves.image(), None),
     };
     let time = start.elapsed();
-    taker.finish();
-    let noise = taker.noise();
-    Ok(BudgetResult { noise, taker, adaptive, gain, trials, image, filtered, filter: trial, time, preparing })
+    renderer.finish();
+    let noise = renderer.noise();
+    Ok(BudgetResult {
+        noise,
+        renderer,
+        adaptive,
+        gain,
+        trials,
+        image,
+        filtered,
+        filter: trial,
+        time,
+        preparing,
+    })
 }
 
 /// Compiles the kernels that a filter needs with each strategy, and measures the filter.
@@ -278,6 +293,6 @@ fn is_too_large(error: &Error) -> bool {
 }
 
 /// Returns the seconds to make the image from the sums, estimated at a few nanoseconds per pixel.
-fn image_seconds(taker: &AdaptiveRenderer) -> f64 {
-    5e-9 * taker.settings.pixels() as f64
+fn image_seconds(renderer: &AdaptiveRenderer) -> f64 {
+    5e-9 * renderer.settings.pixels() as f64
 }

@@ -22,7 +22,7 @@ pub struct DualBuffers {
     pixels: [Vec<PixelTotals>; 2],
     /// AOV sums in `f32`: the filter's edge stopping needs no more precision.
     aovs: [Vec<AovSums>; 2],
-    /// Samples of each tile's pixels.
+    /// Number of samples per pixel of each tile, by half.
     taken: [Vec<u32>; 2],
 }
 
@@ -44,7 +44,7 @@ impl DualBuffers {
         &self.tiles
     }
 
-    /// Returns the samples of the pixels of each tile, for a half.
+    /// Returns the number of samples per pixel of each tile, for a half.
     pub fn taken(&self, half: usize) -> &[u32] {
         &self.taken[half]
     }
@@ -68,8 +68,8 @@ impl DualBuffers {
         self.taken[half].iter_mut().for_each(|taken| *taken = taken.saturating_add(samples));
     }
 
-    /// Adds the AOV sums of a pass of `samples` samples to a half. A film has the AOV sums of all
-    /// its samples or of none.
+    /// Adds the AOV sums of a pass of `samples` samples to a half. The caller adds those of every
+    /// pass or of none.
     pub fn add_aovs(&mut self, half: usize, guides: &[AovSums], samples: u32) {
         self.allocate_aovs();
         let pixels = self.aovs[half].par_iter_mut().zip(guides).with_min_len(TASK);
@@ -89,8 +89,8 @@ impl DualBuffers {
         });
     }
 
-    /// Allocates missing memory for AOV sums: in parallel, because the first touch of
-    /// fresh memory takes the time.
+    /// Allocates AOV sums where they are missing. It fills them in parallel, because the first
+    /// touch of fresh memory is slow.
     pub fn allocate_aovs(&mut self) {
         let pixels = self.pixels[0].len().max(self.pixels[1].len());
         for guides in self.aovs.iter_mut().filter(|guides| guides.len() != pixels) {
@@ -98,7 +98,7 @@ impl DualBuffers {
         }
     }
 
-    /// Writes the sums and AOV sums of a half as kernels do, pixel by pixel.
+    /// Writes the sums and AOV sums of a half in the kernels' format, rounded to f32.
     pub fn sums(&self, half: usize, sums: &mut [PixelSums], guides: &mut [AovSums]) {
         let pixels = sums.par_iter_mut().zip(&self.pixels[half]).with_min_len(TASK);
         pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
@@ -119,8 +119,7 @@ impl DualBuffers {
         });
     }
 
-    /// Frees AOV sums that no later pass will have: on another thread, because that takes time,
-    /// too.
+    /// Frees the AOV sums, on another thread because freeing is slow.
     pub fn drop_aovs(&mut self) {
         let guides = std::mem::take(&mut self.aovs);
         rayon::spawn(move || drop(guides));
@@ -167,9 +166,9 @@ impl DualBuffers {
         }
     }
 
-    /// Returns the image as a film: sums over the samples of both halves, such that their mean and
-    /// its variance are those of the image. If the halves have equal numbers of samples, these are
-    /// the plain sums.
+    /// Returns a film whose pixels have the mean of the image and the variance of that mean. If the
+    /// halves have equal numbers of samples, its sums are the plain sums of both. Its coverage is
+    /// empty.
     pub fn film(&self) -> Film {
         let [a, b] = &self.pixels;
         let pixels = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b)).collect();
@@ -195,7 +194,8 @@ fn merge(total: &mut AovSums, guides: &AovSums, samples: u32) {
     total.add(*guides);
 }
 
-/// Returns totals with the mean of two means, and its variance.
+/// Returns totals of both halves of a pixel: the plain sums if the halves have equal numbers of
+/// samples or one has none, otherwise sums whose mean is the average of the halves' means.
 fn both(a: &PixelTotals, b: &PixelTotals) -> PixelTotals {
     let mut sum = *a;
     sum.add(b);
@@ -205,10 +205,10 @@ fn both(a: &PixelTotals, b: &PixelTotals) -> PixelTotals {
     let n = sum.samples as f64;
     let means = [a, b].map(PixelTotals::mean);
     let variances = [a, b].map(PixelTotals::variance_of_mean);
-    let apart = a.samples.min(b.samples) < 2;
+    let too_few = a.samples.min(b.samples) < 2;
     for c in 0..3 {
         let mean = 0.5 * (means[0][c] + means[1][c]);
-        let variance = match apart {
+        let variance = match too_few {
             true => 0.25 * (means[0][c] - means[1][c]).powi(2),
             false => 0.25 * (variances[0][c] + variances[1][c]),
         };
@@ -248,7 +248,7 @@ mod tests {
         assert!(((1.0 + 3.0 + 4.0 + 5.0 + 6.0 + 9.0) / 6.0f64 - 4.0).abs() > 0.1);
     }
 
-    /// With one sample in a half, only the other half tells the variance.
+    /// If a half has one sample, the variance comes from the difference of the halves.
     #[test]
     fn one_sample_has_no_variance() {
         let mut halves = DualBuffers::new(1, 1);

@@ -38,20 +38,22 @@ pub(super) struct Reached {
 /// passes.
 pub(super) fn decide(
     wanted: Adaptive,
-    survey: &NoiseMap,
-    taker: &AdaptiveRenderer,
+    noise_map: &NoiseMap,
+    renderer: &AdaptiveRenderer,
     left: f64,
 ) -> (bool, f64) {
     // One sample has no variance. Only the difference of the halves would tell the noise, and a
     // half would steer itself by it.
-    if (0..2).any(|half| taker.halves.taken(half).iter().any(|&taken| taken < 2)) {
+    if (0..2).any(|half| renderer.halves.taken(half).iter().any(|&taken| taken < 2)) {
         return (false, 1.0);
     }
-    let gain = allocate::gain(survey, taker.halves.tiles());
+    let gain = allocate::gain(noise_map, renderer.halves.tiles());
     let adaptive = match wanted {
         Adaptive::On => true,
         Adaptive::Off => false,
-        Adaptive::Auto => gain * left > if taker.apart() { MIN_GAIN_SOBOL } else { MIN_GAIN },
+        Adaptive::Auto => {
+            gain * left > if renderer.variance_from_halves() { MIN_GAIN_SOBOL } else { MIN_GAIN }
+        }
     };
     (adaptive, gain)
 }
@@ -64,51 +66,56 @@ pub(super) fn decide(
 ///
 /// Errors of rendering.
 pub(super) fn reach(
-    taker: &mut AdaptiveRenderer,
+    renderer: &mut AdaptiveRenderer,
     target: f64,
     most: u32,
     adaptive: Adaptive,
 ) -> Result<Reached, Error> {
     // Few, so that most samples are distributed by noise, but enough to estimate the noise.
     let first = FIRST.min(most / 4).max(2.min(most / 2)).max(1);
-    taker.render_uniform(first)?;
+    renderer.render_uniform(first)?;
     loop {
-        let survey = taker.noise_map();
-        let (adaptive, gain) = decide(adaptive, &survey, taker, 1.0);
-        let samples = taker.mean_samples();
-        taker.progress = (target / survey.error).powi(2).max(samples / f64::from(most));
+        let noise_map = renderer.noise_map();
+        let (adaptive, gain) = decide(adaptive, &noise_map, renderer, 1.0);
+        let samples = renderer.mean_samples();
+        renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
         // A hundredth of a sample is not worth another pass.
-        let is_enough = samples + 0.01 >= f64::from(most) || !taker.should_continue();
-        if survey.error <= target || is_enough || !survey.error.is_finite() {
-            return Ok(Reached { noise: taker.noise(), adaptive, gain });
+        let is_enough = samples + 0.01 >= f64::from(most) || !renderer.should_continue();
+        if noise_map.error <= target || is_enough || !noise_map.error.is_finite() {
+            return Ok(Reached { noise: renderer.noise(), adaptive, gain });
         }
-        let one: f64 = (0..2).map(|half| allocate::work(&survey, taker.halves.tiles(), half, &|_| 1.0)).sum();
+        let one: f64 =
+            (0..2).map(|half| allocate::work(&noise_map, renderer.halves.tiles(), half, &|_| 1.0)).sum();
         let left = (f64::from(most) - samples) * 0.5 * one;
         let now = samples * 0.5 * one;
-        let missing = missing(&survey, taker, target, adaptive, now);
+        let missing = missing(&noise_map, renderer, target, adaptive, now);
         let step = if missing < LAST_STEP * now { missing } else { (STEP * missing).min(MAX_STEP * now) };
         let more = step.min(left);
-        taker.run_pass(&survey, adaptive, &PassBudget { work: &|_| more, max_tile_launches: u32::MAX })?;
+        renderer.run_pass(
+            &noise_map,
+            adaptive,
+            &PassBudget { work: &|_| more, max_tile_launches: u32::MAX },
+        )?;
     }
 }
 
 /// Returns the work that is missing until the target, by a noise map: at least a fiftieth of the
 /// work done, `now`, so that few steps reach the target.
-fn missing(survey: &NoiseMap, taker: &AdaptiveRenderer, target: f64, adaptive: bool, now: f64) -> f64 {
-    let tiles = taker.halves.tiles();
-    let ratio = (survey.error / target).powi(2);
+fn missing(noise_map: &NoiseMap, renderer: &AdaptiveRenderer, target: f64, adaptive: bool, now: f64) -> f64 {
+    let tiles = renderer.halves.tiles();
+    let ratio = (noise_map.error / target).powi(2);
     if !adaptive {
         return (now * (ratio - 1.0)).max(0.02 * now);
     }
-    let shapes = [0, 1].map(|half| allocate::relative_samples(survey, half, tiles));
+    let shares = [0, 1].map(|half| allocate::relative_samples(noise_map, half, tiles));
     let fillings = [0, 1].map(|half| {
-        let taken = taker.halves.taken(half);
-        allocate::Allocation::new((survey, tiles), half, &shapes[half], taken, f64::MAX)
+        let taken = renderer.halves.taken(half);
+        allocate::Allocation::new((noise_map, tiles), half, &shares[half], taken, f64::MAX)
     });
     let after = |more: f64| {
-        let next = [0, 1].map(|half: usize| fillings[half].next(0.5 * more));
-        let count = |half: usize, tile| f64::from(taker.halves.taken(half)[tile]) + next[half](tile);
-        allocate::error(survey, tiles, [&|tile| count(0, tile), &|tile| count(1, tile)])
+        let next = [0, 1].map(|half: usize| fillings[half].count_of_tile(0.5 * more));
+        let count = |half: usize, tile| f64::from(renderer.halves.taken(half)[tile]) + next[half](tile);
+        allocate::rel_mse(noise_map, tiles, [&|tile| count(0, tile), &|tile| count(1, tile)])
     };
     // Relative to the noise map's own sum, which has the variances within halves.
     let wanted = after(0.0) / ratio;

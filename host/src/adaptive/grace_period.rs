@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 /// Total number of progress steps that an observer sees.
 pub(super) const STEPS: u64 = 1000;
 
-/// Observer with constant progress, which only passes on requests to stop.
+/// Observer that reports a fixed progress step (the second field, of [`STEPS`]) and passes on
+/// requests to stop.
 pub(super) struct StopPoll<'a>(pub &'a mut dyn RenderObserver, pub u64);
 
 impl RenderObserver for StopPoll<'_> {
@@ -28,21 +29,24 @@ const GRACE_PERIOD: Duration = Duration::from_secs(5);
 /// an image without it.
 pub(super) struct GracePeriodObserver<'a, F> {
     observer: &'a mut dyn RenderObserver,
-    at: u64,
+    /// Progress step that the observer sees during the pass, of [`STEPS`].
+    step: u64,
     /// Time of the first request to stop.
-    asked: &'a mut Option<Instant>,
+    stop_requested: &'a mut Option<Instant>,
+    /// Returns whether an image exists without the running pass.
     has_any: F,
+    /// True if this observer abandoned the pass.
     abandoned: bool,
 }
 
 impl<'a, F: Fn() -> bool> GracePeriodObserver<'a, F> {
     pub fn new(
         observer: &'a mut dyn RenderObserver,
-        at: u64,
-        asked: &'a mut Option<Instant>,
+        step: u64,
+        stop_requested: &'a mut Option<Instant>,
         has_any: F,
     ) -> Self {
-        Self { observer, at, asked, has_any, abandoned: false }
+        Self { observer, step, stop_requested, has_any, abandoned: false }
     }
 
     /// Returns the result of the pass, or `None` if this observer abandoned it.
@@ -57,13 +61,13 @@ impl<'a, F: Fn() -> bool> GracePeriodObserver<'a, F> {
 impl<F: Fn() -> bool> RenderObserver for GracePeriodObserver<'_, F> {
     fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         if !self.observer.should_continue() {
-            let asked = *self.asked.get_or_insert_with(Instant::now);
-            if asked.elapsed() > GRACE_PERIOD && (self.has_any)() {
+            let requested = *self.stop_requested.get_or_insert_with(Instant::now);
+            if requested.elapsed() > GRACE_PERIOD && (self.has_any)() {
                 self.abandoned = true;
                 return ControlFlow::Break(());
             }
         }
-        self.observer.progress(self.at, STEPS)
+        self.observer.progress(self.step, STEPS)
     }
 
     fn should_continue(&self) -> bool {

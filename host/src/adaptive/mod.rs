@@ -57,16 +57,16 @@ pub enum Adaptive {
     Auto,
 }
 
-/// Settings that [`Goal::Time`] may choose itself.
+/// Settings that a render with [`Goal::Time`] may choose; true if free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Free {
-    /// Russian roulette: on or off.
+    /// True if the render may switch Russian roulette on or off.
     pub roulette: bool,
-    /// First segment of Russian roulette.
+    /// True if the render may choose the first segment of Russian roulette.
     pub roulette_depth: bool,
-    /// Sampler.
+    /// True if the render may choose the sampler.
     pub sampler: bool,
-    /// Denoiser: on or off.
+    /// True if the render may denoise or not.
     pub denoise: bool,
 }
 
@@ -77,13 +77,13 @@ pub struct Request {
     pub goal: Goal,
     /// Distribution of samples over pixels.
     pub adaptive: Adaptive,
-    /// Settings that may be chosen.
+    /// Settings that may be chosen; [`Goal::Error`] ignores them.
     pub free: Free,
-    /// Denoiser; if that is free, the one that may be chosen.
+    /// Denoiser to use, or to try if [`Free::denoise`] is set; [`Goal::Error`] ignores it.
     pub denoise: Option<DenoiseSettings>,
 }
 
-/// Goal that no image can meet.
+/// Error of a goal that is out of range, or of a render that used all samples of a seed.
 #[derive(Clone, Debug, PartialEq, Eq, ThisError)]
 pub enum SamplingError {
     /// The target error is out of range.
@@ -106,7 +106,7 @@ pub enum SamplingError {
 /// Trial of a sampling strategy on some rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
-    /// Description of the strategy.
+    /// Strategy, in words.
     pub way: String,
     /// Samples per pixel.
     pub samples: u32,
@@ -137,7 +137,7 @@ pub struct Sampling {
     pub asked: f64,
     /// True if the goal was met: an error at most the target, or a time within 5 %.
     pub met: bool,
-    /// True if the observer ended the render.
+    /// True if the observer ended the render before the goal was met.
     pub ended: bool,
     /// Estimated noise of the samples.
     pub noise: Noise,
@@ -159,9 +159,9 @@ pub struct Sampling {
     pub filter: Option<FilterTrial>,
     /// Trials of strategies.
     pub trials: Vec<Trial>,
-    /// Seconds from the first sample to the image.
+    /// Seconds from the first sample to the image; with [`Goal::Error`], of the whole render.
     pub seconds: f64,
-    /// Seconds before the first sample, to compile kernels.
+    /// Seconds before the first sample, to compile kernels; 0 with [`Goal::Error`].
     pub preparing_seconds: f64,
 }
 
@@ -180,14 +180,14 @@ pub struct Strategy {
 pub struct Sampled {
     /// Sums of the image: those of both halves in one film.
     pub film: Film,
-    /// Image, denoised if [`Goal::Time`] chose a filter.
+    /// Image; with [`Goal::Time`] denoised, if that was requested or chosen.
     pub image: Image,
     /// Statistics of the render.
     pub stats: RenderStats,
 }
 
-/// Renders until the goal is reached or the observer ends the render; then the image has the
-/// samples so far. `settings.samples` is ignored.
+/// Renders until the goal is reached or the observer ends the render. In either case the image has
+/// all samples taken so far. `settings.samples` is ignored.
 ///
 /// # Errors
 ///
@@ -203,22 +203,22 @@ pub fn render(
     let start = Instant::now();
     match request.goal {
         Goal::Error { target, max_samples: most } => {
-            let mut taker = AdaptiveRenderer::new(renderer, settings, observer);
-            let reached = goal::reach(&mut taker, target, most, request.adaptive)?;
-            taker.finish();
+            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer);
+            let reached = goal::reach(&mut renderer, target, most, request.adaptive)?;
+            renderer.finish();
             let met = reached.noise.error <= target;
             let sampling = Sampling {
                 goal: "error",
                 asked: target,
                 met,
-                ended: !met && !taker.should_continue(),
+                ended: !met && !renderer.should_continue(),
                 adaptive: reached.adaptive,
                 adaptive_gain: reached.gain,
                 seconds: start.elapsed().as_secs_f64(),
-                ..of(&taker, reached.noise)
+                ..report_of(&renderer, reached.noise)
             };
-            let image = taker.halves.image();
-            Ok(sampled(taker, sampling, None, image))
+            let image = renderer.halves.image();
+            sampled(renderer, sampling, None, image)
         }
         Goal::Time(time) => {
             let plan = budget::BudgetPlan {
@@ -229,7 +229,7 @@ pub fn render(
             };
             let made = budget::render_within(renderer, settings, plan, observer)?;
             let seconds = made.time.as_secs_f64();
-            let found = of(&made.taker, made.noise);
+            let report = report_of(&made.renderer, made.noise);
             let met = (seconds / time.as_secs_f64() - 1.0).abs() <= 0.05;
             let denoise = made.filtered.as_ref().map(|filtered| filtered.denoise);
             // Without a trial, the filtered image is not known to be better than the samples.
@@ -238,19 +238,19 @@ pub fn render(
                 goal: "time",
                 asked: time.as_secs_f64(),
                 met,
-                ended: !met && found.ended,
+                ended: !met && report.ended,
                 expected_error: expected.unwrap_or(made.noise.error),
                 adaptive: made.adaptive,
                 adaptive_gain: made.gain,
-                way: Strategy { denoise, ..found.way },
+                way: Strategy { denoise, ..report.way },
                 filter: made.filter,
                 trials: made.trials,
                 seconds,
                 preparing_seconds: made.preparing.as_secs_f64(),
-                ..found
+                ..report
             };
             let done = made.filtered.as_ref().map(|filtered| (filtered.denoise, filtered.seconds));
-            Ok(sampled(made.taker, sampling, done, made.image))
+            sampled(made.renderer, sampling, done, made.image)
         }
     }
 }
@@ -271,19 +271,19 @@ pub fn render_dual_buffers(
     check(goal)?;
     settings.check_with(DualBuffers::BYTES_PER_PIXEL)?;
     let start = Instant::now();
-    let (taker, noise) = match goal {
+    let (renderer, noise) = match goal {
         Goal::Error { target, max_samples: most } => {
-            let mut taker = AdaptiveRenderer::new(renderer, settings, observer);
-            let noise = goal::reach(&mut taker, target, most, adaptive)?.noise;
-            (taker, noise)
+            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer);
+            let noise = goal::reach(&mut renderer, target, most, adaptive)?.noise;
+            (renderer, noise)
         }
         Goal::Time(time) => {
             let plan = budget::BudgetPlan { time, adaptive, free: Free::default(), denoise: None };
             let made = budget::render_within(renderer, settings, plan, observer)?;
-            (made.taker, made.noise)
+            (made.renderer, made.noise)
         }
     };
-    Ok((taker.halves, noise, start.elapsed().as_secs_f64()))
+    Ok((renderer.halves, noise, start.elapsed().as_secs_f64()))
 }
 
 /// Checks that a goal is valid.
@@ -303,18 +303,19 @@ pub fn check(goal: Goal) -> Result<(), SamplingError> {
     }
 }
 
-/// Returns the report as far as the image's samples determine it.
-fn of(taker: &AdaptiveRenderer, noise: Noise) -> Sampling {
-    let both = taker.halves.taken(0).iter().zip(taker.halves.taken(1)).map(|(a, b)| a.saturating_add(*b));
-    let Settings { sampler, roulette, .. } = taker.settings;
+/// Returns a report with the fields that the samples determine; the others have defaults.
+fn report_of(renderer: &AdaptiveRenderer, noise: Noise) -> Sampling {
+    let both =
+        renderer.halves.taken(0).iter().zip(renderer.halves.taken(1)).map(|(a, b)| a.saturating_add(*b));
+    let Settings { sampler, roulette, .. } = renderer.settings;
     Sampling {
         goal: "",
         asked: 0.0,
         met: false,
-        ended: !taker.should_continue(),
+        ended: !renderer.should_continue(),
         noise,
         expected_error: noise.error,
-        mean_samples: taker.mean_samples(),
+        mean_samples: renderer.mean_samples(),
         least_samples: both.clone().min().unwrap_or(0),
         most_samples: both.max().unwrap_or(0),
         adaptive: false,
@@ -328,23 +329,23 @@ fn of(taker: &AdaptiveRenderer, noise: Noise) -> Sampling {
 }
 
 fn sampled(
-    taker: AdaptiveRenderer,
+    renderer: AdaptiveRenderer,
     sampling: Sampling,
     filtered: Option<(DenoiseSettings, f64)>,
     image: Image,
-) -> Sampled {
-    let film = taker.halves.film();
+) -> Result<Sampled, Error> {
+    let film = renderer.halves.film();
     let samples = sampling.mean_samples.round().clamp(1.0, f64::from(u32::MAX)) as u32;
-    let settings = Settings { samples, ..taker.settings.clone() };
-    let mut stats = taker.renderer.stats_of(&settings, taker.totals.kernel);
-    stats.device_seconds = taker.totals.device.as_secs_f64();
-    stats.submissions = taker.totals.submissions;
+    let settings = Settings { samples, ..renderer.settings.clone() };
+    let mut stats = renderer.inner.statistics(&settings)?;
+    stats.device_seconds = renderer.totals.device.as_secs_f64();
+    stats.submissions = renderer.totals.submissions;
     stats.finish(film.counts(), Duration::from_secs_f64(sampling.seconds), Duration::ZERO, Duration::ZERO);
     if let Some((denoise, seconds)) = filtered {
         (stats.denoise, stats.denoise_seconds) = (Some(denoise), seconds);
     }
     stats.sampling = Some(sampling);
-    Sampled { film, image, stats }
+    Ok(Sampled { film, image, stats })
 }
 
 impl Sampling {
@@ -393,13 +394,5 @@ impl Sampling {
             )),
             _ => Some(format!("took {:.3} s, not {:.3} s", self.seconds, self.asked)),
         }
-    }
-}
-
-impl Renderer {
-    /// Returns the statistics of a render, without counts and times.
-    fn stats_of(&self, settings: &Settings, kernel: &'static str) -> RenderStats {
-        let variant = trisect_kernels::variant_by_name(kernel).unwrap_or(trisect_kernels::VARIANTS[0]);
-        RenderStats::new(self.backend().device(), settings, variant, self.phases().clone())
     }
 }

@@ -35,17 +35,18 @@ pub(super) struct NoiseMap {
 }
 
 impl Noise {
-    /// Returns the noise of an image; `apart` as in [`NoiseMap::new`].
-    pub(super) fn of(halves: &DualBuffers, apart: bool) -> Self {
+    /// Returns the noise of an image; `from_halves` as in [`NoiseMap::new`].
+    pub(super) fn of(halves: &DualBuffers, from_halves: bool) -> Self {
         let [first, second] = [0, 1].map(|half| halves.pixels(half));
         let pixels = first.par_iter().zip(second).with_min_len(TASK);
-        let mut errors: Vec<f32> = pixels.map(|(a, b)| PixelNoise::at([a, b], apart).error as f32).collect();
+        let mut errors: Vec<f32> =
+            pixels.map(|(a, b)| PixelNoise::at([a, b], from_halves).error as f32).collect();
         let place = (errors.len() * 99 / 100).min(errors.len().saturating_sub(1));
         let percentile = match errors.is_empty() {
             true => 0.0,
             false => f64::from(*errors.select_nth_unstable_by(place, f32::total_cmp).1),
         };
-        Self { error: NoiseMap::new(halves, apart).error, percentile_99: percentile.sqrt() }
+        Self { error: NoiseMap::new(halves, from_halves).error, percentile_99: percentile.sqrt() }
     }
 }
 
@@ -57,23 +58,23 @@ impl NoiseMap {
     }
 
     /// Measures an image. The variance of independent samples is that within each half. With
-    /// `apart`, samples are not independent (Sobol), and only the difference of the halves tells
-    /// the variance; so does it for a pixel with fewer than two samples in a half.
+    /// `from_halves`, samples are not independent (Sobol), and only the difference of the halves
+    /// tells the variance; so does it for a pixel with fewer than two samples in a half.
     ///
     /// The error is relative to the mean of both halves, the variances that steer samples to the
     /// mean of their own half. Relative to the other half's mean, pixels with a few bright samples
     /// would count far too much: where one half has such a sample, the other is dark
     /// (docs/notebook/samplers-and-adaptive.md).
-    pub fn new(halves: &DualBuffers, apart: bool) -> Self {
+    pub fn new(halves: &DualBuffers, from_halves: bool) -> Self {
         let tiles = halves.tiles();
         let of_tile = |index: usize| {
             let mut tile = TileNoise::default();
             for pixel in tiles.pixels(index) {
-                let look = PixelNoise::at([0, 1].map(|half| &halves.pixels(half)[pixel]), apart);
-                tile.error += look.error;
+                let pixel_noise = PixelNoise::at([0, 1].map(|half| &halves.pixels(half)[pixel]), from_halves);
+                tile.error += pixel_noise.error;
                 for half in 0..2 {
-                    tile.variance[half] += look.variance[half];
-                    tile.work[half] += look.work[half];
+                    tile.variance[half] += pixel_noise.variance[half];
+                    tile.work[half] += pixel_noise.work[half];
                 }
             }
             let size = f64::from(tiles.size(index));
@@ -84,14 +85,15 @@ impl NoiseMap {
             }
             tile
         };
-        let found: Vec<TileNoise> = (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
+        let tile_noises: Vec<TileNoise> =
+            (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
         let sizes = (0..tiles.len()).map(|tile| f64::from(tiles.size(tile)));
         // In order: a sum of floating-point numbers depends on it.
-        let (sum, pixels) = found
+        let (sum, pixels) = tile_noises
             .iter()
             .zip(sizes)
             .fold((0.0, 0.0), |(sum, pixels), (tile, size)| (sum + tile.error * size, pixels + size));
-        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: found }
+        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: tile_noises }
     }
 }
 
@@ -103,14 +105,14 @@ struct PixelNoise {
 }
 
 impl PixelNoise {
-    fn at(totals: [&PixelTotals; 2], apart: bool) -> Self {
+    fn at(totals: [&PixelTotals; 2], from_halves: bool) -> Self {
         let counts = totals.map(|total| total.samples as f64);
         // Few divisions, because this runs for every pixel.
         let inverse = counts.map(|count| 1.0 / count);
         let rest = counts.map(|count| 1.0 / (count - 1.0));
-        let apart = apart || counts.iter().any(|&count| count < 2.0);
+        let from_halves = from_halves || counts.iter().any(|&count| count < 2.0);
         let weight = |mean: f64| 1.0 / (3.0 * (mean * mean + EPSILON));
-        let mut look = Self { error: 0.0, variance: [0.0; 2], work: [0.0; 2] };
+        let mut pixel_noise = Self { error: 0.0, variance: [0.0; 2], work: [0.0; 2] };
         for c in 0..3 {
             let means = [0, 1].map(|half| totals[half].radiance[c].value() * inverse[half]);
             let difference = 0.25 * (means[0] - means[1]).powi(2);
@@ -127,16 +129,16 @@ impl PixelNoise {
                     }
                 };
                 within += variance;
-                look.variance[half] += variance * counts[half] * own;
+                pixel_noise.variance[half] += variance * counts[half] * own;
             }
-            look.error += both * if apart { difference } else { 0.25 * within };
+            pixel_noise.error += both * if from_halves { difference } else { 0.25 * within };
         }
-        look.work = [0, 1].map(|half| totals[half].segments as f64 * inverse[half].min(1.0));
+        pixel_noise.work = [0, 1].map(|half| totals[half].segments as f64 * inverse[half].min(1.0));
         // More samples would not lower the noise of a pixel that is not finite.
-        if !look.error.is_finite() || !look.variance.iter().all(|v| v.is_finite()) {
-            look = Self { error: 0.0, variance: [0.0; 2], ..look };
+        if !pixel_noise.error.is_finite() || !pixel_noise.variance.iter().all(|v| v.is_finite()) {
+            pixel_noise = Self { error: 0.0, variance: [0.0; 2], ..pixel_noise };
         }
-        look
+        pixel_noise
     }
 }
 
@@ -175,15 +177,15 @@ mod tests {
         let samples = 64;
         let want = |width: f64| (width * width / 3.0 / (2.0 * f64::from(samples)) / 1.01).sqrt();
         let expected = ((want(0.5).powi(2) + want(1.0).powi(2)) / 2.0).sqrt();
-        for apart in [false, true] {
-            let survey = NoiseMap::new(&halves(samples, 0.5, 1), apart);
-            let off = survey.error / expected - 1.0;
+        for from_halves in [false, true] {
+            let noise_map = NoiseMap::new(&halves(samples, 0.5, 1), from_halves);
+            let off = noise_map.error / expected - 1.0;
             // 128 pixels: the variance within halves is within 1 %, that of their difference within
             // 9 %.
-            assert!(off.abs() < if apart { 0.3 } else { 0.05 }, "{off}");
-            let noise = Noise::of(&halves(samples, 0.5, 1), apart);
-            assert!(noise.percentile_99 > noise.error && noise.error == survey.error);
-            let ratio = survey.tiles[1].variance[0] / survey.tiles[0].variance[0];
+            assert!(off.abs() < if from_halves { 0.3 } else { 0.05 }, "{off}");
+            let noise = Noise::of(&halves(samples, 0.5, 1), from_halves);
+            assert!(noise.percentile_99 > noise.error && noise.error == noise_map.error);
+            let ratio = noise_map.tiles[1].variance[0] / noise_map.tiles[0].variance[0];
             assert!((ratio / 4.0 - 1.0).abs() < 0.1, "{ratio}");
         }
         // Negative control: a quarter of the samples doubles the error.
@@ -193,7 +195,7 @@ mod tests {
 
     #[test]
     fn one_sample_each_is_enough_for_a_guess() {
-        let survey = NoiseMap::new(&halves(1, 0.5, 3), false);
-        assert!(survey.error.is_finite() && survey.error > 0.1);
+        let noise_map = NoiseMap::new(&halves(1, 0.5, 3), false);
+        assert!(noise_map.error.is_finite() && noise_map.error > 0.1);
     }
 }

@@ -18,10 +18,10 @@ pub(super) struct PassTime {
 
 impl PassTime {
     /// Measures a pass of one sample.
-    pub fn of_one(taker: &mut AdaptiveRenderer) -> Result<Self, Error> {
-        let (start, before) = (Instant::now(), taker.totals.device);
-        taker.render_uniform(1)?;
-        let each = (taker.totals.device - before).as_secs_f64();
+    pub fn of_one(renderer: &mut AdaptiveRenderer) -> Result<Self, Error> {
+        let (start, before) = (Instant::now(), renderer.totals.device);
+        renderer.render_uniform(1)?;
+        let each = (renderer.totals.device - before).as_secs_f64();
         Ok(Self { each: each.max(1e-9), beside: (start.elapsed().as_secs_f64() - each).max(0.0) })
     }
 }
@@ -66,9 +66,9 @@ pub(super) fn calibrate(
     }
     renderer.pin_chunks(plain.pixels() as usize, with_guides.guides);
     let mut one = |halves: DualBuffers, settings: &Settings| {
-        let mut taker = AdaptiveRenderer::with(renderer, settings, halves, observer);
-        let pass = PassTime::of_one(&mut taker)?;
-        Ok::<_, Error>((taker.halves, pass))
+        let mut renderer = AdaptiveRenderer::with(renderer, settings, halves, observer);
+        let pass = PassTime::of_one(&mut renderer)?;
+        Ok::<_, Error>((renderer.halves, pass))
     };
     let mut guided;
     (halves, guided) = one(halves, with_guides)?;

@@ -21,7 +21,6 @@ const OTHER_SEED: u32 = 0x9e37_79b9;
 pub(super) struct RenderTotals {
     pub device: Duration,
     pub submissions: u64,
-    pub kernel: &'static str,
 }
 
 /// Number of launches for each half.
@@ -54,7 +53,7 @@ pub(super) struct PassCost {
 
 /// Image that is being rendered.
 pub(super) struct AdaptiveRenderer<'a> {
-    pub renderer: &'a mut Renderer,
+    pub inner: &'a mut Renderer,
     pub settings: Settings,
     pub halves: DualBuffers,
     pub totals: RenderTotals,
@@ -114,12 +113,11 @@ impl<'a> AdaptiveRenderer<'a> {
         observer: &'a mut dyn RenderObserver,
     ) -> Self {
         let settings = settings.clone();
-        let took = RenderTotals { kernel: "", ..RenderTotals::default() };
         Self {
-            renderer,
+            inner: renderer,
             settings,
             halves,
-            totals: took,
+            totals: RenderTotals::default(),
             next: 0,
             tile_passes: 0,
             observer,
@@ -129,16 +127,16 @@ impl<'a> AdaptiveRenderer<'a> {
     }
 
     /// Returns whether only the difference of the halves tells the noise.
-    pub fn apart(&self) -> bool {
+    pub fn variance_from_halves(&self) -> bool {
         self.settings.sampler == Sampler::Sobol
     }
 
     pub fn noise_map(&self) -> NoiseMap {
-        NoiseMap::new(&self.halves, self.apart())
+        NoiseMap::new(&self.halves, self.variance_from_halves())
     }
 
     pub fn noise(&self) -> Noise {
-        Noise::of(&self.halves, self.apart())
+        Noise::of(&self.halves, self.variance_from_halves())
     }
 
     /// Returns the mean samples per pixel, over both halves together.
@@ -146,12 +144,12 @@ impl<'a> AdaptiveRenderer<'a> {
         self.halves.samples() as f64 / self.settings.pixels() as f64
     }
 
-    fn asked(&self) -> u64 {
+    fn progress_step(&self) -> u64 {
         (self.progress.clamp(0.0, 0.999) * STEPS as f64) as u64
     }
 
     fn check(&mut self) -> Result<(), Error> {
-        let at = self.asked();
+        let at = self.progress_step();
         match self.observer.progress(at, STEPS).is_break() {
             true => Err(Error::Cancelled),
             false => Ok(()),
@@ -198,13 +196,12 @@ impl<'a> AdaptiveRenderer<'a> {
             }
             took.device += sums.device;
             took.submissions += sums.submissions;
-            took.kernel = sums.kernel;
             taken.fetch_add(1, Ordering::Release);
             Ok(())
         };
         // An image exists once both halves have a chunk.
         let has_any = self.halves.samples() > 0;
-        let at = self.asked();
+        let at = self.progress_step();
         let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || {
             has_any || taken.load(Ordering::Acquire) >= seeds.len()
         });
@@ -226,7 +223,7 @@ impl<'a> AdaptiveRenderer<'a> {
             should_continue: &goes_on,
         };
         let state = (&mut self.halves, &mut self.totals);
-        let done = self.renderer.for_each_chunk(&parts, &mut watch, state, &take).map(|_| ());
+        let done = self.inner.for_each_chunk(&parts, &mut watch, state, &take).map(|_| ());
         patient.unless_abandoned(done)?;
         let taken = taken.into_inner();
         // The last chunk may be that of one half only.
@@ -259,11 +256,11 @@ impl<'a> AdaptiveRenderer<'a> {
                     continue;
                 }
                 self.check()?;
-                let at = self.asked();
+                let at = self.progress_step();
                 let own = TileSamples { tiles: &tiles, counts: &now, end };
                 let settings = of_half(&self.settings, half);
                 let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || has_any);
-                let sums = self.renderer.render_tile_samples(&settings, &own, &mut patient);
+                let sums = self.inner.render_tile_samples(&settings, &own, &mut patient);
                 let Some(sums) = patient.unless_abandoned(sums)? else {
                     // The other half may have taken its samples.
                     self.next = end;
@@ -284,7 +281,7 @@ impl<'a> AdaptiveRenderer<'a> {
     /// Takes as many samples as the budget allows: by noise, or evenly.
     pub fn run_pass(
         &mut self,
-        survey: &NoiseMap,
+        noise_map: &NoiseMap,
         adaptive: bool,
         room: &PassBudget,
     ) -> Result<PassCost, Error> {
@@ -293,18 +290,19 @@ impl<'a> AdaptiveRenderer<'a> {
         let mut launches = Launches::default();
         let work;
         if adaptive {
-            let shapes = [0, 1].map(|half| allocate::relative_samples(survey, half, &tiles));
+            let shares = [0, 1].map(|half| allocate::relative_samples(noise_map, half, &tiles));
             let within = |launches, most: f64| {
                 let work = 0.5 * (room.work)(launches);
                 [0, 1].map(|half| {
                     let taken = self.halves.taken(half);
-                    allocate::Allocation::new((survey, &tiles), half, &shapes[half], taken, most).counts(work)
+                    allocate::Allocation::new((noise_map, &tiles), half, &shares[half], taken, most)
+                        .counts(work)
                 })
             };
             launches.tile_launches = 1;
             let counts = within(launches, f64::MAX);
             let work_of = |half: usize, counts: &Vec<f64>, least: f64| {
-                allocate::work(survey, &tiles, half, &|tile| counts[tile].max(least))
+                allocate::work(noise_map, &tiles, half, &|tile| counts[tile].max(least))
             };
             let beside = |launches| (room.work)(Launches::default()) - (room.work)(launches);
             let each;
@@ -324,7 +322,7 @@ impl<'a> AdaptiveRenderer<'a> {
             }
             launches.tile_launches = self.render_per_tile([&counts[0], &counts[1]])?;
         } else {
-            let one: f64 = (0..2).map(|half| allocate::work(survey, &tiles, half, &|_| 1.0)).sum();
+            let one: f64 = (0..2).map(|half| allocate::work(noise_map, &tiles, half, &|_| 1.0)).sum();
             let fit = |launches| ((room.work)(launches) / one.max(1.0)).min(f64::from(u32::MAX / 4));
             let (samples, chunks) =
                 max_samples_within(self.next, &|chunks| fit(Launches { chunks, tile_launches: 0 }) as u32);

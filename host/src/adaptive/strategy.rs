@@ -202,9 +202,9 @@ pub(super) fn choose_strategy(
         }
         // Both halves are equal work: the slower one was disturbed.
         let seconds = 2.0 * device[0].min(device[1]).as_secs_f64();
-        let survey = NoiseMap::new(&halves, way.sampler == Sampler::Sobol);
-        let error = survey.error;
-        noises.push(survey.tiles.iter().map(|tile| tile.error).collect());
+        let noise_map = NoiseMap::new(&halves, way.sampler == Sampler::Sobol);
+        let error = noise_map.error;
+        noises.push(noise_map.tiles.iter().map(|tile| tile.error).collect());
         trials.push(Trial { way: name(way), samples: 2 * samples, seconds, error, cost: 0.0 });
     }
     let base = (trials[0].seconds.max(1e-9), trials[0].error * trials[0].error);

@@ -63,21 +63,21 @@ pub enum BackendError {
     /// Threads of the CPU could not be started.
     #[error(transparent)]
     Threads(#[from] ThreadError),
-    /// The driver reported an error.
+    /// An action on the device failed: the driver reported an error, or a call was out of order.
     #[error("{backend}: {action}: {message}")]
     Device {
         /// Name of the backend.
         backend: &'static str,
         /// Action that failed.
         action: &'static str,
-        /// Message of the driver.
+        /// Message of the driver or of this program.
         message: String,
     },
 }
 
 impl BackendError {
-    /// Returns whether the device is missing, failed or too small, so that another backend may
-    /// succeed.
+    /// Returns whether another backend may succeed: for all errors except invalid settings and a
+    /// `--device` that does not exist.
     pub fn is_of_device(&self) -> bool {
         !matches!(self, Self::Settings(_) | Self::NoSuchDevice { .. })
     }

@@ -51,6 +51,14 @@ pub struct RankArgs {
 }
 
 impl ClusterArgs {
+    /// Returns a warning if `--balance` has no effect.
+    #[cfg(feature = "mpi")]
+    pub fn without_effect(&self) -> Option<&'static str> {
+        (self.distribute == Some(DistributeArg::Average) && self.balance == BalanceArg::Dynamic).then_some(
+            "--balance dynamic has no effect with --distribute average, where each rank has a fixed share",
+        )
+    }
+
     /// Returns the first given option of ranks, if `--distribute` is not given.
     pub fn without_ranks(&self) -> Option<&'static str> {
         let RankArgs { block, spare, broadcast_scene, patience } = &self.ranks;

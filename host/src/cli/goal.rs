@@ -60,6 +60,23 @@ pub enum AdaptiveArg {
 /// Maximum mean samples per pixel, unless `--max-spp` is given.
 const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
 
+impl GoalArgs {
+    /// Returns a warning for each given option that has no effect on this command.
+    pub fn without_effect(&self) -> Vec<&'static str> {
+        let Self { budget, target_error, quality, adaptive, max_spp } = self;
+        let has_error = target_error.is_some() || *quality == Some(QualityGoal::Final);
+        let has_goal = has_error || budget.is_some() || quality.is_some();
+        let mut lines = Vec::new();
+        if adaptive.is_some() && !has_goal {
+            lines.push("--adaptive has no effect without a goal; add --budget, --target-error or --quality");
+        }
+        if max_spp.is_some() && !has_error {
+            lines.push("--max-spp has no effect without --target-error or --quality final; add one of them");
+        }
+        lines
+    }
+}
+
 impl RenderArgs {
     /// Returns the goal with what it may choose, or `None` if the command line has no goal.
     ///
@@ -118,6 +135,18 @@ fn parse_percent(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn options_without_effect_are_named() {
+        let none =
+            GoalArgs { budget: None, target_error: None, quality: None, adaptive: None, max_spp: None };
+        let both = GoalArgs { adaptive: Some(AdaptiveArg::On), max_spp: Some(8), ..none.clone() };
+        assert_eq!(both.without_effect().len(), 2);
+        let timed = GoalArgs { quality: Some(QualityGoal::Draft), ..both.clone() };
+        assert!(matches!(timed.without_effect()[..], [line] if line.starts_with("--max-spp")));
+        let with_error = GoalArgs { target_error: Some(0.01), ..both };
+        assert!(with_error.without_effect().is_empty() && none.without_effect().is_empty());
+    }
 
     #[test]
     fn times_and_percents() {

@@ -26,8 +26,7 @@ pub struct RenderArgs {
     pub checkpointing: CheckpointArgs,
 
     /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
-    /// variance, samples. Position and depth are in the space of the renderer, which differs from
-    /// the scene's if the scene has the field `space` (default: none).
+    /// variance, samples. Position and depth are in scene units (default: none).
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
 

@@ -116,7 +116,6 @@ pub fn render_into_film<N: Network>(
     let mut last_piece = start;
     let mut reported = false;
     let mut told = None;
-    let mut kernel = "";
 
     macro_rules! fail {
         ($error:expr) => {{
@@ -163,7 +162,7 @@ pub fn render_into_film<N: Network>(
         let nap = link.nap();
         while let Some(product) = workshop.next_product(if busy { Duration::ZERO } else { nap }) {
             busy = true;
-            let (piece, by) = match product {
+            let piece = match product {
                 Ok(product) => product,
                 Err(error) if rank == 0 => fail!(error),
                 Err(error) => {
@@ -175,7 +174,6 @@ pub fn render_into_film<N: Network>(
                     fail!(error)
                 }
             };
-            kernel = by;
             last_piece = Instant::now();
             own.render_seconds += piece.render_seconds;
             own.device_seconds += piece.device_seconds;
@@ -269,7 +267,7 @@ pub fn render_into_film<N: Network>(
             let report = ClusterReport::new(plan, work.choice.clone(), seconds, reports);
             let (counts, before, submissions) = (root.counts(), root.before, root.submissions);
             let picture = root.picture();
-            let finished = Finished { picture, report, counts, before, submissions, kernel };
+            let finished = Finished { picture, report, counts, before, submissions };
             return Ok((Some(finished), workshop.end().renderer));
         }
     }

@@ -80,7 +80,7 @@ impl ClusterReport {
         );
         for rank in &self.ranks {
             text += &format!(
-                "\n  {:>3} on {} ({}): render {:.3} s, wait {:.3}, sync {:.3}, {} pieces, {:.1} MB",
+                "\n  {:>3} on {} ({}): render {:.3} s, wait {:.3}, sync {:.3}, pieces {}, {:.1} MB",
                 rank.rank,
                 rank.host,
                 rank.device,

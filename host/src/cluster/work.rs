@@ -5,12 +5,10 @@ use super::image_part::WireFormat;
 use super::plan::{Balance, ClusterPlan, DistributionMode};
 use super::report::ClusterReport;
 use crate::Error;
-use crate::backend::Device;
 use crate::film::FilmCounts;
-use crate::render::Settings;
-use crate::stats::{Phases, RenderStats};
+use crate::render::{Renderer, Settings};
+use crate::stats::RenderStats;
 use std::time::Duration;
-use trisect_kernels::{VARIANTS, variant_by_name};
 
 /// Work that all ranks render together.
 #[derive(Clone, Debug)]
@@ -53,22 +51,23 @@ pub struct Finished {
     pub before: FilmCounts,
     /// Submissions of all ranks.
     pub submissions: u64,
-    /// Name of the root's kernel.
-    pub kernel: &'static str,
 }
 
 impl Finished {
     /// Returns the statistics of a render: those of the root's device, with the device seconds of
     /// all ranks.
-    pub fn stats(&self, device: &Device, settings: &Settings) -> RenderStats {
-        let variant = variant_by_name(self.kernel).unwrap_or(VARIANTS[0]);
-        let mut stats = RenderStats::new(device, settings, variant, Phases::default());
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] if the root's renderer has no kernel for these settings.
+    pub fn stats(&self, renderer: &Renderer, settings: &Settings) -> Result<RenderStats, Error> {
+        let mut stats = renderer.statistics(settings)?;
         stats.submissions = self.submissions;
         stats.device_seconds = self.report.ranks.iter().map(|rank| rank.device_seconds).sum();
         let seconds = Duration::from_secs_f64(self.report.seconds);
         stats.finish_from(self.before, self.counts, seconds, (Duration::ZERO, Duration::ZERO));
         stats.cluster = Some(self.report.clone());
-        stats
+        Ok(stats)
     }
 }
 

@@ -32,12 +32,9 @@ pub(super) struct WorkerState {
     pub phases: u32,
 }
 
-/// Image part, and the name of the kernel that rendered it.
-pub(super) type EncodedPart = (ImagePart, &'static str);
-
 /// Encodes rendered chunks as image parts.
 struct ChunkEncoder<'a> {
-    out: &'a mut (dyn FnMut(EncodedPart) + Send),
+    out: &'a mut (dyn FnMut(ImagePart) + Send),
     /// Ranges of chunks that are summed before they are sent.
     groups: Vec<Range<usize>>,
     /// Index of the next chunk.
@@ -52,9 +49,9 @@ struct ChunkEncoder<'a> {
 
 impl ChunkEncoder<'_> {
     /// Passes an image part on, with the time since the last one.
-    fn send(&mut self, (mut piece, kernel): EncodedPart) {
+    fn send(&mut self, mut piece: ImagePart) {
         piece.render_seconds = self.start.elapsed().as_secs_f64();
-        (self.out)((piece, kernel));
+        (self.out)(piece);
         (self.start, self.cost) = (Instant::now(), (0.0, 0.0, 0));
     }
 }
@@ -63,7 +60,7 @@ impl ChunkEncoder<'_> {
 pub(super) fn render(
     bench: &mut WorkerState,
     order: WorkItem,
-    out: &mut (dyn FnMut(EncodedPart) + Send),
+    out: &mut (dyn FnMut(ImagePart) + Send),
 ) -> Result<(), Error> {
     let WorkerState { renderer, settings, wire_format: travels, phases } = bench;
     let (width, WorkItem { rows, samples, strip }) = (settings.width, order);
@@ -99,7 +96,7 @@ pub(super) fn render(
         let samples = parts[chunks.start].start..part.end;
         let phase = if *phases > 1 { group as u32 } else { 0 };
         let encode = |rows: &RowSet, rendered: Rendered<'_>, cost| {
-            (ImagePart::new(rows, (samples.clone(), phase), width, *travels, &rendered, cost), sums.kernel)
+            ImagePart::new(rows, (samples.clone(), phase), width, *travels, &rendered, cost)
         };
         if chunks.len() == 1 {
             for (rows, pixels) in strips(&rows, strip, width) {

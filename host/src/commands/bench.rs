@@ -27,6 +27,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         Some(BenchCommand::Cluster(_)) => return Err(trisect::cluster::ClusterError::NotBuilt.into()),
         None => {}
     }
+    super::refuse_ranks_that_measure()?;
     if let Some(path) = &arguments.json {
         data::probe(path)?;
     }

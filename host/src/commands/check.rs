@@ -20,10 +20,11 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     let report = precision::check(&scene, &scene.settings());
     // Error with which a render would refuse the scene, such as a sky that is not a number.
     // Findings outside the range are printed first, because they may be its cause.
-    let refused = scene.clone().lower(Rebase::IDENTITY).err();
+    let lowered = scene.clone().lower(Rebase::IDENTITY).map(drop).map_err(Error::from);
+    let refused = lowered.and_then(|()| Ok(scene.settings().check()?)).err();
     let outside = report.is_outside();
     let refused = match refused {
-        Some(error) if !outside => return Err(error.into()),
+        Some(error) if !outside => return Err(error),
         refused => refused,
     };
     if let Some(path) = &arguments.write {
@@ -49,7 +50,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
         super::eprint(&format!("wrote {}", path.display()));
     }
     match refused {
-        Some(error) => Err(error.into()),
+        Some(error) => Err(error),
         None => Ok(if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS }),
     }
 }

@@ -211,11 +211,12 @@ fn window() -> Finding {
     Finding::works("window", "a display is named (trisect view)")
 }
 
-/// Returns the finding for a folder, by writing a temporary file to it.
+/// Returns the finding for a folder, by writing a temporary file to it. If the folder does not
+/// exist, the file is written to the nearest folder above it, in which it would be created.
 fn folder(part: &str, path: Option<&Path>, mend: &str) -> Finding {
     let Some(path) = path else { return Finding::missing(part, "there is no home folder", mend) };
-    let written = std::fs::create_dir_all(path)
-        .and_then(|()| tempfile::NamedTempFile::new_in(path))
+    let present = path.ancestors().find(|folder| folder.exists()).unwrap_or(path);
+    let written = tempfile::NamedTempFile::new_in(present)
         .and_then(|mut file| io::Write::write_all(&mut file, b"trisect").and_then(|()| file.close()));
     match written {
         Ok(()) => Finding::works(part, path.display().to_string()),

@@ -196,14 +196,32 @@ pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
     if let Some(name) = cluster.without_ranks() {
         return Err(ClusterError::Unsupported { what: format!("{name} is for several ranks"), remedy }.into());
     }
-    let ranks = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
-    match ranks.and_then(|ranks| ranks.parse::<u32>().ok()) {
-        Some(ranks) if ranks > 1 => {
+    match several_ranks() {
+        Some(ranks) => {
             let what = format!("mpirun started {ranks} ranks, and each would render the whole image");
             Err(ClusterError::Unsupported { what, remedy }.into())
         }
-        _ => Ok(()),
+        None => Ok(()),
     }
+}
+
+/// Refuses several processes of mpirun for a command that measures times: they would disturb each
+/// other and write the same files.
+pub fn refuse_ranks_that_measure() -> Result<(), Error> {
+    match several_ranks() {
+        Some(ranks) => {
+            let what = format!("mpirun started {ranks} ranks, and each would measure while the others run");
+            let remedy = "start one process, or measure the ranks with trisect bench cluster".to_owned();
+            Err(ClusterError::Unsupported { what, remedy }.into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Returns the number of ranks that mpirun started, if there are several.
+fn several_ranks() -> Option<u32> {
+    let ranks = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
+    ranks.and_then(|ranks| ranks.parse::<u32>().ok()).filter(|ranks| *ranks > 1)
 }
 
 /// Opens the backend that the command line names, and starts the shared thread pool.

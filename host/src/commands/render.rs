@@ -23,7 +23,7 @@ use trisect::denoise::DenoiseSettings;
 use trisect::film::{Film, SampleBlock};
 use trisect::image::{Image, ImageError};
 use trisect::output::exposure::{Exposed, Exposure};
-use trisect::output::layers::{self, Aov};
+use trisect::output::layers::{self, Aov, FilmPlace};
 use trisect::output::{Format, Outputs};
 use trisect::render::Settings;
 use trisect::stats::RenderStats;
@@ -43,6 +43,9 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         return Err(ClusterError::NotBuilt.into());
     }
     super::refuse_ranks(&arguments.cluster)?;
+    for line in arguments.goal.without_effect() {
+        eprint(&format!("warning: {line}"));
+    }
     check(arguments)?;
     let request = arguments.request()?;
     // The filter that the user asks for. A goal may choose another one.
@@ -394,9 +397,12 @@ fn write(
         (RenderOutput::Image(image), None) => Ok(output::write(image, path)?),
         (RenderOutput::Film(film), None) => Ok(output::write(&film.image(), path)?),
         (RenderOutput::Film(film), Some((image, exposed))) if !aov.is_empty() => {
-            let camera = session.renderer.camera(&session.settings);
-            let object = |primitive| session.renderer.object(primitive);
-            Ok(layers::write(image, film, &camera, object, aov, exposed.stops, path)?)
+            let place = FilmPlace {
+                camera: &session.renderer.camera(&session.settings),
+                space: session.space,
+                object: |primitive| session.renderer.object(primitive),
+            };
+            Ok(layers::write(image, film, &place, aov, exposed.stops, path)?)
         }
         (_, Some((image, _))) => Ok(output::write(image, path)?),
     }

@@ -11,7 +11,8 @@ use trisect::scene::SceneDocument;
 
 /// Measures this machine, writes charts and data, and prints a summary.
 pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
-    // Checked first, before minutes of measuring could be lost.
+    super::refuse_ranks_that_measure()?;
+    // Creates the folder first: if that fails, no measurement is lost.
     let out = &arguments.out;
     std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
     let scenes: Vec<SceneDocument> = arguments

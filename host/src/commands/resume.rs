@@ -130,7 +130,17 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     }
     if as_image {
         let mut image = sum.film.image();
-        let exposed = exposure(arguments, &sum.header).of(&image, &arguments.output);
+        let command = render_command(&sum.header);
+        if command
+            .as_ref()
+            .is_some_and(|command| command.denoise.denoise.is_some() || !command.aov.is_empty())
+        {
+            eprint(
+                "warning: the image is not denoised and has no layers, although the render's command asks for \
+                 them; merge to a checkpoint and resume that for both",
+            );
+        }
+        let exposed = exposure(arguments, command.as_ref()).of(&image, &arguments.output);
         exposed.apply(&mut image);
         output::write(&image, &arguments.output)?;
         if let Some(automatic) = exposed.automatic {
@@ -139,9 +149,12 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     } else {
         sum.write(&arguments.output)?;
     }
-    let count = arguments.files.len();
+    let count = match arguments.files.len() {
+        1 => "1 checkpoint".to_owned(),
+        count => format!("{count} checkpoints"),
+    };
     eprint(&format!(
-        "{count} checkpoints: {} of {} samples a pixel",
+        "{count}: {} of {} samples a pixel",
         share(&sum.film, &sum.header),
         sum.header.samples.len()
     ));
@@ -157,14 +170,22 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the exposure of a merged image: `--exposure`, or that of the command that started the
-/// render. A checkpoint that was written through the library may have no such command: then none.
-fn exposure(arguments: &MergeArgs, header: &Header) -> Exposure {
+/// Returns the command that started the render, or `None` for a checkpoint that was written through
+/// the library.
+fn render_command(header: &Header) -> Option<RenderArgs> {
     let words = std::iter::once("trisect").chain(header.command.iter().map(String::as_str));
-    match (arguments.exposure, Cli::try_parse_from(words).map(|parsed| parsed.command)) {
+    match Cli::try_parse_from(words).map(|parsed| parsed.command) {
+        Ok(Command::Render(command)) => Some(command),
+        _ => None,
+    }
+}
+
+/// Returns the exposure of a merged image: `--exposure`, or that of the render's `command`.
+fn exposure(arguments: &MergeArgs, command: Option<&RenderArgs>) -> Exposure {
+    match (arguments.exposure, command) {
         (Some(stops), _) => Exposure::Stops(stops),
-        (None, Ok(Command::Render(command))) => command.exposure(),
-        (None, _) => Exposure::Stops(0.0),
+        (None, Some(command)) => command.exposure(),
+        (None, None) => Exposure::Stops(0.0),
     }
 }
 

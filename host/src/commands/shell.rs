@@ -2,7 +2,7 @@
 //! command line's own description.
 
 use crate::cli::{Cli, CompletionsArgs, ManArgs};
-use clap::CommandFactory;
+use clap::{Arg, Command, CommandFactory};
 use std::process::ExitCode;
 use trisect::Error;
 use trisect::image::ImageError;
@@ -10,7 +10,7 @@ use trisect::image::ImageError;
 /// Prints the completion script of a shell.
 pub fn completions(arguments: &CompletionsArgs) -> Result<ExitCode, Error> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "trisect", &mut script);
+    clap_complete::generate(arguments.shell, &mut visible(&Cli::command()), "trisect", &mut script);
     super::print(&String::from_utf8_lossy(&script))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -31,4 +31,55 @@ pub fn man(arguments: &ManArgs) -> Result<ExitCode, Error> {
         .map_err(|source| io(folder, source))?;
     super::eprint(&format!("wrote pages to {}", folder.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the command without hidden options and subcommands, which `clap_complete` would offer.
+fn visible(command: &Command) -> Command {
+    let mut copy = Command::new(command.get_name().to_owned())
+        .args(command.get_arguments().filter(|argument| !argument.is_hide_set()).map(Arg::clone))
+        .subcommands(command.get_subcommands().filter(|inner| !inner.is_hide_set()).map(visible));
+    if let Some(about) = command.get_about() {
+        copy = copy.about(about.clone());
+    }
+    if let Some(version) = command.get_version() {
+        copy = copy.version(version.to_owned());
+    }
+    copy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::ValueEnum;
+    use clap_complete::{Shell, generate};
+
+    fn script(shell: Shell, mut command: Command) -> String {
+        let mut script = Vec::new();
+        generate(shell, &mut command, "program", &mut script);
+        String::from_utf8_lossy(&script).into_owned()
+    }
+
+    #[test]
+    fn hidden_options_are_not_offered() {
+        let option = |name: &'static str| Arg::new(name).long(name);
+        let inner = Command::new("inner").arg(option("shown")).arg(option("secret").hide(true));
+        let command = Command::new("program").subcommand(inner).subcommand(Command::new("covert").hide(true));
+        for shell in Shell::value_variants() {
+            let offered = script(*shell, visible(&command));
+            assert!(offered.contains("shown"), "{shell}");
+            assert!(!offered.contains("secret") && !offered.contains("covert"), "{shell}");
+        }
+        // Negative control: without the filter, both are offered.
+        let all = script(Shell::Bash, command);
+        assert!(all.contains("secret") && all.contains("covert"));
+    }
+
+    #[test]
+    fn every_shell_has_a_script_with_all_visible_options() {
+        for shell in Shell::value_variants() {
+            let offered = script(*shell, visible(&Cli::command()));
+            assert!(offered.contains("target-error") && offered.contains("denoise"), "{shell}");
+            assert_eq!(offered.contains("write-partial"), cfg!(feature = "mpi"), "{shell}");
+        }
+    }
 }

@@ -73,6 +73,7 @@ fn cache(arguments: &ReferenceArgs) -> Result<PathBuf, TradeoffError> {
 /// Measures the base and each configuration of the knobs, and writes a report of what was measured
 /// within the time limit.
 pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
+    super::refuse_ranks_that_measure()?;
     check_seeds(arguments.seeds)?;
     let cache = cache(&arguments.reference)?;
     let outputs = Outputs::default().folder("-o", Some(&arguments.output), is_output);
@@ -122,6 +123,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
 
 /// Measures the error curve of each configuration, and compares each two of them.
 pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
+    super::refuse_ranks_that_measure()?;
     check_seeds(arguments.seeds)?;
     let cache = cache(&arguments.reference)?;
     let outputs = Outputs::default().file("-o", arguments.output.as_deref());

@@ -5,8 +5,9 @@
 //! channel `Z`, as there.
 
 use crate::atomic_file::write_atomic_or_in_place;
-use crate::film::Film;
+use crate::film::{AovTotals, Film};
 use crate::image::{Image, ImageError};
+use crate::scene::Rebase;
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
 use glam::DVec3;
 use std::io::Cursor;
@@ -18,18 +19,18 @@ use trisect_shared::camera::Camera;
 pub enum Aov {
     /// `N.X`, `N.Y`, `N.Z`: mean of the unit shading normals on the camera's side.
     Normal,
-    /// `P.X`, `P.Y`, `P.Z`: mean of the points hit, in the renderer's space, which is the scene's
-    /// after its field `space`.
+    /// `P.X`, `P.Y`, `P.Z`: mean of the points hit, in scene units, before the field `space`; 0
+    /// where nothing is hit.
     Position,
     /// `albedo.R`, `albedo.G`, `albedo.B`: mean albedo, 0 where nothing is hit.
     Albedo,
-    /// `Z`: depth of the mean position along the camera's axis, in the renderer's space; infinite
-    /// where nothing is hit.
+    /// `Z`: depth of the mean position along the camera's axis, in scene units; infinite where
+    /// nothing is hit.
     Depth,
     /// `id`: object of the first sample that hits something, counted from 1; 0 for none. `u32`.
     Id,
-    /// `variance.R`, `variance.G`, `variance.B`: estimated variance of the pixel's mean radiance; 0
-    /// or infinite below two samples.
+    /// `variance.R`, `variance.G`, `variance.B`: estimated variance of the pixel's mean radiance;
+    /// infinite below two samples.
     Variance,
     /// `samples`: number of samples of the pixel. `u32`.
     Samples,
@@ -70,8 +71,18 @@ pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
     }
 }
 
-/// Writes the image and layers of its film. `object` returns the object of a primitive. `stops` is
-/// the exposure that was applied to the image, but not to the film; the variance is scaled by it.
+/// Place of a film's AOVs in the scene.
+pub struct FilmPlace<'a, F: Fn(Option<u32>) -> u32> {
+    /// Camera of the film, in the renderer's space.
+    pub camera: &'a Camera,
+    /// Space in which the scene was rendered; position and depth are written in the scene's own.
+    pub space: Rebase,
+    /// Returns the object of a primitive.
+    pub object: F,
+}
+
+/// Writes the image and layers of its film. `stops` is the exposure that was applied to the image,
+/// but not to the film; the variance is scaled by it.
 ///
 /// # Errors
 ///
@@ -80,8 +91,7 @@ pub fn check(path: &Path, aovs: &[Aov]) -> Result<(), ImageError> {
 pub fn write(
     image: &Image,
     film: &Film,
-    camera: &Camera,
-    object: impl Fn(Option<u32>) -> u32,
+    place: &FilmPlace<'_, impl Fn(Option<u32>) -> u32>,
     aovs: &[Aov],
     stops: f32,
     path: &Path,
@@ -93,7 +103,7 @@ pub fn write(
     }
     let mut channels = three(["R", "G", "B"], image.pixels.iter().map(|pixel| pixel.map(f64::from)));
     for aov in aovs {
-        channels.extend(layer(*aov, film, camera, &object, f64::from(stops).exp2()));
+        channels.extend(layer(*aov, film, place, f64::from(stops).exp2()));
     }
     let size = (image.width as usize, image.height as usize);
     let channels = AnyChannels::sort(channels.into_iter().collect());
@@ -108,20 +118,29 @@ pub fn write(
 fn layer(
     aov: Aov,
     film: &Film,
-    camera: &Camera,
-    object: impl Fn(Option<u32>) -> u32,
+    place: &FilmPlace<'_, impl Fn(Option<u32>) -> u32>,
     factor: f64,
 ) -> Vec<AnyChannel<FlatSamples>> {
+    let FilmPlace { camera, space, object } = place;
     let guides = || film.aovs.iter();
     match aov {
         Aov::Normal => three(["N.X", "N.Y", "N.Z"], guides().map(|g| g.normal())),
-        Aov::Position => three(["P.X", "P.Y", "P.Z"], guides().map(|g| g.position())),
+        Aov::Position => {
+            let scene_point = |g: &AovTotals| match g.hits {
+                0 => [0.0; 3],
+                _ => (DVec3::from(g.position()) / space.scale + space.origin).to_array(),
+            };
+            three(["P.X", "P.Y", "P.Z"], guides().map(scene_point))
+        }
         Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], guides().map(|g| g.albedo())),
         Aov::Depth => {
             let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
-            let depth = |g: &crate::film::AovTotals| match g.hits {
+            let depth = |g: &AovTotals| match g.hits {
                 0 => f32::INFINITY,
-                _ => (DVec3::from(g.position()) - camera.origin.as_dvec3()).dot(axis) as f32,
+                _ => {
+                    let way = DVec3::from(g.position()) - camera.origin.as_dvec3();
+                    (way.dot(axis) / space.scale) as f32
+                }
             };
             vec![AnyChannel::new("Z", FlatSamples::F32(guides().map(depth).collect()))]
         }
@@ -133,7 +152,10 @@ fn layer(
             let names = ["variance.R", "variance.G", "variance.B"];
             three(
                 names,
-                film.pixels.iter().map(|pixel| pixel.variance_of_mean().map(|v| v * factor * factor)),
+                film.pixels.iter().map(|pixel| match pixel.samples {
+                    1 => [f64::INFINITY; 3],
+                    _ => pixel.variance_of_mean().map(|v| v * factor * factor),
+                }),
             )
         }
         Aov::Samples => {
@@ -164,7 +186,7 @@ mod tests {
     use super::*;
     use crate::backend::cpu::Cpu;
     use crate::render::{Renderer, Settings};
-    use crate::scene::Scene;
+    use crate::scene::{Scene, SceneDocument};
     use exr::prelude::{ReadChannels, ReadLayers, read};
 
     /// Checks names, types and the values of a sky pixel and of a sphere pixel, read back by the
@@ -177,8 +199,10 @@ mod tests {
         let film = renderer.render(&settings, &mut ()).unwrap().film;
         let path = std::env::temp_dir().join(format!("trisect-{}-layers.exr", std::process::id()));
         let aovs = Aov::ALL.map(|(_, aov)| aov);
+        let camera = renderer.camera(&settings);
         let object = |primitive| renderer.object(primitive);
-        write(&film.image(), &film, &renderer.camera(&settings), object, &aovs, 0.0, &path).unwrap();
+        let place = FilmPlace { camera: &camera, space: Rebase::IDENTITY, object };
+        write(&film.image(), &film, &place, &aovs, 0.0, &path).unwrap();
         let file = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
         let file = file.all_attributes().from_file(&path).unwrap();
         // A reader of images reads the image alone.
@@ -224,9 +248,43 @@ mod tests {
         let normal = ["N.X", "N.Y", "N.Z"].map(|name| number(name, ball));
         assert!(normal.iter().map(|x| x * x).sum::<f64>() <= 1.0 + 1e-6);
         // A film without AOV sums is refused.
-        let plain = renderer.render(&Settings { guides: false, ..settings.clone() }, &mut ()).unwrap().film;
-        let refused = write(&plain.image(), &plain, &renderer.camera(&settings), |_| 0, &aovs, 0.0, &path);
+        let mut plain_film = Film::new(film.width, film.height);
+        plain_film.pixels.clone_from(&film.pixels);
+        let refused = write(&plain_film.image(), &plain_film, &place, &aovs, 0.0, &path);
         assert!(refused.is_err());
+    }
+
+    /// Renders the scene in its own space and in one that is four times as large and moved, and
+    /// compares position and depth, which are the scene's in both. The factor is a power of two, so
+    /// that rounding differs by the origin only.
+    #[test]
+    fn position_and_depth_are_in_scene_units() {
+        let layers = |space: Rebase| {
+            let scene = SceneDocument::hello_world().unwrap().lower(space).unwrap();
+            let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+            let settings = Settings { width: 16, height: 9, samples: 4, guides: true, ..scene.settings() };
+            let film = renderer.render(&settings, &mut ()).unwrap().film;
+            let camera = renderer.camera(&settings);
+            let of = |space| {
+                let place = FilmPlace { camera: &camera, space, object: |_| 0 };
+                [Aov::Position, Aov::Depth].map(|aov| layer(aov, &film, &place, 1.0)).concat()
+            };
+            (of(space), of(Rebase::IDENTITY))
+        };
+        let values = |channels: &[AnyChannel<FlatSamples>]| -> Vec<f32> {
+            let floats = |channel: &AnyChannel<FlatSamples>| match &channel.sample_data {
+                FlatSamples::F32(values) => values.clone(),
+                _ => panic!("position and depth are floats"),
+            };
+            channels.iter().flat_map(floats).collect()
+        };
+        // A value is within 16; the origin of the other space costs it a few units of 2^-19.
+        let alike = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a - b).abs() < 1e-3);
+        let (own, _) = layers(Rebase::IDENTITY);
+        let (moved, raw) = layers(Rebase { origin: DVec3::new(2.0, -1.0, 4.0), scale: 4.0 });
+        assert!(alike(&values(&moved), &values(&own)));
+        // Negative control: the renderer's own numbers differ.
+        assert!(!alike(&values(&raw), &values(&own)));
     }
 
     #[test]

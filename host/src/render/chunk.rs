@@ -21,8 +21,6 @@ pub struct ChunkResult<'a> {
     pub pixels: &'a [PixelSums],
     /// AOV sums of each pixel; empty if the settings ask for none.
     pub aovs: &'a [AovSums],
-    /// Name of the kernel that rendered them.
-    pub kernel: &'static str,
     /// Seed of their random numbers.
     pub seed: u32,
     /// Time by the device's timer.
@@ -74,14 +72,7 @@ impl Renderer {
         let took = self.run_chunk(settings, variant, rows, samples, &mut watch)?;
         let ChunkTiming { device, submissions, .. } = took;
         let (pixels, guides) = (&self.chunk, &self.aovs);
-        Ok(ChunkResult {
-            pixels,
-            aovs: guides,
-            kernel: variant.name,
-            seed: settings.seed,
-            device,
-            submissions,
-        })
+        Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })
     }
 
     /// Checks rows and samples, and prepares kernel, film and tile entries for their chunks.

@@ -116,7 +116,6 @@ impl Renderer {
     ) -> Result<(T, PipelineTiming), Error> {
         let ChunkJob { settings, rows, samples, seeds, should_continue: goes_on } = *parts;
         let per_sample = u64::from(settings.width) * u64::from(rows.len());
-        let kernel = variant.name;
         let mut before = 0;
         let mut render = |renderer: &mut Self, all: &mut PipelineTiming, seed: u32, samples: &Range<u32>| {
             let mut watch = |done| watch(before + done);
@@ -138,11 +137,7 @@ impl Renderer {
                 let ChunkTiming { device, submissions, .. } = render(self, &mut all, seed, samples)?;
                 let start = Instant::now();
                 let (pixels, guides) = (&self.chunk[..], &self.aovs[..]);
-                take(
-                    &mut state,
-                    samples,
-                    &ChunkResult { pixels, aovs: guides, kernel, seed, device, submissions },
-                )?;
+                take(&mut state, samples, &ChunkResult { pixels, aovs: guides, seed, device, submissions })?;
                 all.waited += start.elapsed();
             }
             return Ok((state, all));
@@ -160,8 +155,7 @@ impl Renderer {
                 let pixels = std::mem::replace(&mut self.chunk, pixels);
                 let guides = std::mem::replace(&mut self.aovs, guides);
                 let work = move || {
-                    let sums =
-                        ChunkResult { pixels: &pixels, aovs: &guides, kernel, seed, device, submissions };
+                    let sums = ChunkResult { pixels: &pixels, aovs: &guides, seed, device, submissions };
                     take(&mut state, samples, &sums)?;
                     Ok((state, pixels, guides))
                 };

@@ -141,11 +141,6 @@ impl Renderer {
         self.backend.as_ref()
     }
 
-    /// Returns the times of what happened once, before any frame.
-    pub(crate) fn phases(&self) -> &Phases {
-        &self.phases
-    }
-
     /// Returns the backend itself, for another scene.
     pub fn into_backend(self) -> Box<dyn Backend> {
         self.backend
@@ -263,11 +258,29 @@ impl Renderer {
         Ok(hits)
     }
 
+    /// Returns the kernel that renders the scene with these settings.
+    fn select_kernel(&self, settings: &Settings) -> Result<Variant, Error> {
+        let best = |kernel| self.backend.best_method(kernel, settings.math);
+        Ok(kernel_selection::choose(self.features, settings, best, self.wide)?)
+    }
+
+    /// Returns the statistics of a render with these settings, without counts and times of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] if no kernel has these settings.
+    pub(crate) fn statistics(&self, settings: &Settings) -> Result<RenderStats, Error> {
+        let variant = self.select_kernel(settings)?;
+        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
+        stats.tile = self.tile_entries.tile();
+        stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
+        Ok(stats)
+    }
+
     /// Selects the kernel and makes the backend's film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
         (self.ready, self.previous_frame) = (None, None);
-        let best = |kernel| self.backend.best_method(kernel, settings.math);
-        let variant = kernel_selection::choose(self.features, settings, best, self.wide)?;
+        let variant = self.select_kernel(settings)?;
         self.live = None;
         let Settings { width, height, math, .. } = *settings;
         self.backend.begin_film(&FilmDesc { width, height, variant, math })?;

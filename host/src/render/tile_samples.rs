@@ -102,13 +102,6 @@ impl Renderer {
         }
         self.ready = Some((settings.clone(), variant));
         let (pixels, guides) = (&self.chunk, &self.aovs);
-        Ok(ChunkResult {
-            pixels,
-            aovs: guides,
-            kernel: variant.name,
-            seed: settings.seed,
-            device,
-            submissions,
-        })
+        Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })
     }
 }

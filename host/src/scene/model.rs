@@ -23,7 +23,7 @@ pub(super) fn complete(mut model: Description) -> Completed {
     let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
     let has_faces = model.instances.iter().filter_map(|instance| model.meshes.get(instance.mesh));
     let has_faces = has_faces.into_iter().any(|mesh| !mesh.triangles.is_empty());
-    if !has_faces && model.shapes.is_empty() && model.warnings.is_empty() {
+    if !has_faces && model.shapes.is_empty() {
         model.warnings.push("the model has no triangles: there is nothing to see".to_owned());
     }
     if model.cameras.is_empty() {

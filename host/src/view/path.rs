@@ -1,4 +1,5 @@
-//! Camera paths: poses of the camera at some frames, read from a RON file.
+//! Camera paths: poses of the camera at key frames, in the coordinates of the scene file, read from
+//! a RON file. `trisect view --headless` renders them.
 
 use crate::input;
 use crate::scene::{Camera, CameraPose, SceneError};

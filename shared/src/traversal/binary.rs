@@ -1,4 +1,5 @@
-//! Traversal of the binary BVH on the CPU and through Vulkan.
+//! Traversal of the binary BVH on the CPU and in SPIR-V kernels; CUDA has `binary_cuda`. The parent
+//! module calls it.
 
 use super::{distance, initial_hit, is_closer};
 use crate::buffer::{load, load_local, store_local};
@@ -11,16 +12,16 @@ use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
 use crate::triangle::Shear;
 use core::mem::MaybeUninit;
 
-/// Returns the closest hit below `root`: descends to a leaf, tests it, and continues with the
-/// stack.
+/// Returns the hit below `root` that `query` asks for, and the visits if `FEATURES` has
+/// [`COUNTED`]. `PADDED` selects the slab test for boxes that the host padded.
 ///
-/// Lanes that found a leaf wait for the others and test together. In heavy kernels on Vulkan they
-/// wait for two nodes at most, which is faster there but not in small ones
-/// (docs/notebook/vulkan.md).
+/// The loops are "while-while" (Aila and Laine 2009): a lane descends to a leaf, waits for the
+/// others, tests it, and continues with the stack. In heavy SPIR-V kernels it waits for at most two
+/// nodes, which is faster in those kernels only (docs/notebook/vulkan.md).
 ///
 /// # Safety
 ///
-/// As [`closest_hit`](super::closest_hit).
+/// As [`closest_hit_below`](super::closest_hit_below).
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
@@ -35,9 +36,9 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     // SAFETY: the caller's promise.
     let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
     // Not cleared: clearing 256 bytes for each ray costs more than all the boxes that it tests.
-    // Stack and depth are two variables: LLVM clears the whole of a record that also holds the
-    // depth, and SPIR-V has no pointers in records through which methods could borrow the entries.
-    // Hence macros.
+    // Stack and depth are separate variables, and the steps are macros. In one record with the
+    // depth, LLVM would clear the stack as well; and a record cannot borrow the stack, because
+    // SPIR-V has no pointers in records.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE]>::uninit();
     let mut depth = 0u32;
     let mut child = root;
@@ -97,7 +98,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
             pop!();
         };
     }
-    // The value after the last node, `EMPTY`, is a leaf by its top bit.
+    // `pop` sets `EMPTY` when the stack is empty. Its top bit is set, so it counts as a leaf.
     if const { cfg!(target_arch = "spirv") && has_any(FEATURES, HEAVY) } {
         while child != Child::EMPTY {
             if !child.is_leaf() {

@@ -1,4 +1,5 @@
-//! Random words, and the camera and the sphere with any words.
+//! Probe of random numbers: the words of both samplers, and the camera ray and the point of the
+//! unit sphere that given words produce.
 
 use crate::record::{Input, Output, ProbeParams, row, words};
 use glam::UVec4;
@@ -25,7 +26,8 @@ fn numbers(w: Words) -> UVec4 {
     UVec4::new(x.to_bits(), y.to_bits(), z.to_bits(), w.to_bits())
 }
 
-/// Row a: words. Output: rows a and b.
+/// Runs the operation that `params.operation` names; the constants above state the rows. Returns
+/// zeros for any other number.
 #[inline(always)]
 pub fn sampling(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let key = PathKey { seed: input.a.x, pixel: input.a.y, sample: input.a.z };

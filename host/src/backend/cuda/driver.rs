@@ -5,8 +5,8 @@ use crate::memory;
 use bytemuck::Pod;
 use cudarc::driver::{CudaContext, DeviceRepr, DriverError, result, sys};
 
-/// Oldest CUDA version of a driver that has every function that this program calls: 1000 × major +
-/// 10 × minor.
+/// Minimum CUDA version that the driver must support, as 1000 · major + 10 · minor: the oldest with
+/// all functions that this program calls.
 const MIN_DRIVER: i32 = 12_000;
 
 /// Record that is passed to a kernel by value.
@@ -14,7 +14,7 @@ const MIN_DRIVER: i32 = 12_000;
 #[derive(Clone, Copy)]
 pub(super) struct Argument<T>(pub T);
 
-// SAFETY: plain data, repr(C): the type that the kernel declares.
+// SAFETY: `Argument` is transparent and `T` is plain data. Launches pass the kernel's own type.
 unsafe impl<T: Pod> DeviceRepr for Argument<T> {}
 
 pub(super) fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {

@@ -1,9 +1,10 @@
 //! Adapters of wgpu, and the device opened on one, whose errors are kept instead of panicking.
 
 use crate::backend::{BackendError, Device, DeviceKind};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use wgpu::{
-    Adapter, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, PollType, Queue,
+    Adapter, Backend, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor,
+    PollType, Queue,
 };
 
 /// Open device and its queue.
@@ -34,10 +35,27 @@ impl Gpu {
     }
 }
 
-fn adapters() -> Vec<Adapter> {
+/// The only instance: some drivers refuse further ones after about thirty in one process, even
+/// when the former are gone.
+static INSTANCE: LazyLock<Instance> = LazyLock::new(|| {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
     descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12;
-    pollster::block_on(Instance::new(descriptor).enumerate_adapters(Backends::all()))
+    Instance::new(descriptor)
+});
+
+fn adapters() -> Vec<Adapter> {
+    pollster::block_on(INSTANCE.enumerate_adapters(Backends::all()))
+}
+
+/// Returns the features that a device of this adapter is opened with.
+///
+/// Pass-through hands a shader to the driver in the language of its API, and the kernels are
+/// SPIR-V. Metal and Direct3D 12 offer the same feature for other languages.
+fn features(backend: Backend, offered: Features) -> Features {
+    match backend {
+        Backend::Vulkan => offered & (Features::PASSTHROUGH_SHADERS | Features::TIMESTAMP_QUERY),
+        _ => offered & Features::TIMESTAMP_QUERY,
+    }
 }
 
 fn describe(index: usize, adapter: &Adapter) -> Device {
@@ -87,10 +105,9 @@ pub(super) fn open(index: Option<usize>) -> Result<(Device, Gpu), BackendError> 
     let Some(adapter) = adapters.get(index) else {
         return Err(BackendError::NoSuchDevice { backend: "wgpu", index, devices: adapters.len() });
     };
-    let wanted = Features::PASSTHROUGH_SHADERS | Features::TIMESTAMP_QUERY;
     let (device, queue) = pollster::block_on(adapter.request_device(&DeviceDescriptor {
         label: Some("trisect"),
-        required_features: adapter.features() & wanted,
+        required_features: features(adapter.get_info().backend, adapter.features()),
         required_limits: adapter.limits(), // the defaults are far below what hardware allows
         ..Default::default()
     }))
@@ -137,5 +154,21 @@ fn best(adapters: &[Adapter]) -> Result<usize, BackendError> {
                 adapters[0].get_info().name
             ),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::features;
+    use wgpu::{Backend, Features};
+
+    #[test]
+    fn only_vulkan_takes_spirv_as_it_is() {
+        let all = Features::all();
+        assert!(features(Backend::Vulkan, all).contains(Features::PASSTHROUGH_SHADERS));
+        for other in [Backend::Metal, Backend::Dx12] {
+            assert_eq!(features(other, all), Features::TIMESTAMP_QUERY, "{other:?}");
+        }
+        assert!(features(Backend::Vulkan, Features::empty()).is_empty());
     }
 }

@@ -1,4 +1,5 @@
-//! Images for a display, on wgpu.
+//! Converts live frames for a display, on wgpu: runs the display kernel over the film or the
+//! denoised image, and copies 8-bit sRGB pixels to the host.
 
 use super::Wgpu;
 use super::pipeline::Pipelines;
@@ -35,7 +36,8 @@ impl Display {
 }
 
 impl Wgpu {
-    /// Implements [`Backend::display`](crate::backend::Backend::display).
+    /// Implements [`Backend::display`](crate::backend::Backend::display). Without timestamp queries
+    /// it returns the wall time, which includes the copy to the host.
     pub(super) fn display_frame(
         &mut self,
         frame: &DisplayLaunch,
@@ -56,17 +58,17 @@ impl Wgpu {
             && span.end <= height
             && film.sums.size() >= count * size_of::<PixelSums>() as u64;
         let source = match (frame.image, &self.denoiser) {
-            // The kernel loads records from here, and does not use them.
+            // The film stands in for the denoised image: the kernel reads it but shows only means.
             (None, _) => Some((&film.sums, None)),
             (Some(_), Some(denoiser)) => denoiser.shown(frame, count),
             (Some(_), None) => None,
         };
-        let Some((lit, kept)) = source.filter(|_| fits) else {
+        let Some((denoised, accumulated)) = source.filter(|_| fits) else {
             return Err(self.misuse("no pass wrote this image"));
         };
         display.pipelines.compile(&self.gpu, DISPLAY, self.math)?;
         self.gpu.queue.write_buffer(&display.params, 0, bytemuck::bytes_of(&frame.params));
-        let buffers = [&display.params, kept.unwrap_or(&film.sums), lit, &display.image];
+        let buffers = [&display.params, accumulated.unwrap_or(&film.sums), denoised, &display.image];
         let group = display.pipelines.bind(&self.gpu.device, buffers);
         let start = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

@@ -1,4 +1,6 @@
-//! Kernels as compute pipelines.
+//! Compiles entry points of the SPIR-V kernels to wgpu compute pipelines, on first use, and binds
+//! their buffers. Rendering, the denoiser and the display each have [`Pipelines`] of their own,
+//! because their bind group layouts differ.
 
 use super::Route;
 use super::adapter::Gpu;
@@ -13,7 +15,8 @@ use wgpu::{
     ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
 };
 
-/// Entry points with one bind group layout, and a pipeline for each that was used.
+/// Bind group layout that some entry points share, and the pipelines compiled so far, by entry
+/// point and math mode.
 pub(super) struct Pipelines {
     route: Route,
     bindings: BindGroupLayout,
@@ -47,7 +50,7 @@ impl Pipelines {
         Ok(Self { route, bindings, layout, compiled: HashMap::new() })
     }
 
-    /// Returns whether the driver gets the kernels unchanged.
+    /// Returns whether the driver gets SPIR-V, without translation by naga.
     pub fn pass_through(&self, gpu: &Gpu) -> bool {
         self.route == Route::PassThrough && gpu.device.features().contains(Features::PASSTHROUGH_SHADERS)
     }
@@ -133,8 +136,9 @@ fn module(
             workgroup_size: (threads.0, threads.1, 1),
         }];
         // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded
-        // bytes with the manifest. The layout above matches the module's bindings. `bvh` and
-        // `scene` check the indices.
+        // bytes with the manifest; `contractible` only removes decorations. Callers of
+        // `Pipelines::new` give the numbers of bindings that the module declares. The host proves
+        // the indices that kernels use: see `trisect_shared::buffer`.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
         let module = unsafe {
             device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
@@ -159,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_its_decorations_go() {
+    fn contractible_removes_only_no_contraction() {
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(spirv("render_all").unwrap());
         let decorations =
             |words: &[u32]| words.windows(3).filter(|w| w[0] == 3 << 16 | 71 && w[2] == 42).count();

@@ -29,12 +29,17 @@ pub enum BorderSource {
 pub struct Denoised {
     /// Number of ranks.
     pub ranks: u32,
-    /// Source of the pixels around a rank's rows.
+    /// Source of the border pixels.
     pub around: BorderSource,
     /// Times of a frame.
     pub point: Point,
 }
 
+/// Measures frames of one sample per pixel, denoised with SVGF, on `ranks` ranks. Returns the times
+/// on the root only.
+///
+/// `Halo` gives means over a series of frames. `Gathered` gives the fastest of [`IMAGES`] images,
+/// after one that does not count; its `sync` includes the filter on the root.
 pub(super) fn denoised<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,

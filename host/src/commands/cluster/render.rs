@@ -83,6 +83,10 @@ pub fn render_film(
     };
     let denoise = arguments.denoise.denoise()?;
     let quiet = arguments.log.quiet || !crew.link.is_root();
+    if crew.link.is_root() {
+        let ignored = arguments.goal.without_effect().into_iter().chain(cluster.without_effect());
+        ignored.for_each(|line| eprint(&format!("warning: {line}")));
+    }
     if !quiet {
         single::announce(&session, &single::goal_text(&session, None));
     }
@@ -137,7 +141,7 @@ pub fn render_film(
         }
     };
     let Some(finished) = finished else { return Ok(ExitCode::SUCCESS) };
-    let mut stats = finished.stats(renderer.backend().device(), &session.settings);
+    let mut stats = finished.stats(&renderer, &session.settings)?;
     stats.phases.load_seconds = session.load_seconds;
     session.renderer = renderer;
     let drawn = match &finished.picture {

@@ -30,12 +30,7 @@ pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navi
     let pans =
         shift || response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle);
     if response.dragged() && (right, down) != (0.0, 0.0) {
-        match (pans, navigator.mode) {
-            (true, _) => navigator.pan(-right, down),
-            // The scene turns as if it was held.
-            (false, NavigationMode::Orbit) => navigator.turn(-right * TURN, down * TURN),
-            (false, NavigationMode::Fly) => navigator.turn(right * TURN / 2.0, -down * TURN / 2.0),
-        }
+        drag_camera(navigator, (right, down), pans);
     }
     if response.hovered() && scroll != 0.0 {
         let scroll = f64::from(scroll);
@@ -43,6 +38,16 @@ pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navi
             NavigationMode::Orbit => navigator.dolly(scroll / WHEEL),
             NavigationMode::Fly => navigator.fly(scroll / WHEEL, 0.0, 0.0),
         }
+    }
+}
+
+/// Moves the camera by a drag to the right and down, in heights of the image. The scene follows the
+/// pointer as if it was held; in fly mode the view does.
+fn drag_camera(navigator: &mut Navigator, (right, down): (f64, f64), pans: bool) {
+    match (pans, navigator.mode) {
+        (true, _) => navigator.pan(-right, down),
+        (false, NavigationMode::Orbit) => navigator.turn(right * TURN, -down * TURN),
+        (false, NavigationMode::Fly) => navigator.turn(right * TURN / 2.0, -down * TURN / 2.0),
     }
 }
 
@@ -85,5 +90,45 @@ pub fn pressed(input: &InputState, navigator: &mut Navigator) -> Keys {
         panel: key(Key::H),
         save_image: key(Key::I),
         save_camera: key(Key::C),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use trisect::scene::CameraPose;
+
+    /// Returns the direction, right and up in the image, in which a drag moves what the camera sees
+    /// `ahead` of the point that it looks at.
+    fn moved(mode: NavigationMode, drag: (f64, f64), pans: bool, ahead: f64) -> (f64, f64) {
+        let mut navigator = Navigator::new(CameraPose {
+            look_from: DVec3::new(0.0, 0.0, 5.0),
+            look_at: DVec3::ZERO,
+            up: DVec3::Y,
+            vertical_fov: 1.0,
+            defocus_angle: 0.0,
+            focus_distance: 5.0,
+        });
+        navigator.mode = mode;
+        drag_camera(&mut navigator, drag, pans);
+        let pose = navigator.pose();
+        let towards = (pose.look_at - pose.look_from).normalize();
+        let right = towards.cross(pose.up).normalize();
+        let seen = DVec3::new(0.0, 0.0, ahead) - pose.look_from;
+        (seen.dot(right), seen.dot(right.cross(towards)))
+    }
+
+    #[test]
+    fn the_scene_follows_the_pointer() {
+        let (right, down) = ((0.1, 0.0), (0.0, 0.1));
+        // The front of an object, 1 before the point, goes where the pointer goes.
+        assert!(moved(NavigationMode::Orbit, right, false, 1.0).0 > 0.1);
+        assert!(moved(NavigationMode::Orbit, down, false, 1.0).1 < -0.1);
+        for mode in [NavigationMode::Orbit, NavigationMode::Fly] {
+            assert!(moved(mode, right, true, 0.0).0 > 0.1 && moved(mode, down, true, 0.0).1 < -0.1);
+        }
+        // In fly mode the view follows the pointer, so the scene goes the other way.
+        assert!(moved(NavigationMode::Fly, right, false, 0.0).0 < -0.1);
     }
 }

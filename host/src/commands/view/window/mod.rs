@@ -74,6 +74,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
         error: String::new(),
         panel: true,
         last: Instant::now(),
+        was_typing: false,
         failed: None,
     };
     event_loop.run_app(&mut app).map_err(|error| refused(&error))?;
@@ -127,6 +128,8 @@ struct App<'a> {
     error: String,
     panel: bool,
     last: Instant,
+    /// True if a text or number field had the focus in the frame before.
+    was_typing: bool,
     failed: Option<String>,
 }
 
@@ -260,7 +263,10 @@ impl App<'_> {
         self.last = Instant::now();
         let mut pressed = Pressed::default();
         let mut quit = false;
-        if !ui.ctx().egui_wants_keyboard_input() {
+        // Escape takes the focus from a field before this frame begins.
+        let is_typing = ui.ctx().egui_wants_keyboard_input();
+        let was_typing = std::mem::replace(&mut self.was_typing, is_typing);
+        if !is_typing {
             let (held, keys) = ui.input(|input| {
                 let held = input::held(input, seconds, &mut self.navigator);
                 (held, input::pressed(input, &mut self.navigator))
@@ -268,8 +274,8 @@ impl App<'_> {
             if held {
                 ui.ctx().request_repaint();
             }
-            // With a list open, Escape closes the list only, which egui does.
-            quit = keys.quit && !egui::Popup::is_any_open(ui.ctx());
+            // Escape leaves a field or closes a list, which egui does; only without both it quits.
+            quit = keys.quit && !was_typing && !egui::Popup::is_any_open(ui.ctx());
             self.panel ^= keys.panel;
             (pressed.save_image, pressed.save_camera) = (keys.save_image, keys.save_camera);
             if keys.compare {
