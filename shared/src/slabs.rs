@@ -44,8 +44,24 @@ impl RayReciprocals {
 /// Returns the reciprocal of a direction's component, and its magnitude.
 #[inline(always)]
 fn signed_reciprocal(x: f32) -> (f32, f32) {
-    let size = crate::math::reciprocal(crate::math::max(x.abs(), MIN_COMPONENT));
+    let size = crate::math::reciprocal(bounded_magnitude(x));
     (f32::from_bits(size.to_bits() | x.to_bits() & 0x8000_0000), size)
+}
+
+/// Returns the magnitude of a direction's component, at least [`MIN_COMPONENT`].
+///
+/// CUDA compares the bits as integers, whose order is that of magnitudes: that is faster there
+/// (docs/notebook/kernels-and-schedules.md). NaN stays NaN, and hits no primitive.
+#[inline(always)]
+fn bounded_magnitude(x: f32) -> f32 {
+    #[cfg(target_arch = "nvptx64")]
+    {
+        let bits = x.to_bits() & 0x7fff_ffff;
+        let least = MIN_COMPONENT.to_bits();
+        return f32::from_bits(if bits > least { bits } else { least });
+    }
+    #[cfg(not(target_arch = "nvptx64"))]
+    return crate::math::max(x.abs(), MIN_COMPONENT);
 }
 
 /// Factor on the exit from a box, so that rounding never loses a hit (Ize, "Robust BVH Ray
