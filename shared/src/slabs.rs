@@ -42,26 +42,25 @@ impl RayReciprocals {
 }
 
 /// Returns the reciprocal of a direction's component, and its magnitude.
+#[cfg(not(target_arch = "nvptx64"))]
 #[inline(always)]
 fn signed_reciprocal(x: f32) -> (f32, f32) {
-    let size = crate::math::reciprocal(bounded_magnitude(x));
+    let size = crate::math::reciprocal(crate::math::max(x.abs(), MIN_COMPONENT));
     (f32::from_bits(size.to_bits() | x.to_bits() & 0x8000_0000), size)
 }
 
-/// Returns the magnitude of a direction's component, at least [`MIN_COMPONENT`].
+/// Returns the reciprocal of a direction's component, and its magnitude.
 ///
-/// CUDA compares the bits as integers, whose order is that of magnitudes: that is faster there
-/// (docs/notebook/kernels-and-schedules.md). NaN stays NaN, and hits no primitive.
+/// CUDA compares the magnitudes' bits as integers, which have the same order, and inverts a signed
+/// number: the fastest of six forms (docs/notebook/triangles-and-trees.md). NaN stays NaN, and hits
+/// no primitive.
+#[cfg(target_arch = "nvptx64")]
 #[inline(always)]
-fn bounded_magnitude(x: f32) -> f32 {
-    #[cfg(target_arch = "nvptx64")]
-    {
-        let bits = x.to_bits() & 0x7fff_ffff;
-        let least = MIN_COMPONENT.to_bits();
-        return f32::from_bits(if bits > least { bits } else { least });
-    }
-    #[cfg(not(target_arch = "nvptx64"))]
-    return crate::math::max(x.abs(), MIN_COMPONENT);
+fn signed_reciprocal(x: f32) -> (f32, f32) {
+    let (bits, least) = (x.to_bits() & 0x7fff_ffff, MIN_COMPONENT.to_bits());
+    let bounded = if bits > least { bits } else { least };
+    let signed = crate::math::reciprocal(f32::from_bits(bounded | x.to_bits() & 0x8000_0000));
+    (signed, signed.abs())
 }
 
 /// Factor on the exit from a box, so that rounding never loses a hit (Ize, "Robust BVH Ray
