@@ -184,7 +184,7 @@ fn inputs_are_kept() {
     assert!(!Path::new(&image).exists());
 }
 
-/// A named pipe, whose reader may never come, is refused before rendering. Devices and open files
+/// A named pipe, which may never get a reader, is refused before rendering. Devices and open files
 /// are written to.
 #[cfg(unix)]
 #[test]
@@ -307,8 +307,8 @@ fn comparisons_of_what_cannot_be_compared() {
     fails(&["compare", "a.gif", &path("one.pfm")], 2, &["a.gif", ".png"]);
 }
 
-/// Returns whether no control character could act on a terminal and no line is longer than people
-/// read.
+/// Returns whether the text has no control character beside line ends, which could act on a
+/// terminal, and no line of more than 300 characters.
 fn is_safe(text: &str) -> bool {
     text.lines().all(|line| line.chars().count() <= 300 && !line.chars().any(char::is_control))
 }
@@ -423,7 +423,7 @@ fn a_sky_that_is_no_number() {
 }
 
 /// A cache folder that cannot be written is reported before the reference is rendered, which here
-/// has more samples than a test has time for.
+/// would take far longer than a test may.
 #[test]
 fn a_cache_that_cannot_be_written() {
     let folder = folder("cache");

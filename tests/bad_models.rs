@@ -21,8 +21,8 @@ fn arguments<'a>(path: &'a Path, image: &'a Path) -> [&'a str; 11] {
     ["render", path, "--backend", "cpu", "--resolution", "8x4", "--spp", "1", "--quiet", "-o", image]
 }
 
-/// Rendering must be refused as a bad scene, with a message that has each of `words`. Returns the
-/// message.
+/// Checks that rendering is refused as a bad scene, with a message that has each of `words`.
+/// Returns the message.
 fn refused(path: &Path, words: &[&str]) -> String {
     let image = path.with_extension("out.png");
     let arguments = arguments(path, &image);
@@ -34,7 +34,7 @@ fn refused(path: &Path, words: &[&str]) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Rendering must succeed, with warnings that have each of `words`. Returns what it printed.
+/// Checks that rendering succeeds, with each of `words` on standard error. Returns standard error.
 fn renders(path: &Path, words: &[&str]) -> String {
     let image = path.with_extension("out.png");
     let arguments = arguments(path, &image);
@@ -81,7 +81,8 @@ fn floats(values: &[f32]) -> Vec<u8> {
 const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 /// Returns a glTF document and its binary data: a mesh of three positions, with `indices` of one
-/// byte if there are any. With `uri` the data is in the document, without it is a GLB's.
+/// byte if there are any. With `uri`, the document holds the data as a data URI; without, the
+/// document is one for a GLB file.
 fn document(positions: &[f32], indices: &[u8], uri: bool) -> (Value, Vec<u8>) {
     let vertices = floats(positions);
     let data = [&vertices[..], indices].concat();

@@ -34,8 +34,8 @@ fn uninterrupted(folder: &Temporary) -> Film {
     Checkpoint::read(file.as_ref()).unwrap().film
 }
 
-/// After the first interrupt, or the signal of a queue whose time is over, the exit code is 130 and
-/// image and checkpoint are written.
+/// After the first SIGINT, or the SIGTERM that a batch queue sends at its time limit, the exit code
+/// is 130, and image and checkpoint are written.
 #[test]
 fn interrupts() {
     let folder = Temporary::new("checkpoint", "interrupts");
@@ -265,8 +265,8 @@ fn a_target_that_goes() {
     let found = Checkpoint::read(&elsewhere(&said, &safe, "a.ckpt")).unwrap();
     assert!(found.film.coverage.parts()[0].samples.len() >= 256);
     assert_eq!(trisect::image::Image::read(&elsewhere(&said, &safe, "a.pfm")).unwrap().width, 96);
-    // The exit code is 1, not 7, so that a script that would queue the rest learns that the
-    // checkpoint is elsewhere.
+    // The exit code is 1, not 7, so that a script does not queue the rest: the checkpoint is
+    // elsewhere.
     fs::create_dir_all(&there).unwrap();
     let limited = [&begin[..], &["--time-limit", "6s"]].concat();
     let start = SystemTime::now();

@@ -140,7 +140,7 @@ fn ranks_may_differ_in_their_devices() {
     assert!(fs::read(&one).unwrap() == fs::read(&many).unwrap());
 }
 
-/// The program must end with `code`, with each of `words` and one error message.
+/// Checks that the program ended with `code`, each of `words`, a single error message and no panic.
 fn refused(output: &Output, code: i32, words: &[&str]) {
     let text = text(output);
     assert_eq!(output.status.code(), Some(code), "{text}");

@@ -147,8 +147,8 @@ fn averages_give_the_same_film() {
         if whole_chunks {
             assert_eq!(bits(&image), bits(&want), "{samples} {ranks}");
         } else {
-            // Each rank's f32 sum rounds by half a unit in the last place of at most the whole sum:
-            // 2^-24 of it.
+            // Each rank's f32 sum rounds by at most 2^-24 of itself, so all of them together by at
+            // most 2^-24 of the whole sum.
             for (a, b) in image.pixels.iter().flatten().zip(want.pixels.iter().flatten()) {
                 assert!((a - b).abs() <= 1.3e-7 * b.abs(), "{samples} {ranks}: {a} {b}");
             }

@@ -64,14 +64,14 @@ fn exact_fresnel_agrees(subject: BackendUnderTest) {
     assert!(!agrees(&film(&mut renderer, &schlick)), "negative control not detected");
 }
 
-/// Maximum distance from an edge, relative to the coordinates' size, of a ray whose hit two
-/// backends may judge differently. The direction of a camera ray is off by a few units of 2^-24 per
-/// component where division is off by 2.5 ULP (Vulkan's rule). So is the point where it passes a
-/// sphere, times the distance over the radius, which the comparison below includes.
+/// Maximum distance from an edge, relative to the coordinates' size, of a ray whose first hit may
+/// differ between two backends. The direction of a camera ray is off by a few units of 2^-24 per
+/// component where division is off by 2.5 ULP (Vulkan's rule). The point where the ray passes a
+/// sphere is off by that times the distance, which the size in [`is_edge`] includes.
 const EDGE: f64 = 64.0 * f32::EPSILON as f64;
 
 /// Returns whether the ray passes so near the edge of one of the two primitives that rounding
-/// decides, by f64.
+/// decides. Distances are computed in f64.
 fn is_edge(scene: &Scene, hits: [&FirstHit; 2], ray: &Ray) -> bool {
     let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
     hits.iter().any(|hit| {
@@ -87,11 +87,11 @@ fn is_edge(scene: &Scene, hits: [&FirstHit; 2], ray: &Ray) -> bool {
     }
 }
 
-/// Returns by how much rounding may change the distance of a hit. The discriminant is a difference
-/// of numbers as large as |f|² + r². An error of a few of their roundings (four: Vulkan's division
-/// and square root are within 2.5 and 3 ULP) moves the root by that error over twice the root,
-/// which is r times the cosine of incidence. That is much on the book's ground sphere near the
-/// horizon.
+/// Returns the maximum change of a hit's distance by rounding. The discriminant is a difference of
+/// numbers as large as |f|² + r², for the vector f from the centre to the ray's origin. An error of
+/// a few of their roundings (four: Vulkan's division and square root are within 2.5 and 3 ULP)
+/// moves the root by that error over twice the root, which is r times the cosine of incidence. The
+/// change is large on the book's ground sphere near the horizon.
 fn distance_limit(scene: &Scene, hit: &FirstHit, settings: &Settings, camera: &Camera, pixel: usize) -> f64 {
     let sphere = &scene.spheres[hit.primitive as usize];
     let ray = camera_ray(camera, settings, pixel);
@@ -136,8 +136,8 @@ fn first_hits_agree(subject: BackendUnderTest) {
         assert_eq!(got, want);
     }
 
-    // Negative control: a sphere that is moved by its radius gives differences that are not at
-    // edges.
+    // Negative control: a sphere that is moved by its radius gives more differences than the bound
+    // allows.
     let mut faulty = scene.clone();
     faulty.spheres[486].center.x += faulty.spheres[486].radius;
     let Some(mut renderer) = subject.renderer(&faulty) else { return };
@@ -182,7 +182,7 @@ fn first_hits_are_the_nearest(subject: BackendUnderTest) {
     };
     let count = wrong(&hits);
     eprintln!("{subject:?}: {count} of {} first hits are wrong", hits.len());
-    // Rays may pass an edge within rounding, as few as `first_hits_agree` allows.
+    // Some rays pass an edge within rounding: as many as `first_hits_agree` allows.
     assert!(count * 10_000 <= hits.len(), "{count}");
     // Negative controls: flipped normals; other spheres.
     let mut flipped = hits.clone();
@@ -219,7 +219,7 @@ fn roulette_keeps_the_mean(subject: BackendUnderTest) {
     let with = film(&mut renderer, &roulette);
     let test = ZTest::new(&with, &without);
     assert!(test.global.iter().all(|z| z.abs() < GLOBAL_LIMIT), "{test:?}");
-    // Negative control: a mean that is off by as much as 5 % of albedo change it.
+    // Negative control: 5 % less albedo, which changes the mean.
     let mut faulty = scene.clone();
     faulty.materials.iter_mut().for_each(|material| material.albedo *= 0.95);
     let Some(mut renderer) = subject.renderer(&faulty) else { return };

@@ -43,8 +43,8 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// Reduces pixels and samples to what a software adapter has time for. Returns whether it has time
-/// for this scene at all.
+/// Reduces pixels and samples on all backends but the CPU, because their device may be a slow
+/// software adapter. Returns whether the case is tested on this backend.
 fn smaller(subject: BackendUnderTest, case: &mut Case) -> bool {
     if subject != BackendUnderTest::Cpu {
         (case.settings.width, case.settings.height) = (16, 12);
@@ -126,8 +126,8 @@ fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
 
 for_each_backend!(light_sampling_keeps_the_mean, samplers_and_roulette_keep_the_mean);
 
-/// The kernels of the book's scenes and the general kernels share their arithmetic: a light
-/// material that no object has changes the kernel variant, and not the film.
+/// The kernels of the book's scenes and the general kernels share their arithmetic: an emissive
+/// material that no object uses changes the kernel variant, and not the film.
 #[test]
 fn variants_give_the_same_bits() {
     for name in ["three_spheres.ron", "rtiow_final.ron"] {

@@ -100,7 +100,7 @@ fn lost() {
     assert_ne!(film, whole, "negative control not detected");
 }
 
-/// A device whose memory is all allocated by someone else gives a typed error.
+/// A device without free memory gives a typed error; once the memory is released, it renders again.
 fn a_full_device(scene: &trisect::scene::Scene) {
     let context = CudaContext::new(0).unwrap();
     let stream = context.new_stream().unwrap();

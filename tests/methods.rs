@@ -39,7 +39,7 @@ fn one_image_by_each_method(subject: BackendUnderTest) {
             (Some(Traversal::Linear), None),
         ] {
             if subject == BackendUnderTest::WgpuNaga && schedule == Some(Schedule::Persistent) {
-                continue; // refused, below
+                continue; // refused: see `queues_of_parts`
             }
             let got = by(traversal, schedule);
             assert_eq!(differing(&got, &want), 0, "{name} by {traversal:?}, {schedule:?}");
@@ -137,8 +137,8 @@ fn tiles_without_memory_are_named() {
     assert!(other.stats.warnings().is_empty() && other.stats.tiles_refused.is_none());
 }
 
-/// Launches of part of the rows, and launches that continue earlier ones, work with a persistent
-/// queue of few pixels and continued sums.
+/// The `persistent` schedule gives the same image if a launch renders few rows, and if it continues
+/// the sums of an earlier launch.
 fn queues_of_parts(subject: BackendUnderTest) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
     let scene = Scene::load(&path).unwrap();

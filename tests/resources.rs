@@ -1,5 +1,5 @@
-//! A system that refuses memory, threads, stack or long files, or has no `/proc`, causes an error
-//! that names the cause, never a panic (101) or a signal (134, 139, 153).
+//! A system that refuses memory, threads, stack or long files causes an error that names the cause,
+//! never a panic (101) or a signal (134, 139, 153). The program also runs without `/proc`.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 

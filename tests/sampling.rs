@@ -222,8 +222,9 @@ fn it_can_be_cancelled() {
     assert!(matches!(ended, Err(trisect::Error::Cancelled)));
 }
 
-/// When it is asked to stop in its second pass, it waits for the pass, but not long. Then it
-/// discards the pass and returns the image of the first one.
+/// A render that is asked to stop in its second pass still completes the pass, unless that takes
+/// longer than the grace period. Then it discards the running work, and returns the image without
+/// it.
 #[test]
 fn the_end_is_not_waited_for_long() {
     struct EndsLater<'a>(&'a AtomicBool);

@@ -193,7 +193,8 @@ fn no_ghosts(subject: BackendUnderTest) {
     };
     let with = mean(None, &TemporalSettings::DEFAULT);
     let noise = mean(None, &TemporalSettings { frames: 0, ..TemporalSettings::DEFAULT });
-    // Negative control: each surface is accepted as any other (and the spatial filter is closed).
+    // Negative control: the history of one surface is accepted on any other (and the spatial filter
+    // has no effect).
     let open = DenoiseSettings { levels: 1, color: 0.0, normal: f32::INFINITY, depth: f32::INFINITY, ..SVGF };
     let blind = mean(Some(&open), &TemporalSettings { clamp: f32::INFINITY, ..TemporalSettings::DEFAULT });
     println!("greatest error of a block: {with:.3}; without a past {noise:.3}; blind {blind:.3}");

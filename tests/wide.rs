@@ -43,8 +43,8 @@ fn triangle(scene: &mut Scene, [a, b, c]: [Vec3; 3]) {
     scene.shading.push(TriangleShading::zeroed());
 }
 
-/// Returns a scene of all kinds of primitives within a cube of the size. `kind`: 0 random, 1 at a
-/// few places, 2 flat and along axes, 3 needles.
+/// Returns a scene of spheres, quads and triangles placed in the cube from -`size` to `size`.
+/// `kind`: 0 random, 1 at two places, 2 flat and along axes, 3 needles.
 fn build(kind: u32, size: f32, count: u32) -> Scene {
     let place = |seed, i| if kind == 1 { point(seed, i % 2) } else { point(seed, i) };
     let tuple = |v: Vec3| format!("({:e}, {:e}, {:e})", v.x, v.y, v.z);
@@ -248,8 +248,8 @@ fn hits_are_those_of_each_primitive_tested() {
     }
 }
 
-/// A shadow ray finds out whether anything but its light is closer; that does not depend on what it
-/// hits first.
+/// A shadow ray is blocked if its closest hit is another primitive than its light, in whichever
+/// order the traversal tests primitives.
 #[test]
 fn shadow_rays_know_their_target() {
     for kind in 0..4 {

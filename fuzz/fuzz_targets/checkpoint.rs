@@ -1,6 +1,7 @@
 //! Fuzz target: checkpoints, whose checksums are not verified. The input is a whole file, or a
-//! header and data separated by the first byte 0, for which the lengths are made right so that the
-//! rest is reached. A checkpoint that can be read is merged with itself.
+//! header and data separated by the first byte 0, from which a file with correct lengths is made,
+//! so that the code behind their check is reached. A checkpoint that can be read is merged with
+//! itself.
 
 #![no_main]
 
@@ -18,7 +19,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut parts = bytes.splitn(2, |byte| *byte == 0);
     let (header, data) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
     let lengths = [header.len(), data.len()].map(|length| (length as u64).to_le_bytes()).concat();
-    // A checksum of four bytes after the lengths, and of each 64 KiB.
+    // Four bytes of checksum follow the lengths, and four for each 64 KiB follow the data.
     let sums = vec![0; 4 * (header.len() + data.len()).div_ceil(1 << 16)];
     let file = [MAGIC, &lengths, &[0; 4], header, data, &sums].concat();
     bounded(file.len(), || read(file));

@@ -1,5 +1,5 @@
 //! Fuzz target: GLB. The input is a whole file, or JSON and a buffer separated by the first byte 0,
-//! for which container and lengths are made right so that the rest is reached.
+//! from which a valid container is made, so that the code behind its checks is reached.
 
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! Fuzz target: glTF as JSON. Every file that it names has the content after the first byte 0, or
-//! is the whole input without a byte 0, so that buffers and images have content.
+//! Fuzz target: glTF as JSON, which ends at the first byte 0. Every file that it names consists of
+//! the bytes after that, or of the whole input if it has no byte 0.
 
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! Shared by the fuzz targets: files in memory, a folder, a limit on memory, and checks of scenes.
+//! Support code of the fuzz targets: files in memory, a temporary folder, a limit on memory, and
+//! checks of what the readers return.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{ErrorKind, Result};
@@ -10,10 +11,12 @@ use trisect::scene::description::{Description, Texels};
 use trisect::scene::import::Files;
 use trisect::scene::{Scene, SceneError};
 
-/// Limits: triangles of a model that is lowered, primitives of a scene whose BVH is built, and
-/// texels of an image that is decoded. A few bytes may describe millions, which take long.
+/// Maximum number of triangles of a model that is lowered to a scene. Here and below: a few bytes
+/// may describe millions, which take long.
 const TRIANGLES: usize = 20_000;
+/// Maximum number of primitives of a scene whose BVH is built.
 const TREE: usize = 2_000;
+/// Maximum number of texels of an image that is decoded.
 pub const TEXELS: u64 = 1 << 20;
 
 /// Global allocator that counts the allocated bytes.

@@ -1,5 +1,5 @@
-//! Writes a glTF 2.0 scene with each feature that the reader supports: as features.gltf with its
-//! files, and as features.glb.
+//! Writes a glTF 2.0 scene with each feature that the reader supports, twice: as `features.gltf`
+//! with the files `features.bin` and `features_tiles.png`, and as `features.glb`.
 //!
 //! ```text
 //! cargo run --release --example features_gltf -- scenes/gltf
@@ -144,7 +144,7 @@ fn with(mut object: Value, extra: Value) -> Value {
 }
 
 /// Returns the glTF JSON without its buffers, and the buffer's bytes. With `files`, one image is in
-/// its own file and one in the text.
+/// its own file and one is a data URI; the others are in the buffer.
 fn scene(files: bool) -> Result<(Value, Vec<u8>), Box<dyn Error>> {
     let mut buffer = Buffer::default();
 
@@ -620,7 +620,7 @@ fn png(bytes: &[u8], size: u32, color: ExtendedColorType) -> Result<Vec<u8>, Box
     Ok(file)
 }
 
-/// Returns base64 text (RFC 4648).
+/// Returns the bytes as base64 (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();

@@ -1,5 +1,5 @@
-//! Times the merge of a chunk into a film of 1920x1080 pixels: of the first chunk, which is copied,
-//! and of the others.
+//! Times the merge of a chunk into a film of 1920x1080 pixels: once for the first chunk, which is
+//! copied into the empty film, and as median and minimum for 39 further chunks.
 //!
 //! ```text
 //! cargo run --release --example film_merge

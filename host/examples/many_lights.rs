@@ -12,7 +12,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// Radiance of the weakest lamp. Each of the [`LEVELS`] levels doubles it.
+/// Radiance of the weakest of [`LEVELS`] levels. Each further level doubles it.
 const RADIANCE: f64 = 0.75;
 const LEVELS: u32 = 8;
 /// Half the width and depth of the hall.

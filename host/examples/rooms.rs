@@ -11,8 +11,8 @@
 //! * `room.ron`: walls, an area light under the ceiling, and the mesh of 499,280 triangles
 //! * `terraces.ron`, `terraces.ply`: the same room around 979,296 triangles of steps, many of which
 //!   face straight up
-//! * `sun.ron`, `sun_tilted.ron`: the mesh under a sun along -y, and under one tilted by a
-//!   hundredth
+//! * `sun.ron`, `sun_tilted.ron`: the mesh under a sun that shines along (0, -1, 0), and under one
+//!   that shines along (0.01, -1, 0.02)
 
 use glam::Vec3;
 use std::error::Error;

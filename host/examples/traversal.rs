@@ -1,4 +1,4 @@
-//! Measures closest hits per second on one thread, on the triangles of a scene: with the traversals
+//! Measures closest hits per second on one thread for the triangles of a scene, with the traversals
 //! of Trisect and of obvhs.
 //!
 //! ```text
@@ -10,10 +10,10 @@
 //! Rays: 2^20 primary rays of the scene's camera, row by row; a cosine-distributed ray from each of
 //! their hits, in the same order; and those in random order.
 //!
-//! Each figure is the median of five rounds in which the traversals take turns, by the processor's
-//! time where the system reports it (Linux). In its turn, each traversal traces the rays twice, and
-//! the second time counts. With a folder, the triangles and the rays are written there instead, for
-//! `tests/reference/embree.cc`.
+//! Each figure is the median of five rounds in which the traversals take turns. In its turn, a
+//! traversal traces the rays twice, and the second time counts. Times are CPU times of the thread
+//! where the system reports them (Linux), else wall-clock times. With a folder, the triangles and
+//! the rays are written there instead, for `tests/reference/embree.cc`.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
 use glam::Vec3A;
@@ -186,7 +186,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the seconds that this thread has run; by the clock if the system does not report them.
+/// Returns the CPU time of this thread in seconds, or the wall-clock time since the first call if
+/// the system does not report it.
 fn now() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
     let times = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
@@ -232,7 +233,7 @@ fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, 
         // SAFETY: the caller's promise.
         unsafe { all::<{ TRIANGLES | WIDE | features::AVX512 }>(params, scene, rays) }
     }
-    // SAFETY: `Wide::new` validated the BVH, and `InstructionSet::best` asked the processor.
+    // SAFETY: `Wide::new` validated the BVH, and `main` checked that the set is available.
     unsafe {
         match set {
             #[cfg(target_arch = "x86_64")]

@@ -2,9 +2,9 @@
 //! complete.
 //!
 //! The new content goes to a temporary file in the same folder, `.NAME.RANDOM.part`. It is created
-//! with `O_EXCL`: it follows no link, and no two writers share it, even if containers on one file
-//! system give them the same process id. A killed process leaves its temporary file behind; the
-//! next write of the same file removes it after an hour.
+//! with `O_EXCL`: no link is followed, and no two writers share it, even if containers on one file
+//! system give them the same process id. A killed process leaves its temporary file behind; a write
+//! of the same file removes it once it is more than an hour old.
 
 mod claim;
 mod special;

@@ -1,5 +1,5 @@
 //! Files that are complete or do not exist, and whose damage is detected: written atomically, with
-//! a CRC-32 of each block.
+//! a CRC-32 of each block. Checkpoints and the lab's cached references are such files.
 //!
 //! Layout, with little-endian numbers: eight bytes of magic; lengths of header and data, eight
 //! bytes each; a CRC-32 of all these; header; data; a CRC-32 of each 64 KiB of header and data. In
@@ -40,7 +40,7 @@ pub enum ChecksummedFileError {
         /// Size in bytes according to its prefix.
         should: u64,
     },
-    /// The header is longer than two megabytes.
+    /// The header is longer than 2 MiB.
     #[error("its header of {header} bytes is too long")]
     Header {
         /// Size of the header in bytes.

@@ -7,9 +7,9 @@ use std::path::Path;
 /// Environment variable that disables the layer.
 const SWITCH: &str = "NODEVICE_SELECT";
 
-/// Disables Mesa's device-selection layer on a machine without a display. The layer asks a display
-/// server which device to list first; without `XDG_RUNTIME_DIR`, libwayland then prints "error:
-/// XDG_RUNTIME_DIR is invalid or not set in the environment" for each Vulkan instance.
+/// Disables Mesa's device-selection layer on a machine without a display. The layer queries a
+/// display server for the device to list first; without `XDG_RUNTIME_DIR`, libwayland then prints
+/// "error: XDG_RUNTIME_DIR is invalid or not set in the environment" for each Vulkan instance.
 ///
 /// # Safety
 ///
@@ -22,8 +22,8 @@ pub unsafe fn quieten() {
     }
 }
 
-/// Returns whether the layer can find no display server, and the user has not told it which device
-/// to list first.
+/// Returns whether the layer can find no display server, and the user has not named the device that
+/// it lists first.
 fn is_headless(variable: impl Fn(&str) -> Option<String>) -> bool {
     let is_path = |name: &str| variable(name).is_some_and(|value| Path::new(&value).is_absolute());
     let is_set = |name: &str| variable(name).is_some_and(|value| !value.is_empty());

@@ -1,5 +1,5 @@
-//! Error of the library, which holds the error of any of its modules, and the program's exit code
-//! for each.
+//! Error of the library, which wraps the errors of its modules, and the program's exit code for
+//! each of them.
 
 use crate::adaptive::SamplingError;
 use crate::backend::BackendError;
@@ -21,7 +21,7 @@ use thiserror::Error;
 /// Any error of the library.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// A scene file is invalid.
+    /// A scene file could not be read, or is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The settings of a render are wrong.
@@ -36,7 +36,7 @@ pub enum Error {
     /// An image could not be read or written.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// An output is another file of the same command.
+    /// An output is another file of the same command, or one that `resume` does not write unasked.
     #[error(transparent)]
     Conflict(#[from] ConflictError),
     /// Two images could not be compared.
@@ -60,7 +60,7 @@ pub enum Error {
     /// A checkpoint could not be read, written or used.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// A benchmark could not be set up, or its results not written.
+    /// A benchmark could not be set up, or its results could not be written.
     #[error(transparent)]
     Bench(#[from] BenchError),
     /// Threads could not be started.
@@ -73,7 +73,8 @@ pub enum Error {
 
 impl Error {
     /// Returns the program's exit code: 1 for errors at run time, 2 for usage, 3 for an unavailable
-    /// backend, 4 for an invalid scene.
+    /// backend, 4 for an invalid scene. A [`ClusterError`] has the code of the rank that failed, or
+    /// 130 after a signal.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Write(WriteError::Scene(_)) => 4,

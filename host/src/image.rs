@@ -177,7 +177,7 @@ fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Res
     Ok(Image { width, height, pixels: rgb.pixels().map(|pixel| pixel.0.map(linear)).collect() })
 }
 
-/// Reads a portable float map (PFM), whose pixels take about the length of the file.
+/// Reads a portable float map (PFM). Its length decides how much memory it takes.
 fn read_pfm(bounds: &Bounds, file: File) -> Result<Image, ImageError> {
     let Bounds { path, length, free } = *bounds;
     // The bytes of the file, and its pixels: three channels, even if the file has one.

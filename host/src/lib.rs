@@ -30,12 +30,12 @@
 //! | [`scene`] | reads and validates scenes: the project's own format, glTF, OBJ and PLY |
 //! | [`precision`] | checks whether single precision suffices for a scene |
 //! | [`bvh`] | builds the BVH: binary, wide, and its entries by image tile |
-//! | [`lights`] | light table: what next-event estimation chooses from |
+//! | [`lights`] | builds the light table, from which next-event estimation chooses |
 //! | [`alias`] | alias tables: sampling of a discrete distribution in constant time |
 //! | [`backend`] | devices behind one trait: CPU, wgpu, CUDA |
 //! | [`render`] | settings, and renders of frames, chunks, missing samples and live frames |
 //! | [`film`] | exact sums of samples, which can be merged in any order |
-//! | [`adaptive`] | renders to a target error or time, with more samples where noise is |
+//! | [`adaptive`] | renders to a target error or time, with more samples in noisy tiles |
 //! | [`denoise`] | à-trous and SVGF filters, and the history of live frames |
 //! | [`image`] | images in memory, read from files |
 //! | [`output`] | image files: PNG, EXR, PFM, HDR; AOV layers, exposure |
@@ -46,7 +46,7 @@
 //! | [`statistics`] | confidence intervals and tests for few repetitions |
 //! | [`stats`] | times and counts of a render, as text and versioned JSON |
 //! | [`mod@bench`] | benchmarks, and a report with charts |
-//! | [`tradeoff`] | the lab: error that each setting for speed costs |
+//! | [`tradeoff`] | the lab: measures time, noise and bias of each speed option |
 //! | [`memory`] | available memory |
 //! | [`threads`] | threads, with an error where the system refuses them |
 //! | [`error`] | [`Error`] and the program's exit codes |

@@ -27,7 +27,7 @@ pub struct Lights {
 }
 
 /// Minimum radius of the discs that stand for planes. A plane keeps at least this radius in every
-/// scene space, and other discs are smaller.
+/// scene space; any disc as large counts as a plane.
 const PLANE_RADIUS: f32 = 1e11;
 
 impl Lights {

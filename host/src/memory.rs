@@ -1,4 +1,4 @@
-//! Available memory.
+//! Available memory, by which renders, scenes and images are refused before they are allocated.
 
 #[cfg(target_os = "linux")]
 mod cgroup;
@@ -50,7 +50,7 @@ fn of_process(root: &Path) -> Option<u64> {
     left(root, [Resource::As, Resource::Data].map(|resource| getrlimit(resource).current))
 }
 
-/// Returns the bytes left of the limits of the address space and of data. If `/proc` does not tell
+/// Returns the bytes left of the limits of the address space and of data. If `/proc` does not state
 /// how much is in use, half of the limit counts as used.
 #[cfg(target_os = "linux")]
 fn left(root: &Path, limits: [Option<u64>; 2]) -> Option<u64> {

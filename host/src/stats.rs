@@ -30,7 +30,8 @@ pub struct Phases {
     pub view_seconds: f64,
     /// All submissions, with the gaps between them, and all merges.
     pub render_seconds: f64,
-    /// Part of `render_seconds`: reading the film back and merging its chunks.
+    /// Part of `render_seconds` in which the device waited: for the film to be read back, and for
+    /// merges of chunks that did not overlap rendering.
     pub merge_seconds: f64,
     /// Part of `merge_seconds`: copying the film from the device.
     pub read_seconds: f64,

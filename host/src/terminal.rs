@@ -1,5 +1,6 @@
-//! Standard output and standard error. All printing goes through this module: `println!` and
-//! `eprintln!` panic if nothing can be written, and clippy refuses them in this crate.
+//! Standard output and standard error. All printing except the progress bar goes through this
+//! module: `println!` and `eprintln!` panic if nothing can be written, and clippy refuses them in
+//! this crate.
 
 mod escape;
 

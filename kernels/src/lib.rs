@@ -30,7 +30,7 @@
 ///
 /// A scene is rendered by the first variant that has its features, so cheaper variants come first.
 /// The first eight serve spheres under a gradient sky with the materials of "Ray Tracing in One
-/// Weekend"; in the others the launch record decides on roulette and Fresnel.
+/// Weekend"; in those with `MICROFACETS` the launch record decides on roulette and Fresnel.
 #[macro_export]
 macro_rules! for_each_variant {
     ($variant:ident) => {

@@ -81,21 +81,21 @@ pub fn workgroup(entry_point: &str) -> (u32, u32) {
     if is_level(entry_point) { (64, 1) } else { WORKGROUP }
 }
 
-/// Returns the SPIR-V module of an entry point, for Vulkan 1.2; it has no other. `None` if there is
-/// no such entry point.
+/// Returns the SPIR-V module, for Vulkan 1.2, that has only this entry point; `None` if there is no
+/// such entry point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
     let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten();
     all.copied().find(|(name, _)| *name == entry_point).map(|(_, module)| module)
 }
 
-/// Returns the first and so cheapest variant that has all of `features`, with exactly their
-/// traversal and schedule.
+/// Returns the first, and so the cheapest, variant that has all of `features`, with exactly their
+/// traversal and schedule, or `None` without one.
 pub fn variant(features: Features) -> Option<Variant> {
     let same_strategy = |variant: &Variant| variant.features & STRATEGY == features & STRATEGY;
     VARIANTS.iter().copied().find(|variant| variant.supports(features) && same_strategy(variant))
 }
 
-/// Returns the variant with this name.
+/// Returns the variant with this name, if there is one.
 pub fn variant_by_name(name: &str) -> Option<Variant> {
     VARIANTS.iter().copied().find(|variant| variant.name == name)
 }

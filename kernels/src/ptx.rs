@@ -56,8 +56,8 @@ fn pixel_of_thread(params: &RenderParams) -> (u32, u32) {
 /// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output,
 /// the compensations, the counter of the queue, and the AOV sums.
 ///
-/// The scene's pointers are separate arguments, because LLVM knows only of arguments that they
-/// point to global memory.
+/// The scene's pointers are separate arguments, because only for pointers that are arguments does
+/// LLVM infer that they point to global memory.
 macro_rules! entry_point {
     ($name:ident, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         /// Runs a kernel over the launch's pixels. The crate's documentation lists the arguments.

@@ -1,8 +1,8 @@
 //! Sums of AOVs at the first hits of a pixel's camera rays: normal, albedo, position, emission.
 //!
-//! They tell the denoiser where edges are, and which light has no noise. A kernel with
-//! [`AOVS`](crate::features::AOVS) writes them along its paths, without rays of their own; the host
-//! also writes them to image files.
+//! The denoiser finds edges by them and keeps emission, which has no noise, apart. A kernel with
+//! [`AOVS`](crate::features::AOVS) sums them over the paths that it traces, without further rays;
+//! the host also writes them to image files.
 
 use crate::buffer::{SharedSlice, load_shared, store_shared};
 use crate::bvh::NO_PRIMITIVE;
@@ -19,7 +19,7 @@ pub struct AovSums {
     pub hits: u32,
     /// Sum of the albedos at the hits; a miss adds 0.
     pub albedo: Vec3,
-    /// Primitive that the first of those samples hit, or [`NO_PRIMITIVE`].
+    /// Primitive hit by the first of the samples that hit any, or [`NO_PRIMITIVE`].
     pub primitive: u32,
     /// Sum of the positions of the hits, in scene units.
     pub position: Vec3,

@@ -175,7 +175,8 @@ impl Bsdf {
         }
     }
 
-    /// Returns whether light sampling can find any direction that [`Bsdf::sample`] returns.
+    /// Returns whether a lobe is not a delta, so that light sampling can find some directions that
+    /// [`Bsdf::sample`] returns.
     #[inline(always)]
     pub fn has_non_delta_lobe<const FEATURES: Features>(&self) -> bool {
         let kind = self.material.kind;
@@ -196,8 +197,9 @@ impl Bsdf {
         normalize(self.x * v.x + self.y * v.y + self.normal * v.z)
     }
 
-    /// Samples a direction: `random.x` and `random.y` within a lobe, `random.z` the lobe. `schlick`
-    /// chooses Schlick's approximation in kernels that can do both.
+    /// Samples a direction: `random.x` and `random.y` choose it within a lobe, `random.z` chooses
+    /// the lobe or, for the book's metal, the distance from the ball's centre. `schlick` chooses
+    /// Schlick's approximation in kernels that can do both.
     #[inline(always)]
     pub fn sample<const FEATURES: Features>(&self, schlick: bool, random: Words) -> BsdfSample {
         let kind = self.material.kind;
@@ -243,9 +245,9 @@ impl Bsdf {
         BsdfEval { value: self.material.albedo * pdf, pdf }
     }
 
-    /// Returns the pdf of the mirrored direction plus a uniform point of a ball, normalised. It is
-    /// the ball's volume along the ray, whose element at distance s is s² ds: the integral between
-    /// the ball's two faces.
+    /// Returns the pdf of the mirrored direction plus a uniform point of a ball, normalised. At
+    /// distance s along the direction, the volume per steradian is s² ds: the pdf is its integral
+    /// from the ball's near to its far face, over the ball's volume.
     #[inline(always)]
     fn fuzz_pdf(&self, direction: Vec3) -> f32 {
         let mirrored = reflect(self.viewer, self.normal);
@@ -410,7 +412,7 @@ impl Bsdf {
         if rough && cos_o > 0.0 && (cos_i > 0.0) == (mirrored.z > 0.0) {
             let (lambda_o, lambda_i) = (lambda(o.z, self.alpha), lambda(i.z.abs(), self.alpha));
             let d = distribution(h, self.alpha);
-            // Solid angle of i per solid angle of facets, over cos_o.
+            // Solid angle of facet normals per solid angle of i.
             let spread = if reflected || !is_glass {
                 1.0 / (4.0 * cos_o)
             } else {

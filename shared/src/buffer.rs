@@ -11,9 +11,10 @@
 //!   `trisect::bvh` checks each node of each tree that it builds.
 //! * The children of each `WideNode` of the wide BVH lie inside its arrays, and packets name
 //!   primitives of their kind.
-//! * The material index of each primitive, as of a [`Sphere`](crate::sphere::Sphere), is below the
-//!   number of materials: `trisect::scene` resolves names to indices, and
-//!   `trisect::render::Renderer` checks them again.
+//! * The other indices of a scene are in range: each primitive's material, each material's
+//!   textures, each texture's texels, the aliases of the environment map; and each triangle has a
+//!   shading record. `trisect::scene` checks them at load, `trisect::render::Renderer` again.
+//! * The primitives and aliases of lights are in range: `trisect::lights` numbers them itself.
 //! * A pixel lies inside the film: kernels compare with
 //!   [`RenderParams`](crate::params::RenderParams), and each backend allocates its film from the
 //!   same record.

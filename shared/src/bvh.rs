@@ -22,10 +22,10 @@ pub const NO_PRIMITIVE: u32 = u32::MAX;
 pub struct Child(pub u32);
 
 impl Child {
-    /// Root of an empty scene.
+    /// Root of an empty scene, and tile entry where camera rays meet nothing.
     pub const EMPTY: Self = Self(u32::MAX);
     const LEAF: u32 = 0x8000_0000;
-    /// Largest number of a primitive or node that a reference holds.
+    /// Mask of the index in a reference, and maximum count of primitives or of nodes.
     pub const MAX_INDEX: u32 = 0x7fff_ffff;
 
     /// Creates a leaf with `primitive`.
@@ -119,7 +119,7 @@ fn center_and_half_extent(low: f32, high: f32) -> (f32, f32) {
     (center, if half > 0.0 { (half * (1.0 + 4.0 * f32::EPSILON)).next_up() } else { half })
 }
 
-/// The primitive that a ray meets first.
+/// Result of a traversal: the closest hit or, with [`RayQuery::any_hit`], the one that ended it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance along the ray; the query's `t_max` if nothing is hit.
@@ -131,10 +131,10 @@ pub struct Hit {
 /// Cost of a traversal, counted in kernels with [`COUNTED`](crate::features::COUNTED); else zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Visits {
-    /// Inner nodes whose children's boxes were tested: two of a binary node, eight of a wide one.
+    /// Inner nodes visited. A visit tests the boxes of all children: two in the binary BVH, eight
+    /// in the wide one.
     pub nodes: u32,
-    /// Leaves whose primitives were tested: one of a binary BVH's leaf, up to eight of a wide
-    /// one's.
+    /// Leaves visited. A visit tests one primitive in the binary BVH, up to eight in the wide one.
     pub leaves: u32,
 }
 

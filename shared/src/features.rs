@@ -7,10 +7,11 @@
 /// Set of features.
 pub type Features = u32;
 
-/// Russian roulette: a path survives with the largest component of its throughput as probability.
+/// Russian roulette: a path survives with the largest component of its throughput, at most 1, as
+/// probability.
 pub const ROULETTE: Features = 1 << 0;
 /// Schlick's approximation as "Ray Tracing in One Weekend" (the book) has it, instead of Fresnel's
-/// equations.
+/// equations. With [`MICROFACETS`], [`FLAG_SCHLICK`](crate::params::FLAG_SCHLICK) chooses.
 pub const SCHLICK: Features = 1 << 1;
 /// Owen-scrambled Sobol sequence instead of independent random numbers.
 pub const SOBOL: Features = 1 << 2;
@@ -70,6 +71,6 @@ pub const NEE: Features = EMITTERS | ENVIRONMENT;
 /// Features that make a kernel large: it takes many registers, and its lanes diverge.
 pub const HEAVY: Features = PLANAR | TRIANGLES | NEE | TEXTURES;
 
-/// All features that a scene can need.
+/// All features that a render can need, except [`SOBOL`], [`AOVS`] and [`STRATEGY`].
 pub const ALL: Features =
     ROULETTE | SCHLICK | PLANAR | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;

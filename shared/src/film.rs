@@ -49,7 +49,7 @@ impl PixelSums {
     /// 1974, with the error of each addition by Knuth's TwoSum, which has no branch. A compiler
     /// that may reassociate would find each error to be 0. It must not see that a number is
     /// subtracted that was just added, so both pass through an exclusive or with `zero`, a word
-    /// that is 0 and that no compiler knows. The squares are summed plainly: the variance is not
+    /// that is 0, which no compiler can know. The squares are summed plainly: the variance is not
     /// needed to 1e-5.
     #[inline(always)]
     pub fn add(&mut self, radiance: Vec3, compensation: &mut Compensation, zero: u32) {
@@ -71,7 +71,7 @@ impl PixelSums {
     }
 }
 
-/// Returns `v` if `zero` is 0, hidden from optimisers that reassociate. LLVM does not reassociate:
+/// Returns `v` if `zero` is 0, hidden from optimisers that reassociate. No compiler of PTX does:
 /// there it costs nothing.
 #[inline(always)]
 fn hide_from_compiler(v: Vec3, zero: u32) -> Vec3 {

@@ -31,8 +31,9 @@
 //!   reassociation of arithmetic that is not decorated `NoContraction`, which the build therefore
 //!   adds. An image through SPIR-V agrees with the CPU's statistically.
 //!
-//! Samples do not depend on who renders them: a random number is a function of seed, pixel, sample
-//! and dimension ([`rng`]), and a pixel's samples are summed in index order ([`film`]).
+//! A sample does not depend on the device or process that renders it: a random number is a function
+//! of seed, pixel, sample and dimension ([`rng`]), and a pixel's samples are summed in index order
+//! ([`film`]).
 //!
 //! # Indices
 //!

@@ -49,9 +49,9 @@ pub struct Light {
     pub intensity: Vec3,
     /// Slope of a spot's falloff over the cosine from its axis; 0 for a point light.
     pub cone_scale: f32,
-    /// Unit vector along a spot's axis.
+    /// Unit vector along a spot's axis, away from the light.
     pub axis: Vec3,
-    /// Offset of a spot's falloff: its intensity is multiplied by (cosine `cone_scale` +
+    /// Offset of a spot's falloff: its intensity is multiplied by (cosine × `cone_scale` +
     /// `cone_offset`)², the base clamped to 0 to 1 (glTF's KHR_lights_punctual).
     pub cone_offset: f32,
 }

@@ -59,7 +59,7 @@ pub struct Material {
     pub light_pdf: f32,
     /// Real part of a conductor's index of refraction, by channel.
     pub eta: Vec3,
-    /// Fraction, of the light that enters a dielectric, that passes its thin wall, 0 to 1.
+    /// Fraction of the light entering a dielectric that passes through its thin wall, 0 to 1.
     pub transmission: f32,
     /// Imaginary part of a conductor's index of refraction, by channel.
     pub k: Vec3,
@@ -84,7 +84,8 @@ pub struct Material {
 const _: () = assert!(size_of::<Material>() == 112 && align_of::<Material>() == 16);
 
 impl Material {
-    /// Creates a material of this kind: opaque, smooth, not emitting, without textures, of index 1.
+    /// Creates a material of this kind: opaque, smooth, not emitting, without textures, with index
+    /// of refraction 1.
     pub const fn new(kind: u32, albedo: Vec3) -> Self {
         Self {
             albedo,
@@ -128,7 +129,7 @@ pub struct Scatter {
 }
 
 impl Material {
-    /// Samples the lobe of a book's material; its weight is the albedo in each direction.
+    /// Samples the lobe of one of the book's materials; its weight is the albedo in each direction.
     ///
     /// `incoming` is the unit direction of the arriving ray, `normal` the unit normal on its side,
     /// `front` true if that side is the outside, `schlick` true if a variant that can do both uses

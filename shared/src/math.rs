@@ -162,7 +162,7 @@ pub fn mul_high(a: u32, b: u32) -> u32 {
     a1 * b1 + (middle >> 16) + (low >> 16)
 }
 
-/// Returns the largest integer not above `x`, for |x| < 2³¹; some integer for other numbers and
+/// Returns the largest integer not above `x`, for |x| ≤ 2e9; some integer for other numbers and
 /// NaN.
 #[inline(always)]
 pub fn floor(x: f32) -> i32 {

@@ -12,7 +12,7 @@ use glam::Vec3;
 /// alpha, a tenth of a degree wide, is at f32's resolution of half vectors.
 pub const MIN_ROUGH_ALPHA: f32 = 1e-3;
 
-/// Returns D(h): the density of facet normals `h` per steradian, times their area in the surface.
+/// Returns D(h): the area of facets with normal `h`, per steradian and per unit of surface area.
 #[inline(always)]
 pub fn distribution(h: Vec3, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
@@ -46,8 +46,8 @@ pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> 
 }
 
 /// Returns the grazing part g of a rough boundary's reflectance: with reflectance f at normal
-/// incidence, the boundary reflects at most f + (1 - f) g. It is the fraction that the boundary
-/// reflects of (1 - v·h)⁵, the part of Fresnel's reflectance that depends on the angle.
+/// incidence, the boundary reflects at most f + (1 - f) g. It is the boundary's albedo, seen at
+/// `cos`, for the reflectance (1 - v·h)⁵: the part of Schlick's form that depends on the angle.
 ///
 /// g is a fit, 0 to 0.06 above the integral over GGX's visible normals with single scattering
 /// (sampled for 0.03 ≤ `roughness` ≤ 1 and 0.005 ≤ `cos` ≤ 1). The error is a margin, so that no

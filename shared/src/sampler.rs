@@ -1,6 +1,6 @@
 //! Random words of a path: independent ([`crate::rng`]) or from an Owen-scrambled Sobol sequence.
 //!
-//! Source: Burley, "Practical Hash-based Owen Scrambling", JCGT 10(4), 2020. The four words of a
+//! Source: Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. The four words of a
 //! block are two pairs. Each pair is a point of the two-dimensional Sobol sequence, a (0,
 //! 2)-sequence, with its own scrambling and its own order of the samples (padding). Like the
 //! independent words they are a function of seed, pixel, sample and block, without state.

@@ -1,4 +1,4 @@
-//! Radiance from infinity of scenes without an environment map; [`crate::path`] adds it.
+//! Radiance from infinity, for scenes without an environment map; [`crate::path`] adds it.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;

@@ -1,4 +1,5 @@
-//! Slab test of a ray against both boxes of a node, for the binary BVH and its padding by the host.
+//! Slab test of a ray against both boxes of a node of the binary BVH, and the padding of the boxes,
+//! which the host adds.
 
 use crate::bvh::BvhNode;
 use crate::math::fused;
@@ -176,7 +177,8 @@ fn intersect_box(
     (entry <= exit * exit_scale, entry)
 }
 
-/// Tests both boxes at once, for the CPU: in the upper and the lower half of its lanes.
+/// Tests both boxes at once, for the CPU: centres in the first two lanes, half extents in the
+/// others.
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 #[inline(always)]
 fn intersect_boxes_together(

@@ -87,7 +87,7 @@ pub unsafe fn at<const FEATURES: Features>(
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
     if const { has(FEATURES, TEXTURES) } {
-        // u runs from -x by -z, +x and +z; v from the top down (Shirley et al., "Ray Tracing: The
+        // u runs from -x by +z, +x and -z; v from the top down (Shirley et al., "Ray Tracing: The
         // Next Week", section 4.4).
         u = 0.5 + atan2_turns(-normal.z, normal.x);
         v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
@@ -134,10 +134,10 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
 /// `normal`.
 ///
 /// The mirrored direction is lifted to a cosine c with the surface's normal of
-/// [`MIN_REFLECTED_COSINE`], or of nine tenths of the viewer's; the bent normal is the sum of that
-/// direction and the viewer's. The lifted direction's length is at most sqrt(1 + c²), so the view
-/// mirrored about the bent normal has a cosine of at least c / 2, and the viewer sees the front of
-/// the shading.
+/// [`MIN_REFLECTED_COSINE`], or of 0.9 times the viewer's if that is less; the bent normal lies
+/// along the sum of that direction and the viewer's. The lifted direction's length is at most
+/// sqrt(1 + c²), so the view direction mirrored about the bent normal has a cosine of at least
+/// c / 2, and the viewer sees the front of the shading normal.
 #[inline(always)]
 pub fn bend_shading_normal(shading: Vec3, normal: Vec3, viewer: Vec3) -> Vec3 {
     let (facing, up) = (2.0 * shading.dot(viewer), viewer.dot(normal));

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// Value of [`RenderParams::first_tile_entry`] if camera rays begin at the root.
 pub const NO_TILE_ENTRIES: u32 = u32::MAX;
 
-/// Returns the subtree that contains all that the camera rays of pixel (`x`, `y`) can meet.
+/// Returns the subtree with all primitives that the camera rays of pixel (`x`, `y`) can meet.
 ///
 /// # Safety
 ///

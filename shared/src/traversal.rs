@@ -65,9 +65,9 @@ pub(crate) fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool
     (t < best) | ((t == best) & ((primitive as i32) < closest as i32))
 }
 
-/// Returns what is known before the search: the hit of a shadow ray on the light's primitive, if it
-/// has one. A primitive behind the light then cannot end the search, whichever of the two is tested
-/// first.
+/// Returns the hit that the search starts with: that of a shadow ray on its light's primitive, if
+/// there is one. A primitive behind the light then cannot end the search, whichever of the two is
+/// tested first.
 ///
 /// # Safety
 ///
@@ -209,8 +209,8 @@ unsafe fn search<const FEATURES: Features>(
         return unsafe { crate::wide::dispatch::<FEATURES>(params, scene, ray, query) };
     }
     // Padded boxes are cheaper to test (docs/notebook/camera-ray-tiles.md). Heavy kernels use them
-    // on CUDA only: on Vulkan they gain little and compile long. ptxas places loops by how a choice
-    // is written: this form is the faster one in heavy kernels, the `match` below in all others.
+    // on CUDA only: on Vulkan they gain little and take long to compile. ptxas places loops by how
+    // a choice is written: this form is faster in heavy kernels, the `match` below in all others.
     if const { cfg!(target_arch = "nvptx64") && has_any(FEATURES, HEAVY) }
         && params.flags & FLAG_PADDED_BOXES != 0
     {

@@ -180,8 +180,8 @@ impl Triangle {
 
     /// Returns the normal on the front side, not of unit length.
     ///
-    /// Its length is twice the area of the triangle, scaled so that the longest extent of an edge
-    /// along an axis is between 1 and 2. It depends on the shape alone; the cross product of the
+    /// Its length is twice the area of the triangle, scaled so that the longest extent of the edges
+    /// at `a` along an axis is 1 to 2. It depends on the shape alone; the cross product of the
     /// edges themselves leaves f32's range for edges below 3e-10 or above 4e9. The scale is a power
     /// of two and rounds nothing, so the normal of nearly parallel edges is the same on every
     /// device.

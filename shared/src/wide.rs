@@ -172,7 +172,7 @@ pub unsafe fn dispatch<const FEATURES: Features>(
 }
 
 /// Returns the closest primitive in front of `ray`, as `query` limits it, and the visits of the
-/// search: the hit that traversal of the binary BVH returns.
+/// search. Traversal of the binary BVH returns the same closest hit.
 ///
 /// Children are visited in the order of their centres along the ray's octant. That takes no more
 /// visits than the order of their distances (docs/notebook/triangles-and-trees.md), and one

@@ -1,9 +1,10 @@
 //! Every command block of the tutorial and of the how-to pages runs, in order, in a folder of the
 //! page's own.
 //!
-//! A `sh` fence is run by `bash -e`. A fence with `file=NAME` is written to that file first. A
-//! fence with `needs=WORD` is skipped, aloud, where the machine lacks it; other languages are shown
-//! only.
+//! A `sh` fence is run by `bash -e` and must end with exit code 0, or with that of `exit=CODE`. A
+//! fence with `file=NAME` is written to that file instead. A fence with `needs=WORD` is skipped,
+//! with a message, where the machine lacks the backend or command WORD; `needs=window` opens a
+//! window on a virtual screen. Fences of other languages are not run.
 
 use crate::fences::{Fence, fences};
 use crate::{files, name, text};
@@ -52,7 +53,7 @@ fn run(fence: &Fence, folder: &Path) -> Output {
     shell(folder).args(["-c", &fence.text]).output().unwrap()
 }
 
-/// Shows what a fence opens in a window on a screen of its own, and closes it.
+/// Runs a fence on a virtual screen until its window is visible, and then ends it.
 #[cfg(target_os = "linux")]
 fn show(fence: &Fence, folder: &Path) -> Result<(), String> {
     use std::os::unix::process::CommandExt;

@@ -122,7 +122,7 @@ fn the_index_has_every_page() {
         let page = name(&path);
         let Some(page) = page.strip_prefix("docs/") else { continue };
         let parts: Vec<&str> = page.split('/').collect();
-        // A folder within a room has an index of its own.
+        // A folder below a part of the documentation, and the notebook, have an index of their own.
         let inner = parts.len() > 2 || parts[0] == "notebook" && parts[1] != "README.md";
         if page != "README.md" && !inner {
             assert!(index.contains(&format!("({page})")), "docs/README.md does not link {page}");

@@ -29,7 +29,7 @@ const CLAUSES: &[&str] = &[
     "Likewise",
 ];
 
-/// Returns a message for each line of Rust that breaks a rule.
+/// Returns the line, from 1, and a message for each line of Rust that breaks a rule.
 fn faults(source: &str) -> Vec<(usize, &'static str)> {
     let mut found = Vec::new();
     let mut follows_doc = false;
@@ -59,7 +59,8 @@ fn faults(source: &str) -> Vec<(usize, &'static str)> {
     found
 }
 
-/// Returns the lines of prose that are too wide: tables, code, headings and images aside.
+/// Returns the numbers, from 1, of the lines of prose that are too wide. Tables, code, headings and
+/// images are exempt.
 fn wide(page: &str) -> Vec<usize> {
     let mut found = Vec::new();
     let mut fenced = false;

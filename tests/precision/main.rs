@@ -1,9 +1,9 @@
-//! The supported ranges: other spaces show the same image, and each limit that `trisect check`
-//! knows is where the error begins.
+//! The supported ranges: a scene in another space shows the same image, and each limit of
+//! `trisect check` is where the error begins.
 //!
-//! A rule is tested on both sides. Beyond the limit, the predicted error is measured against f64 or
-//! in a render. A scene within the limit has no finding and no such error; it is the negative
-//! control.
+//! Each limit is tested on both sides. Beyond it, the predicted error is compared with one that is
+//! measured against f64 or in a render. A scene within the limit is the negative control: it has no
+//! finding, and no such error.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 mod camera;
@@ -57,7 +57,7 @@ fn agrees(scene: &SceneDocument, limit: Limit, measured: f64) -> Result<(), Stri
     }
 }
 
-/// Random numbers in f64, of 48 bits.
+/// Generator of uniform random numbers from 0 to 1 in f64, of 48 bits.
 struct Random(u32);
 
 impl Random {

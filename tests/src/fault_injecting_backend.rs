@@ -31,7 +31,8 @@ impl FaultInjectingBackend {
         Self { device: inner.device().clone(), inner, after: Box::new(after) }
     }
 
-    /// Reports the device as a GPU, so that the host sums a launch while it renders the next.
+    /// Reports the device as a GPU, so that the host adds a chunk to the film while the next one is
+    /// rendered.
     #[must_use]
     pub fn as_gpu(mut self) -> Self {
         self.device.kind = DeviceKind::Gpu;

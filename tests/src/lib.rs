@@ -6,8 +6,8 @@
 //!   skipped with a message.
 //! * `TRISECT_ROOT`: the folder with `scenes/`, for tests that run without their source tree.
 //! * `TRISECT_BIN`: the program, if it is not beside the test binaries.
-//! * `TRISECT_WGPU_DEVICE`: index of the wgpu adapter; default: the best hardware adapter, else the
-//!   first one.
+//! * `TRISECT_WGPU_DEVICE`: index of the wgpu adapter; default: the first hardware adapter, else
+//!   the first adapter.
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
@@ -75,8 +75,8 @@ impl BackendUnderTest {
         let backend = self.available(self.open())?;
         match Renderer::new(backend, scene) {
             Ok(renderer) => {
-                // With another backend, a comparison with the CPU could compare its image with
-                // itself.
+                // If the CPU had been opened in place of this backend, a comparison with the CPU
+                // would compare an image with itself.
                 assert_eq!(renderer.backend().device().backend, self.name(), "{self:?} is another backend");
                 Some(renderer)
             }
@@ -84,8 +84,8 @@ impl BackendUnderTest {
         }
     }
 
-    /// Returns what was opened, or `None` with a message on standard error where it is missing and
-    /// not required.
+    /// Returns the opened device, or `None` with a message on standard error where the backend is
+    /// missing and not required.
     ///
     /// # Panics
     ///

@@ -115,7 +115,7 @@ impl Job {
     ///
     /// # Panics
     ///
-    /// If it has ended.
+    /// If the signal cannot be sent.
     pub fn end_by(&self, name: &str) {
         let sent = Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status();
         assert!(sent.is_ok_and(|status| status.success()), "mpirun had ended before it got {name}");

@@ -1,4 +1,4 @@
-//! Runs the program and checks its failures.
+//! Runs the program and checks its failures; temporary folders and files for such tests.
 
 use std::fs;
 use std::path::PathBuf;
@@ -27,8 +27,8 @@ pub fn trisect(arguments: &[&str]) -> Output {
     run(Command::new(crate::binary()).args(arguments))
 }
 
-/// Runs the program within `memory` bytes of address space, where bash can limit it. Before it
-/// opens a backend the program uses one thread, and so needs no further memory.
+/// Runs the program within `memory` bytes of address space on Linux, and without a limit elsewhere.
+/// Until it opens a backend, the program has one thread, so no stacks of further threads count.
 ///
 /// # Panics
 ///

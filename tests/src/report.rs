@@ -19,12 +19,12 @@ pub enum Outcome {
     Passed,
     /// The test holds within a bound that was measured and whose reason the test states.
     Bounded,
-    /// There is nothing to test; the figure has the reason.
+    /// There is nothing to test; the figure states the reason.
     NotApplicable,
 }
 
 /// Returns the device that tests of a backend run on. Devices are listed once, because a driver may
-/// fail after it has been asked often.
+/// fail if they are listed often.
 fn device(subject: BackendUnderTest) -> Option<&'static Device> {
     static DEVICES: [OnceLock<Option<Device>>; 3] = [const { OnceLock::new() }; 3];
     let (slot, find): (usize, fn() -> Option<Device>) = match subject {
@@ -56,8 +56,8 @@ impl BackendUnderTest {
         device(self).map_or(0, |device| device.index)
     }
 
-    /// Returns whether its device is a graphics driver that computes on the CPU, which has time for
-    /// few samples.
+    /// Returns whether its device is a graphics driver that computes on the CPU. Tests give such a
+    /// slow device fewer samples.
     pub fn is_software(self) -> bool {
         device(self).is_some_and(|device| device.kind == DeviceKind::SoftwareGpu)
     }

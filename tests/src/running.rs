@@ -28,7 +28,7 @@ impl Running {
     ///
     /// # Panics
     ///
-    /// If the process ends before.
+    /// If standard error ends without them.
     pub fn until(&mut self, words: &str) {
         let mut said = String::new();
         let out = self.0.as_mut().unwrap().stderr.as_mut().unwrap();
@@ -43,7 +43,7 @@ impl Running {
     ///
     /// # Panics
     ///
-    /// If the process has ended.
+    /// If the signal cannot be sent.
     pub fn signal(&self, name: &str) {
         let id = self.0.as_ref().unwrap().id().to_string();
         assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
@@ -53,7 +53,7 @@ impl Running {
     ///
     /// # Panics
     ///
-    /// If the system does not tell.
+    /// If the system does not report the state of the process.
     pub fn kill(mut self) -> bool {
         let mut child = self.0.take().unwrap();
         let going = child.try_wait().unwrap().is_none();
@@ -66,7 +66,7 @@ impl Running {
     ///
     /// # Panics
     ///
-    /// If the system does not tell.
+    /// If the output cannot be read.
     pub fn end(mut self) -> Output {
         self.0.take().unwrap().wait_with_output().unwrap()
     }

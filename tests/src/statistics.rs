@@ -9,7 +9,7 @@ pub struct ZTest {
     pub share: f64,
     /// z of the difference of the global means, by channel.
     pub global: [f64; 3],
-    /// Difference of the global means, relative to the mean, by channel.
+    /// Difference of the global means, relative to that of the second film, by channel.
     pub relative: [f64; 3],
 }
 
@@ -32,7 +32,7 @@ impl ZTest {
             let (variance_a, variance_b) = (a.variance_of_mean(), b.variance_of_mean());
             for c in 0..3 {
                 let variance = variance_a[c] + variance_b[c];
-                // Rounding alone may differ: 256 sums in f32.
+                // The difference may be rounding alone: 256 sums in f32.
                 let floor = 1e-5 * mean_a[c].abs().max(mean_b[c].abs());
                 let z = (mean_a[c] - mean_b[c]).abs() / variance.sqrt().max(floor).max(1e-12);
                 inside += u64::from(z < PIXEL_LIMIT);
@@ -102,8 +102,8 @@ impl Blocks {
         Self { blocks, whole: mean(0..width, 0..height) }
     }
 
-    /// Returns by how many sigma the blocks and the whole differ by channel, beyond a relative
-    /// difference of `rounding`.
+    /// Compares the blocks and the whole by channel: differences in sigma, after a relative
+    /// difference of `rounding` is subtracted.
     pub fn compare(&self, other: &Self, rounding: f64) -> BlockTest {
         let z = |a: &([f64; 3], [f64; 3]), b: &([f64; 3], [f64; 3])| -> [f64; 3] {
             std::array::from_fn(|c| {

@@ -10,8 +10,8 @@ pub fn ulp(x: f64) -> f64 {
     2f64.powi(exponent - 23)
 }
 
-/// Returns the error of `got` in ULP: at most 0.5 where it is correctly rounded; infinite where
-/// only one of both is finite; 0 for the right infinity or NaN.
+/// Returns the error of `got` in ULP: at most 0.5 where it is correctly rounded; 0 for the right
+/// infinity or NaN; infinite for any other pair of which one is not finite.
 pub fn error(got: f32, want: f64) -> f64 {
     let rounded = want as f32;
     if got.to_bits() == rounded.to_bits() || got.is_nan() && rounded.is_nan() || got == rounded {

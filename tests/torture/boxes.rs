@@ -1,7 +1,7 @@
 //! Test 41: each node's box contains its primitives, by double precision.
 //!
-//! The boxes are those of the binary BVH, which the host builds, so no backend is asked. The CPU's
-//! wide BVH is made from it and is not covered here.
+//! The boxes are those of the binary BVH, which the host builds, so the test needs no backend. The
+//! CPU's wide BVH is made from it and is not covered here.
 
 use crate::construct;
 use crate::construct::{EPSILON, power, words};

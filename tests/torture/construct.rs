@@ -11,7 +11,7 @@ use trisect_tests::BackendUnderTest;
 /// Machine epsilon, 2⁻²³: the maximum relative distance between neighbouring f32 numbers.
 pub const EPSILON: f64 = f32::EPSILON as f64;
 
-/// Returns random word `i` of a stream, of which there are 2³².
+/// Returns the four random words at index `i` of a stream. There are 2³² streams.
 pub fn words(stream: u32, i: u32) -> Words {
     PathKey { seed: stream, pixel: i, sample: 0 }.words(0)
 }

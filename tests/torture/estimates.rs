@@ -23,7 +23,7 @@ fn window(ior: f64, sky: &str, object: bool) -> Scene {
 /// A sphere whose index is that of its surroundings cannot be seen with Fresnel's equations.
 ///
 /// Schlick's approximation reflects a mean of 1/21 of what comes from a hemisphere, whatever the
-/// index. That is a flaw of the approximation, which a scene must ask for by name.
+/// index. That is a flaw of the approximation, which a scene must select by name.
 fn t14_index_matched_sphere(subject: BackendUnderTest) {
     let gradient = "Gradient(bottom: (1, 0.9, 0.2), top: (0.1, 0.3, 1))";
     // 14 degrees are more than the sphere's 11.5, so that its rim is in the picture.

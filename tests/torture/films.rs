@@ -159,8 +159,8 @@ fn merged(chunks: impl IntoIterator<Item = PixelSums>) -> PixelTotals {
     film.pixels[0]
 }
 
-/// Maximum relative error of a chunk's sum, which rounds once by at most 2^-25 of exact samples. A
-/// plain f32 sum of 256 samples exceeds it.
+/// Maximum relative error of a chunk's sum, which rounds once, by at most 2^-24. A plain f32 sum of
+/// 256 samples exceeds it.
 const CHUNK_ERROR: f64 = 1e-6;
 
 /// The mean of 2^25 samples of 0.1 is off by at most 1e-6. A device sums a chunk of 256 samples,

@@ -12,8 +12,8 @@ use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
-/// Returns `objects` under a sky of 1, seen through a square window whose corners are at the rim of
-/// the unit sphere around 0 with a `fov` of [`WINDOW`]. With a `fov` of 0.001 all rays meet the
+/// Returns `objects` under a sky of 1, seen through a square window. With a `fov` of [`WINDOW`] its
+/// corners are at the rim of the unit sphere around 0. With a `fov` of 0.001 all rays meet the
 /// sphere within 0.7 degrees of normal incidence.
 fn furnace(materials: &str, objects: &str, fov: f64) -> Scene {
     let text = format!(
@@ -103,7 +103,7 @@ fn t10_white_furnace(subject: BackendUnderTest) {
             greatest = (loss, material);
         }
         // A loss of 1e-4 is one event in 10,000, which needs more samples than a software adapter
-        // has time for.
+        // renders in reasonable time.
         let Some(want) = normal.filter(|&n| n < 0.99 || samples(subject, 1, 0) == 1) else { continue };
         let scene = furnace(&format!("\"a\": {material}"), SPHERE, 0.001);
         let settings = Settings { samples: samples(subject, 1024, 32), ..scene.settings() };

@@ -3,7 +3,8 @@
 //! `docs/reference/accuracy.md` lists them by number, and `docs/notebook/torture-tests.md` has
 //! their outcomes. Each test is one generic function, `tNN_name`, instantiated for each backend. It
 //! ends with a line of [`trisect_tests::report`]. Where a tolerance is a bound that a specification
-//! gives a backend, the rule is cited.
+//! gives a backend, the rule is cited. Tests of single functions use [`trisect_probes`]: a question
+//! is an input of a probe, an answer its output.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 // Modules of the shared crate's own tests, which run on the CPU only, with debug assertions.

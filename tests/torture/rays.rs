@@ -133,9 +133,9 @@ fn both(subject: BackendUnderTest, scene: &ProbeScene, questions: &[Input]) -> O
 /// Compares rays with and without the BVH, and asserts that CPU and CUDA have the same answers, bit
 /// by bit.
 ///
-/// On Vulkan a reciprocal is off by up to 2.5 ULP, more than the 2 by which the slab test moves a
-/// box's exit out, and naga's code may be contracted in one loop and not in the other. There, a ray
-/// that passes a border within rounding may have either answer; no other may differ.
+/// On Vulkan a quotient is off by up to 2.5 ULP, and naga's code may be contracted in one loop and
+/// not in the other. There, a ray that passes a border within rounding may have either answer; no
+/// other may differ.
 fn same_as_brute_force(
     subject: BackendUnderTest,
     scene: &ProbeScene,

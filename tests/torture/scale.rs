@@ -180,7 +180,7 @@ fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
     let growth = at(20) / at(12);
     assert!((32.0..2048.0).contains(&growth), "{growth}");
     // The knee is where coordinates are multiples of the spheres' radius, 2^(k - 23) = 0.5 at k =
-    // 22. It is also the negative control: negative control not detected would show no knee.
+    // 22. It is also the negative control: errors that do not grow would show no knee.
     let knee = medians.iter().find(|m| m.2 > 0.2).map_or(i32::MAX, |m| m.0);
     assert!((22..=24).contains(&knee), "{knee}");
     let figure = format!(

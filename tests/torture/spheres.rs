@@ -43,7 +43,7 @@ impl Case {
     }
 }
 
-/// Asks a sphere operation of the probe about all cases.
+/// Runs a sphere operation of the probe on all cases.
 pub fn ask(prober: &mut Prober, operation: u32, cases: &[Case]) -> Vec<Output> {
     let questions: Vec<Input> = cases.iter().map(|case| case.question(None)).collect();
     prober.ask("probe_shapes", operation, &questions)

@@ -24,8 +24,8 @@ fn mean(outputs: &[Output], samples: u32) -> f64 {
     film.pixels[0].mean()[0]
 }
 
-/// The mean of 2²⁵ samples of 0.1 is off by at most 1e-6. Each chunk rounds once, by 2⁻²⁵ relative,
-/// and 0.1 as an f32 is off by 1.5e-8.
+/// The mean of 2²⁵ samples of 0.1 is off by at most 1e-6. Each chunk rounds once, by at most 2⁻²⁴
+/// relative, and 0.1 as an f32 is off by 1.5e-8.
 fn t21_carried_chunks(subject: BackendUnderTest) {
     let Some(mut prober) = Prober::new(subject) else { return };
     let question = Input { a: UVec4::new(0.1f32.to_bits(), CHUNK_SAMPLES, 0, 0), ..Input::default() };

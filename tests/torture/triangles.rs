@@ -74,9 +74,9 @@ fn leaks(prober: &mut Prober, operation: u32, mesh: &Mesh, rays: &[(Vec3, Vec3)]
 /// The products whose order decides on which side of an edge a ray passes are correctly rounded on
 /// every backend (Vulkan: "Precision of Core SPIR-V Instructions"), and neighbours shear a common
 /// vertex by the same instructions, whatever the shear's quotient is. So the rule for edges holds
-/// without correct division and under contraction. Padding and exit of the boxes leave 6 ε here,
-/// seen from within the mesh, of which correct division takes 3. Vulkan's division may take 7, so
-/// there only this test shows that the boxes lose nothing.
+/// without correct division and under contraction. A box's exit is moved out by 8 ε, of which
+/// Vulkan's division may take 7 (`EXIT_SCALE` of the shared crate's `slabs`), so the boxes lose
+/// nothing either.
 fn t13_closed_meshes(subject: BackendUnderTest) {
     let (rock, crystal) = (rock(), crystal());
     let mut of = 0;

@@ -1,4 +1,5 @@
-//! Rendering of the best image within a time budget.
+//! Rendering of the best image within a time budget, for [`Goal::Time`](super::Goal::Time): chooses
+//! the sampling strategy by trials, takes samples in passes, and filters the image if that helps.
 
 use super::filter::{Choice, Filter, Filtered};
 use super::goal::decide;
@@ -72,9 +73,9 @@ pub(super) struct BudgetResult<'a> {
     /// Filter, if the image was filtered.
     pub filtered: Option<Filtered>,
     pub filter: Option<FilterTrial>,
-    /// Time taken of the budget.
+    /// Time from the first sample to the image.
     pub time: Duration,
-    /// Time before the budget, to compile kernels.
+    /// Time before the budget begins, to compile kernels and calibrate passes.
     pub preparing: Duration,
 }
 
@@ -88,8 +89,8 @@ pub(super) struct BudgetPlan<'a> {
     pub denoise: Option<&'a DenoiseSettings>,
 }
 
-/// Takes samples for the given time, and then filters the image if that helps. The clock starts
-/// when the kernels are compiled.
+/// Takes samples, and filters the image if that helps, within the given time. The time begins when
+/// the kernels are compiled and the passes are calibrated.
 ///
 /// # Errors
 ///

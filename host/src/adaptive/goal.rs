@@ -1,4 +1,4 @@
-//! Rendering until the noise is below a target.
+//! Rendering until the noise is below a target, for [`Goal::Error`](super::Goal::Error).
 
 use super::noise_map::NoiseMap;
 use super::renderer::{AdaptiveRenderer, PassBudget};
@@ -42,8 +42,8 @@ pub(super) fn decide(
     renderer: &AdaptiveRenderer,
     left: f64,
 ) -> (bool, f64) {
-    // One sample has no variance. Only the difference of the halves would tell the noise, and a
-    // half would steer itself by it.
+    // One sample has no variance. Only the difference of the halves would give the noise, and that
+    // depends on both halves: each would steer itself.
     if (0..2).any(|half| renderer.halves.taken(half).iter().any(|&taken| taken < 2)) {
         return (false, 1.0);
     }

@@ -23,7 +23,7 @@ pub(super) struct TileNoise {
     pub variance: [f64; 2],
     /// Segments per sample.
     pub work: [f64; 2],
-    /// Mean over pixels of the squared error.
+    /// Mean over pixels of the squared relative error (relMSE).
     pub error: f64,
 }
 
@@ -57,9 +57,10 @@ impl NoiseMap {
         Self { error: f64::NAN, tiles: vec![tile; tiles.len()] }
     }
 
-    /// Measures an image. The variance of independent samples is that within each half. With
-    /// `from_halves`, samples are not independent (Sobol), and only the difference of the halves
-    /// tells the variance; so does it for a pixel with fewer than two samples in a half.
+    /// Measures an image. The error of independent samples follows from the variance within each
+    /// half. With `from_halves`, samples are not independent (Sobol), and the error follows from
+    /// the difference of the halves; so it does for a pixel with fewer than two samples in a half.
+    /// The variances that steer samples are those within each half, except in such a pixel.
     ///
     /// The error is relative to the mean of both halves, the variances that steer samples to the
     /// mean of their own half. Relative to the other half's mean, pixels with a few bright samples
@@ -97,7 +98,7 @@ impl NoiseMap {
     }
 }
 
-/// Squared error of a pixel, and the relative variance and work of each half's samples.
+/// Squared relative error of a pixel, and the relative variance and work of each half's samples.
 struct PixelNoise {
     error: f64,
     variance: [f64; 2],
@@ -119,7 +120,8 @@ impl PixelNoise {
             let both = weight(0.5 * (means[0] + means[1]));
             let mut within = 0.0;
             for half in 0..2 {
-                // A variance that decides about the other half must not depend on it.
+                // A variance that decides about the other half must not depend on that half. The
+                // difference of the halves does, but there is no other estimate for few samples.
                 let (variance, own) = match counts[half] < 2.0 {
                     true => (2.0 * difference, both),
                     false => {

@@ -1,4 +1,5 @@
-//! Model of the time of passes, so that the last one ends on time.
+//! Model of the time of passes over an image, fitted to measured passes. With it, a render within a
+//! time budget sizes its passes so that the last one ends on time.
 
 use super::DualBuffers;
 use super::renderer::{AdaptiveRenderer, Launches, PassCost};
@@ -104,7 +105,7 @@ impl PassCostModel {
         f64::from(launches.chunks) * self.chunk + f64::from(launches.tile_launches) * self.tile_launch
     }
 
-    /// Returns the work that fits a time besides the cost of `launches`.
+    /// Returns the work that fits the part of `seconds` that the host cost of `launches` leaves.
     pub fn fits(&self, seconds: f64, launches: Launches) -> f64 {
         ((seconds - self.beside(launches)) * self.rate).max(0.0)
     }

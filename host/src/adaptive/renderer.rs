@@ -34,7 +34,7 @@ pub(super) struct Launches {
 
 /// Limits of a pass.
 pub(super) struct PassBudget<'a> {
-    /// Work that fits the time besides these launches.
+    /// Returns the work that fits the time that the host cost of these launches leaves.
     pub work: &'a dyn Fn(Launches) -> f64,
     /// Maximum of [`Launches::tile_launches`].
     pub max_tile_launches: u32,
@@ -51,7 +51,7 @@ pub(super) struct PassCost {
     pub device: f64,
 }
 
-/// Image that is being rendered.
+/// Renderer of both halves of an image, with the samples taken so far.
 pub(super) struct AdaptiveRenderer<'a> {
     pub inner: &'a mut Renderer,
     pub settings: Settings,
@@ -69,7 +69,8 @@ pub(super) struct AdaptiveRenderer<'a> {
 }
 
 /// Returns the maximum number of samples from index `first` on, and the number of their chunks.
-/// `fit` returns how many samples fit the time besides that many chunks.
+/// `fit` returns the number of samples that fit the time that the host cost of its argument, a
+/// number of chunks, leaves.
 fn max_samples_within(first: u32, fit: &dyn Fn(u32) -> u32) -> (u32, u32) {
     let all = first..first.saturating_add(fit(0));
     let mut most = (0, 0);
@@ -126,7 +127,8 @@ impl<'a> AdaptiveRenderer<'a> {
         }
     }
 
-    /// Returns whether only the difference of the halves tells the noise.
+    /// Returns whether the noise follows from the difference of the halves, because the samples
+    /// within a half are not independent.
     pub fn variance_from_halves(&self) -> bool {
         self.settings.sampler == Sampler::Sobol
     }
@@ -345,10 +347,11 @@ impl<'a> AdaptiveRenderer<'a> {
         Ok(PassCost { launches, work, seconds: start.elapsed().as_secs_f64(), device })
     }
 
-    /// Returns how many samples all tiles take before those with more take the rest in tile
-    /// launches, and the launches. Launches for all tiles bring more than one chunk, and are read
-    /// while the next is rendered, but give some tiles more than they need. `cost` returns the cost
-    /// of such a number and its launches.
+    /// Returns the number of samples that all tiles take first, and the launches of the pass: tiles
+    /// that need more take the rest in tile launches. A tile launch takes at most a chunk. Launches
+    /// for all tiles may take several chunks, each of which is read while the next is rendered, but
+    /// they give some tiles more than they need. `cost` returns the cost of such a number and its
+    /// launches.
     fn for_all(
         &self,
         most: u32,

@@ -13,7 +13,7 @@ use crate::statistics::mean_and_error;
 use std::time::{Duration, Instant};
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// Rows rendered to compile the kernels: those of a tile.
+/// Number of rows rendered to compile the kernels: those of a tile.
 const WARM_UP_ROWS: u32 = 8;
 
 /// Minimum number of rows of a trial.

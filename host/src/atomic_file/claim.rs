@@ -1,4 +1,5 @@
-//! File that one process replaces repeatedly, and that no other process may replace.
+//! File that one process replaces repeatedly, unless another process has put its own in that place.
+//! Checkpoints are written so.
 
 use super::write_atomic_by;
 use crate::input;
@@ -7,8 +8,8 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// Claim to the file that this process wrote last under a name. The file is kept open between
-/// writes, so that no other file gets its inode number.
+/// Claim to one file under a name: the one that existed at first, then the one that this process
+/// wrote last. The file is kept open between writes, so that no other file gets its inode number.
 #[derive(Debug, Default)]
 pub struct Claim {
     file: Option<File>,

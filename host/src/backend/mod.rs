@@ -96,8 +96,9 @@ impl<'a> SceneRecords<'a> {
     }
 }
 
-/// Launch over the scene that was uploaded, within the film that was prepared. Only a
-/// [`Renderer`](crate::render::Renderer) makes one, because kernels trust its root and its size.
+/// Parameters of a kernel launch over the uploaded scene, within the film of
+/// [`Backend::begin_film`]. Only a [`Renderer`](crate::render::Renderer) makes one, because kernels
+/// do not check its root and its size.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch(RenderParams);
 
@@ -172,8 +173,8 @@ pub trait Backend: Send {
     /// Resets them to [`AovSums::UNWRITTEN`], in these rows at least.
     fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError>;
 
-    /// Writes the sums of all pixels to the film, and their AOV sums if its kernel writes them;
-    /// otherwise `guides` is empty.
+    /// Writes the sums of all pixels to the film, and their AOV sums if the film's kernel writes
+    /// AOV sums; otherwise `guides` is empty.
     fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError>;
 
     /// Runs the passes of the denoiser over the film and its AOV sums, which stay as they are.
@@ -188,8 +189,8 @@ pub trait Backend: Send {
     /// the device's own measure of the time of the conversion.
     fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError>;
 
-    /// Returns another backend on the same device with the same scene, which renders while this one
-    /// does: where one waits for its last lanes or for the host, the other's lanes fill the device.
+    /// Returns another backend on the same device with the same scene. Both render at the same
+    /// time: while one waits for its last lanes or for the host, the other's lanes fill the device.
     /// Returns `None` if that gains nothing.
     fn second_stream(&self) -> Result<Option<Box<dyn Backend>>, BackendError> {
         Ok(None)

@@ -24,7 +24,8 @@ pub struct Selection {
 }
 
 /// Opens the backend that the user asks for. `device` is an index among that backend's devices, and
-/// ignored with [`Choice::Auto`]; `threads` is the number of threads of the CPU backend.
+/// ignored with [`Choice::Auto`]; `threads` is the number of threads of the CPU backend, as in
+/// [`Cpu::open`](cpu::Cpu::open).
 pub fn open(
     choice: Choice,
     device: Option<usize>,

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 /// Statistics of measured frames.
 #[derive(Clone, Debug)]
 pub struct FrameStats {
-    /// Statistics of the first frame, which includes what happens once. Usually a frame of the
-    /// warm-up.
+    /// Statistics of the first frame, which include work that is done once, such as compiling the
+    /// kernel. Usually a frame of the warm-up.
     pub first: RenderStats,
     /// Number of warm-up frames.
     pub warm_up: u32,
@@ -21,10 +21,10 @@ pub struct FrameStats {
 /// Warm-up before frames count: clocks settle, caches fill, and submissions get their size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WarmUp {
-    /// Minimum number of frames; with 0 even the first frame counts.
+    /// Minimum number of frames; with 0, [`measure`] counts even the first frame.
     pub frames: u32,
-    /// Minimum time after the first frame: a GPU that was idle while its driver compiled is slow at
-    /// first.
+    /// Minimum time: a GPU that was idle while its driver compiled is slow at first. [`measure`]
+    /// takes it from the end of the first frame.
     pub time: Duration,
 }
 

@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 type Values = Vec<(String, &'static str, f64)>;
 
 /// Measures tracing, each pass of the denoiser, both together, and the frame as seen by the host.
-/// Returns one row per quantity, in milliseconds, and the frame rate.
+/// Returns one row per quantity, in milliseconds, and the frame rate. The time of `warm_up` begins
+/// before the first frame.
 ///
 /// # Errors
 ///

@@ -35,7 +35,7 @@ pub struct Subject {
     pub settings: Value,
 }
 
-/// Wall-clock seconds of what happens once, before the first frame is done.
+/// Wall-clock seconds of the steps that are done once, before the first frame is complete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Once {
     /// Reading and validating the scene file.
@@ -48,7 +48,7 @@ pub struct Once {
     pub upload_seconds: f64,
     /// Compiling the kernel and allocating the film.
     pub prepare_seconds: f64,
-    /// Pruning the BVH for the camera.
+    /// Building the tile entries: pruning the BVH for the camera.
     pub view_seconds: f64,
     /// From the start of `main` to the end of the first submission. Includes all of the above.
     pub start_to_first_kernel_seconds: f64,
@@ -72,7 +72,7 @@ pub struct Benchmark {
     pub format: u32,
     /// Program, scene, device, kernel and settings.
     pub subject: Subject,
-    /// Seconds of what happens once.
+    /// Seconds of the steps that are done once.
     pub once: Once,
     /// Number of warm-up frames, which do not count.
     pub warm_up: u32,
@@ -84,7 +84,7 @@ pub struct Benchmark {
     pub rows: Vec<Row>,
 }
 
-/// Name, unit and value for one frame of a row of the table.
+/// Row of the table: name, unit, and function that returns the value of one frame.
 type Quantity = (&'static str, &'static str, fn(&RenderStats) -> f64);
 
 const QUANTITIES: [Quantity; 6] = [

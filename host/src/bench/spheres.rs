@@ -25,9 +25,10 @@ const LARGE: [f64; 3] = [0.0, -4.0, 4.0];
 
 /// Returns a scene of `count` spheres like the final scene of "Ray Tracing in One Weekend": the
 /// ground, three large spheres (glass, diffuse, metal), and small ones on a jittered grid, four
-/// fifths diffuse, the others metal and glass. More spheres are smaller ones on the same square
-/// that cover the same share of it, and the camera is the book's. So the parts of the image keep
-/// their size, and a path has about as many segments. Equal counts make equal scenes, bit by bit.
+/// fifths diffuse, the others metal and glass. The more small spheres there are, the smaller they
+/// are: they cover the same share of the same square. The camera is the book's. So the parts of the
+/// image keep their size, and a path has about as many segments for each count. Equal counts make
+/// equal scenes, bit by bit.
 ///
 /// # Errors
 ///
@@ -62,8 +63,8 @@ pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
     Ok(SceneDocument { name, description, image, space: Rebase::IDENTITY, notes })
 }
 
-/// Returns centre, radius and cell of at least `count` small spheres: on the coarsest grid on which
-/// as many do not touch the large ones.
+/// Returns centre, radius and cell of at least `count` small spheres that do not touch the large
+/// ones, on a grid that is little finer than necessary for that.
 fn places(count: usize) -> Vec<(DVec3, f64, u64)> {
     let mut side = (count as f64).sqrt().ceil() as u64;
     loop {

@@ -49,8 +49,8 @@ impl Boundable for Bounds {
 }
 
 /// Returns a box padded so that it contains the primitive whatever rounding does to its corners and
-/// to a ray that touches one. The padding is 2 ULP of the farthest coordinate plus the largest
-/// extent, which keeps it above zero at the origin.
+/// to a ray that touches one. The padding along an axis is 2 ULP of a sum: the farthest coordinate
+/// on that axis plus the box's largest extent, which keeps the padding above zero at the origin.
 fn padded(low: Vec3, high: Vec3) -> Bounds {
     let (low, high) = (Vec3A::from(low), Vec3A::from(high));
     let extent = Vec3A::splat((high - low).max_element());

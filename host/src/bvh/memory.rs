@@ -7,7 +7,7 @@ use crate::scene::SceneError;
 /// of the binary and of the wide BVH, and triangles in BVH order.
 const BYTES_PER_PRIMITIVE: u64 = 520;
 
-/// Maximum number of bytes for which a BVH is built without asking the system for its free memory.
+/// Maximum number of bytes for which a BVH is built without a query of the available memory.
 const SMALL: u64 = 64 << 20;
 
 /// Returns an error for a BVH that the memory cannot hold; the builder would panic.
@@ -36,7 +36,7 @@ mod tests {
         let error = check(1_000_000, "a.ron", || 500 << 20).and(check(1_000_000, "a.ron", || 400 << 20));
         let text = error.unwrap_err().to_string();
         assert!(text.contains("a.ron") && text.contains("400 MiB") && text.contains("1000000"), "{text}");
-        // The memory is not asked for a small one.
+        // For a small one the available memory is not queried.
         check(100_000, "a.ron", || 0).unwrap();
     }
 }

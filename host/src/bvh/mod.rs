@@ -24,13 +24,13 @@ use serde::Serialize;
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-/// Quality of the BVH, which takes time to build.
+/// Quality of the BVH: a better one is faster to trace and slower to build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BvhQuality {
     /// Fastest to build.
     Fast,
-    /// Between the other two.
+    /// Between the other two; the default for large scenes.
     Medium,
     /// Fastest to trace.
     High,
@@ -56,13 +56,13 @@ pub struct Bvh {
     pub shading: Vec<TriangleShading>,
 }
 
-/// Minimum number of primitives for which boxes are shifted for the builder.
+/// Minimum number of primitives for which the builder gets shifted boxes (see [`shifted`]).
 const MIN_SHIFTED_PRIMITIVES: usize = 4096;
 
-/// Builds the tree that obvhs's `build_bvh2` builds if each primitive has one leaf: testing a
-/// primitive costs about as much as testing its box. Unlike that function in debug builds, it does
-/// not check that obvhs's own traversal, which is not used here, has a stack for a tree that
-/// reinsertion made deep.
+/// Builds a tree as obvhs's `build_bvh2` does, with one primitive in a leaf, because testing a
+/// primitive costs about as much as testing its box. In debug builds, `build_bvh2` also checks that
+/// the stack of obvhs's own traversal suffices for a tree that reinsertion made deep. That
+/// traversal is not used here, and neither is the check.
 fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
     let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } = *preset;
     let indices = (0..boxes.len() as u32).collect();
@@ -79,11 +79,12 @@ fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
 
 impl Bvh {
     /// Builds the BVH, with one primitive in a leaf, and puts the triangles in its order. If
-    /// `quality` is `None`, it follows from the number of primitives.
+    /// `quality` is `None`, it follows from the number of primitives. A tree that is too deep for
+    /// the traversal stack is replaced by a balanced one.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] for a BVH that exceeds the memory or the traversal stack, or that is broken.
+    /// [`SceneError`] for a BVH that exceeds the memory, or that is broken.
     pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
         let count = scene.spheres.len() + scene.flats.len() + scene.triangles.len();
         memory::check(count, &scene.name, available)?;

@@ -12,9 +12,9 @@ const MAX_GROWTH: f32 = 1.0 / 64.0;
 impl Bvh {
     /// Pads all boxes for rays that start in them, or within `lens` of `eye` along each axis.
     /// Returns the maximum distance of a ray's origin from the world's origin, along each axis, for
-    /// which the boxes are padded. Returns `None` and leaves the boxes as they are if the padding
-    /// would make the primitives' boxes much larger, as in a scene with fine detail that reaches
-    /// far.
+    /// which the boxes are padded. Returns `None` and leaves the boxes as they are if there is no
+    /// inner node, or if the padding would make the primitives' boxes much larger, as in a scene
+    /// with fine detail that reaches far.
     pub fn pad_boxes(&mut self, eye: Vec3, lens: f32) -> Option<Vec3> {
         let root = self.nodes.first()?;
         let mut reach = eye.abs() + lens;

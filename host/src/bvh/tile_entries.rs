@@ -1,5 +1,6 @@
-//! Tile entries: for each tile of the image, the BVH pruned to what the camera rays of the tile may
-//! hit.
+//! Tile entries: for each tile of the image, the BVH pruned to the primitives that the tile's
+//! camera rays may hit. A renderer builds them for its camera and appends their nodes to the
+//! scene's.
 
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -18,9 +19,9 @@ const BLOCK_SHIFT: u32 = 3;
 /// scene, or one made for the tile.
 ///
 /// Returns the nodes to append to those of `tree`, for an image of `width` x `height` pixels in
-/// tiles of 2^`shift` pixels a side. Node t of them has the entry of tile t, row by row, in
-/// `tile_entry`, besides its own children. Returns `None` if there are more nodes than a [`Child`]
-/// can number.
+/// tiles of 2^`shift` pixels a side. Besides its own children, node t of them has in `tile_entry`
+/// the entry of tile t; tiles are numbered row by row. Returns `None` if there are more nodes than
+/// a [`Child`] can number.
 ///
 /// Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, find the
 /// deepest common node. A tile's own nodes also drop what is beside the tile's rays further down.

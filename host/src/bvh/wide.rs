@@ -26,7 +26,7 @@ struct CollapsePlan {
     kind: Option<LeafKind>,
 }
 
-/// Wide BVH, which the CPU traces, over the primitives of a [`Bvh`] as that numbers them.
+/// Wide BVH, which the CPU traces, over the primitives of a [`Bvh`], with that BVH's numbering.
 #[derive(Clone, Debug)]
 pub struct Wide {
     /// Root of the tree: a node or a leaf.
@@ -42,8 +42,9 @@ pub struct Wide {
 impl Wide {
     /// Collapses the binary BVH so that the total area of nodes and leaves is smallest (Ylitie,
     /// Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
-    /// HPG 2017, section 3.2, with leaves of up to eight). Returns `None` for more than 2²⁶ nodes,
-    /// leaves of a kind, or spheres, quads and discs, which [`WideChild`] cannot number.
+    /// HPG 2017, section 3.2, with leaves of up to eight). Returns `None` if `bvh` has 2²⁶ or more
+    /// inner nodes, triangles, or spheres, quads and discs together: a [`WideChild`] might not be
+    /// able to number them.
     ///
     /// # Errors
     ///

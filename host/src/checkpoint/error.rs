@@ -1,4 +1,4 @@
-//! Errors of checkpoints.
+//! Errors of reading, writing, merging and continuing checkpoints.
 
 use super::FORMAT;
 use super::identity::Difference;
@@ -50,7 +50,7 @@ pub enum CheckpointError {
     Film {
         /// The file.
         path: PathBuf,
-        /// Reason, such as samples that both have.
+        /// Reason, such as samples in both films.
         source: FilmError,
     },
     /// The option does not work with a goal, whose samples depend on all earlier ones.
@@ -61,7 +61,7 @@ pub enum CheckpointError {
         /// The option.
         what: &'static str,
     },
-    /// Part of the command that is no Unicode text, so that the file cannot hold it.
+    /// A part of the command is not Unicode text, so the file cannot hold it.
     #[error(
         "--checkpoint stores the command that began the render, and {what} is not Unicode text; rename it"
     )]

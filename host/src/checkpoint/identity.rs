@@ -1,4 +1,6 @@
-//! Identity of an image: what films must have in common to belong to it.
+//! Identity of an image: the properties that all films of the image share.
+//!
+//! Checkpoints store it; `resume` and `merge` compare it.
 
 use crate::backend::Device;
 use crate::bvh::BvhQuality;
@@ -15,9 +17,9 @@ const AND: &str = " and ";
 pub struct Identity {
     /// Version of the program.
     pub version: String,
-    /// First half of the SHA-256 of the scene with all files that it refers to.
+    /// First half of the SHA-256 of the loaded scene, with all that it refers to.
     pub scene: String,
-    /// First half of the SHA-256 of the kernels.
+    /// First half of the SHA-256 of the kernels' manifest.
     pub kernels: String,
     /// CRC-32 of the data that the host prepares from the scene, which depends on libraries:
     /// camera, BVHs and lights.
@@ -32,7 +34,7 @@ pub struct Identity {
 /// First field in which two identities differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Path of the field.
+    /// Name of the field.
     pub field: String,
     /// Value of the first identity.
     pub one: String,
@@ -52,7 +54,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Returns the name of a device's arithmetic: devices that round alike have the same.
+/// Returns the name of a device's arithmetic: devices that round alike have the same name.
 pub fn arithmetic(device: &Device, math: MathMode) -> String {
     match (device.backend, math) {
         // The CPU's bits, on any device.

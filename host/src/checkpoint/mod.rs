@@ -1,9 +1,10 @@
-//! Checkpoints: a file with a film and the identity of its image, from which a render continues, or
-//! which is merged with others.
+//! Checkpoints: files with a film and the identity of its image. A render continues from one, and
+//! several can be merged.
 //!
-//! [`Checkpoint`] is the content of the file, [`Identity`] what films of one image have in common,
-//! and [`Saver`] writes while the render continues. The complete film has the same bits as that of
-//! an uninterrupted render ([`Renderer::render_missing`](crate::render::Renderer::render_missing)).
+//! [`Checkpoint`] is the content of a file, [`Identity`] the properties that films of one image
+//! share, and [`Saver`] writes while the render continues. The complete film has the same bits as
+//! that of an uninterrupted render
+//! ([`Renderer::render_missing`](crate::render::Renderer::render_missing)).
 
 mod error;
 mod identity;
@@ -30,8 +31,9 @@ use trisect_shared::film::CHUNK_SAMPLES;
 /// First bytes of a checkpoint file.
 const MAGIC: &[u8; 8] = b"TRISCKP1";
 
-/// Maximum segments of a sample: a traced path has at most as many.
-const MAX_SEGMENTS: u64 = MAX_DEPTH as u64;
+/// Maximum mean number of segments of a pixel's samples in a valid file: each vertex of a path may
+/// have a shadow ray, which counts, too.
+const MAX_SEGMENTS: u64 = 2 * MAX_DEPTH as u64;
 
 /// Version of the header. It is raised when a field changes its meaning or is removed.
 pub const FORMAT: u32 = 1;
@@ -131,7 +133,7 @@ impl Checkpoint {
     /// # Errors
     ///
     /// [`CheckpointError::Differs`] names the field in which they differ, [`CheckpointError::Film`]
-    /// the samples that both have. Nothing is added then.
+    /// the reason for which films cannot be added, such as samples in both. Nothing is added then.
     pub fn merge(&mut self, path: &Path, other: &Self) -> Result<(), CheckpointError> {
         let path = || path.to_owned();
         self.header
@@ -223,8 +225,7 @@ pub fn probe(path: &Path) -> Result<(), CheckpointError> {
     atomic_file::probe_atomic(path).map_err(|source| CheckpointError::Io { path: path.to_owned(), source })
 }
 
-/// Writes a checkpoint of a film that is borrowed. An earlier file stays until this one is
-/// complete.
+/// Writes a checkpoint from a header and a film. An earlier file stays until this one is complete.
 ///
 /// # Errors
 ///
@@ -235,7 +236,7 @@ pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), Checkpoint
     checksummed_file::write(path, MAGIC, &header, &data(film)).map_err(io)
 }
 
-/// Writes a checkpoint if no file is there, or if the file is that of `claim`.
+/// Writes a checkpoint if there is no file at `path`, or if that file is the one of `claim`.
 fn write_claimed(
     path: &Path,
     claim: &mut Claim,

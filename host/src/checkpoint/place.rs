@@ -1,4 +1,6 @@
-//! File of a checkpoint, protected against writes of two processes.
+//! File of a checkpoint, protected against being overwritten by two processes in turn.
+//!
+//! [`Saver`](super::Saver) writes through it.
 
 use super::{CheckpointError, Header, write_claimed};
 use crate::atomic_file::Claim;

@@ -137,7 +137,7 @@ impl Saver {
         self.header.lock().unwrap_or_else(PoisonError::into_inner).identity.add_rounding(arithmetic);
     }
 
-    /// Copies the film and starts writing the copy, if a checkpoint is due and the last one was
+    /// Copies the film and starts writing the copy, if a checkpoint is due and no copy is being
     /// written.
     pub fn save_if_due(&self, film: &Film) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -172,7 +172,7 @@ impl Saver {
         state.failed.take()
     }
 
-    /// Waits for the copy that is being written, and then writes the final film.
+    /// Waits for the copy that is being written, if any, and then writes the final film.
     ///
     /// # Errors
     ///
@@ -187,7 +187,7 @@ impl Saver {
     }
 }
 
-/// Returns the mean samples per pixel.
+/// Returns the mean number of samples per pixel.
 fn mean_samples(coverage: &SampleCoverage) -> f64 {
     let samples: u64 = coverage.parts().iter().map(SampleBlock::size).sum();
     samples as f64 / f64::from(coverage.height().max(1))

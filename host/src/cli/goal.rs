@@ -78,7 +78,7 @@ impl GoalArgs {
 }
 
 impl RenderArgs {
-    /// Returns the goal with what it may choose, or `None` if the command line has no goal.
+    /// Returns the goal with the settings that it may choose, or `None` without a goal.
     ///
     /// # Errors
     ///

@@ -279,7 +279,7 @@ impl JobArgs {
         }
     }
 
-    /// Returns the scene's settings with those of the command line in their place.
+    /// Returns the settings of the render: those of the command line, and the scene's for the rest.
     pub fn settings(&self, scene: Settings) -> Settings {
         let follow = |given: u32, from: u32, to: u32| {
             let scaled = f64::from(given) * f64::from(to) / f64::from(from);

@@ -1,4 +1,4 @@
-//! Puts the image parts that the root receives together.
+//! Assembles the image on the root from the image parts that arrive.
 
 use super::ClusterError;
 use super::image_part::{ImagePart, WireFormat};
@@ -65,7 +65,7 @@ impl Assembler {
         Self { width, height, store, done: 0, total, counts: FilmCounts::default() }
     }
 
-    /// Creates an assembler for the samples of `samples` that a film lacks.
+    /// Creates an assembler that completes a film; `samples` are the indices that it should have.
     pub fn for_film(film: Film, samples: &Range<u32>) -> Self {
         let missing = film.coverage.missing(samples);
         let (width, height) = (film.width, film.height);
@@ -103,7 +103,7 @@ impl Assembler {
     ///
     /// # Errors
     ///
-    /// For a part in another wire format, or one that arrived twice.
+    /// For a part in another wire format; in a film, also for samples that it already has.
     pub fn take(&mut self, from: u32, piece: &ImagePart) -> Result<(), Error> {
         let other = || ClusterError::Protocol { rank: from, message: "pixels in another format".to_owned() };
         let (width, size) = (self.width as usize, piece.wire_format.bytes());
@@ -146,11 +146,11 @@ impl Assembler {
         Ok(())
     }
 
-    /// Adds a rank's sums of contiguous rows.
+    /// Adds a rank's sums of contiguous rows to the sums of the image.
     ///
     /// # Errors
     ///
-    /// For a part in another wire format, or of other rows.
+    /// For a part in another wire format, or of rows that are not contiguous.
     pub fn add(&mut self, from: u32, piece: &ImagePart) -> Result<(), ClusterError> {
         let other = || ClusterError::Protocol { rank: from, message: "pixels in another format".to_owned() };
         let rows = piece.rows.blocks().next().filter(|rows| rows.len() == piece.rows.len() as usize);

@@ -1,5 +1,7 @@
-//! Model of the time of an image over any number of ranks, from a few measured numbers. It chooses
-//! between rows and averages, and predicts what more ranks would bring.
+//! Cost model: predicts the time of an image over any number of ranks from a few measured numbers.
+//!
+//! [`choose`] decides with it between rows and averages (`--distribute auto`), and `bench cluster`
+//! compares its predictions with measurements.
 
 use super::ClusterError;
 use super::heartbeat::Heartbeat;
@@ -17,9 +19,9 @@ use std::time::{Duration, Instant};
 /// Measured speed of the ranks and the network between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
-    /// Samples per second of the slowest rank, including reading and encoding them.
+    /// Samples per second of the slowest rank, rendered and read back to the host.
     pub rate: f64,
-    /// Additional seconds per image of the slowest rank.
+    /// Seconds per image of the slowest rank that do not depend on the number of samples.
     pub fixed: f64,
     /// Time of an empty message from one rank to another, in seconds.
     pub latency: f64,
@@ -95,11 +97,11 @@ impl Machine {
 
     /// Predicts a frame of `shape` with this plan over `ranks` ranks, with `bytes` sent per pixel.
     ///
-    /// * Rows: the maximum number of blocks that a rank has, at its rate. Then the root receives
-    ///   one message after the other; pipelined, only the part of this counts that is longer than
-    ///   rendering; with shared memory, the messages are empty.
-    /// * Averages: all pixels with the maximum number of samples that a rank has. Then the last
-    ///   strip goes up the tree, and the root may receive for longer than it renders.
+    /// * Rows: rendering takes as long as that of the rank with the most blocks. Then the root
+    ///   receives one message after the other; pipelined, only the time beyond rendering counts;
+    ///   with shared memory, the messages are empty.
+    /// * Averages: rendering takes as long as that of the rank with the most samples of all pixels.
+    ///   Then the last strip goes up the tree, and the root may receive for longer than it renders.
     pub fn predict(
         &self,
         shape: &Shape,
@@ -154,7 +156,7 @@ impl Machine {
     }
 }
 
-/// Returns the number of samples with which the rate is measured.
+/// Returns the approximate number of pixels on which the rate is measured.
 fn trial_samples(kind: DeviceKind) -> u64 {
     match kind {
         DeviceKind::Gpu => 1 << 24,
@@ -163,7 +165,7 @@ fn trial_samples(kind: DeviceKind) -> u64 {
     }
 }
 
-/// Size of a message that measures the bandwidth.
+/// Size in bytes of a message that measures the bandwidth.
 const LARGE_MESSAGE_BYTES: usize = 4 << 20;
 
 /// Number of empty messages that measure the latency.
@@ -172,8 +174,8 @@ const LATENCY_MESSAGES: u32 = 16;
 /// Number of empty messages that are sent at once to measure the overhead.
 const BURST_MESSAGES: u32 = 64;
 
-/// Returns this rank's samples per second on rows spread over the image, and the additional seconds
-/// of a whole image.
+/// Returns this rank's samples per second on rows spread over the image, and the seconds of a whole
+/// image that do not depend on the number of samples.
 fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Error> {
     let row = u64::from(settings.width);
     let rows =
@@ -202,7 +204,7 @@ fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Erro
     Ok((1.0 / slope, fixed))
 }
 
-/// Sends a request to a rank; returns the time until its answer, and the answer.
+/// Sends a request to a rank, and returns the time until its answer, and the answer.
 fn ask<N: Network>(
     link: &mut Heartbeat<N>,
     rank: u32,
@@ -219,7 +221,8 @@ fn ask<N: Network>(
 ///
 /// # Errors
 ///
-/// Errors of [`Heartbeat::receive`] and [`Renderer::render_chunk`].
+/// Errors of [`Heartbeat::receive`] and [`Renderer::render_chunk`]; [`ClusterError::Protocol`] for
+/// an invalid answer.
 pub fn measure<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -234,8 +237,8 @@ pub fn measure<N: Network>(
     let (rate, fixed) = rate?;
     if !link.is_root() {
         loop {
-            // The root asks for an echo (0), a large message (1), the rate (2, always last) or many
-            // messages (3).
+            // Requests of the root: an echo (0), a large message (1), the rate (2, always last) or
+            // many messages (3).
             match link.expect(Tag::Ping)?.bytes.first() {
                 Some(3) => (0..BURST_MESSAGES).try_for_each(|_| link.send(0, Tag::Ping, Vec::new()))?,
                 Some(1) => link.send(0, Tag::Ping, vec![0; LARGE_MESSAGE_BYTES])?,
@@ -276,8 +279,8 @@ pub fn measure<N: Network>(
     Ok((renderer, Some(machine)))
 }
 
-/// Chooses between rows and averages by a short measurement; all ranks call this and get the same
-/// choice, with the reason for people.
+/// Chooses between rows and averages by a short measurement. All ranks call this and get the same
+/// choice, with its reason as text.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Choice of each rank's device.
+//! Choice of each rank's device: its own GPU, if the host has enough of them.
 
 use super::ClusterError;
 use crate::Error;
@@ -16,7 +16,8 @@ pub enum NoGpuPolicy {
 }
 
 /// Returns the backend and device of the rank with number `local` on its host: each rank gets its
-/// own GPU. A device that the user named stays, and so does the CPU.
+/// own GPU; `spare` decides for ranks beyond the last GPU. With [`Choice::Auto`], a host without
+/// GPUs gives the CPU. A device that the user named stays, and so does [`Choice::Cpu`].
 ///
 /// # Errors
 ///

@@ -33,7 +33,7 @@ pub enum ClusterError {
         /// Its exit code.
         code: u8,
     },
-    /// Ranks that would not render the same image.
+    /// A rank would not render the same image as the root.
     #[error("rank {rank} on {host}: {what} is {theirs}, rank 0 has {ours}; start all ranks with the same")]
     Mismatch {
         /// The rank that differs from the root.
@@ -70,12 +70,12 @@ pub enum ClusterError {
     /// A signal ended the job.
     #[error("ended by a signal; {done} of {total} pixels were complete")]
     Ended {
-        /// Pixels with all their samples.
+        /// Complete pixels, estimated from the number of samples received.
         done: u64,
         /// Pixels of the image.
         total: u64,
     },
-    /// A rank has no GPU, where each should have one.
+    /// The host has fewer GPUs than ranks.
     #[error(
         "this rank is number {local} on its host, which has {devices} {backend} devices; start fewer ranks a host, or let the others use the CPU by --spare cpu"
     )]

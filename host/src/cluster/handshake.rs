@@ -1,4 +1,5 @@
-//! Handshake at the start: the root checks that all ranks would render the same image.
+//! Handshake at the start of a job: each rank sends its host, device and fingerprint, and the root
+//! checks that all ranks would render the same image.
 
 use super::ClusterError;
 use super::heartbeat::Heartbeat;
@@ -8,7 +9,7 @@ use crate::render::{Fingerprint, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Named properties that must be equal on all ranks.
+/// Properties that must be equal on all ranks: names and values.
 pub type FingerprintFields = Vec<(String, String)>;
 
 /// Message of a rank to the root.
@@ -21,7 +22,7 @@ struct Handshake {
 }
 
 /// Returns the [fingerprint](Fingerprint) of the image, for a scene with this
-/// [digest](crate::scene::Scene::digest), with names for people.
+/// [digest](crate::scene::Scene::digest), with readable names.
 pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>) -> FingerprintFields {
     let Fingerprint { version, kernels, scene, settings } = Fingerprint::new(scene, settings, quality);
     let text = |value: Value| match value {
@@ -41,8 +42,10 @@ pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQua
 ///
 /// # Errors
 ///
-/// All ranks return the same error: [`ClusterError::Rank`] if one cannot render,
-/// [`ClusterError::Mismatch`] if one differs. Also the errors of [`Heartbeat::receive`].
+/// All ranks report the first rank with an error: [`ClusterError::Rank`] if it cannot render. If it
+/// differs, the root returns [`ClusterError::Mismatch`], and the others [`ClusterError::Rank`] with
+/// the same message. Also [`ClusterError::Protocol`] for an invalid message, and the errors of
+/// [`Heartbeat::receive`].
 pub fn handshake<N: Network>(
     link: &mut Heartbeat<N>,
     device: &str,

@@ -1,4 +1,6 @@
-//! Heartbeats, so that a lost rank does not keep the others waiting.
+//! Heartbeats between ranks, so that a lost rank does not keep the others waiting.
+//!
+//! [`Heartbeat`] wraps a [`Network`]; the other modules send and receive through it.
 
 use super::ClusterError;
 use super::network::{Message, Network, Tag};
@@ -13,7 +15,7 @@ const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(500);
 /// Default time without a message after which a rank counts as lost.
 pub const DEFAULT_PATIENCE: Duration = Duration::from_secs(6);
 
-/// Time that a rank sleeps while it waits for work or messages.
+/// Duration of one sleep of a rank that waits for work or messages.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_micros(100);
 
 /// Network whose ranks watch each other: the root watches all ranks, the others watch the root.
@@ -27,14 +29,14 @@ pub struct Heartbeat<N> {
     last_sent: Instant,
     /// Host name of each rank, as far as known.
     pub(super) hosts: Vec<String>,
-    /// Messages that arrived before a caller asked for them.
+    /// Messages that arrived before they were requested.
     waiting: VecDeque<Message>,
     /// Bytes that this rank has sent, without heartbeats.
     pub(super) sent: u64,
 }
 
 impl<N: Network> Heartbeat<N> {
-    /// Creates the heartbeat of a network; all ranks count as alive now.
+    /// Wraps a network. A rank counts as lost after `patience` without a message from it.
     pub fn new(network: N, patience: Duration) -> Self {
         let now = Instant::now();
         let ranks = network.ranks() as usize;
@@ -66,7 +68,7 @@ impl<N: Network> Heartbeat<N> {
         self.active
     }
 
-    /// Lets only the first `ranks` ranks take part from now on; the others wait.
+    /// Lets only the first `ranks` ranks take part; the others wait.
     ///
     /// # Errors
     ///
@@ -81,7 +83,7 @@ impl<N: Network> Heartbeat<N> {
         self.rank() == 0
     }
 
-    /// Lets all ranks take part from now on.
+    /// Lets all ranks take part; the [group](Network::group) of the network stays.
     pub fn use_all_ranks(&mut self) {
         self.active = self.network.ranks();
     }
@@ -147,7 +149,7 @@ impl<N: Network> Heartbeat<N> {
         if now.duration_since(self.last_sent) >= HEARTBEAT_INTERVAL {
             self.last_sent = now;
             let to = if own == 0 { 1..self.network.ranks() } else { 0..1 };
-            // Unsent heartbeats must not pile up. A rank that does not receive them is found to be
+            // Unsent heartbeats must not pile up. A rank that does not receive them is reported as
             // silent anyway.
             if self.network.unsent() < 4 * self.ranks() as usize + 64 {
                 to.clone().try_for_each(|to| self.network.send(to, Tag::Heartbeat, Vec::new()))?;
@@ -186,12 +188,13 @@ impl<N: Network> Heartbeat<N> {
         if self.network.is_busy() { Duration::ZERO } else { POLL_INTERVAL }
     }
 
-    /// Runs `work` on its own thread and polls meanwhile, so that the other ranks hear from this
-    /// one.
+    /// Runs `work` on its own thread and polls meanwhile, so that this rank keeps sending
+    /// heartbeats.
     ///
     /// # Errors
     ///
-    /// Same as [`receive`](Self::receive). The work then continues, and its result is lost.
+    /// Same as [`receive`](Self::receive); the work then continues, and its result is lost. Also
+    /// [`ClusterError::Threads`] if the thread cannot be started.
     pub fn run_while_polling<T: Send + 'static>(
         &mut self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -203,12 +206,13 @@ impl<N: Network> Heartbeat<N> {
         })
     }
 
-    /// Runs work that is left after an error, on its own thread and to its end. Silent ranks and
-    /// errors of the network are ignored.
+    /// Runs work that is left after an error, on its own thread and to its end. Incoming messages,
+    /// silent ranks and errors of the network are ignored.
     ///
     /// # Errors
     ///
-    /// [`ClusterError::Protocol`] if the work ends without a result.
+    /// [`ClusterError::Threads`] if the thread cannot be started, [`ClusterError::Protocol`] if the
+    /// work ends without a result.
     pub fn run_to_completion<T: Send + 'static>(
         &mut self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -245,7 +249,7 @@ impl<N: Network> Heartbeat<N> {
         }
     }
 
-    /// Waits for the next message with this tag; other messages are kept for later.
+    /// Waits for the next message with this tag and returns it; others are kept for later.
     ///
     /// # Errors
     ///
@@ -264,7 +268,7 @@ impl<N: Network> Heartbeat<N> {
         }
     }
 
-    /// Waits until the receivers have taken all sent messages.
+    /// Waits until all messages are sent; see [`Network::unsent`].
     ///
     /// # Errors
     ///

@@ -1,4 +1,7 @@
-//! Image parts as messages, in the smallest type that the output needs.
+//! Image parts as messages, in the smallest format that the output needs.
+//!
+//! Each rank encodes its rendered sums as image parts; the root, or the parent in the tree of
+//! ranks, decodes and adds them.
 
 use super::ClusterError;
 use super::means::{ChunkSum, DoubleSum, MeanSum, counts_of};
@@ -23,7 +26,7 @@ pub enum WireFormat {
     /// bytes.
     Chunk = 3,
     /// Exact radiance sum and sample count. 56 bytes; sent as `Double` if `f64` holds all sums of
-    /// the image part.
+    /// the image part, and as `Chunk` if it is a single chunk.
     Mean = 4,
     /// Radiance sum in `f64` and sample count. 28 bytes.
     Double = 7,
@@ -83,19 +86,19 @@ const _: () = assert!(size_of::<Header>() == 96);
 pub struct ImagePart {
     /// Rows of the image.
     pub rows: RowSet,
-    /// Sample indices of each pixel.
+    /// Sample indices of each pixel; for a sum over several ranks 0 to the number of samples.
     pub samples: Range<u32>,
-    /// Phase of an average: 0 for what was summed first, 1 for the last chunk.
+    /// Phase of an average with two: 0 for all chunks but the last, 1 for the last chunk.
     pub phase: u32,
     /// Data of each pixel.
     pub wire_format: WireFormat,
     /// Width of the image in pixels.
     pub width: u32,
-    /// Counts over its samples.
+    /// Counts over the part's samples.
     pub counts: FilmCounts,
     /// Render time by the device's timer, in seconds.
     pub device_seconds: f64,
-    /// Render time measured by the host, in seconds.
+    /// Render time measured by the host, in seconds; 0 in a part from another rank.
     pub render_seconds: f64,
     /// Number of submissions.
     pub submissions: u32,
@@ -124,8 +127,9 @@ impl Rendered<'_> {
 pub(super) type Cost = (f64, f64, u32);
 
 impl ImagePart {
-    /// Encodes what was rendered of `rows` of an image of `width` pixels: `samples` of each pixel,
-    /// and the phase of an average. Sums are sent in the smallest type that holds them exactly.
+    /// Encodes the `rendered` sums of `rows` of an image of `width` pixels, with the sample indices
+    /// of each pixel and the phase of an average. Sums over chunks are sent in the smallest format
+    /// that holds them exactly.
     pub(super) fn new(
         rows: &RowSet,
         (samples, phase): (Range<u32>, u32),
@@ -312,12 +316,13 @@ impl ImagePart {
         })
     }
 
-    /// Returns the pixels of all its rows, from top to bottom.
+    /// Returns the encoded pixels of all rows, from top to bottom; AOV sums follow all other sums.
     pub fn pixels(&self) -> &[u8] {
         self.bytes.get(size_of::<Header>()..).unwrap_or_default()
     }
 
-    /// Returns the exact sum of each pixel of a chunk, mean or double; empty for other formats.
+    /// Returns the exact sum of each pixel, for the formats `Chunk`, `Mean` and `Double`; empty for
+    /// others.
     pub(super) fn means(&self) -> Vec<MeanSum> {
         fn read<T: Pod>(bytes: &[u8], mean: impl Fn(&T) -> MeanSum + Sync) -> Vec<MeanSum> {
             let records = bytes.par_chunks_exact(size_of::<T>()).with_min_len(4096);
@@ -331,8 +336,8 @@ impl ImagePart {
         }
     }
 
-    /// Adds its sums to `sums`, which has the same pixels in the same order; other formats add
-    /// nothing.
+    /// Adds the part's sums to `sums`, which has the same pixels in the same order; formats other
+    /// than `Chunk`, `Mean` and `Double` add nothing.
     pub(super) fn add_to(&self, sums: &mut [MeanSum]) {
         fn add<T: Pod>(bytes: &[u8], sums: &mut [MeanSum], mean: impl Fn(&T) -> MeanSum + Sync) {
             let records = bytes.par_chunks_exact(size_of::<T>());
@@ -347,7 +352,8 @@ impl ImagePart {
         }
     }
 
-    /// Returns the kernel sums and AOV sums of a chunk; empty for other formats.
+    /// Returns the kernel sums and AOV sums of a chunk, for the formats `Sums` and `SumsAndAovs`;
+    /// empty for others.
     pub(super) fn sums(&self) -> (Vec<PixelSums>, Vec<AovSums>) {
         let pixels = self.rows.len() as usize * self.width as usize;
         let (sums, guides) = match self.wire_format {

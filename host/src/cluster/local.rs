@@ -5,7 +5,7 @@ use super::network::{Message, Network, Tag};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Barrier, Mutex};
 
-/// One rank.
+/// Rank that is a thread; a channel to each other rank carries the messages.
 pub struct Local {
     rank: u32,
     peers: Vec<Sender<Message>>,
@@ -46,7 +46,8 @@ impl Network for Local {
     }
 
     fn send(&mut self, to: u32, tag: Tag, bytes: Vec<u8>) -> Result<(), ClusterError> {
-        // Messages to a rank that has ended are lost; as with processes, its silence shows it.
+        // Messages to a rank that has ended are lost. As with processes, the others notice its
+        // silence.
         if let Some(peer) = self.peers.get(to as usize) {
             let _ = peer.send(Message { from: self.rank, tag, bytes });
         }

@@ -1,4 +1,4 @@
-//! Sums of radiance that ranks send and add.
+//! Radiance sums of a pixel that ranks send and add: of a chunk, in `f64`, or exact.
 
 use crate::film::{ExactSum, FilmCounts, PixelTotals};
 use bytemuck::{Pod, Zeroable};
@@ -14,7 +14,7 @@ pub(super) struct ChunkSum {
 }
 
 /// Radiance sum that `f64` holds exactly, and its sample count: as words, because its 28 bytes are
-/// no multiple of 8.
+/// not a multiple of 8.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct DoubleSum {
@@ -51,7 +51,7 @@ impl MeanSum {
         Self { radiance: totals.radiance.map(parts), samples: totals.samples }
     }
 
-    /// Returns whether the pixel lacks samples that no kernel wrote.
+    /// Returns whether the pixel lacks samples because no kernel wrote them.
     pub(super) fn is_nan(&self) -> bool {
         self.radiance.iter().all(|pair| pair[0].is_nan())
     }

@@ -1,7 +1,7 @@
-//! One image over several processes: MPI's ranks, each with its own backend.
+//! One image over several processes: the ranks of an MPI job, each with its own backend.
 //!
 //! `plan` assigns the work. Each rank renders on one thread while another sends the finished image
-//! parts, each in the smallest type that the output needs (`image_part`): directly to the root
+//! parts, each in the smallest format that the output needs (`image_part`): directly to the root
 //! (rows) or up a tree of ranks (averages). The root puts them together (`assembler`). The report
 //! "Parallelizing Ray Tracing" merged whole images by an all-reduce, whose time grew with each
 //! rank.

@@ -1,7 +1,7 @@
 //! Network of the ranks that MPI started.
 //!
 //! rsmpi starts and ends MPI. Messages use MPI's own calls (MPI 4.0, sections 3.7 and 3.8), because
-//! their buffers live as long as the transfer and not as long as a scope.
+//! rsmpi ties a buffer to a scope, and here a buffer must live until its transfer ends.
 #![allow(unsafe_code, reason = "calls MPI; each block says why it is sound")]
 
 use super::ClusterError;
@@ -18,7 +18,7 @@ use ::mpi::traits::{AsRaw, CommunicatorCollectives, Root};
 use std::collections::VecDeque;
 use std::mem::MaybeUninit;
 
-/// All processes that `mpirun` started.
+/// Network of all processes that `mpirun` started.
 pub struct Mpi {
     world: SimpleCommunicator,
     group: Option<SimpleCommunicator>,
@@ -48,7 +48,7 @@ pub(super) fn check(action: &'static str, code: i32) -> Result<(), ClusterError>
 }
 
 impl Mpi {
-    /// Starts MPI, once in a process. Only the calling thread uses MPI afterwards.
+    /// Starts MPI, at most once in a process. Only the calling thread may use MPI afterwards.
     ///
     /// # Errors
     ///
@@ -81,7 +81,7 @@ impl Mpi {
         })
     }
 
-    /// Returns whether a transfer has ended. No earlier test may have ended its request.
+    /// Returns whether a transfer has ended. An earlier test must not have returned true for it.
     fn test(request: &mut MPI_Request) -> Result<bool, ClusterError> {
         let mut flag = 0;
         let mut status = MaybeUninit::<MPI_Status>::uninit();
@@ -111,7 +111,7 @@ impl Mpi {
         }
     }
 
-    /// Sends the messages that waited for shared memory, as far as it is free now.
+    /// Sends the waiting messages for which enough shared memory is free.
     fn dispatch_waiting(&mut self) -> Result<(), ClusterError> {
         for (to, tag, content) in std::mem::take(&mut self.waiting) {
             self.dispatch(to, tag, content)?;

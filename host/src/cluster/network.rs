@@ -1,4 +1,5 @@
-//! Messages between ranks, independent of what carries them.
+//! Messages between ranks: their tags, and the trait [`Network`] that carries them, which is
+//! implemented by MPI (`mpi`) and by threads of one process (`local`).
 
 use super::ClusterError;
 use crate::film::FrameMemory;
@@ -11,19 +12,19 @@ pub enum Tag {
     Heartbeat = 1,
     /// Host, device and fingerprint of a rank.
     Handshake = 2,
-    /// Root's answer: all ranks may begin, or why not.
+    /// Root's answer: all ranks may begin, or the reason against it; also its choice of a mode.
     Start = 3,
     /// Encoded scene.
     Scene = 4,
-    /// Request for work; in a series of frames, the root's number of complete frames.
+    /// Request for work; in a series of frames, the number of frames complete on the root.
     WorkRequest = 5,
-    /// Block of samples to render, or that none is left.
+    /// Block of samples to render; an empty one if none is left.
     Work = 6,
     /// Pixels.
     ImagePart = 7,
     /// Cost of a rank's work, or its error.
     Report = 8,
-    /// The image is complete.
+    /// The image or series is complete.
     Done = 9,
     /// Measurement of the network.
     Ping = 10,
@@ -98,7 +99,8 @@ pub trait Network {
         self.send(to, tag, bytemuck::cast_slice(&words).to_vec())
     }
 
-    /// Returns the buffer of sent words for reuse: fresh memory costs as much as copying to it.
+    /// Returns a buffer of sent words for reuse, if there is one: fresh memory costs as much as
+    /// copying to it.
     fn reclaim(&mut self) -> Option<Vec<u32>> {
         None
     }
@@ -107,19 +109,20 @@ pub trait Network {
     ///
     /// # Errors
     ///
-    /// [`ClusterError::Mpi`], and [`ClusterError::Protocol`] for a message that is no rank's.
+    /// [`ClusterError::Mpi`], and [`ClusterError::Protocol`] for an invalid message.
     fn receive(&mut self) -> Result<Option<Message>, ClusterError>;
 
-    /// Returns the number of sent messages that their receivers have not taken yet.
+    /// Returns the number of messages that are still being sent. A short message may count as sent
+    /// before its receiver takes it.
     fn unsent(&mut self) -> usize;
 
     /// Returns whether a transfer is in progress. A waiting rank must not sleep then, because
     /// transfers advance only when the network is called.
     fn is_busy(&mut self) -> bool;
 
-    /// Allocates memory for frames that the ranks of the group on the root's host share; `None` on
-    /// other hosts, and for a network without shared memory. All ranks of the group call this, and
-    /// [`unshare`](Self::unshare) when they no longer use it.
+    /// Allocates memory for frames that the ranks of the [group](Self::group) on the root's host
+    /// share. Returns `None` on other hosts, and if there is no or too little shared memory. All
+    /// ranks of the group call this, and [`unshare`](Self::unshare) when they no longer use it.
     ///
     /// # Errors
     ///
@@ -133,7 +136,7 @@ pub trait Network {
         Ok(None)
     }
 
-    /// Frees the memory of [`share`](Self::share). Nothing may use it any more.
+    /// Frees the memory of [`share`](Self::share), which nothing may use afterwards.
     ///
     /// # Errors
     ///
@@ -142,8 +145,8 @@ pub trait Network {
         Ok(())
     }
 
-    /// Makes the first `ranks` ranks the group of [`all_reduce`](Self::all_reduce). All ranks call
-    /// this.
+    /// Makes the first `ranks` ranks the group of [`all_reduce`](Self::all_reduce) and
+    /// [`share`](Self::share). All ranks call this.
     ///
     /// # Errors
     ///

@@ -1,11 +1,16 @@
-//! Assignment of the work to ranks.
+//! Assignment of the work to ranks: rows or samples, fixed at the start or handed out on demand.
+//!
+//! An average is an image in [`DistributionMode::Average`]: ranks render different samples of all
+//! rows, and their sums go up a tree of ranks, or directly to the root if the output needs those of
+//! each chunk. They are sent in strips of rows and in one or two phases (groups of chunks).
+//! `render_image` and the cost model use the functions of this module.
 
 use crate::film::{RowSet, SampleBlock};
 use std::collections::VecDeque;
 use std::ops::Range;
 use trisect_shared::film::CHUNK_SAMPLES;
 
-/// Mode of sharing an image.
+/// Mode of dividing an image among ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DistributionMode {
@@ -15,7 +20,7 @@ pub enum DistributionMode {
     Average,
 }
 
-/// Assignment of rows to ranks.
+/// Balance of the rows among ranks, in mode `Rows`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Balance {
@@ -46,11 +51,11 @@ impl Default for ClusterPlan {
     }
 }
 
-/// Number of strips in which an average is sent, so that one is on its way while the next is
+/// Number of strips in which an average is sent, so that one is on its way while the next one is
 /// rendered.
 pub const STRIPS: u32 = 8;
 
-/// Maximum samples of a rank relative to an even share, if chunks stay whole.
+/// Maximum number of samples of a rank relative to an even share, if chunks stay whole.
 const SHARE_TOLERANCE: f64 = 1.03;
 
 impl ClusterPlan {
@@ -76,8 +81,8 @@ pub fn strip_rows(height: u32) -> u32 {
 }
 
 /// Returns the samples of one of `ranks` ranks in an average. They are whole chunks if no rank then
-/// gets much more than its share: the film is then that of one process, bit for bit. Otherwise
-/// chunks are split, and each `f32` sum is rounded separately (by at most 2^-24 of it).
+/// gets more than 1.03 times an even share: the film is then that of one process, bit for bit.
+/// Otherwise chunks are split, and each `f32` sum is rounded separately (by at most 2^-24 of it).
 pub fn samples_of(samples: u32, rank: u32, ranks: u32) -> Range<u32> {
     let ranks = ranks.max(1);
     let cut = |of: u32, rank: u32| (u64::from(of) * u64::from(rank) / u64::from(ranks)) as u32;
@@ -90,7 +95,7 @@ pub fn samples_of(samples: u32, rank: u32, ranks: u32) -> Range<u32> {
     cut(samples, rank)..cut(samples, rank + 1)
 }
 
-/// Returns the number of ranks that have samples to average: at most one rank per sample.
+/// Returns the number of ranks that render an average: at most one rank per sample.
 pub fn averaging(samples: u32, ranks: u32) -> u32 {
     ranks.min(samples).max(1)
 }
@@ -133,12 +138,14 @@ pub struct WorkQueue {
 }
 
 impl WorkQueue {
-    /// Queues an image of `height` rows; all samples of a row are handed out together.
+    /// Queues an image of `height` rows; all samples of a row are handed out together. A block has
+    /// at least `least` rows, if as many are left.
     pub fn rows(height: u32, samples: u32, least: u32, ranks: u32) -> Self {
         Self::new(vec![SampleBlock { rows: 0..height, samples: 0..samples }], None, least, ranks)
     }
 
-    /// Queues blocks that begin with a chunk; whole chunks of some rows are handed out.
+    /// Queues blocks whose samples begin at a chunk. Whole chunks of some rows are handed out, of
+    /// at least `least` rows if the block has as many.
     pub fn chunks(parts: Vec<SampleBlock>, least: u32, ranks: u32) -> Self {
         Self::new(parts, Some(CHUNK_SAMPLES), least, ranks)
     }
@@ -149,8 +156,8 @@ impl WorkQueue {
     }
 
     /// Returns the next block, or `None` if all were handed out. The block has at most `most`
-    /// samples, counted as rows times samples per pixel, but at least the minimum number of rows.
-    /// `most` has no effect if all samples of a row are handed out together.
+    /// samples, counted as rows times samples per pixel, or else one chunk of the minimum number of
+    /// rows. `most` has no effect if all samples of a row are handed out together.
     pub fn take(&mut self, most: u64) -> Option<SampleBlock> {
         let all = self.parts.pop_front()?;
         let (step, most) = match self.together {

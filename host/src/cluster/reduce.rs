@@ -1,4 +1,7 @@
 //! Sums of an average on their way up the tree of ranks.
+//!
+//! A rank adds its strips to those of its children and sends each complete strip to its parent.
+//! Averages, strips and phases are described in `plan`, the tree in [`plan::parent`].
 
 use super::ClusterError;
 use super::image_part::{ImagePart, WireFormat};
@@ -7,7 +10,7 @@ use super::plan;
 use crate::film::{FilmCounts, RowSet};
 use crate::render::Settings;
 
-/// Sums of strips that wait for those of the ranks below. Each phase has its own strips.
+/// Sums of strips that wait for the sums of the children. Each phase has its own strips.
 pub(super) struct Reduce {
     strip: u32,
     height: u32,
@@ -51,8 +54,8 @@ impl Reduce {
         }
     }
 
-    /// Returns the index of a strip's sums, or `None` for an image part that is no strip, or has an
-    /// unknown phase or no sums.
+    /// Returns the index of a strip's sums, or `None` for an image part that is not a strip, or has
+    /// an unknown phase or no sums.
     fn index(&self, piece: &ImagePart) -> Option<usize> {
         let own = piece.rows.places();
         let strip = own.start / self.strip;
@@ -77,7 +80,7 @@ impl Reduce {
         Ok((index, *missing))
     }
 
-    /// Adds an image part. Returns the sum with the last part of its strip, else `None`.
+    /// Adds an image part. Returns the complete strip with its last part, `None` before.
     ///
     /// # Errors
     ///

@@ -28,7 +28,7 @@ enum Route {
     Tree(Reduce),
 }
 
-/// Maximum time that a rank that was told to end waits for the root to end the job.
+/// Maximum time that an interrupted rank waits for the root to end the job.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Renders an image over all ranks; each rank calls this with the same work. Returns the image on
@@ -38,7 +38,7 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(60);
 /// # Errors
 ///
 /// [`Failure`] with the partial image: an error of this rank or another, a rank that was silent for
-/// too long, or a request to end. The job must be ended then, because the other ranks wait.
+/// too long, or a request to end. The caller must then end the job, because the other ranks wait.
 pub fn render_image<N: Network>(
     link: &mut Heartbeat<N>,
     renderer: Renderer,
@@ -49,10 +49,10 @@ pub fn render_image<N: Network>(
     render_into_film(link, renderer, work, None, observer, ended)
 }
 
-/// Renders what the root's film `kept` lacks, chunk by chunk, until it is complete or its observer
-/// ends it. The work is that of [`Work::for_film`]; other ranks pass no film. The complete film has
-/// the bits of one that one process rendered. Without a film on the root, the work is an image as
-/// in [`render_image`].
+/// Renders the samples that the root's film `kept` lacks, chunk by chunk, until it is complete or
+/// its observer ends the render. The work is that of [`Work::for_film`]; other ranks pass no film.
+/// The complete film has the bits of one that one process rendered. Without a film on the root, the
+/// work is an image as in [`render_image`].
 ///
 /// # Errors
 ///
@@ -88,14 +88,14 @@ pub fn render_into_film<N: Network>(
     let mut source = if averages || plan.balance == Balance::Static {
         let rows = plan.rows(settings.height, rank, ranks);
         let strip = if averages { plan::strip_rows(settings.height) } else { u32::MAX };
-        // A GPU is only busy with whole images; on a CPU, a strip is sent while the next one is
+        // Only whole images keep a GPU busy; on a CPU, a strip is sent while the next one is
         // rendered.
         let whole = match device.kind {
             DeviceKind::Cpu if averages => strip,
             _ if averages => settings.height,
             _ => block,
         };
-        // The first image part tells the speed; a GPU needs many samples to be busy.
+        // The speed follows from the first image part; a GPU needs many samples to be busy.
         let per_row = (u64::from(settings.width) * samples.len() as u64).max(1);
         let first = if device.kind == DeviceKind::Gpu { 1u64 << 28 } else { 1 << 20 };
         let at_once = u32::try_from(first / per_row).unwrap_or(u32::MAX / 2);
@@ -273,7 +273,7 @@ pub fn render_into_film<N: Network>(
     }
 }
 
-/// Encodes a block as a message; no rows stand for no more work.
+/// Encodes a block as a message; a block without rows means that no work is left.
 fn words(part: Option<&SampleBlock>) -> Vec<u8> {
     let words = part
         .map_or([0; 4], |SampleBlock { rows, samples }| [rows.start, rows.end, samples.start, samples.end]);

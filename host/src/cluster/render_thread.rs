@@ -1,4 +1,7 @@
-//! Thread that renders while another one sends and receives.
+//! Thread of a rank that renders while another one sends and receives.
+//!
+//! Tasks go to it through a channel, and products come back: image parts of an image
+//! (`render_image`), or frames of a series (`series`).
 
 use crate::Error;
 use crate::threads::{self, ThreadError};
@@ -29,7 +32,7 @@ where
     Task: Send + 'static,
     Product: Send + 'static,
 {
-    /// Starts the thread. `work` makes any number of products from a task.
+    /// Starts the thread. `work` passes any number of products of a task to its last argument.
     pub fn new(
         mut state: State,
         mut work: impl FnMut(&mut State, Task, &mut (dyn FnMut(Product) + Send)) -> Result<(), Error>

@@ -1,9 +1,10 @@
-//! Report of the times and bytes of a render over several ranks.
+//! Report of the times and bytes of a render over several ranks, for `--stats` and its summary.
 
 use super::plan::ClusterPlan;
 use serde::{Deserialize, Serialize};
 
-/// Times and bytes of one rank, in wall-clock seconds since all ranks were ready.
+/// Times and bytes of one rank. Its start is when it begins to render the image, after the
+/// handshake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RankReport {
     /// The rank.
@@ -12,18 +13,18 @@ pub struct RankReport {
     pub host: String,
     /// Its backend and device.
     pub device: String,
-    /// Time of rendering, reading and encoding its image parts, in seconds.
+    /// Seconds of rendering, reading back and encoding its image parts.
     pub render_seconds: f64,
     /// Part of `render_seconds` by the device's timer.
     pub device_seconds: f64,
     /// Seconds without work before its last image part.
     pub wait_seconds: f64,
-    /// Seconds from its last image part until the receivers had taken all that it sent; on the
-    /// root, until the image was complete.
+    /// Seconds from its last image part until all its messages were sent; on the root, until the
+    /// image was complete.
     pub sync_seconds: f64,
-    /// Seconds from the start until then.
+    /// Seconds from its start to the end of `sync_seconds`.
     pub seconds: f64,
-    /// Bytes that it sent.
+    /// Bytes that it sent, without heartbeats.
     pub bytes: u64,
     /// Image parts that it rendered.
     pub pieces: u32,
@@ -38,7 +39,7 @@ pub struct ClusterReport {
     pub plan: ClusterPlan,
     /// Reason for the plan, if the program chose it.
     pub choice: String,
-    /// Seconds from the start until the image was complete.
+    /// Seconds from the root's start until the image was complete.
     pub seconds: f64,
     /// Part of `seconds` that is not rendering on the slowest rank: `seconds` minus the maximum
     /// `render_seconds`.
@@ -68,10 +69,10 @@ impl ClusterReport {
         }
     }
 
-    /// Returns a summary for people, with a line for each rank.
+    /// Returns a readable summary, with a line for each rank.
     pub fn summary(&self) -> String {
         let mut text = format!(
-            "{} ranks: {:.3} s, of that {:.3} s not rendering on the slowest; {:.1} MB came, imbalance {:.1} %",
+            "{} ranks: {:.3} s, of that {:.3} s not rendering on the slowest; {:.1} MB sent, imbalance {:.1} %",
             self.ranks.len(),
             self.seconds,
             self.sync_seconds,

@@ -1,4 +1,5 @@
-//! State of the root: the image parts received, and the work left to hand out.
+//! State of the root during a render: the image parts received, the work left to hand out, and the
+//! reports of the ranks.
 
 use super::ClusterError;
 use super::assembler::{AssembledImage, Assembler};
@@ -12,17 +13,17 @@ use crate::render::{FilmObserver, check_film};
 use std::ops::Range;
 use std::time::Instant;
 
-/// Film that the root continues.
+/// Film that the root continues; it may be empty.
 pub struct ResumableFilm<'a> {
     /// Film with the samples so far.
     pub film: Film,
-    /// Sample indices of the settings' frame that the film should have.
+    /// Sample indices that the complete film should have.
     pub samples: Range<u32>,
     /// Observer that sees the film grow, and may end the render.
     pub observer: &'a dyn FilmObserver,
 }
 
-/// Image parts received, and the work queue.
+/// Image parts received, work queue and reports.
 pub(super) struct Root<'a> {
     pub assembler: Assembler,
     queue: Option<WorkQueue>,
@@ -78,8 +79,8 @@ impl<'a> Root<'a> {
         })
     }
 
-    /// Returns the next work item, of at most `most` samples: `None` if work is assigned
-    /// statically, `Some(None)` if none is left.
+    /// Returns the next work item: `None` if work is assigned statically, `Some(None)` if none is
+    /// left. `most` limits its samples, over all pixels, as in [`WorkQueue::take`].
     pub fn hand_out(&mut self, most: u64) -> Option<Option<SampleBlock>> {
         let most = most / u64::from(self.width.max(1));
         self.queue.as_mut().map(|dispenser| dispenser.take(most))
@@ -104,7 +105,7 @@ impl<'a> Root<'a> {
         Ok(())
     }
 
-    /// Stops the work queue if the observer asks for it, and notes when the last image part
+    /// Stops the work queue if the observer ends the render, and notes when the last image part
     /// arrived.
     pub fn look(&mut self) {
         if let (Some(dispenser), Some(keeper)) = (&mut self.queue, self.observer)

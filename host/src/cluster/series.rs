@@ -1,8 +1,9 @@
-//! Series of frames over all ranks: a frame is sent while the next one is rendered.
+//! Series of frames over all ranks, for `view --headless` and `bench cluster`: a frame is sent
+//! while the next one is rendered.
 //!
 //! Ranks on the root's host share the memory of its frames. Their devices copy rows directly to
-//! their place in a frame, and only an empty message tells the root that they are there. Rows of
-//! other hosts are sent as messages.
+//! their place in a frame, and an empty message announces them to the root. Rows of other hosts are
+//! sent as messages.
 #![allow(unsafe_code, reason = "several ranks fill one frame; each block says why it is sound")]
 
 use super::ClusterError;
@@ -51,7 +52,7 @@ pub struct FrameSeries {
 /// Costs and times of a series of frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SeriesReport {
-    /// Cost of each frame, for each rank.
+    /// Cost of each frame, by rank, then frame; empty for a rank without rows.
     pub costs: Vec<Vec<FrameCost>>,
     /// Time when each frame was complete on the root, in seconds since the start.
     pub whole: Vec<f64>,
@@ -60,8 +61,8 @@ pub struct SeriesReport {
 }
 
 impl SeriesReport {
-    /// Returns the mean time between complete frames in seconds, from frame `from` on. The mean
-    /// counts transfers that overlap only once.
+    /// Returns the mean time between complete frames in seconds, from frame `from` on. Transfers
+    /// that overlap count once.
     pub fn period(&self, from: usize) -> f64 {
         match self.whole.get(from..) {
             Some([first, .., last]) => (last - first) / (self.whole.len() - from - 1) as f64,
@@ -102,7 +103,7 @@ impl<State, F: FnMut(&mut State, u32, &mut RowTarget<'_>) -> Result<FrameCost, E
 /// Callback for each complete frame: its number and pixels.
 pub type Show<'a> = dyn FnMut(u32, &[u32]) -> Result<(), Error> + 'a;
 
-/// Render threads of a rank; two take turns by frame.
+/// Render threads of a rank; if there are two, they take turns by frame.
 struct RenderThreads<State, Task, Product> {
     first: RenderThread<State, Task, Product>,
     second: Option<RenderThread<State, Task, Product>>,
@@ -132,7 +133,7 @@ struct Root<'a, 'b> {
 
 impl Root<'_, '_> {
     /// Takes a rank's rows of its next frame; empty `pixels` mean that the rows are already in
-    /// place. Shows the frames that are complete now, and returns their number.
+    /// place. Shows the frames that this completes, and returns their number.
     fn take(&mut self, series: &FrameSeries, rank: u32, pixels: &[u8], start: Instant) -> Result<u32, Error> {
         let wrong = || ClusterError::Protocol { rank, message: "rows of an unexpected frame".to_owned() };
         let rows = series.rows.get(rank as usize).ok_or_else(wrong)?;
@@ -196,12 +197,13 @@ fn check_rows(series: &FrameSeries) -> Result<(), Error> {
 /// Renders frames over all ranks; each rank calls this. `render` runs on its own thread; with a
 /// state for a [second stream](Renderer::second_stream), two threads take turns, so that the device
 /// has a frame to render while another one ends. `show` gets each complete frame on the root, in
-/// order. Returns the report on the root, `None` on the others.
+/// order. `ended` returns whether the process was asked to end. Returns the report on the root,
+/// `None` on the others.
 ///
 /// # Errors
 ///
-/// An error of this rank or another, or of a rank that was silent for too long. The job must be
-/// ended then.
+/// An error of this rank or another, a rank that was silent for too long, or a request to end. The
+/// caller must then end the job.
 pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
     link: &mut Heartbeat<N>,
     (mut state, twin): (State, Option<State>),
@@ -230,7 +232,7 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
             state,
             move |state, (index, mut pixels): (u32, Vec<u32>), out: &mut (dyn FnMut(_) + Send)| {
                 // SAFETY: these rows are this rank's. The root has shown the earlier frame of this
-                // memory, and is told when the new rows are in place.
+                // memory, and reads the new rows only after a message that they are in place.
                 let place = reached.as_ref().and_then(|frames| unsafe { frames.target(index, &own) });
                 let cost = match place {
                     Some(mut place) => render(state, index, &mut place)?,

@@ -12,11 +12,11 @@ use ::mpi::traits::CommunicatorCollectives;
 use rayon::prelude::*;
 use std::sync::atomic::{Ordering, fence};
 
-/// Minimum size of a message in shared memory. Below it, two additional messages of a few bytes
-/// cost more.
+/// Minimum size in bytes of a message in shared memory. Below it, the two short messages that
+/// announce and release its slot cost more than they save.
 const MIN_MESSAGE_BYTES: usize = 1 << 18;
 
-/// Size of a rank's part of the shared memory, which holds its long messages until they are taken.
+/// Bytes of a rank's part of the shared memory, which holds its long messages until they are taken.
 const SHARED_BYTES_PER_RANK: usize = 1 << 25;
 
 /// Bytes that a thread copies at a time.
@@ -49,8 +49,8 @@ struct SlotAllocator {
 }
 
 impl SlotAllocator {
-    /// Allocates the first gap of `bytes` bytes in a part of `of` bytes; `None` if there is no such
-    /// gap.
+    /// Allocates the first gap of `bytes` bytes, at a multiple of 64, in a part of `of` bytes;
+    /// `None` if there is no such gap.
     fn take(&mut self, bytes: usize, of: usize) -> Option<MessageSlot> {
         let mut first = 0;
         let mut index = 0;
@@ -133,8 +133,8 @@ impl SharedMemoryTransport {
     /// Copies a message to a free slot of this rank's part; `None` while no slot is free.
     pub fn put(&mut self, content: &[u8]) -> Option<MessageSlot> {
         let place = self.slots.take(content.len(), self.own.1)?;
-        // SAFETY: the slot is within this rank's own part, and no one reads it before being told of
-        // it.
+        // SAFETY: the slot is within this rank's own part, and no one reads it before the message
+        // that announces it.
         unsafe { CopyPointers(content.as_ptr(), self.own.0.add(place.first)).copy(place.bytes) };
         fence(Ordering::SeqCst);
         Some(place)
@@ -148,8 +148,8 @@ impl SharedMemoryTransport {
         }
         fence(Ordering::SeqCst);
         let mut content = Vec::with_capacity(place.bytes);
-        // SAFETY: the part has these bytes, and its rank does not change them until it is told that
-        // they were taken. The vector has the capacity for them, and all of them are written.
+        // SAFETY: the part has these bytes, and its rank does not change them until a message says
+        // that they were taken. The vector has the capacity for them, and all of them are written.
         unsafe {
             CopyPointers(first.add(place.first), content.as_mut_ptr()).copy(place.bytes);
             content.set_len(place.bytes);

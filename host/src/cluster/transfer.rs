@@ -1,4 +1,4 @@
-//! Transfers between ranks as MPI sees them.
+//! Records of the transfers of `mpi`: their content, requests and tags.
 
 use super::network::Tag;
 use ::mpi::ffi::MPI_Request;
@@ -44,7 +44,7 @@ pub(super) enum MessageKind {
     Taken,
 }
 
-/// Offset of the MPI tags of messages in shared memory.
+/// Offset of the MPI tags of messages in shared memory; it is itself the tag of confirmations.
 const PLACED: i32 = 0x40;
 
 impl MessageKind {

@@ -1,4 +1,5 @@
-//! Memory that the ranks of one host share (MPI 4.0, section 12.2.3).
+//! Memory that the ranks of one host share (MPI 4.0, section 12.2.3): for long messages
+//! (`shared_memory`) and for the frames of a series (`mpi`).
 #![allow(unsafe_code, reason = "calls MPI; each block says why it is sound")]
 
 use super::ClusterError;
@@ -71,7 +72,7 @@ impl Window {
         Ok((all == 1).then(|| Self { handle: unsafe { handle.assume_init() } }))
     }
 
-    /// Returns the first byte and the size of the part of a rank of the host.
+    /// Returns the address and the size in bytes of the part of a rank, by its number on the host.
     pub fn part(&self, rank: i32) -> Result<(*mut u8, usize), ClusterError> {
         let (mut size, mut unit) = (0, 0);
         let mut first: *mut u8 = std::ptr::null_mut();
@@ -83,9 +84,9 @@ impl Window {
         Ok((first, usize::try_from(size).unwrap_or(0)))
     }
 
-    /// Frees the memory; all ranks of the host call this, and no longer use it.
+    /// Frees the memory. All ranks of the host call this, and must not use the memory afterwards.
     pub fn free(mut self) -> Result<(), ClusterError> {
-        // SAFETY: the caller promises that no one uses the memory any more.
+        // SAFETY: the caller promises that no one uses the memory afterwards.
         check("sharing memory", unsafe { ffi::MPI_Win_free(&mut self.handle) })
     }
 }

@@ -24,8 +24,8 @@ pub struct Work {
 }
 
 impl Work {
-    /// Returns the work for a film that the root keeps while it grows: rows on demand in blocks of
-    /// `2^block_shift`, and all sums are sent.
+    /// Returns the work for a film that the root keeps while it grows: blocks of at least
+    /// `2^block_shift` rows are handed out on demand, and all sums are sent.
     pub fn for_film(settings: Settings, block_shift: u32) -> Self {
         let plan = ClusterPlan { mode: DistributionMode::Rows, balance: Balance::Dynamic, block_shift };
         let travels = Self::film_format(settings.guides);
@@ -47,7 +47,7 @@ pub struct Finished {
     pub report: ClusterReport,
     /// Counts over all pixels.
     pub counts: FilmCounts,
-    /// Counts of the samples that the film had before.
+    /// Counts of the samples that the film had at the start; zeros without a film.
     pub before: FilmCounts,
     /// Submissions of all ranks.
     pub submissions: u64,
@@ -76,7 +76,7 @@ impl Finished {
 pub struct Failure {
     /// The error.
     pub error: Error,
-    /// Partial image on the root, if any image part arrived.
+    /// Partial image on the root, if any image part arrived or a film was continued.
     pub partial: Option<Box<AssembledImage>>,
 }
 

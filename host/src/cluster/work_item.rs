@@ -1,4 +1,5 @@
-//! Work items of a rank, and rendering them.
+//! Work items of a rank: where they come from, and how the render thread turns them into image
+//! parts.
 
 use super::image_part::{ImagePart, Rendered, WireFormat};
 use super::means::{MeanSum, add_chunk};
@@ -9,17 +10,17 @@ use rayon::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 
-/// Target render time of an image part: long enough to be worth a message, short enough that little
-/// is lost with a rank.
+/// Target render time of an image part of a rank's own rows: long enough to be worth a message,
+/// short enough that little is lost with a rank.
 const TARGET_PART_TIME: Duration = Duration::from_millis(400);
 
-/// Some samples of some rows.
+/// Some samples of some rows, to be rendered by this rank.
 #[derive(Clone, Debug)]
 pub(super) struct WorkItem {
     pub rows: RowSet,
     /// Sample indices of each pixel.
     pub samples: Range<u32>,
-    /// Rows of an image part: the result is sent in strips of this many rows.
+    /// Number of rows of an image part: the result is sent in strips of as many rows.
     pub strip: u32,
 }
 
@@ -56,7 +57,7 @@ impl ChunkEncoder<'_> {
     }
 }
 
-/// Renders a work item, and passes its image parts to `out`.
+/// Renders a work item and passes its image parts to `out`.
 pub(super) fn render(
     bench: &mut WorkerState,
     order: WorkItem,
@@ -106,7 +107,7 @@ pub(super) fn render(
             return Ok(());
         }
         if index == chunks.start {
-            // In parallel, because the first touch of fresh memory takes the time.
+            // In parallel, because the first touch of fresh memory takes most of the time.
             desk.means = rayon::iter::repeat_n(MeanSum::ZERO, sums.pixels.len()).with_min_len(4096).collect();
             desk.counts = strips(&rows, strip, width).map(|_| FilmCounts::default()).collect();
         }
@@ -142,9 +143,9 @@ fn strips(rows: &RowSet, strip: u32, width: u32) -> impl Iterator<Item = (RowSet
 
 /// Source of a rank's work items.
 pub(super) enum Source {
-    /// The rank's own rows, `at_once` at a time.
+    /// The rank's own rows, `at_once` at a time, a multiple of `whole`; `next` is the first left.
     Static { rows: RowSet, next: u32, at_once: u32, whole: u32, samples: Range<u32>, strip: u32 },
-    /// The root, which hands out as much as this rank's speed allows.
+    /// The root, which hands out as many samples as this rank's speed allows.
     Root { asked: bool, over: bool, ready: Option<WorkItem>, speed: PartSizer },
 }
 
@@ -171,7 +172,7 @@ impl Source {
         }
     }
 
-    /// Fits the size of the next work item to the render time of an image part.
+    /// Fits the size of the next work item to the render time of the image part `piece`.
     pub fn learn(&mut self, piece: &ImagePart) {
         let (at_once, whole) = match self {
             Self::Static { at_once, whole, .. } => (at_once, whole),

@@ -1,4 +1,4 @@
-//! `trisect bench`: measures the frames of one scene, prints a table and writes JSON.
+//! `trisect bench`: measures the frame times of one scene, prints a table and writes JSON.
 
 use super::{Session, data};
 use crate::cli::{BenchArgs, BenchCommand};
@@ -16,8 +16,7 @@ const WARM_UP: u32 = 2;
 /// compiled is slow for a while: see docs/notebook/vulkan.md.
 const SETTLE: Duration = Duration::from_millis(500);
 
-/// Renders a scene several times and prints the times of a frame. `start` is the time at which the
-/// program started.
+/// Renders a scene several times and prints the times of a frame. The program started at `start`.
 pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     match &arguments.command {
         Some(BenchCommand::Report(arguments)) => return super::report::run(arguments),

@@ -1,5 +1,5 @@
-//! `trisect check`: prints what in a scene exceeds the supported range, and writes a copy of the
-//! scene in its best space.
+//! `trisect check`: prints the parts of a scene that are outside the supported range, and writes a
+//! copy of the scene in its best space.
 
 use crate::cli::CheckArgs;
 use crate::terminal::escaped;

@@ -1,7 +1,7 @@
 //! Checkpoints, time limit and interrupts of a render: when it stops, and where its film is kept.
 //!
-//! [`RenderSupervisor`] is asked between the parts of a render. Used by `render`, `resume` and
-//! their versions over ranks.
+//! A render calls [`RenderSupervisor`] between its parts. Used by `render`, `resume` and their
+//! versions over ranks.
 
 use super::fallback_path::write_to_fallback_path;
 use super::signals::INTERRUPTED;
@@ -114,7 +114,7 @@ impl RenderSupervisor {
     }
 
     /// Writes the last checkpoint, to a fallback path if its own cannot be written. Returns whether
-    /// it was written to its own path.
+    /// it was written to its own path; true without checkpoints.
     pub fn finish(&self, film: &Film, quiet: bool) -> Result<bool, Error> {
         let Some(saver) = &self.saver else { return Ok(true) };
         let Err(error) = saver.finish(film) else {

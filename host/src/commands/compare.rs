@@ -1,4 +1,4 @@
-//! `trisect compare`: prints the measures of the difference of two images.
+//! `trisect compare`: prints measures of the difference between two images.
 
 use crate::cli::CompareArgs;
 use std::fmt::Write;
@@ -44,7 +44,7 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) })
 }
 
-/// Bytes per pixel of another image and of the measures, mainly FLIP.
+/// Bytes per pixel of a second image and of the computation of the measures, mainly FLIP.
 const COMPARED: u64 = 120;
 
 /// Checks that enough memory is available to compare an image with another one.

@@ -9,7 +9,7 @@ pub fn is_stdout(path: &Path) -> bool {
 }
 
 /// Checks that data can be written to `path`, as [`output::probe`] does; standard output always
-/// can.
+/// passes.
 pub fn probe(path: &Path) -> Result<(), Error> {
     if is_stdout(path) { Ok(()) } else { Ok(output::probe(path)?) }
 }

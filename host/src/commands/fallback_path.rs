@@ -6,8 +6,8 @@ use trisect::Error;
 use trisect::image::ImageError;
 
 /// Writes a file to `path`, or to a [fallback path](write_to_fallback_path) if that fails, and
-/// returns the path written. Prints the first error. So a full disk or a removed folder loses no
-/// result.
+/// returns the path written. Prints the first error. So no result is lost to a full disk or a
+/// removed folder.
 pub fn or_fallback_path(path: &Path, write: impl Fn(&Path) -> Result<(), Error>) -> Result<PathBuf, Error> {
     let Err(error) = write(path) else { return Ok(path.to_owned()) };
     let written = write_to_fallback_path(path, write);

@@ -1,4 +1,4 @@
-//! Implementation of the commands, one module per command, and what several of them share.
+//! Implementation of the commands, one module per command, and the code that several of them share.
 //!
 //! `main` calls a command with its parsed arguments and gets an exit code or an error.
 //! [`Loaded`] is a scene with its settings, [`Session`] the same on an open backend.
@@ -43,13 +43,13 @@ pub struct Session {
     pub settings: Settings,
     /// Name of the scene.
     pub name: String,
-    /// Digest of the scene with all that it refers to; `None` if no checkpoint or rank needs it.
+    /// SHA-256 of the scene with all that it refers to; `None` if no checkpoint or rank needs it.
     pub digest: Option<[u8; 32]>,
     /// Space in which the scene is computed.
     pub space: Rebase,
     /// Reason for this backend; empty if the user named it.
     pub choice: String,
-    /// Choices made for a model without a scene file, for people.
+    /// Choices made for a model without a scene file, as lines to print.
     pub notes: Vec<String>,
     /// Seconds of reading and validating the scene.
     pub load_seconds: f64,
@@ -74,7 +74,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads the scene, and checks the settings and that no output is one of the scene's files.
+    /// Reads the scene, and checks its settings and that no output is one of its files.
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
@@ -148,8 +148,7 @@ impl Loaded {
     }
 }
 
-/// Resets the settings that are for other devices. The image depends on none of them but for
-/// rounding.
+/// Resets the settings that are for other devices. They affect the image by rounding only.
 pub fn fit_to_cpu(settings: &mut Settings) {
     let Settings { variant, traversal, schedule, tile, math, .. } = settings;
     (*variant, *traversal, *schedule, *tile, *math) = (None, None, None, None, MathMode::Precise);

@@ -1,6 +1,6 @@
 //! `trisect render`: renders a scene to an image file, with checkpoints, goals and layers.
 //!
-//! `resume` and the renders over ranks use its functions for checking and writing outputs.
+//! `resume` and the renders over ranks call its functions to check and write outputs.
 
 use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
 use super::data;
@@ -48,7 +48,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     }
     check(arguments)?;
     let request = arguments.request()?;
-    // The filter that the user asks for. A goal may choose another one.
+    // The filter of the command line. A goal may choose another one.
     let denoise = arguments.denoise.denoise()?;
     if let Some(request) = &request {
         adaptive::check(request.goal)?;
@@ -71,8 +71,9 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     render_film(arguments, session, denoise, None, start)
 }
 
-/// Renders the samples that the checkpoint `before` lacks, or all of them, writes checkpoints, and
-/// writes the image, also of an incomplete film. The command started at `start`.
+/// Renders the samples that the checkpoint `before` lacks, or all samples without one; writes
+/// checkpoints meanwhile, and at the end the image, also of an incomplete film. The command started
+/// at `start`.
 pub fn render_film(
     arguments: &RenderArgs,
     mut session: Session,
@@ -116,8 +117,8 @@ pub fn render_film(
     finish_film(arguments, session, (&film, &samples), &watch, stats, denoise)
 }
 
-/// Writes checkpoint and image of a film that should have `samples`, and prints which of them are
-/// missing.
+/// Writes checkpoint and image of a film that should have `samples`, and prints the first missing
+/// rows and samples.
 pub fn finish_film(
     arguments: &RenderArgs,
     session: Session,
@@ -195,7 +196,7 @@ pub fn outputs(arguments: &RenderArgs) -> Outputs {
         .file("--checkpoint", arguments.checkpointing.checkpoint.as_deref())
 }
 
-/// Checks that all outputs can be written, before minutes of rendering could be lost.
+/// Checks before the render that all outputs can be written.
 pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     Format::of(&arguments.output)?;
     if !arguments.aov.is_empty() {
@@ -220,7 +221,7 @@ pub fn check_new(arguments: &RenderArgs) -> Result<(), Error> {
     }
 }
 
-/// Returns the amount of samples, the error or the time to render, for people.
+/// Returns the goal as text: samples per pixel, error or time.
 pub fn goal_text(session: &Session, request: Option<&Request>) -> String {
     match request.map(|request| request.goal) {
         None => format!("{} spp", session.settings.samples),
@@ -315,7 +316,7 @@ fn write_outputs(
     }
     let path = match (written, &told) {
         (Ok(path), _) => path,
-        // The statistics were written although the image could not be: say where they are.
+        // The statistics may be written although the image is not: their path is printed.
         (Err(error), told) => {
             match told {
                 Some(Ok(path)) if !data::is_stdout(path) => eprint(&format!("wrote {}", path.display())),

@@ -34,7 +34,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     let mut session =
         Session::open_with_checkpoint(&command.job, &command.checkpointing, &render::outputs(&command))?;
     session.settings.guides = !checkpoint.film.aovs.is_empty();
-    // The scene may have another number of samples now; that of the checkpoint counts.
+    // The scene may have another number of samples than the checkpoint, whose number counts.
     session.settings.samples = checkpoint.header.spp;
     if !command.log.quiet {
         render::announce(&session, &render::goal_text(&session, None));
@@ -46,7 +46,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     render::render_film(&command, session, denoise, Some((place, checkpoint)), start)
 }
 
-/// Returns a line for people that says how complete a checkpoint is.
+/// Returns a line of text with the share of its samples that a checkpoint has.
 pub fn describe_contents(Checkpoint { header, film }: &Checkpoint) -> String {
     let of = &header.samples;
     format!("  {} of samples {} to {} are in the checkpoint", share(film, header), of.start, of.end)
@@ -73,7 +73,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
-    // Statistics go where the new command says; the caller checks the path of the image.
+    // The path of statistics is that of the new command; the caller checks the image's path.
     command.log.stats = arguments.log.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
     if let Some(backend) = arguments.backend {
@@ -82,7 +82,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
         (command.job.variant, command.job.schedule, command.job.traversal, command.job.tile) =
             (None, None, None, None);
         if backend == BackendArg::Cpu {
-            // The CPU has no other math. The identity of the checkpoint tells whether it fits.
+            // The CPU has no other math. The checkpoint's identity is checked against it later.
             command.job.math = MathArg::Precise;
         }
     }

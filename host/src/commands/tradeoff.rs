@@ -17,10 +17,10 @@ use trisect::tradeoff::{
 };
 use trisect::{Error, output};
 
-/// Error target that no reference reaches, so that it takes all its samples.
+/// Error target that no reference reaches, so that all its samples are rendered.
 const UNREACHABLE_ERROR: f64 = 1e-9;
 
-/// Samples of the reference of `converge`, as a multiple of `--last`.
+/// Number of samples of the reference of `converge`, as a multiple of `--last`.
 const REFERENCE_OF_COURSE: u32 = 8;
 
 /// Share of the time that the reference of `converge` gets. It has few samples compared with those
@@ -70,8 +70,8 @@ fn cache(arguments: &ReferenceArgs) -> Result<PathBuf, TradeoffError> {
     arguments.cache.clone().or_else(user).ok_or(TradeoffError::NoCache)
 }
 
-/// Measures the base and each configuration of the knobs, and writes a report of what was measured
-/// within the time limit.
+/// Measures the base settings and each configuration of the chosen options (knobs), and writes a
+/// report of what was measured within the time limit.
 pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks_that_measure()?;
     check_seeds(arguments.seeds)?;
@@ -121,7 +121,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     Ok(exit_code(found.ended))
 }
 
-/// Measures the error curve of each configuration, and compares each two of them.
+/// Measures the error curve of each configuration, and compares each pair of them.
 pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks_that_measure()?;
     check_seeds(arguments.seeds)?;
@@ -159,7 +159,7 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     Ok(exit_code(found.ended))
 }
 
-/// Reports the number of samples and the own error of the reference.
+/// Reports the reference's number of samples and its own error.
 fn tell(reference: Option<&Reference>, supervisor: &mut LabSupervisor) {
     if let Some(ReferenceInfo { samples, error, .. }) = reference.map(|reference| &reference.facts) {
         let error = 100.0 * error;

@@ -28,10 +28,10 @@ pub enum DenoiseError {
         /// Maximum number.
         most: u32,
     },
-    /// Parameters of a filter without a filter.
+    /// Parameters of a filter are given, but no filter.
     #[error("--denoise-{name} without a filter; add --denoise atrous or --denoise svgf")]
     NoFilter {
-        /// Name of the first of them.
+        /// Name of the first parameter.
         name: &'static str,
     },
     /// Film that was rendered without AOV sums.

@@ -1,4 +1,4 @@
-//! Denoising: filters with their parameters, and the passes that they take on a device.
+//! Denoising: filters with their parameters, and the passes (kernel launches) that they consist of.
 //!
 //! A [`Renderer`](crate::render::Renderer) runs the passes on a backend, over a film or over live
 //! frames. The kernels are in [`trisect_shared::denoise`].
@@ -26,7 +26,7 @@ use trisect_shared::film::PixelSums;
 /// Numbers of levels that a filter can have; the tenth has taps 512 pixels apart.
 pub const LEVELS: RangeInclusive<u32> = 1..=10;
 
-/// Filter, which differs in how it tells noise from edges in the light.
+/// Filter of the denoiser. The filters differ in how they separate noise from edges of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Filter {
@@ -39,7 +39,7 @@ pub enum Filter {
 }
 
 /// Filter and its parameters. `color`, `normal` and `depth` are distances for edge stopping: a
-/// neighbour at this distance keeps a quarter of its weight, and nothing beyond 1.4 times that.
+/// neighbour at this distance keeps a quarter of its weight, and none beyond 1.4 times that.
 /// With 0 only equal neighbours count, with infinity all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DenoiseSettings {
@@ -48,8 +48,8 @@ pub struct DenoiseSettings {
     /// Number of levels. Taps are 1 pixel apart in the first level, and twice as far in each
     /// further one.
     pub levels: u32,
-    /// Distance of the colour over the albedo: in radiance ([`Filter::Atrous`]), or in standard
-    /// deviations ([`Filter::Svgf`]).
+    /// Distance of the colour, which is reflected radiance over albedo: absolute
+    /// ([`Filter::Atrous`], first level), or in standard deviations ([`Filter::Svgf`]).
     #[serde(serialize_with = "number_or_inf")]
     pub color: f32,
     /// Angle between the normals, in degrees.
@@ -85,7 +85,7 @@ impl DenoiseSettings {
         }
     }
 
-    /// Returns launch parameters with this edge stopping, for an image.
+    /// Returns launch parameters of an image, with this edge stopping.
     fn params(&self, image: &FrameView) -> DenoiseParams {
         let cosine = f64::from(self.normal.min(180.0)).to_radians().cos();
         DenoiseParams {
@@ -102,8 +102,8 @@ fn number_or_inf<S: serde::Serializer>(value: &f32, serializer: S) -> Result<S::
     if value.is_finite() { serializer.serialize_f32(*value) } else { serializer.serialize_str("inf") }
 }
 
-/// Returns half the factor of a squared distance in edge stopping, where `through` is the squared
-/// distance that counts as 1.
+/// Returns the factor of a squared distance in edge stopping, in range for the kernels: 0.5 over
+/// `through`, the squared distance at which a quarter of the weight is left.
 fn stop_factor(through: f64) -> f32 {
     ((0.5 / through) as f32).clamp(STOP_FACTORS.0, STOP_FACTORS.1)
 }

@@ -1,4 +1,5 @@
-//! Passes of the denoiser over an image.
+//! Passes of the denoiser over an image: the kernel launches of a filter, in order, with their
+//! parameters. A renderer makes them, and a backend runs them.
 
 use super::temporal::TemporalInputs;
 use super::{DenoiseSettings, Filter, stop_factor, view};
@@ -11,7 +12,7 @@ use trisect_shared::denoise::{
 };
 use trisect_shared::display::DisplayParams;
 
-/// Image of a frame, and the view that it shows.
+/// Size of a frame's image, and the view that it shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrameView {
     pub view: PinholeView,
@@ -25,7 +26,8 @@ impl FrameView {
         Self { view: view::of(camera), width, height }
     }
 
-    /// Returns launch parameters without a filter: no difference of colours stops.
+    /// Returns launch parameters without a filter: colours stop nothing, normals and depths stop as
+    /// by default in SVGF.
     pub(super) fn params(&self) -> DenoiseParams {
         DenoiseParams {
             view: self.view,
@@ -50,7 +52,7 @@ impl FrameView {
 const MIN_VARIANCE_SAMPLES: u32 = 4;
 
 /// Returns the passes over rows of an image, in order, with inputs from earlier frames. Without a
-/// filter, the image comes out as it is.
+/// filter, the image is not smoothed.
 pub(crate) fn passes(
     denoise: Option<&DenoiseSettings>,
     image: &FrameView,
@@ -109,7 +111,7 @@ pub(crate) fn reach(denoise: Option<&DenoiseSettings>, frames: bool) -> u32 {
     denoise.map_or(0, |denoise| (0..denoise.levels).map(|level| 2 << level).sum()) + around
 }
 
-/// Returns the pass that makes this frame the first of those that are summed.
+/// Returns the pass that starts the sums over frames with this frame.
 pub(crate) fn store_pass(image: &FrameView, rows: Range<u32>) -> Pass {
     let params = DenoiseParams { first_row: rows.start, ..image.params() };
     Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, accumulated: false, rows }
@@ -160,8 +162,8 @@ impl Kernel {
 }
 
 /// Launch over rows of the image, from one of the denoiser's two images to the other. Only a
-/// [`Renderer`](crate::render::Renderer) makes one, because kernels trust the sizes, and that what
-/// they read was written.
+/// [`Renderer`](crate::render::Renderer) makes one, because kernels check neither sizes nor that
+/// their inputs were written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pass {
     /// Kernel.
@@ -174,8 +176,8 @@ pub struct Pass {
     pub(crate) to: usize,
     /// History to read, 0 or 1; the other one is written.
     pub(crate) past: usize,
-    /// True if the film is the sum over frames, and not this frame's; a pass of [`Kernel::Add`]
-    /// writes the other.
+    /// True if the pass reads the sums over frames, and not those of this frame; [`Kernel::Add`]
+    /// reads this frame's and writes the sums over frames.
     pub(crate) accumulated: bool,
     /// Rows to write; a level also writes some rows beside them.
     pub(crate) rows: Range<u32>,
@@ -215,13 +217,13 @@ impl Pass {
 }
 
 /// Launch that converts a frame for a display. Only a [`Renderer`](crate::render::Renderer) makes
-/// one, because kernels trust the size.
+/// one, because kernels do not check the size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplayLaunch {
     /// Launch parameters.
     pub(crate) params: DisplayParams,
     /// Denoised image, 0 or 1; `None` for the plain mean of the samples, which the parameters then
-    /// ask for in all columns.
+    /// select for all columns.
     pub(crate) image: Option<usize>,
     /// True if the samples are the sums over frames, and not this frame's.
     pub(crate) accumulated: bool,

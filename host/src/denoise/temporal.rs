@@ -1,20 +1,20 @@
-//! History of live frames: its settings, and what a frame gets from earlier ones.
+//! History of live frames: its settings, and the inputs of a frame from earlier ones.
 
 use super::passes::FrameView;
 use super::{DenoiseError, number_or_inf};
 use serde::Serialize;
 use trisect_shared::denoise::{PinholeView, STOP_FACTORS};
 
-/// Use of earlier frames in a live frame. While the camera rests, all samples since it came to rest
-/// are summed. Frames from before that, seen from elsewhere, are the history; it counts as a number
-/// of frames, and as fewer with each frame that follows.
+/// Settings of the use of earlier frames in a live frame. While the camera rests, all samples since
+/// it came to rest are summed. Earlier frames, seen from other positions, are the history: it
+/// counts as a number of frames, which falls by one with each frame at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TemporalSettings {
     /// Maximum number of frames that the history counts as; with 0 it is discarded when the camera
     /// moves.
     pub frames: u32,
-    /// Standard deviations of a pixel's neighbourhood to which the history is clamped; infinite: no
-    /// clamp.
+    /// Number of standard deviations from the mean of a pixel's neighbourhood to which the history
+    /// is clamped; infinite: no clamp.
     #[serde(serialize_with = "number_or_inf")]
     pub clamp: f32,
 }

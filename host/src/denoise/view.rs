@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::PinholeView;
 
-/// Returns the view from the middle of the lens, as of a pinhole camera.
+/// Returns the view of the pinhole camera at the middle of the lens.
 pub(super) fn of(camera: &Camera) -> PinholeView {
     let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
     let axis = right.cross(down).normalize_or(DVec3::NEG_Z);

@@ -10,7 +10,7 @@ use trisect_shared::bvh::NO_PRIMITIVE;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AovTotals {
-    /// Sum of the unit normals at the hits, on the camera's side.
+    /// Sum of the unit shading normals at the hits, on the camera's side.
     normal: [ExactSum; 3],
     /// Sum of the albedos over all samples; a miss adds 0.
     albedo: [ExactSum; 3],
@@ -25,9 +25,9 @@ pub struct AovTotals {
     pub hits: u64,
     /// Number of samples that hit nothing.
     pub misses: u64,
-    /// Primitive that the first of those samples hit, or [`NO_PRIMITIVE`].
+    /// Primitive that the first sample with a hit hits, or [`NO_PRIMITIVE`].
     primitive: u32,
-    /// First sample of the chunk that `primitive` is from.
+    /// First sample of the chunk that `primitive` is from; `u32::MAX` without one.
     chunk: u32,
 }
 
@@ -89,7 +89,7 @@ impl AovTotals {
         }
     }
 
-    /// Returns the totals in the kernels' format, over all chunks, rounded to f32.
+    /// Returns the totals over all chunks in the kernels' format, rounded to f32.
     pub fn sums(&self) -> AovSums {
         let round = |sums: [ExactSum; 3]| sums.map(|sum| sum.value() as f32).into();
         let count = |count| u32::try_from(count).unwrap_or(u32::MAX);
@@ -120,13 +120,13 @@ impl AovTotals {
         mean(self.position, self.hits)
     }
 
-    /// Returns the mean radiance of what is seen directly: lights, and the sky where nothing is
-    /// hit; NaN without samples.
+    /// Returns the mean radiance that is seen directly: of emissive surfaces, and of the sky where
+    /// nothing is hit; NaN without samples.
     pub fn emission(&self) -> [f64; 3] {
         self.emission.map(|sum| sum.value() / (self.hits + self.misses) as f64)
     }
 
-    /// Returns the primitive that the first sample with a hit hits.
+    /// Returns the primitive that the first sample with a hit hits; `None` without hits.
     pub fn primitive(&self) -> Option<u32> {
         (self.primitive != NO_PRIMITIVE).then_some(self.primitive)
     }

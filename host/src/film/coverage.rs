@@ -1,4 +1,6 @@
-//! Sample coverage: the samples of each row of the image that a film holds.
+//! Sample coverage: the samples that a film holds, for each row of the image.
+//!
+//! It rejects samples that would count twice, and lists those that a film lacks.
 
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -52,8 +54,8 @@ impl SampleCoverage {
         self.rows.get(row as usize).map_or(&[], Vec::as_slice)
     }
 
-    /// Returns all samples held, as blocks by sample, then row; adjacent rows with the same samples
-    /// form one block.
+    /// Returns all samples held, as blocks sorted by first sample, then first row. Adjacent rows
+    /// with the same samples form one block.
     pub fn parts(&self) -> Vec<SampleBlock> {
         together(self.rows.iter().map(Vec::as_slice))
     }
@@ -119,7 +121,7 @@ impl SampleCoverage {
     }
 }
 
-/// Returns the parts of `within` that no range of `held` covers; these are in order.
+/// Returns the parts of `within` that no range of `held` covers; the ranges of `held` are in order.
 fn gaps(held: &[Range<u32>], within: &Range<u32>) -> Vec<Range<u32>> {
     let mut gaps = Vec::new();
     let mut next = within.start;

@@ -1,4 +1,4 @@
-//! Host memory that devices copy to.
+//! Host memory that devices copy to, which a backend can pin.
 #![allow(unsafe_code, reason = "a device or other processes write to it; each block says why it is sound")]
 
 use bytemuck::{Pod, Zeroable};
@@ -8,8 +8,8 @@ use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 /// Bytes at an address that does not change, so that a device may [copy there
-/// directly](crate::backend::Backend::pin). This type itself reads and writes nothing: those who
-/// share the memory agree on that.
+/// directly](crate::backend::Backend::pin). This type itself does not access the bytes: those who
+/// share the memory agree on who reads and writes.
 #[derive(Debug)]
 pub struct HostMemory {
     first: *mut u8,

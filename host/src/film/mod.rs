@@ -41,7 +41,7 @@ pub struct PixelTotals {
     pub samples: u64,
     /// Number of samples that were NaN or infinite and are not in the sums.
     pub rejected: u64,
-    /// Number of path segments traced.
+    /// Number of segments traced, shadow rays included.
     pub segments: u64,
     /// Number of samples that should have been taken and that no kernel wrote; if it is not 0, the
     /// sums stay NaN.
@@ -121,8 +121,8 @@ impl PixelTotals {
         }
     }
 
-    /// Returns the totals in the kernels' format, over all chunks, rounded to f32; NaN and 0
-    /// samples if a chunk is missing.
+    /// Returns the totals over all chunks in the kernels' format, rounded to f32; NaN and 0 samples
+    /// if there are none, or if no kernel wrote some.
     pub fn sums(&self) -> PixelSums {
         if self.unwritten > 0 || self.is_empty() {
             return PixelSums { samples: 0, ..PixelSums::UNWRITTEN };
@@ -141,8 +141,8 @@ impl PixelTotals {
         self.radiance.map(|sum| sum.value() / self.samples as f64)
     }
 
-    /// Returns the estimated variance of the mean, by channel: the sample variance over n. It says
-    /// nothing with fewer than two samples.
+    /// Returns the estimated variance of the mean, by channel: the sample variance over n. With
+    /// fewer than two samples it has no meaning.
     pub fn variance_of_mean(&self) -> [f64; 3] {
         let n = self.samples as f64;
         std::array::from_fn(|c| {
@@ -152,7 +152,8 @@ impl PixelTotals {
     }
 }
 
-/// Image of [`PixelTotals`], row-major, top row first.
+/// Result of a render before it is an image: [`PixelTotals`] of all pixels, row-major, top row
+/// first, and the samples that they hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Pixels across.
@@ -161,7 +162,7 @@ pub struct Film {
     pub height: u32,
     /// `width * height` totals.
     pub pixels: Vec<PixelTotals>,
-    /// AOV totals: `width * height` of a render with [AOVs](crate::render::Settings::guides),
+    /// `width * height` AOV totals if the render has [AOV sums](crate::render::Settings::guides),
     /// otherwise none.
     pub aovs: Vec<AovTotals>,
     /// Samples that the totals hold.
@@ -175,7 +176,7 @@ pub struct FilmCounts {
     pub samples: u64,
     /// Number of NaN or infinite samples, which are left out.
     pub rejected: u64,
-    /// Number of path segments traced.
+    /// Number of segments traced, shadow rays included.
     pub segments: u64,
     /// Number of pixels that lack samples because no kernel wrote them.
     pub unwritten: u64,

@@ -1,11 +1,12 @@
-//! Rows of an image that a launch, a chunk or a rank has.
+//! Rows of an image for a launch, a chunk or a rank.
 
 use std::ops::Range;
 
-/// Rows of an image: a range of a share, which is blocks of rows at equal distances.
+/// Rows of an image: a range of the rows of a share, such as that of a rank. A share consists of
+/// blocks of `2^shift` adjacent rows at equal distances.
 ///
-/// Row k of the share is row `first + k + (k >> shift) * gap` of the image, so that a device finds
-/// it by a shift and a multiplication.
+/// Row k of the share is row `first + k + (k >> shift) * gap` of the image, so that a device
+/// computes it with a shift and a multiplication.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RowSet {
     first: u32,
@@ -36,7 +37,7 @@ impl RowSet {
             return Self::from(0..0);
         }
         let left = u64::from(height) - first;
-        // Whole periods, and of the last period what the image has of the block.
+        // Whole periods, and the rows of the last block that lie in the image.
         let count = left / period * block + (left % period).min(block);
         // A share of one block has no gap; any other's fits between two rows of the image.
         let gap = if count <= block { 0 } else { (period - block) as u32 };

@@ -1,4 +1,4 @@
-//! Host memory that a device copies rows of pixels to.
+//! Host memory that a device copies rows of displayed pixels to: packed rows, or whole frames.
 #![allow(
     unsafe_code,
     reason = "frames are filled by several processes at once; each block says why it is sound"
@@ -38,8 +38,8 @@ pub struct CopyRect {
 }
 
 impl CopyRect {
-    /// Returns rectangles that together are `rows`, in order. The blocks of one are at most `most`
-    /// rows apart.
+    /// Returns rectangles that together are `rows`, in order. From the start of one block of a
+    /// rectangle to that of the next it is at most `most` rows.
     pub fn all(rows: &RowSet, most: u32) -> Vec<Self> {
         let mut grids: Vec<Self> = Vec::new();
         for block in rows.blocks() {
@@ -122,8 +122,8 @@ impl<'a> RowTarget<'a> {
     }
 }
 
-/// Memory for several frames of an image, used in turn, which one process or ranks that share it
-/// fill.
+/// Memory for several frames of an image, used in turn, and filled by one process or by the ranks
+/// that share it.
 #[derive(Debug)]
 pub struct FrameMemory {
     memory: Arc<HostMemory>,
@@ -140,7 +140,7 @@ impl FrameMemory {
         Self { memory, width, height, frames }
     }
 
-    /// Uses memory that several processes share; `None` if it is too small for the frames.
+    /// Wraps memory that several processes share; `None` if it is too small for the frames.
     #[cfg(feature = "mpi")]
     pub(crate) fn of(memory: HostMemory, width: u32, height: u32, frames: u32) -> Option<Self> {
         let fits = memory.bytes() >= Self::words(width, height, frames).saturating_mul(size_of::<u32>());
@@ -235,8 +235,7 @@ impl HostFrame {
     }
 }
 
-/// Returns the rows of the image that a display launch makes: from its first row, `first`, to the
-/// end of `rows`.
+/// Returns the rows of the image that a display launch writes: from `first` to the end of `rows`.
 pub(crate) fn span(first: u32, rows: &RowSet) -> Range<u32> {
     first..rows.end().max(first)
 }

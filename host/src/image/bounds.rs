@@ -8,7 +8,7 @@ use std::path::Path;
 /// Bytes of memory up to which decoding an image is not compared with the length of its file.
 pub(super) const ALWAYS: u64 = 64 << 20;
 
-/// Maximum bytes of a PNG's data other than pixels, mainly a colour profile, which unpacks to a
+/// Maximum bytes of a PNG's data other than pixels, mainly a colour profile, which may unpack to a
 /// thousand times its size.
 pub(crate) const MAX_CHUNK: u64 = 16 << 20;
 

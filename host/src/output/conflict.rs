@@ -4,7 +4,7 @@ use crate::atomic_file::{canonical_path, is_same};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Output that is another file of the same command.
+/// Output that is also another output or an input of the command, or that `resume` must not write.
 #[derive(Debug, Error)]
 pub enum ConflictError {
     /// Two outputs are one file.
@@ -47,7 +47,7 @@ pub struct Outputs {
     folders: Vec<Folder>,
 }
 
-/// Folder to which a command writes files; `writes` tells by their names which ones.
+/// Folder to which a command writes files; `writes` returns whether it writes one of this name.
 #[derive(Clone, Debug)]
 struct Folder {
     option: &'static str,
@@ -82,7 +82,7 @@ impl Outputs {
         self
     }
 
-    /// Adds a folder. `writes` tells whether the command writes a file of this name to it.
+    /// Adds a folder. `writes` returns whether the command writes a file of this name to it.
     #[must_use]
     pub fn folder(mut self, option: &'static str, path: Option<&Path>, writes: fn(&Path) -> bool) -> Self {
         self.folders.extend(path.map(|path| Folder { option, path: path.to_owned(), writes }));

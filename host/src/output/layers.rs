@@ -19,8 +19,8 @@ use trisect_shared::camera::Camera;
 pub enum Aov {
     /// `N.X`, `N.Y`, `N.Z`: mean of the unit shading normals on the camera's side.
     Normal,
-    /// `P.X`, `P.Y`, `P.Z`: mean of the points hit, in scene units, before the field `space`; 0
-    /// where nothing is hit.
+    /// `P.X`, `P.Y`, `P.Z`: mean of the points hit, in the scene's own coordinates (before its
+    /// field `space` is applied); 0 where nothing is hit.
     Position,
     /// `albedo.R`, `albedo.G`, `albedo.B`: mean albedo, 0 where nothing is hit.
     Albedo,
@@ -30,7 +30,7 @@ pub enum Aov {
     /// `id`: object of the first sample that hits something, counted from 1; 0 for none. `u32`.
     Id,
     /// `variance.R`, `variance.G`, `variance.B`: estimated variance of the pixel's mean radiance;
-    /// infinite below two samples.
+    /// infinite with one sample.
     Variance,
     /// `samples`: number of samples of the pixel. `u32`.
     Samples,
@@ -86,8 +86,8 @@ pub struct FilmPlace<'a, F: Fn(Option<u32>) -> u32> {
 ///
 /// # Errors
 ///
-/// Returns [`ImageError::Codec`] if the film lacks AOV sums that a layer needs, [`ImageError::Io`]
-/// if the file cannot be written.
+/// Returns [`ImageError::Codec`] if the film lacks AOV sums that a layer needs or the layers cannot
+/// be encoded, [`ImageError::Io`] if the file cannot be written.
 pub fn write(
     image: &Image,
     film: &Film,
@@ -153,6 +153,7 @@ fn layer(
             three(
                 names,
                 film.pixels.iter().map(|pixel| match pixel.samples {
+                    0 => [f64::NAN; 3],
                     1 => [f64::INFINITY; 3],
                     _ => pixel.variance_of_mean().map(|v| v * factor * factor),
                 }),

@@ -58,13 +58,14 @@ pub fn probe(path: &Path) -> Result<(), ImageError> {
     atomic_file::probe(path).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
-/// Writes a file of any kind, replacing an earlier one completely or not at all.
+/// Writes a file of any kind. Replaces an earlier one completely or not at all, except where it can
+/// only be written in place, as a device.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     write_atomic_or_in_place(path, bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
 }
 
-/// Writes an image in the format that the extension names, replacing an earlier file completely or
-/// not at all.
+/// Writes an image in the format that the extension names, and replaces an earlier file as
+/// [`write_file`] does.
 pub fn write(image: &Image, path: &Path) -> Result<(), ImageError> {
     let bytes = encode(image, Format::of(path)?)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
@@ -87,7 +88,8 @@ pub fn encode_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, St
     Ok(file.into_inner())
 }
 
-/// Returns the bytes of an image file. NaN becomes black in PNG and HDR, which cannot represent it.
+/// Returns the bytes of an image file. NaN becomes black in PNG; NaN and infinity become black in
+/// HDR, which cannot represent them.
 pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
     let (width, height) = (image.width, image.height);

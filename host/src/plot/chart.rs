@@ -1,6 +1,6 @@
-//! Charts as data, independent of what draws them.
+//! Charts as data, independent of how they are drawn.
 
-/// Mapping of an axis's values to places.
+/// Mapping of values to places on an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Linear, and contains zero.

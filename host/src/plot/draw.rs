@@ -1,4 +1,4 @@
-//! Draws charts as SVG and PNG. The image depends on the chart alone: it contains no date, and no
+//! Draws charts as SVG and PNG. The output depends on the chart alone: it contains no date, and no
 //! font of the system.
 
 use super::chart::{Bars, Chart, Plot, Series};

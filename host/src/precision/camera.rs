@@ -1,8 +1,8 @@
 //! Checks rounding in the camera.
 //!
-//! A direction in f32 is off by an angle of about u; the angle of a pixel in the middle of the
-//! image is 2 tan(fov / 2) / height. A point of the lens is rounded by u times its distance from
-//! the origin, sideways, so what is in focus blurs by as much. Measured errors agree
+//! A direction in f32 is off by an angle of about u = 2⁻²⁴; the angle of a pixel in the middle of
+//! the image is 2 tan(fov / 2) / height. A point of the lens is rounded by u times its distance
+//! from the origin, also sideways, so objects in focus blur by as much. Measured errors agree
 //! (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};

@@ -18,11 +18,11 @@ pub struct Extent {
     /// Maximum corner of that box.
     #[serde(serialize_with = "optional")]
     pub high: Option<DVec3>,
-    /// Middle of what matters: of everything except planes and what is more than 64 times as large
-    /// as the median shape or mesh.
+    /// Centre of the box around what matters: everything except planes and surroundings (shapes and
+    /// meshes more than 64 times as large as the median one).
     #[serde(serialize_with = "triple")]
     pub center: DVec3,
-    /// Half the longest side of the box around what matters.
+    /// Half the longest side of that box.
     pub radius: f64,
     /// Position of the camera.
     #[serde(serialize_with = "optional")]
@@ -93,9 +93,10 @@ impl Extent {
         Self { low: Some(whole.0), high: Some(whole.1), center: 0.5 * (matters.0 + matters.1), radius, eye }
     }
 
-    /// Returns the space with its origin in the middle of what matters, and the power of two as
-    /// scale that brings the radius to between 1 and 2. The origin stays 0 if that is inside
-    /// already; otherwise it is rounded to few digits.
+    /// Returns the space with its origin at [`center`](Self::center), and as scale the power of two
+    /// that brings [`radius`](Self::radius) to between 1 and 2. The origin stays 0 if each
+    /// coordinate of the centre is within twice the radius of it; otherwise it is rounded to
+    /// multiples of 1/8 of the new space's unit.
     pub fn best_space(&self) -> Rebase {
         let radius = if self.radius > 0.0 && self.radius.is_finite() { self.radius } else { 1.0 };
         let unit = 2f64.powi(radius.log2().floor().clamp(-59.0, 59.0) as i32);

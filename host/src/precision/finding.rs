@@ -150,8 +150,8 @@ pub struct Finding {
     pub severity: Severity,
     /// Affected triangles; `None` for anything but a mesh.
     pub triangles: Option<Triangles>,
-    /// Object, material or light, as the scene's author knows it: `objects[3]` is the fourth object
-    /// of the scene file.
+    /// Object, material or light, by its name in the scene file: `objects[3]` is the fourth object
+    /// of the file.
     pub what: String,
     /// Name of the measured quantity.
     pub quantity: &'static str,

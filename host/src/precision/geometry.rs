@@ -1,9 +1,9 @@
 //! Checks the size of primitives against their distance from the origin and against the range of
 //! f32.
 //!
-//! A coordinate x is rounded by up to u |x|. So a primitive of size s at distance |p| from the
-//! origin, and the distance to it, are off by |p| u / s of its size. Near |p| = s 2²³ nothing of it
-//! is left. Measured errors of spheres agree (docs/reference/supported-ranges.md).
+//! A coordinate x is rounded by up to u |x|, where u = 2⁻²⁴. So a primitive of size s at distance
+//! |p| from the origin, and the distance to it, are off by |p| u / s of its size. Near |p| = s 2²³
+//! nothing of it is left. Measured errors of spheres agree (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Triangles, Unit};
 use super::{RELATIVE, ROUNDING, names};

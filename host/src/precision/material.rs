@@ -1,10 +1,10 @@
 //! Checks indices of refraction that f32 does not resolve.
 //!
-//! Near 1 the difference x = n - 1 matters. Rounding of n and 1 / n changes it by about u, so
-//! Fresnel's reflectance, about x² / 4 at normal incidence, is off by 1.5 u / x of itself. Far from
-//! 1, on the side of the larger index n, light passes within a cone of sin² = 1 / n², where the
-//! cosine is within 1 / (2 n²) of 1. Its rounding changes the squared cosine of refraction, 1 - n²
-//! sin², by 3 n² u. Measured errors agree (docs/reference/supported-ranges.md).
+//! Near 1 the difference x = n - 1 matters. Rounding of n and 1 / n changes it by about u = 2⁻²⁴,
+//! so Fresnel's reflectance, about x² / 4 at normal incidence, is off by 1.5 u / x of itself. Far
+//! from 1, on the side of the larger index n, light passes within a cone of sin² = 1 / n², where
+//! the cosine is within 1 / (2 n²) of 1. Its rounding changes the squared cosine of refraction,
+//! 1 - n² sin², by 3 n² u. Measured errors agree (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{RELATIVE, ROUNDING, names};

@@ -1,5 +1,6 @@
-//! Finds what in a scene is outside the range that single precision supports, predicts the error,
-//! and names a remedy. Used by `trisect check`, and for warnings of `render` and `bench`.
+//! Finds the parts of a scene that are outside the range that single precision supports, predicts
+//! the error, and names a remedy. Used by `trisect check`, and for warnings of `render` and
+//! `bench`.
 //!
 //! A scene is described in f64 and rendered in f32, whose unit roundoff u is 2⁻²⁴. Each rule is a
 //! first-order estimate of the rounding error, relative to what it affects. Tests measure that the
@@ -32,8 +33,8 @@ use std::collections::BTreeMap;
 /// Half the distance from 1 to the next number of f32: the maximum relative error of one rounding.
 pub const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
-/// Supported error of a hit, relative to the object. Few objects fill more than a thousand pixels,
-/// so this is a pixel.
+/// Supported error of a hit, relative to the object. Few objects are more than a thousand pixels
+/// wide, so this is at most about a pixel.
 pub const RELATIVE: f64 = 1e-3;
 
 /// Supported error of a ray in the image, in pixels: a third of the standard deviation (0.29) of

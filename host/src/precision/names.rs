@@ -1,4 +1,4 @@
-//! Names of a scene's parts as its author knows them, for findings and messages.
+//! Names of a scene's parts as in the scene file, for findings and messages.
 
 use crate::scene::description::{Description, Shape, ShapeKind};
 

@@ -1,9 +1,9 @@
 //! Checks the eye, and small objects, against a surface that they are near to.
 //!
-//! A sphere's test subtracts squares: c = |o - C|² - R². Its terms are rounded by u R², while c is
-//! 2 R h at height h, so the distance is off by R u / h of itself. The hit is off by R u, which an
-//! object of size s that rests on the sphere shows as R u / s of its size. A plane's test adds
-//! products of coordinates and normal, each rounded by u of itself. Measured errors agree
+//! A sphere's test subtracts squares: c = |o - C|² - R². Its terms are rounded by u R² (u = 2⁻²⁴),
+//! while c is 2 R h at height h, so the distance is off by R u / h of itself. The hit is off by
+//! R u, which is R u / s of the size of an object of size s that rests on the sphere. A plane's
+//! test adds products of coordinates and normal, each rounded by u of itself. Measured errors agree
 //! (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};

@@ -1,4 +1,5 @@
-//! Construction of a renderer: BVH, light table, and the checksum by which renderers compare them.
+//! Construction of a renderer: builds the BVH and the light table, uploads the scene, and computes
+//! the checksum by which a checkpoint recognises what was built.
 
 use super::scene_params::SceneParams;
 use super::submissions::SubmissionSizer;
@@ -35,7 +36,7 @@ impl Renderer {
         Self::with_quality(backend, scene, None)
     }
 
-    /// Creates a renderer with a BVH of this quality; with `None` it follows from the number of
+    /// Creates a renderer with a BVH of this quality; `None` chooses the quality by the number of
     /// primitives.
     pub fn with_quality(
         mut backend: Box<dyn Backend>,
@@ -111,9 +112,9 @@ impl Renderer {
         }))
     }
 
-    /// Returns the CRC-32 of what the host made of the scene, for an image of this size: BVH, light
-    /// table and camera record. Films that differ in it do not belong together, even with equal
-    /// scene and settings: another version of a library may have built another BVH.
+    /// Returns the CRC-32 of BVH, light table and camera record, for an image of this size. Films
+    /// that differ in it do not belong together, even with equal scene and settings: another
+    /// version of a library may have built another BVH.
     pub fn prepared_crc(&self, width: u32, height: u32) -> u32 {
         let mut crc = crc32fast::Hasher::new_with_initial(self.structures_crc);
         crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));

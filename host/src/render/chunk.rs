@@ -1,4 +1,5 @@
-//! Rendering of one chunk: samples of some rows, which the device sums.
+//! Rendering of one chunk: at most 256 samples of each pixel of some rows, summed on the device and
+//! copied to the host. The pipeline, adaptive sampling and the cluster use it.
 
 use super::chunk_pipeline::resize_records;
 use super::submissions::{Submission, Submissions};
@@ -13,7 +14,8 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::params::FLAG_END_OF_CHUNK;
 
-/// Sums over the samples of a chunk of some rows, packed, as the device returned them.
+/// Sums over the samples of a chunk of some rows, packed (row after row, without gaps), as the
+/// device returned them.
 /// [`Film::merge`](crate::film::Film::merge) takes them.
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkResult<'a> {
@@ -21,7 +23,7 @@ pub struct ChunkResult<'a> {
     pub pixels: &'a [PixelSums],
     /// AOV sums of each pixel; empty if the settings ask for none.
     pub aovs: &'a [AovSums],
-    /// Seed of their random numbers.
+    /// Random seed of the samples.
     pub seed: u32,
     /// Time by the device's timer.
     pub device: Duration,
@@ -51,8 +53,9 @@ pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
 
 impl Renderer {
     /// Renders samples of some rows, at most a chunk, for a film that the caller merges. The rows
-    /// may be those of a share, and the samples may begin at any one; but sums over other samples
-    /// than those of [`chunks`] are rounded differently from a render's.
+    /// may be those of a share (interleaved blocks of rows), and the samples may begin at any
+    /// index; but sums over a range other than those of [`chunks`] are rounded differently from a
+    /// render's.
     ///
     /// # Errors
     ///

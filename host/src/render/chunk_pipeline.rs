@@ -43,11 +43,12 @@ pub(crate) struct ChunkJob<'a> {
     pub samples: &'a [Range<u32>],
     /// Seeds with which each chunk is rendered in turn, instead of the settings' own.
     pub seeds: &'a [u32],
-    /// Asked before each chunk; if false, the remaining chunks are not rendered.
+    /// Returns whether to render the next chunk; called before each one. If false, the remaining
+    /// chunks are not rendered.
     pub should_continue: &'a dyn Fn() -> bool,
 }
 
-/// Consumer of chunks, with memory for one chunk.
+/// State of the consumer of chunks, with its memory for one chunk.
 type Consumer<T> = (T, HostRecords<PixelSums>, HostRecords<AovSums>);
 
 /// Minimum number of chunks for which pinned memory, to which the device copies directly, saves

@@ -7,14 +7,15 @@ use crate::film::Film;
 use crate::stats::RenderStats;
 use std::ops::Range;
 
-/// Creates a renderer of the same scene on another device, and adapts the settings to it; `None`
-/// gives up. Gets the error of the device, and the film so far.
+/// Function that creates a renderer of the same scene on another device, and adapts the settings to
+/// it. Its arguments are the error of the failed device, the film so far and the settings. `None`
+/// ends the render with that error.
 pub type FallbackFactory<'a> =
     dyn FnMut(&BackendError, &Film, &mut Settings) -> Option<Result<Renderer, Error>> + 'a;
 
 impl Renderer {
     /// Renders as [`render_missing`](Self::render_missing) does. If the device fails, `elsewhere`
-    /// chooses the renderer that continues, and this renderer becomes that one. Parts that were not
+    /// creates the renderer that continues, and this renderer becomes that one. Parts that were not
     /// complete are rendered again; if both devices round alike, the film has the same bits as with
     /// one device. The statistics are those of the last device alone.
     ///

@@ -1,5 +1,5 @@
-//! Fingerprint of an image: the one list of what identifies it, for ranks that render it,
-//! checkpoints of it, and references.
+//! Fingerprint of an image: the one list of what identifies it. Ranks, checkpoints and the lab's
+//! references compare it.
 
 use super::Settings;
 use crate::bvh::BvhQuality;

@@ -25,8 +25,7 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// The errors of [`render_chunk`](Self::render_chunk);
-    /// [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
+    /// The errors of [`render_chunk`](Self::render_chunk).
     pub fn frame(
         &mut self,
         settings: &Settings,
@@ -46,7 +45,9 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// The errors of [`frame`](Self::frame); [`Error::Backend`] for a target of another width.
+    /// The errors of [`frame`](Self::frame);
+    /// [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples than a
+    /// chunk has; [`Error::Backend`] for a target of another width.
     pub fn frame_to(
         &mut self,
         settings: &Settings,

@@ -1,4 +1,5 @@
-//! Denoising of a film, and live frames, which are denoised and stay on the device.
+//! Denoising of a film, and live frames: frames of a viewer, which may be denoised and stay on the
+//! device.
 
 use super::chunk_pipeline::resize_records;
 use super::submissions::Submissions;

@@ -1,5 +1,5 @@
-//! Kernel selection: by the features that the scene needs, and by the traversal and schedule that
-//! the settings ask for.
+//! Selection of the kernel: by the features that the scene needs, and by the traversal, the
+//! schedule or the kernel variant that the settings name.
 
 use super::settings::{Settings, SettingsError};
 use serde::Serialize;
@@ -21,8 +21,7 @@ pub enum Traversal {
     Wide,
 }
 
-/// Work of a lane of the device: a pixel or a queue, and when it takes the next sample or pixel.
-/// The image does not depend on it.
+/// Assignment of pixels and samples to the lanes of a device. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Schedule {
@@ -73,9 +72,10 @@ impl Schedule {
 }
 
 /// Returns the kernel for a scene with these features: the one that the settings name, or the
-/// cheapest that supports them with the traversal and schedule asked for. Where the settings name
-/// no traversal or schedule, `best` chooses by the kernel's features, unless only a larger kernel
-/// has that schedule. If there is a `wide` BVH, each kernel for the binary one can trace it too.
+/// cheapest that supports them with the traversal and schedule of the settings. Where the settings
+/// name no traversal or schedule, `best` chooses by the kernel's features, unless only a larger
+/// kernel has that schedule. `wide` is true if there is a wide BVH: each kernel for the binary BVH
+/// can trace it too.
 pub(super) fn choose(
     scene: Features,
     settings: &Settings,
@@ -93,7 +93,7 @@ pub(super) fn choose(
     Ok(better.unwrap_or(cheapest))
 }
 
-/// Returns the cheapest kernel with the traversal that the settings ask for, or with the default.
+/// Returns the cheapest kernel with the traversal that the settings name, or with the default.
 fn of_traversal(
     scene: Features,
     settings: &Settings,
@@ -114,7 +114,8 @@ fn of_traversal(
     Ok(variant)
 }
 
-/// Returns the cheapest prebuilt kernel, of which none traces the wide BVH.
+/// Returns the cheapest prebuilt kernel for the scene and the settings. No prebuilt kernel is
+/// listed with the wide BVH.
 fn among_built(
     scene: Features,
     settings: &Settings,

@@ -56,12 +56,13 @@ use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
 /// Observer of a render, which may cancel it.
 pub trait RenderObserver {
-    /// Gets the number of samples done and the total, after each submission; `Break` cancels the
-    /// render.
+    /// Receives the number of samples done and the total, after each submission; `Break` cancels
+    /// the render.
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
 
-    /// Asked between parts by a render without a fixed number of samples
-    /// ([`adaptive`](crate::adaptive)); if false, the render ends with the image so far.
+    /// Returns whether the render continues; called between parts by a render without a fixed
+    /// number of samples ([`adaptive`](crate::adaptive)). If false, the render ends with the image
+    /// so far.
     fn should_continue(&self) -> bool {
         true
     }
@@ -90,13 +91,13 @@ pub struct Renderer {
     features: Features,
     /// True if the backend has the wide BVH.
     wide: bool,
-    /// Launch parameters that are the same in all launches of the scene.
+    /// Launch parameters that the scene decides.
     scene: SceneParams,
     /// Sizes submissions by the speed of earlier ones, also of earlier frames.
     submission_sizer: SubmissionSizer,
     /// Memory for a chunk as the device returns it, kept from frame to frame.
     chunk: HostRecords<PixelSums>,
-    /// Memory for another chunk, because one is rendered while one is summed.
+    /// Memory for another chunk, because one is rendered while one is added to the film.
     spare: HostRecords<PixelSums>,
     /// Memory for AOV sums of the chunk in `chunk`, if a render has them.
     aovs: HostRecords<AovSums>,

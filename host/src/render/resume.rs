@@ -1,5 +1,5 @@
-//! Rendering of what a film lacks, part by part, with a callback after each part that may keep the
-//! film or end the render.
+//! Rendering of the samples missing from a film, part by part. After each part an observer may
+//! store the film or end the render. Renders with checkpoints and resumed renders use it.
 
 use super::chunk::{ChunkResult, chunks};
 use super::chunk_pipeline::{ChunkJob, PipelineTiming};
@@ -15,13 +15,14 @@ use trisect_shared::film::CHUNK_SAMPLES;
 
 /// Observer of a film that grows part by part, which may end the render.
 pub trait FilmObserver: Sync {
-    /// Asked before each part; if false, the render ends with what the film has.
+    /// Returns whether the render continues; called before each part. If false, the render ends
+    /// with the samples that the film has.
     fn should_continue(&self) -> bool {
         true
     }
 
-    /// Gets the film after each part that was added, on the thread that adds it; meanwhile the next
-    /// part may be rendered.
+    /// Receives the film after each part, on the thread that added the part; the next part may be
+    /// rendered meanwhile.
     fn part_added(&self, _film: &Film) {}
 }
 
@@ -34,8 +35,8 @@ const PART_SECONDS: f64 = 2.0;
 /// Number of samples of the first part, before its speed is known.
 const FIRST_PART_SAMPLES: u64 = 1 << 21;
 
-/// Multiple that the rows of a part are rounded down to, as those of camera-ray tiles, unless fewer
-/// rows take long enough.
+/// Multiple to which the rows of a part are rounded down, unless it has fewer rows: the larger of
+/// the default sizes of camera-ray tiles.
 const ROW_MULTIPLE: u32 = 16;
 
 /// Sizes parts by the speed of earlier ones.
@@ -46,8 +47,8 @@ pub(crate) struct PartSizer {
 }
 
 impl PartSizer {
-    /// Returns the size before any part: a chunk of the whole frame on a GPU, which less does not
-    /// fill.
+    /// Returns the size of the first part. On a GPU it is a chunk of the whole frame, because less
+    /// work does not fill the device.
     pub fn unknown(kind: DeviceKind, frame: u64) -> Self {
         Self {
             samples: if kind == DeviceKind::Gpu {

@@ -1,4 +1,4 @@
-//! The part of the launch parameters that depends on the scene alone.
+//! The part of the launch parameters that the scene decides.
 
 use crate::bvh::Bvh;
 use crate::lights::Lights;
@@ -7,7 +7,7 @@ use trisect_shared::bvh::Child;
 use trisect_shared::material::{BLENDED, MASKED};
 use trisect_shared::sky::Sky;
 
-/// Launch parameters that depend on the scene alone.
+/// Launch parameters that the scene decides; `padded` also depends on the camera's position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SceneParams {
     pub sky: Sky,
@@ -16,7 +16,7 @@ pub(super) struct SceneParams {
     pub first_triangle: u32,
     pub primitives: u32,
     pub lights: u32,
-    /// True if the BVH's boxes are padded.
+    /// True if the BVH's boxes are padded enough for rays that start at the camera.
     pub padded: bool,
     /// True if any material is masked or blended.
     pub holes: bool,

@@ -72,10 +72,11 @@ pub struct Settings {
     /// Schedule; `None` for the fastest on the backend.
     pub schedule: Option<Schedule>,
     /// Edge in pixels of the tiles for whose camera rays the binary BVH is pruned: a power of two
-    /// from 4 to 1024, or 0 for none. `None` chooses by the number of samples, and none where there
-    /// are lights.
+    /// from 4 to 1024, or 0 for none. `None` chooses by the number of samples, and no tiles for a
+    /// kernel with quads, discs, triangles, lights, an environment map or textures.
     pub tile: Option<u32>,
-    /// True if the film gets AOV totals: normal, albedo, position and emission of the first hits.
+    /// True if the film gets AOV totals: normal, albedo, position, emission and diffuseness of the
+    /// first hits.
     pub guides: bool,
     /// Kernel variant, by name; `None` for the cheapest that supports the scene.
     pub variant: Option<&'static str>,

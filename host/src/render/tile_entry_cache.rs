@@ -1,4 +1,5 @@
-//! Cache of the tile entries for the current camera, kept on the backend from frame to frame.
+//! Cache of the tile entries (the BVH nodes at which the camera rays of each tile start) for the
+//! current camera, kept on the backend from frame to frame.
 
 use super::{Settings, Traversal};
 use crate::Error;
@@ -19,8 +20,8 @@ const FINE_FROM: u32 = 64;
 pub(super) struct TileEntryCache {
     nodes: Vec<BvhNode>,
     root: Child,
-    /// Width and height of that image, and the edge of its tiles as a power of two; `None` without
-    /// tile entries.
+    /// Width and height of that image, and the base-2 logarithm of the edge of its tiles; `None`
+    /// without tile entries.
     built_for: Option<(u32, u32, u32)>,
     /// Error of the backend when it last had no memory for tile entries.
     refused: Option<String>,
@@ -37,9 +38,9 @@ impl TileEntryCache {
     }
 
     /// Gives the backend tile entries for the image of these settings, if the kernel can use them.
-    /// By default only kernels for short paths, of which camera rays are a large part, get them,
-    /// and only while the camera rests. If there is no memory for them, the image is rendered
-    /// without them and is the same; [`TileEntryCache::refused`] then returns the reason.
+    /// Without [`Settings::tile`], only kernels without [`HEAVY`] features get them, and only while
+    /// the camera rests. If there is no memory for them, the image is rendered without them and is
+    /// the same; [`TileEntryCache::refused`] then returns the reason.
     pub fn update(
         &mut self,
         backend: &mut dyn Backend,
@@ -89,7 +90,7 @@ impl TileEntryCache {
         self.refused.as_deref()
     }
 
-    /// Writes the place of the tile entries to launch parameters.
+    /// Writes the index of the first tile entry and the size of the tiles to launch parameters.
     pub fn fill_params(&self, params: &mut RenderParams) {
         (params.first_tile_entry, params.tile_shift) = match self.built_for {
             Some((_, _, shift)) => (self.nodes.len() as u32, shift),

@@ -27,8 +27,8 @@ pub struct Description {
     pub lights: Vec<PunctualLight>,
     /// Radiance from infinity; `None` is black.
     pub sky: Option<Sky>,
-    /// Warnings: each feature that the file asks for and the renderer does not support, named once,
-    /// and dropped data with its count.
+    /// Warnings: each feature that the file uses and the renderer does not support, named once, and
+    /// dropped data with its count.
     pub warnings: Vec<String>,
     /// Index of the scene file's object that each of `shapes` belongs to; empty for a model.
     pub shape_objects: Vec<usize>,
@@ -323,8 +323,8 @@ pub enum PunctualLight {
         intensity: DVec3,
         /// Half angle of full intensity, in radians.
         inner: f64,
-        /// Half angle beyond which the light is dark, in radians; greater than `inner`, at most π /
-        /// 2. Between the two is glTF's smooth falloff.
+        /// Half angle beyond which the light is dark, in radians; greater than `inner`, at most
+        /// π / 2. Between the two is glTF's smooth falloff.
         outer: f64,
     },
     /// A directional light: parallel light from infinity.

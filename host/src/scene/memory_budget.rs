@@ -8,10 +8,10 @@ use crate::memory;
 /// (docs/notebook/triangles-and-trees.md).
 const TRIANGLE: u64 = 450;
 
-/// Needs up to this size are granted without asking the system for its free memory.
+/// Requests up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 64 << 20;
 
-/// Memory that was taken, and the free memory if it was asked for.
+/// Bytes that were taken, and the free memory in bytes once it was queried.
 #[derive(Debug, Default)]
 pub struct MemoryBudget {
     taken: u64,

@@ -127,7 +127,7 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Warnings for people: what was left out or changed.
     pub warnings: Vec<String>,
-    /// Settings that the scene asks for; the command line overrides them.
+    /// Settings that the scene states; the command line overrides them.
     settings: Settings,
 }
 
@@ -140,9 +140,9 @@ impl Scene {
     }
 
     /// Reads a scene as [`Self::load`] does, then moves and scales it to `space`, after the space
-    /// that the file itself asks for. [`Rebase`] says what scales and how. The image stays: the
-    /// intensity of point and spot lights scales with the square of lengths, while emitted
-    /// radiance, the irradiance of directional lights, the sky and panoramas stay as they are.
+    /// that the file itself states. The image stays (see [`Rebase`]): the intensity of point and
+    /// spot lights scales with the square of lengths, while emitted radiance, the irradiance of
+    /// directional lights, the sky and panoramas stay as they are.
     pub fn load_in(path: &Path, space: Rebase) -> Result<Self, SceneError> {
         SceneDocument::load(path)?.lower(space)
     }
@@ -198,7 +198,7 @@ impl Scene {
         features
     }
 
-    /// Returns the settings that the scene asks for.
+    /// Returns the settings that the scene states, with defaults for the others.
     pub fn settings(&self) -> Settings {
         self.settings.clone()
     }

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use trisect_shared::math::luminance;
 
-/// Number of points on the whole surface, and on the surfaces that emit.
+/// Number of points on the whole surface, and again on the surfaces that emit.
 const POINTS: usize = 1024;
 /// Minimum irradiance of a lit point, relative to that from a sky of radiance 1.
 const MIN_IRRADIANCE: f64 = 1.0 / 16.0;
@@ -21,7 +21,7 @@ const MIN_LIT_SHARE: f64 = 1.0 / 8.0;
 pub(super) enum OwnLight {
     /// Neither lights nor surfaces that emit.
     Nothing,
-    /// Less light than shows the model.
+    /// Too little light to show the model.
     Little,
     /// At least an eighth of the surface receives at least a sixteenth of the irradiance from a sky
     /// of radiance 1.

@@ -31,8 +31,8 @@ pub trait Loader {
     fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError>;
 }
 
-/// Describes a scene. `folder` is that of the scene file; names of other files are relative to it.
-/// The first camera is the one to use.
+/// Returns the description and the image settings of a parsed scene file. `folder` is that of the
+/// scene file; names of other files are relative to it. The first camera is the one to use.
 pub fn describe(
     file: &SceneFile,
     folder: &Folder,

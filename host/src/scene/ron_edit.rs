@@ -1,4 +1,5 @@
-//! Inserts a field into the text of a scene file, or replaces it, for `trisect check --write`.
+//! Inserts or replaces the field `space` or `camera` in the text of a scene file, and leaves the
+//! rest as it is. `precision::write` uses it for `trisect check --write` and for the viewer.
 
 use super::error::SceneError;
 use super::{CameraPose, format};

@@ -1,4 +1,5 @@
-//! A scene that was read, in f64, with its image settings.
+//! A scene as it was read, in f64, with its image settings: the stage between the file and the
+//! device records.
 
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes};
@@ -63,7 +64,7 @@ pub struct SceneDocument {
     pub description: Description,
     /// Image settings of the scene; the command line overrides them.
     pub image: ImageSettings,
-    /// Space that the file asks to compute in.
+    /// Space that the file states; the renderer computes in it.
     pub space: Rebase,
     /// Decisions about a model without a scene file, for people.
     pub notes: Vec<String>,
@@ -164,8 +165,8 @@ impl SceneDocument {
         self.image.settings()
     }
 
-    /// Returns what was left out or changed while reading, and what in the scene is probably a
-    /// mistake.
+    /// Returns the warnings: data that was left out or changed while reading, and probable mistakes
+    /// in the scene.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.description.warnings.clone();
         warnings.extend(warnings::warnings(&self.description));

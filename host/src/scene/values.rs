@@ -8,7 +8,7 @@ use serde::Deserialize;
 /// finite in f32.
 pub const MAX_MAGNITUDE: f64 = 1e18;
 
-/// Minimum radius: its square stays a normal number in f32.
+/// Minimum radius or length: its square stays a normal number in f32.
 pub const MIN_MAGNITUDE: f64 = 1e-18;
 
 macro_rules! number {
@@ -143,7 +143,7 @@ pub fn vector<T: Into<f64>>((x, y, z): (T, T, T)) -> DVec3 {
 }
 
 /// Returns the unit vector along a finite vector; `None` for 0. Unlike `DVec3::normalize`, it is
-/// right for vectors whose squares underflow.
+/// correct for vectors whose squares underflow.
 pub fn unit(vector: DVec3) -> Option<DVec3> {
     let greatest = vector.abs().max_element();
     (greatest > 0.0).then(|| (vector / greatest).normalize())

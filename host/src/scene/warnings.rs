@@ -1,4 +1,4 @@
-//! Warnings about scenes that are valid but probably not meant: each once, with a remedy.
+//! Warnings about scenes that are valid but probably not as intended: each once, with a remedy.
 
 mod glass;
 #[cfg(test)]

@@ -12,7 +12,8 @@ pub(super) enum Bias {
     Tiny,
     /// A bias of this relative root mean square.
     Size(f64),
-    /// A bias of the image's mean by this share. Its mean square does not stand out from the noise.
+    /// A bias of the image's mean by this share. Its relative root mean square is smaller than the
+    /// printed decimals.
     Brightness(f64),
 }
 

@@ -1,4 +1,5 @@
-//! Configurations to measure: the settings with one knob changed, or a few together.
+//! Configurations to measure: the base settings, and those with one knob (an option of the render)
+//! changed, or a few together.
 
 use super::TradeoffError;
 use crate::bvh::BvhQuality;

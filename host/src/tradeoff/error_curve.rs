@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Maximum deviation of a noise-like slope from -1/2.
 const TOLERANCE: f64 = 0.05;
 
-/// Minimum numbers of samples per pixel for a slope.
+/// Minimum number of captures (numbers of samples per pixel) for a slope.
 pub(super) const MIN_CAPTURES: usize = 3;
 
 /// Errors of the images at one number of samples.
@@ -70,7 +70,7 @@ pub struct Convergence {
     pub seeds: usize,
     /// Error curve of each configuration.
     pub courses: Vec<ErrorCurve>,
-    /// Comparison of each two configurations, each at the largest number of samples that it
+    /// Comparison of each pair of configurations, each at the largest number of samples that it
     /// reached.
     pub pairs: Vec<Pair>,
     /// Configurations and numbers of samples that were not measured.

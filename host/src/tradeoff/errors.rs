@@ -27,7 +27,8 @@ pub const SIGNIFICANCE: f64 = 1e-3;
 pub struct Errors {
     /// Repetitions.
     pub seeds: usize,
-    /// Mean over pixels and channels of (x − r)² / (r² + 0.01).
+    /// relMSE: mean over pixels and channels of (x − r)² / (r² + 0.01), estimated without the
+    /// reference's own noise.
     pub rel_mse: Interval,
     /// Part of relMSE that is noise and falls with more samples.
     pub variance: Interval,

@@ -77,9 +77,9 @@ impl<'a> Lab<'a> {
     }
 
     /// Returns the reference for a configuration's settings: the one kept in `folder` if it is good
-    /// enough for `goal`, otherwise a new one, which is kept there if it has more samples.
-    /// Rendering takes at most `share` of the time that is left. `None` if the measurement ended
-    /// before there was a reference.
+    /// enough for `goal`, otherwise the one with more samples of that one and a new one, which is
+    /// then kept there. For [`Goal::Error`], rendering takes at most `share` of the time that is
+    /// left. Returns `None` if the measurement ended before there was a reference.
     ///
     /// # Errors
     ///

@@ -66,7 +66,7 @@ pub struct Point {
     pub efficiency: Interval,
     /// Comparison with the base; `None` for the base itself.
     pub against: Option<VsBase>,
-    /// True if no other point is both faster and more accurate.
+    /// True if no other point is at least as fast and as accurate, and better in one of the two.
     pub on_front: bool,
 }
 

@@ -37,7 +37,7 @@ pub struct Reference {
     pub facts: ReferenceInfo,
 }
 
-/// A reference with what is derived from it once for the comparison with many images.
+/// A reference, with data derived from it once for the comparison with many images.
 pub struct Truth<'a> {
     /// The reference, with its noise.
     pub reference: &'a Reference,
@@ -81,7 +81,7 @@ pub struct ReferenceInfo {
 }
 
 /// Returns the settings for a reference: `settings` without anything that may add bias, and with
-/// defaults for what changes noise alone.
+/// defaults for the options that change only noise or speed.
 pub fn settings_of(settings: &Settings) -> Settings {
     let Settings { width, height, depth, fresnel, .. } = *settings;
     Settings {

@@ -1,4 +1,4 @@
-//! Results as lines for people and as CSV.
+//! Results of a trade-off measurement as lines for people and as CSV.
 
 use super::point::{Point, Tradeoff};
 use super::reference::ReferenceInfo;

@@ -1,4 +1,5 @@
-//! Manifest: the sources and tools from which the prebuilt kernels were built, and hashes of both.
+//! Manifest of the prebuilt kernels: hashes of their sources and of their files, settings, and
+//! versions of packages and tools. `main` writes it, and compares it with the sources.
 
 use crate::compile::{Artifact, spirv_folders};
 use crate::error::Error;

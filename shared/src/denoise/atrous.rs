@@ -155,8 +155,8 @@ fn clamp_to_image(coordinate: u32, end: u32, other: u32) -> (u32, bool) {
     (if inside { coordinate } else { other }, inside)
 }
 
-/// Returns the tap at pixel (`x`, `y`), each with whether the tap itself lies inside the image. It
-/// has no branches, which would keep lanes apart, and values from being added up at once.
+/// Returns the tap at pixel (`x`, `y`); each coordinate comes with whether the tap itself lies
+/// inside the image. It has no branches, which would keep lanes apart and delay the sums.
 ///
 /// # Safety
 ///
@@ -213,8 +213,8 @@ pub unsafe fn atrous_level<const BY_VARIANCE: bool>(
     sums.mean::<BY_VARIANCE>()
 }
 
-/// Computes [`PIXELS_PER_THREAD`] pixels of the next level in column `x`, `params.step` rows apart:
-/// set number `row` of the image. The bits are those of [`atrous_level`].
+/// Writes a set of [`PIXELS_PER_THREAD`] pixels of the next level to `to`: set number `row` of
+/// column `x`, of pixels `params.step` rows apart. The bits are those of [`atrous_level`].
 ///
 /// # Safety
 ///

@@ -61,7 +61,8 @@ fn inverse_albedo(albedo: Vec3) -> Vec3 {
     Vec3::new(one(albedo.x), one(albedo.y), one(albedo.z))
 }
 
-/// Multiplies a pixel by its albedo and adds its emission: radiance.
+/// Returns the radiance of a pixel: its colour times the albedo, plus the emission. The variance
+/// stays that of the colour.
 #[inline(always)]
 pub fn remodulate(pixel: FilteredPixel, aovs: AovSums) -> FilteredPixel {
     let a = mean_per_sample(aovs, aovs.albedo);

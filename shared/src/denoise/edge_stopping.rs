@@ -2,10 +2,10 @@
 //!
 //! A neighbour weighs (1 - x/2)², and nothing from x = 2 on; x is the sum of its squared
 //! differences, each relative to its parameter: Tukey's biweight (Black et al., "Robust Anisotropic
-//! Diffusion", IEEE Transactions on Image Processing 7(3), 1998), whose few operations round
-//! identically everywhere, for the exponential of Dammertz et al. and Schied et al. Depth is kept
-//! as its inverse, which is linear in the image over a plane: a relative distance from a tangent
-//! plane takes one product and two sums, and a scene's scale and position do not matter.
+//! Diffusion", IEEE Transactions on Image Processing 7(3), 1998). Unlike the exponential of
+//! Dammertz et al. and Schied et al., its few operations round identically everywhere. Depth is
+//! kept as its inverse, which is linear in the image over a plane: a relative distance from a
+//! tangent plane takes a few products and sums, and a scene's scale and position do not matter.
 
 use super::{DenoiseParams, STOP_FACTORS};
 use crate::math::max;
@@ -64,8 +64,9 @@ pub(super) struct EdgeStopping {
     normal: Vec3,
     /// Factor of the normal.
     normal_factor: f32,
-    /// Tangent plane: cosine of normal and pixel direction, its change for a tap to the right and
-    /// for a tap down, and its product with the depth. All are times the factor of the depth.
+    /// Tangent plane: dot product of the normal with the vector to the pixel, its change for a tap
+    /// to the right and for a tap down, and its product with the depth. All are times the factor of
+    /// the depth.
     cosine: f32,
     across: f32,
     along: f32,
@@ -121,8 +122,9 @@ impl EdgeStopping {
     }
 }
 
-/// Initial value of [`EdgeStopping::remaining`]: for a tap with a colour, and for one without.
+/// Initial value of [`EdgeStopping::remaining`] for a tap that counts.
 pub(super) const OPEN: f32 = 1.0;
+/// Initial value for a tap that does not count: outside of the image, or without a colour.
 pub(super) const SHUT: f32 = -3e38;
 
 /// Returns the weight for what edge stopping has left: Tukey's biweight.

@@ -22,11 +22,11 @@ pub use variance::{NEIGHBOURHOOD_RADIUS, estimate_variance};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Pixel of the image between passes: radiance over albedo. 16 bytes.
+/// Pixel of the image between passes. 16 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FilteredPixel {
-    /// Radiance over albedo, finite.
+    /// Radiance over albedo, finite; after [`remodulate`], radiance.
     pub color: Vec3,
     /// Variance of the colour, summed over its channels; [`UNKNOWN_VARIANCE`] if the pixel has no
     /// colour, because it has no sample or is not finite.

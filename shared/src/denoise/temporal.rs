@@ -3,7 +3,7 @@
 //! While the camera rests, [`accumulate`] sums frames without a filter: the plain mean over all
 //! samples, whatever comes after. While it moves, [`reproject`] finds each pixel's surface in the
 //! previous frame (Schied et al. 2017, section 4.1, with Karis's clamp to the neighbourhood,
-//! "High-Quality Temporal Supersampling", SIGGRAPH 2014) and adds its history as some samples more.
+//! "High-Quality Temporal Supersampling", SIGGRAPH 2014), whose history counts as further samples.
 //! With each frame at rest the history counts for less, and finally for nothing.
 
 use super::edge_stopping::{EdgeStopping, OPEN};

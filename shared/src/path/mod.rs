@@ -31,15 +31,15 @@ use crate::surface::{self, Surface, bend_shading_normal};
 use glam::Vec3;
 use nee::{sample_direct_light, weighted_emission};
 
-/// Blocks of random words: 0 for the camera, k for scattering at the k-th vertex. For the k-th
-/// vertex with these bits: the point of a light, the choice of the environment map, the passing of
-/// a surface that is not opaque.
+/// Bits of blocks of random words. Block 0 is for the camera ray, block k for scattering at the
+/// k-th vertex. Block k with one of these bits is for the point of a light, for the choice of the
+/// environment map, and for passing a surface that is not opaque.
 const LIGHT_BLOCK: u32 = 0x8000_0000;
 const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
 
-/// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, it is
-/// black, so that no path is endless.
+/// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, its path
+/// ends and its shadow rays are blocked, so that no path is endless.
 const MAX_PASSES: u32 = 1023;
 
 /// Returns `radiance` with each channel at most `limit`: less noise from rare bright paths, and a

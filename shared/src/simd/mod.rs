@@ -28,7 +28,7 @@ pub struct SimdRow<T>(pub [T; LANES]);
 
 const _: () = assert!(size_of::<SimdRow<f32>>() == 32 && size_of::<SimdRow<u32>>() == 32);
 
-/// Implementations that the derive macro provides for one type only if it knows them to be sound.
+/// Implementations by hand: the derive macro cannot rule out padding in a generic type.
 #[allow(unsafe_code, reason = "audited: eight numbers of four bytes fill the 32 bytes of the alignment")]
 mod pod {
     use super::{Pod, SimdRow, Zeroable};

@@ -73,8 +73,8 @@ fn texel_of(d: Vec3, rotation: f64) -> usize {
     index(v, HEIGHT) * WIDTH + index(u, WIDTH)
 }
 
-/// Returns p of the directions that `texels` give against `weights`, for a map turned by `rotation`
-/// and judged as if turned by `judged`.
+/// Returns the p-value of a chi-square test of directions sampled from `texels` against `weights`,
+/// for a map turned by `rotation` and judged as if turned by `judged`, in radians.
 fn p(texels: &[EnvironmentTexel], weights: &[f64], rotation: f64, judged: f64) -> f64 {
     let scene = Scene { environment: texels, ..NO_SCENE };
     let params = params(rotation);
@@ -98,8 +98,8 @@ fn directions_follow_the_weights() {
         let p = p(&texels, &weights, rotation, rotation);
         assert!(p > sidak(3), "{rotation}: {p}");
     }
-    // Negative controls: another rotation, and one texel that is a fifth brighter than it was
-    // chosen.
+    // Negative controls: another rotation, and one texel whose weight is a fifth higher than when
+    // it was sampled.
     assert!(p(&texels, &weights, 0.7, 0.6) < 1e-9);
     let mut other = weights.clone();
     let brightest = (0..other.len()).max_by(|&a, &b| other[a].total_cmp(&other[b])).unwrap();
@@ -107,8 +107,8 @@ fn directions_follow_the_weights() {
     assert!(p(&texels, &other, 0.7, 0.7) < 1e-3);
 }
 
-/// Lookups agree with samples; 1 / pdf integrates to the directions that can be chosen; the mean of
-/// radiance over pdf is the radiance's integral.
+/// Lookups agree with samples; the mean of 1 / pdf is the solid angle of the directions that can be
+/// chosen; the mean of radiance over pdf is the radiance's integral.
 #[test]
 fn densities_and_energy() {
     let (colors, mut weights) = random();

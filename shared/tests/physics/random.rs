@@ -35,7 +35,7 @@ fn each_bit_is_fair() {
             assert!(sigmas < 5.0, "along part {k}: {sigmas}");
         }
     }
-    // Negative control: a bit of 2^-11 is 1 in one more of 64 numbers, which moves the mean by
+    // Negative control: the bit of value 2^-11 is set in one of 64 numbers, which moves the mean by
     // 4e-6.
     let biased = |i| unit_f32(along[0](i).x | if i % 64 == 0 { 1 << 21 } else { 0 });
     assert!(worst(biased) > 5.0 || SLOW);

@@ -9,7 +9,7 @@ use trisect_shared::math::{max_component, normalize, unit_sphere};
 
 /// Compares value over both cosines in both directions, for random pairs of directions on one side
 /// of the surface or (`through`) on both. Returns the maximum relative difference, with the second
-/// direction times `factor`, and the number of pairs that scatter.
+/// value times `factor`, and the number of pairs that scatter.
 fn difference(there: &Setup, back: &Setup, through: bool, factor: f32) -> (f32, u32) {
     let normal = normalize(Vec3::new(0.48, 0.6, -0.64));
     let (mut worst, mut count) = (0.0f32, 0);

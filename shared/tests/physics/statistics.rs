@@ -54,14 +54,14 @@ pub fn p_value(statistic: f64, freedom: f64) -> f64 {
     0.5 * libm::erfc(z / core::f64::consts::SQRT_2)
 }
 
-/// Returns the minimum p of one of `tests` tests for which all of them together have 0.0025 (Šidák,
-/// 1967).
+/// Returns the p-value below which one of `tests` tests fails, so that by chance any of them fails
+/// with probability 0.0025 (Šidák, 1967).
 pub fn sidak(tests: usize) -> f64 {
     1.0 - (1.0f64 - 0.0025).powf(1.0 / tests as f64)
 }
 
-/// Returns p of Pearson's test. Cells are pooled, from the least expected on, until each pool
-/// expects five.
+/// Returns the p-value of Pearson's test. Cells are pooled, from the least expected on, until each
+/// pool expects five.
 pub fn chi_square(observed: &[f64], expected: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..expected.len()).collect();
     order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// Not tracked by Git, but read by tests, which would otherwise skip scenes.
+/// Folder that Git ignores and tests read; without it they would skip scenes.
 const GENERATED: &str = "scenes/generated";
 
 /// A copy of the files that Git tracks or would add.

@@ -33,7 +33,7 @@ pub struct Finding {
     pub skipped: Vec<(Test, String)>,
     /// Time for compiling.
     pub build: Duration,
-    /// Time for running tests.
+    /// Time for running tests, including the first run of each without a mutant.
     pub tests: Duration,
 }
 
@@ -56,7 +56,8 @@ pub struct Gate {
     baselines: HashMap<Test, Run>,
 }
 
-/// Minimum time limit of a test, longer than any test takes. A mutant may make loops endless.
+/// Minimum time limit of a test with a mutant, which may make loops endless. The limit is ten times
+/// the test's time without a mutant if that is longer.
 const MIN_LIMIT: Duration = Duration::from_secs(30);
 
 impl Gate {

@@ -1,4 +1,4 @@
-//! The command line.
+//! The command line of `cargo mutation-gate`.
 
 use crate::error::Error;
 

@@ -4,7 +4,7 @@ use crate::gate::{Finding, Verdict};
 use crate::mutant::{Mutant, Test};
 
 /// Returns a row of the table: verdict, mutant, seconds for compiling and for tests, and the tests
-/// that caught it. Further lines tell what went wrong.
+/// that caught it. Further lines state skipped tests and failures.
 pub fn row(mutant: &Mutant, finding: &Finding, width: usize) -> String {
     let word = match &finding.verdict {
         Verdict::Caught if mutant.control => "passes",

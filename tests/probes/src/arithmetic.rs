@@ -1,4 +1,5 @@
-//! The operations that all other functions consist of.
+//! Probe of the operations that all other functions consist of: f32 arithmetic, comparisons and
+//! conversions.
 
 use crate::record::{Input, Output, ProbeParams, floats, row4};
 use glam::UVec4;
@@ -21,7 +22,7 @@ pub const MINIMUM: u32 = 5;
 pub const MAXIMUM: u32 = 6;
 /// x y + z, which rounds twice unless the compiler contracts it.
 pub const MULTIPLY_ADD: u32 = 7;
-/// (x + y) - x, which is what rounding left of y unless the compiler reassociates.
+/// (x + y) - x: the part of y that the sum's rounding keeps, unless the compiler reassociates.
 pub const ADD_SUBTRACT: u32 = 8;
 /// The bits of x as an unsigned integer, converted to f32.
 pub const FROM_UNSIGNED: u32 = 9;
@@ -34,7 +35,8 @@ pub const COMPARE: u32 = 12;
 /// 1 / x.
 pub const RECIPROCAL: u32 = 13;
 
-/// Row a: x, y, z. Output: a the result; b the result as bits.
+/// Runs the operation that `params.operation` names. Row a: x, y, z. Output: a the result, as a
+/// number; b the integer or the bits that [`TO_SIGNED`] and [`COMPARE`] give instead.
 #[inline(always)]
 pub fn arithmetic(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

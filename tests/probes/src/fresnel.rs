@@ -1,4 +1,4 @@
-//! Reflectance and refraction at a boundary.
+//! Probe of reflectance and refraction at a boundary.
 
 use crate::record::{Input, Output, ProbeParams, floats, row4};
 use glam::{UVec4, Vec3};
@@ -18,7 +18,7 @@ pub const CONDUCTOR: u32 = 2;
 /// [`DIELECTRIC`] with cos² = 1 - eta² sin², which cancels: a negative control.
 pub const CANCELLING: u32 = 3;
 
-/// Row a: numbers. Output a: numbers.
+/// Runs the operation that `params.operation` names; the constants above state row and output a.
 #[inline(always)]
 pub fn fresnel(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

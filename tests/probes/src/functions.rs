@@ -1,4 +1,4 @@
-//! The shared crate's own numeric functions.
+//! Probe of the shared crate's own numeric functions (`math`).
 
 use crate::record::{Input, Output, ProbeParams, floats, row, row4, vector};
 use glam::UVec4;
@@ -29,7 +29,7 @@ pub const MUL_HIGH: u32 = 9;
 /// Uniform number. Row a: random bits. Output: a number below 1.
 pub const UNIT: u32 = 10;
 
-/// Row a: numbers or bits. Output: rows a and b.
+/// Runs the operation that `params.operation` names; the constants above state row a and output.
 #[inline(always)]
 pub fn functions(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

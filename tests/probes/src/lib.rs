@@ -1,9 +1,9 @@
 //! Single functions of the shared crate as kernels: words in, words out.
 //!
 //! A probe is a function of an [`Input`](record::Input). It runs natively and, through the entry
-//! points in `spirv` and `ptx`, on a device, like the render kernels. So a torture test asks each
-//! backend the same question. Some operations are faulty on purpose: they are negative controls of
-//! the tests.
+//! points in `spirv` and `ptx`, on a device, like the render kernels. So a torture test can compare
+//! the outputs of all backends for one input. Some operations are faulty on purpose: they are
+//! negative controls of the tests.
 //!
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|

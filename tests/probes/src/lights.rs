@@ -1,12 +1,13 @@
-//! Next-event estimation.
+//! Probe of next-event estimation: one sample of a light.
 
 use crate::record::{Input, Output, ProbeParams, row, vector, words};
 use trisect_shared::features::{ALL, TEXTURES};
 use trisect_shared::light::{ReferencePoint, sample};
 use trisect_shared::scene::Scene;
 
-/// Samples a light. Rows: a point and its primitive; b random words; c random word of the
-/// environment map. Output: a direction and pdf; b radiance and the shadow ray's `t_max`.
+/// Samples a light. Row a: point and its primitive; row b: random words; row c: random word that
+/// decides on the environment map. Output a: direction and pdf; b: radiance and the shadow ray's
+/// `t_max`.
 ///
 /// # Safety
 ///

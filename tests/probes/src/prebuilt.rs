@@ -3,7 +3,7 @@
 /// PTX of all probes, precise build: gives the CPU's bits.
 pub const PTX_PRECISE: &str = include_str!("../prebuilt/probes.precise.ptx");
 
-/// Threads per workgroup.
+/// Threads of a work group.
 pub const WORKGROUP: u32 = 64;
 
 macro_rules! names {

@@ -1,4 +1,4 @@
-//! Entry points for PTX.
+//! Entry points of the probes for PTX: a thread serves one input.
 #![allow(unsafe_code, reason = "kernels take raw pointers and export names")]
 
 use crate::record::{Input, Output, ProbeParams};
@@ -22,7 +22,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 
 macro_rules! entry_points {
     ($($module:ident $text:tt,)*) => {$(
-        /// Answers one question per thread.
+        /// Computes the output of one input per thread.
         ///
         /// # Safety
         ///

@@ -1,4 +1,5 @@
-//! Records of probes: launch parameters, questions and answers.
+//! Records of probes: launch parameters, inputs and outputs. The tests call an input a question and
+//! an output an answer.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec3, Vec4};
@@ -23,8 +24,8 @@ pub struct ProbeParams {
 
 const _: () = assert!(size_of::<ProbeParams>() == 256 && align_of::<ProbeParams>() == 16);
 
-/// A question: eight rows, whose meaning each operation states. 128 bytes. The rows are integers,
-/// so that no bit pattern changes on the way.
+/// Input of a probe: eight rows, whose meaning each operation states. 128 bytes. The rows are
+/// integers, so that no bit pattern changes on the way.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Input {
@@ -57,7 +58,7 @@ impl trisect_shared::buffer_layout::Packable for Input {
     }
 }
 
-/// An answer: two rows. 32 bytes.
+/// Output of a probe: two rows. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Output {

@@ -1,4 +1,4 @@
-//! Materials, by their index in the scene.
+//! Probe of BSDFs: samples and evaluates a material, given by its index in the scene.
 
 use crate::record::{Input, Output, ProbeParams, row, vector, words};
 use glam::UVec4;
@@ -18,7 +18,7 @@ pub const SAMPLE_SCHLICK: u32 = 1;
 /// is hit; c outgoing direction. Output a: value times cosine, and pdf.
 pub const EVALUATE: u32 = 2;
 
-/// Rows and output as the operation states.
+/// Runs the operation that `params.operation` names; the constants above state rows and output.
 ///
 /// # Safety
 ///

@@ -1,4 +1,4 @@
-//! Single primitives.
+//! Probe of single primitives: intersection, projection and normals, without a scene.
 
 use crate::record::{Input, Output, ProbeParams, row, row4, vector};
 use glam::{UVec4, Vec3};
@@ -30,7 +30,8 @@ pub const PLANAR: u32 = 5;
 /// Normal of a triangle. Rows: a, b, c vertices. Output: the normal, not normalised.
 pub const TRIANGLE_NORMAL: u32 = 6;
 
-/// Rows as the operation states. Output a: the result, unless the operation states otherwise.
+/// Runs the operation that `params.operation` names; the constants above state the rows. The result
+/// is output a, unless they state otherwise.
 #[inline(always)]
 pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let operation = params.operation;

@@ -1,4 +1,4 @@
-//! Entry points for SPIR-V.
+//! Entry points of the probes for SPIR-V: an invocation serves one input.
 
 use crate::record::{Input, Output, ProbeParams};
 use spirv_std::glam::UVec3;
@@ -17,7 +17,7 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 
 macro_rules! entry_points {
     ($($module:ident $text:tt,)*) => {$(
-        /// Answers one question per invocation.
+        /// Computes the output of one input per invocation.
         #[spirv(compute(threads(64), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "a binding each")]
         pub fn $module(

@@ -1,4 +1,4 @@
-//! Sums of a pixel's samples.
+//! Probe of the sums over a pixel's samples.
 
 use crate::record::{Input, Output, ProbeParams, floats, row};
 use glam::{UVec4, Vec3, Vec4};
@@ -29,7 +29,8 @@ fn component(v: Vec4, i: u32) -> f32 {
     }
 }
 
-/// Row a: values. Output a: sum and samples.
+/// Runs the operation that `params.operation` names; the constants above state the rows. Output a:
+/// sum and samples.
 #[inline(always)]
 pub fn sums(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);

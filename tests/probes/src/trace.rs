@@ -1,4 +1,4 @@
-//! Rays through a scene.
+//! Probe of rays through a scene: closest hits, and rays that leave them.
 
 use crate::record::{Input, Output, ProbeParams, row, vector};
 use glam::UVec4;
@@ -26,7 +26,7 @@ pub const LEAVE_WITHOUT_OFFSET: u32 = 3;
 
 const SHAPES: Features = PLANAR | TRIANGLES;
 
-/// Rows and output as the operation states.
+/// Runs the operation that `params.operation` names; the constants above state rows and output.
 ///
 /// # Safety
 ///

@@ -1,4 +1,4 @@
-//! Visits of a ray's traversal.
+//! Probe of traversal's cost: the nodes and leaves that a ray visits.
 
 use crate::record::{Input, Output, ProbeParams, vector};
 use glam::UVec4;

@@ -1,4 +1,5 @@
-//! Asks a backend about single functions of the shared crate (see `trisect_probes`).
+//! Runs single functions of the shared crate on a backend (see `trisect_probes`): a torture test
+//! passes inputs, its questions, and gets an output, the answer, for each.
 
 mod cpu;
 mod cuda;
@@ -13,7 +14,7 @@ use trisect::scene::Scene;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_shared::params::RenderParams;
 
-/// Maximum number of questions per launch: 32 MiB of them.
+/// Maximum number of questions per launch; they take 32 MiB.
 const BATCH: usize = 1 << 18;
 
 /// A device that answers questions.
@@ -32,8 +33,9 @@ trait Device {
 /// A scene in the form that kernels get, for probes that trace or scatter.
 #[derive(Clone, Debug)]
 pub struct ProbeScene {
-    /// Records of the scene. A test may change them, for instance to impossible values, but not
-    /// their number. (Triangles are those of `bvh`.)
+    /// Spheres, planar shapes, textures and environment map. A test may change their values, for
+    /// instance to impossible ones, but not their number. Changes of other records have no effect:
+    /// triangles are those of `bvh`, materials and lights those of [`ProbeScene::new`].
     pub scene: Scene,
     /// BVH of the scene. A negative control may break it.
     pub bvh: Bvh,
@@ -136,8 +138,8 @@ impl Prober {
         self.device.name()
     }
 
-    /// Answers each question. `probe` is the name of an entry point, `operation` one of its
-    /// module's constants.
+    /// Runs a probe on each question, and returns the answers in order. `probe` is the name of an
+    /// entry point, `operation` one of its module's constants.
     ///
     /// # Panics
     ///

@@ -47,8 +47,8 @@ impl Cuda {
         })
     }
 
-    /// Runs the passes over the sums and AOV sums of as many pixels as the buffers have. Returns
-    /// the device time of each.
+    /// Runs the passes over a film with as many pixels as `images`. Returns the device time of each
+    /// pass.
     fn run_passes(
         &mut self,
         passes: &[Pass],

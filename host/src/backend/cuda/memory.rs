@@ -7,13 +7,14 @@ use bytemuck::Pod;
 use cudarc::driver::{CudaSlice, DevicePtrMut, result};
 
 impl Cuda {
+    /// Allocates memory whose content is undefined, at least one byte. `what` names it in an error.
     pub(super) fn allocate(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
         let (free, _) = self.stream.context().mem_get_info().map_err(failed("asking for free memory"))?;
         if bytes > free {
             let (needed, limit) = (bytes as u64, free as u64);
             return Err(BackendError::TooLarge { backend: "cuda", what, needed, limit });
         }
-        // SAFETY: every byte is written before it is read: by `copy` or by `erase`.
+        // SAFETY: each byte is written before its value is used: by a copy, a fill or a kernel.
         unsafe { self.stream.alloc(bytes.max(1)) }.map_err(failed("allocating memory"))
     }
 

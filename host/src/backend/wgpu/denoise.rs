@@ -102,7 +102,8 @@ impl Denoiser {
     }
 
     /// Runs the passes in one submission and waits for them. `own` has this frame's sums and AOV
-    /// sums. Returns the time of each pass.
+    /// sums. Returns the device time of each pass; without timestamp queries, the mean wall-clock
+    /// time.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -180,8 +181,8 @@ impl Denoiser {
         Ok(ticks.chunks_exact(2).map(time).collect())
     }
 
-    /// Returns the buffer of the frame's denoised image, and that of the sums over frames if the
-    /// frame's samples are those.
+    /// Returns the buffer of the frame's denoised image, and for an accumulated frame that of the
+    /// sums over frames. Returns `None` if the frame has no denoised image of `pixels` pixels.
     pub fn shown(&self, frame: &DisplayLaunch, pixels: u64) -> Option<(&Buffer, Option<&Buffer>)> {
         let lit = self.filtered.get(frame.image?).filter(|_| self.fits(pixels))?;
         let kept = self.temporal.as_ref().filter(|_| frame.accumulated);

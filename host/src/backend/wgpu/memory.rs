@@ -68,8 +68,8 @@ impl Wgpu {
         self.gpu.check("reading the film")
     }
 
-    /// Resets the AOV sums to `UNWRITTEN`, whose bytes are 0xff like the film's, from which they
-    /// are copied.
+    /// Resets the AOV sums to `UNWRITTEN`. Its bytes are 0xff, like those of the film's unwritten
+    /// sums, from which they are copied.
     pub(super) fn erase_aovs(&self, film: &Film) -> Result<(), BackendError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (ones, guides) = (&film.unwritten, &film.aovs.records);

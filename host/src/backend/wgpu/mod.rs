@@ -40,8 +40,8 @@ pub enum Route {
     Naga,
 }
 
-/// Usage of the scene's arrays. Each is written once; that of the nodes is also copied to a larger
-/// one.
+/// Usage of the scene's arrays. The host writes them; that of the nodes is also copied to a larger
+/// one, which has space for tile entries.
 const SCENE_USAGE: BufferUsages =
     BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
 
@@ -223,8 +223,8 @@ impl Backend for Wgpu {
     }
 
     fn best_method(&self, kernel: Features, math: MathMode) -> (Traversal, Schedule) {
-        // Other heavy kernels gain by a queue only with fast math, which shortens their shading
-        // (docs/notebook/vulkan.md).
+        // Kernels with textures gain from a queue; other heavy ones only with fast math, which
+        // shortens their shading (docs/notebook/vulkan.md).
         let large = has(kernel, TEXTURES) || math == MathMode::Fast && has_any(kernel, HEAVY);
         let queue =
             large && self.device.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
@@ -272,7 +272,7 @@ impl Backend for Wgpu {
 
     fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
         // The queue needs an atomic operation on a plain word of a buffer, which naga does not
-        // have.
+        // support.
         if has(job.variant.features, PERSISTENT) && !self.pipelines.pass_through(&self.gpu) {
             return Err(SettingsError::NoQueue { backend: "wgpu" }.into());
         }

@@ -39,7 +39,8 @@ impl GatherMethod {
 pub struct Point {
     /// From one frame to the next on the root.
     pub frame: f64,
-    /// Rendering on the slowest rank, until its pixels are on the host.
+    /// Rendering until the pixels are on the host: on the slowest rank, or on this one with
+    /// [`GatherMethod::AllReduce`].
     pub render: f64,
     /// Part of `render` by the device's timer; 0 if it was not measured.
     pub device: f64,
@@ -168,7 +169,7 @@ pub(super) fn with_ranks<N: Network, T>(
 ) -> Result<(Renderer, Option<T>), Error> {
     link.limit_ranks(ranks)?;
     let done = if link.rank() < ranks { work(link, renderer)? } else { (renderer, None) };
-    // The root tells all ranks that the work is done.
+    // The root sends all ranks a message when the work is done.
     link.use_all_ranks();
     if link.is_root() {
         link.send_all(Tag::Start, &[])?;
@@ -178,7 +179,8 @@ pub(super) fn with_ranks<N: Network, T>(
     Ok(done)
 }
 
-/// Frames that do not count: they compile kernels and fill the pipeline of frames in transit.
+/// Number of frames that do not count: they compile kernels and fill the pipeline of frames in
+/// transit.
 pub(super) const WARM_UP: u32 = 5;
 
 pub(super) fn rows<N: Network>(
@@ -292,7 +294,7 @@ fn averaging(settings: &Settings, ranks: u32) -> Work {
     Work { settings: settings.clone(), plan, wire_format: travels, choice: String::new() }
 }
 
-/// Images that count, after one that does not.
+/// Number of images that count, after one that does not.
 pub(super) const IMAGES: usize = 5;
 
 pub(super) fn average<N: Network>(

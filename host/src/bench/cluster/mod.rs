@@ -1,10 +1,10 @@
-//! Measures what more ranks gain: the four charts of the report "Parallelizing Ray Tracing", with
-//! this program's method of assembling pixels and with the report's.
+//! Measures how renders scale with ranks, for `trisect bench cluster`: the charts of the report
+//! "Parallelizing Ray Tracing", with this program's method of assembling pixels and the report's.
 //!
-//! Runs with 1 to all ranks in turn; the others wait. Rows: display frames are sent to the root
-//! while the next one is rendered ([`series`](crate::cluster::series)), against an all-reduce of
-//! the whole image in f32 after each frame. Averages: images of some samples are sent up a tree,
-//! against the same all-reduce.
+//! Each number of ranks is measured in turn, while the other ranks wait. Rows: display frames are
+//! sent to the root while the next one is rendered ([`series`](crate::cluster::series)), against an
+//! all-reduce of the whole image in f32 after each frame. Averages: images of some samples are sent
+//! up a tree, against the same all-reduce. Also measured: noise of averages, and denoised frames.
 
 mod charts;
 mod denoised;
@@ -81,7 +81,7 @@ pub fn is_output(name: &Path) -> bool {
 
 impl ClusterBench {
     /// Measures all points of the plan. All ranks call this with the same plan and settings; the
-    /// root gets the results.
+    /// root gets the results. `say` is called with a line for each point.
     ///
     /// # Errors
     ///
@@ -97,7 +97,7 @@ impl ClusterBench {
     ) -> Result<(Renderer, Option<Self>), Error> {
         let all = link.ranks();
         if plan.ranks.iter().any(|&ranks| ranks == 0 || ranks > all) {
-            let what = format!("--ranks {:?}: {all} ranks were started", plan.ranks);
+            let what = format!("--counts {:?}: {all} ranks were started", plan.ranks);
             let remedy = "start more with mpirun -n, or name fewer with --ranks".to_owned();
             return Err(ClusterError::Unsupported { what, remedy }.into());
         }

@@ -66,5 +66,5 @@ pub(super) fn frames(renderer: &mut Renderer, settings: &Settings, effort: Effor
 
 /// Returns whether the error means only that the backend lacks the method.
 fn is_missing(error: &SettingsError) -> bool {
-    matches!(error, SettingsError::NoVariant { .. })
+    matches!(error, SettingsError::NoVariant { .. } | SettingsError::NoQueue { .. })
 }

@@ -34,8 +34,8 @@ pub struct ReportPlan {
 }
 
 impl ReportPlan {
-    /// Returns the plan for a device of this kind, with an image large enough to fill a GPU.
-    /// `quick` is meant for a machine of two cores, and takes less than three minutes there.
+    /// Returns the plan for a device of this kind: for a GPU, with an image large enough to fill
+    /// it. `quick` is meant for a machine of two cores, and takes less than three minutes there.
     pub fn new(kind: DeviceKind, quick: bool) -> Self {
         let gpu = kind == DeviceKind::Gpu;
         let (width, height) = match (gpu, quick) {
@@ -74,9 +74,9 @@ impl ReportPlan {
         Settings { width: self.width, height: self.height, samples, math: self.math, ..scene }
     }
 
-    /// Returns the effort that fits the limit where a sample per pixel takes `seconds` a frame: all
-    /// frames with as many samples as fit, or one frame of one sample without a warm-up. `None` if
-    /// not even that fits.
+    /// Returns the effort that fits the limit if a frame of one sample per pixel takes `seconds`:
+    /// all frames with as many samples as fit, or one frame of one sample without a warm-up. `None`
+    /// if not even that fits.
     pub(super) fn affordable(&self, seconds: f64) -> Option<Effort> {
         let frames = f64::from(self.warm_up + self.frames);
         let most = self.limit / (seconds * frames); // NaN affords nothing

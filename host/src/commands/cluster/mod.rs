@@ -29,7 +29,7 @@ pub struct ClusterSession {
     ended: Arc<AtomicBool>,
 }
 
-/// Error for which ranks end.
+/// Error that ends the ranks.
 struct Abort {
     error: Error,
     /// True if all ranks know the error and end without being aborted.
@@ -42,9 +42,9 @@ impl<E: Into<Error>> From<E> for Abort {
     }
 }
 
-/// Starts the shared thread pool, for summing and encoding. A rank that is not bound to processors
-/// gets its share of those of the host, `ranks` being the ranks there: pools of all processors for
-/// each rank would compete.
+/// Starts the shared thread pool, for summing and encoding, with `asked` threads. By default, a
+/// rank that is not bound to processors gets its share of the host's, where `ranks` ranks run: if
+/// each had a thread for every processor, they would compete.
 fn share_threads(ranks: u32, asked: Option<u32>) -> Result<(), ThreadError> {
     let bound = std::thread::available_parallelism().map_or(1, usize::from);
     let mut system = sysinfo::System::new();
@@ -76,7 +76,7 @@ impl ClusterSession {
         self.ended.clone()
     }
 
-    /// Returns a function that tells whether this process was asked to end.
+    /// Returns a function that returns whether this process was asked to end.
     pub fn ended(&self) -> impl Fn() -> bool + 'static {
         let ended = self.ended.clone();
         move || ended.load(Ordering::Relaxed)
@@ -126,7 +126,7 @@ impl ClusterSession {
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
         adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
     ) -> Result<Session, Abort> {
-        // An error of this rank does not end it yet: the handshake must tell the root.
+        // An error of this rank does not end it yet: the handshake reports it to the root.
         let ready = match self.load(job, ranks, check)? {
             Ok(loaded) => self.open(loaded, job, ranks, adjust)?,
             Err(error) => Err(error),

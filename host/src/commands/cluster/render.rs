@@ -64,7 +64,7 @@ pub fn render_film(
             ("what travels, by the output's format".to_owned(), format!("{travels:?}")),
         ];
         if own.checkpointing.given().is_some() {
-            // A checkpoint names one arithmetic, so that of all ranks must be equal.
+            // The checkpoint records the root's arithmetic only, so all ranks must have the same.
             facts.push(("the device's arithmetic".to_owned(), arithmetic(device, settings.math)));
         }
         Ok(facts)
@@ -183,7 +183,7 @@ fn work(arguments: &RenderArgs, settings: &Settings, ranks: u32) -> Result<Work,
     Ok(Work { settings: settings.clone(), plan, wire_format: travels, choice: String::new() })
 }
 
-/// Returns the wire format of a pixel: the smallest one that the output needs.
+/// Returns the wire format of a pixel: the smallest one with all data that the output needs.
 fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, ranks: u32) -> WireFormat {
     let most = plan::samples_of(settings.samples, 0, plan::averaging(settings.samples, ranks));
     if settings.guides {

@@ -141,7 +141,8 @@ fn exposed(
     Ok(session)
 }
 
-/// Number of first frames that do not count: they compile kernels and fill the transfer pipeline.
+/// Number of first frames whose times do not count: they compile kernels and fill the pipeline of
+/// transfers.
 const FIRST: usize = 3;
 
 /// Returns the times of the frames in milliseconds, for each rank and from frame to frame.

@@ -35,7 +35,7 @@ struct Report<'a> {
     rows: &'a [Row],
 }
 
-/// Checks that all outputs can be written, before frames could be lost, and returns them.
+/// Checks before the first frame that all outputs can be written, and returns them.
 pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
     let outputs = Outputs::default()
         .folder("-o", arguments.output.as_deref(), is_frame)
@@ -51,7 +51,7 @@ pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
     Ok(outputs)
 }
 
-/// Returns whether `name` is the file name of some frame.
+/// Returns whether `name` is the file name of a frame.
 fn is_frame(name: &Path) -> bool {
     let stem = name.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.parse::<u32>().is_ok_and(|frame| file(Path::new(""), frame) == name)

@@ -5,7 +5,7 @@ use crate::scene::values::{Coordinate, Defocus, FieldOfView, Length, Point, vect
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// A thin-lens camera; angles in degrees.
+/// A thin-lens camera; angles in degrees, lengths in scene units.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct Camera {
@@ -13,15 +13,15 @@ pub struct Camera {
     pub look_from: Point,
     /// A point on the optical axis.
     pub look_at: Point,
-    /// Up direction of the image.
+    /// Up direction of the image; default: +y.
     #[serde(default = "default_up")]
     pub up: Point,
     /// Vertical angle of the whole image.
     pub vertical_fov: FieldOfView,
-    /// Cone angle from a point in focus to the lens; 0 for a pinhole.
+    /// Cone angle from a point in focus to the lens; 0, the default, for a pinhole.
     #[serde(default = "default_defocus")]
     pub defocus_angle: Defocus,
-    /// Distance from the lens to the plane in focus.
+    /// Distance from the lens to the plane in focus; default: 1.
     #[serde(default = "default_focus")]
     pub focus_distance: Length,
 }
@@ -70,7 +70,7 @@ pub fn check(camera: &CameraPose) -> Result<(), String> {
     if sine.is_nan() || sine < 1e-6 {
         return Err("up points along the view (or is zero); choose another direction".to_owned());
     }
-    // A lens' rays are differences of vectors of this length, and the squares of those must stay
+    // The rays of a lens are differences of vectors of this length, and their squares must stay
     // finite in f32.
     let widest = (0.5 * camera.vertical_fov).tan().max((0.5 * camera.defocus_angle).tan()).max(1.0);
     if camera.defocus_angle > 0.0 && camera.focus_distance * widest > 1e15 {

@@ -23,10 +23,10 @@ pub enum Light {
         direction: Direction,
         /// Radiant intensity (power per solid angle) on the axis.
         intensity: Strengths,
-        /// Half angle of full intensity.
+        /// Half angle of full intensity, in degrees; default: 0.
         #[serde(default = "default_inner")]
         inner_angle: HalfAngle,
-        /// Half angle beyond which the light is dark.
+        /// Half angle beyond which the light is dark, in degrees; default: 45.
         #[serde(default = "default_outer")]
         outer_angle: HalfAngle,
     },

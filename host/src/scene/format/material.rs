@@ -1,4 +1,4 @@
-//! The materials and textures of a scene file.
+//! The materials and textures of a scene file, as serde reads them.
 
 use super::name::{Name, Named, some};
 use crate::scene::values::{Absorption, Albedo, Angle, Colour, Eta, Ior, Radiance, Share, TextureNumber};
@@ -159,7 +159,7 @@ pub struct Texture<'a> {
     /// Offset of the texture coordinates; applied last.
     #[serde(default = "default_offset")]
     pub offset: (TextureNumber, TextureNumber),
-    /// Rotation of the texture coordinates; applied between scale and offset.
+    /// Rotation of the texture coordinates, in degrees; applied between scale and offset.
     #[serde(default = "default_rotation")]
     pub rotation: Angle,
 }

@@ -83,10 +83,10 @@ pub struct Image {
     pub width: Count,
     /// Height in pixels.
     pub height: Count,
-    /// Samples per pixel.
+    /// Samples per pixel; default: 64.
     #[serde(default = "default_samples")]
     pub samples: Count,
-    /// Maximum number of segments of a path.
+    /// Maximum number of segments of a path; default: 50.
     #[serde(default = "default_depth")]
     pub depth: Count,
 }
@@ -126,7 +126,7 @@ pub enum Sky<'a> {
         /// Factor on the file's radiance.
         #[serde(default = "default_gain")]
         scale: Gain,
-        /// Rotation about +y.
+        /// Rotation about +y, in degrees, counter-clockwise seen from above.
         #[serde(default = "default_rotation")]
         rotation: Angle,
     },
@@ -177,9 +177,8 @@ impl SceneFile<'_> {
         panorama || !self.textures.is_empty() || self.objects.iter().any(|o| matches!(o, Object::Mesh { .. }))
     }
 
-    /// Checks that each name refers to an entry, and that files have known extensions. This comes
-    /// after reading: serde knows a name's place only while it reads, and the names' entries only
-    /// afterwards.
+    /// Checks that each name refers to an entry, and that files have known extensions. This follows
+    /// reading, because a name may stand before the entry that it refers to.
     fn check_names(&self) -> Result<(), SceneError> {
         let source = self.source;
         if let Sky::Image { file, .. } = &self.sky {

@@ -52,7 +52,7 @@ impl Source<'_> {
         SceneError::Inconsistent { file: self.file.to_owned(), message: message.into() }
     }
 
-    /// Moves an error about a file as a whole to the name that asks for the file. An error with a
+    /// Places an error about a file as a whole at the name that refers to the file. An error with a
     /// place of its own keeps it.
     pub fn in_file(&self, name: &Name, error: SceneError) -> SceneError {
         match error {

@@ -61,7 +61,7 @@ pub enum Object<'a> {
         min: Point,
         /// Corner with the largest coordinates.
         max: Point,
-        /// Transform of the box from `min` to `max`.
+        /// Transform of the box; default: none.
         #[serde(default)]
         transform: Transform,
         /// A name from `materials`.

@@ -1,4 +1,4 @@
-//! The space that a scene file asks the renderer to compute in.
+//! The field `space` of a scene file: origin and scale of the space that the renderer computes in.
 
 use crate::scene::values::{Coordinate, Magnification, Point, vector};
 use ron::value::RawValue;

@@ -1,4 +1,5 @@
-//! Limits of the memory and the triangles of an imported model.
+//! Limits on the memory and the triangles of an imported model, so that a small file cannot demand
+//! much of either.
 
 use super::source_location::SourceLocation;
 use crate::memory;

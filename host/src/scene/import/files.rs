@@ -20,7 +20,8 @@ pub trait Files {
 /// Rule for which files a scene may name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Includes {
-    /// Files in the scene's folder and in folders below it. Links within it are followed.
+    /// Files in the scene's folder and in folders below it. Symbolic links there are followed, also
+    /// to other folders.
     #[default]
     Below,
     /// All files (`--allow-outside`).

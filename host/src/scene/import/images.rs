@@ -18,8 +18,8 @@ const MAX_SIDE: u32 = 16384;
 const CONTAINERS: [(&[u8], &str); 2] =
     [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"\xabKTX 11\xbb\r\n\x1a\n", "KTX")];
 
-/// Transfer function of an image's numbers. What the image file says about it is ignored, as glTF
-/// requires.
+/// Transfer function of an image's numbers. The image file's own statement of it is ignored, as
+/// glTF requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Curve {
     Srgb,

@@ -2,7 +2,7 @@
 //!
 //! Each reader turns bytes into a [`Description`] and takes other files through [`Files`]. A
 //! violation of the format is an error that names the place. An unsupported feature is a warning
-//! that names it, or an error if the file says that it cannot be shown without it.
+//! that names it, or an error if the file requires it.
 //!
 //! No input makes a reader panic, and their memory is bounded: beside its images, a description
 //! takes at most 64 times the bytes read plus 64 MiB, and it stands for at most 2^30 triangles.

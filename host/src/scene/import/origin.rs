@@ -1,4 +1,4 @@
-//! The origin that a file's positions are stored relative to.
+//! Choice of the origin relative to which a model's positions are stored.
 //!
 //! A description stores positions in f32. For a model far from 0, such as one in the coordinates of
 //! a national grid, that would round away details of its shape. Its positions are therefore stored

@@ -1,4 +1,4 @@
-//! Warnings about parts of a file that are not rendered as the file asks.
+//! Collects warnings about parts of a model file that are not rendered as the file states.
 
 use std::collections::HashSet;
 

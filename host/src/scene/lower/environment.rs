@@ -16,7 +16,7 @@ const BYTES_PER_TEXEL: u64 = 72;
 /// memory.
 const SMALL: u64 = 64 << 20;
 
-/// Builds the texels of a panorama. Each is sampled with a probability proportional to the
+/// Builds the records of a panorama. Each texel is sampled with a probability proportional to the
 /// luminance of the interpolated panorama times the texel's solid angle, so that each direction
 /// with radiance can be sampled.
 pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environment, String> {

@@ -115,7 +115,7 @@ impl Form {
         }
     }
 
-    /// Returns the points of a pane through which it is tested, and its normal; `None` if this is
+    /// Returns five points of a pane, from which rays are tested, and its normal; `None` if this is
     /// not a pane.
     fn pane(&self) -> Option<([DVec3; 5], DVec3)> {
         let (center, u, v) = match *self {

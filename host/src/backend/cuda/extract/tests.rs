@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::process::Command;
 use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, VARIANTS};
 
-/// Module with constructs that today's kernels lack: functions, variables with and without
+/// Module with constructs that the kernels lack: functions, variables with and without
 /// initialisers, declarations, and comments and strings with braces.
 const MODULE: &str = r#"
 // .entry of a comment { ;

@@ -3,13 +3,15 @@
 use egui::{InputState, Key, PointerButton, Response};
 use trisect::view::{NavigationMode, Navigator};
 
-/// Radians of an orbit for a drag across the image's height; flying turns by half of it.
+/// Radians of an orbit for a drag across the image's height; in fly mode the view turns by half.
 const TURN: f64 = std::f64::consts::PI;
 
-/// Speed of a held key per second: radians, or shares of the distance at the start.
+/// Speed of a held key per second, as the methods of [`Navigator`] take it: radians for turns, and
+/// relative to a distance for the other movements.
 const SPEED: f64 = 0.8;
 
-/// Points of the wheel that divide the distance by e.
+/// Points of the wheel that divide the distance by e; in fly mode, that move by the distance at the
+/// start.
 const WHEEL: f64 = 400.0;
 
 /// Keys pressed since the last frame.
@@ -99,8 +101,8 @@ mod tests {
     use glam::DVec3;
     use trisect::scene::CameraPose;
 
-    /// Returns the direction, right and up in the image, in which a drag moves what the camera sees
-    /// `ahead` of the point that it looks at.
+    /// Returns the position, right and up in the image, to which a drag moves the point that is
+    /// `ahead` (towards the camera) of the point looked at.
     fn moved(mode: NavigationMode, drag: (f64, f64), pans: bool, ahead: f64) -> (f64, f64) {
         let mut navigator = Navigator::new(CameraPose {
             look_from: DVec3::new(0.0, 0.0, 5.0),

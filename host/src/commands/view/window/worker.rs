@@ -1,4 +1,4 @@
-//! Thread that renders the frames of the window, which therefore responds however long a frame
+//! Thread that renders the frames of the window, so that the window responds however long a frame
 //! takes.
 
 use super::super::super::Session;
@@ -10,14 +10,14 @@ use trisect::scene::{CameraPose, Rebase};
 use trisect::threads::{self, ThreadError};
 use trisect::view::{FrameTiming, ViewOptions, Viewer};
 
-/// Frames that the window asks for.
+/// Request of the window for frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
     /// Settings, filter and display options.
     pub look: ViewOptions,
     /// Pose of the camera.
     pub pose: CameraPose,
-    /// Backend, device index, and a number whose change asks to open the device again.
+    /// Backend, device index, and a number; if the number changes, the device is opened again.
     pub backend: (BackendArg, Option<usize>, u32),
     /// True if the thread should end.
     pub stop: bool,

@@ -21,7 +21,7 @@ pub enum Component {
 /// The elements that the user of an accessor accepts.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
-    /// glTF's name for the number of components.
+    /// glTF's `type` of an element: `SCALAR`, `VEC2` or `VEC3`.
     pub kind: &'static str,
     pub components: &'static [Component],
 }

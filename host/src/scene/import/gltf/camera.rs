@@ -1,4 +1,4 @@
-//! Cameras of nodes.
+//! Reads the camera of a glTF node as a [`CameraPose`].
 
 use super::super::source_location::{SourceLocation, shown};
 use super::buffers::get;

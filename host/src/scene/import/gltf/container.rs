@@ -1,4 +1,4 @@
-//! GLB: a header, the JSON and the first buffer.
+//! Splits a GLB file into its JSON and its binary chunk, which is the first buffer.
 
 use super::super::source_location::SourceLocation;
 use super::version;

@@ -1,4 +1,5 @@
-//! Features of a file that the renderer does not support.
+//! Refuses a glTF file that requires an unsupported feature, and warns of unsupported features that
+//! it uses.
 
 use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;

@@ -1,4 +1,4 @@
-//! Lights of nodes (KHR_lights_punctual).
+//! Reads the light of a glTF node (KHR_lights_punctual).
 
 use super::super::source_location::{SourceLocation, shown};
 use super::buffers::get;

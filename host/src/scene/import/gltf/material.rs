@@ -1,4 +1,4 @@
-//! Materials of primitives.
+//! Reads the materials that glTF primitives use.
 
 use super::super::images::Curve;
 use super::super::source_location::{SourceLocation, shown};

@@ -49,7 +49,7 @@ use json::Root;
 ///
 /// # Errors
 ///
-/// * [`SceneError::Invalid`] for text that is not such JSON
+/// * [`SceneError::Invalid`] for text that is not the JSON of a glTF file
 /// * [`SceneError::Malformed`] for violations of the specification that cannot be shown
 /// * [`SceneError::Unsupported`] for features that the file requires and the renderer does not have
 /// * [`SceneError::Resource`] and [`SceneError::Outside`] for buffers and images that `files` does

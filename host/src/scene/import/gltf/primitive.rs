@@ -1,4 +1,4 @@
-//! Primitives of meshes, as meshes of the description.
+//! Reads a glTF primitive as a mesh of the description.
 
 use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finish};
 use super::super::source_location::{SourceLocation, shown};
@@ -173,7 +173,8 @@ fn triangles(corners: &[u32], mode: u32, output: &mut Output, site: &SourceLocat
 /// Renumbers the vertices that triangles use from 0 on, in their order, and returns their old
 /// numbers.
 ///
-/// Unused vertices are dropped because many primitives may share the attributes of all of them.
+/// Unused vertices are dropped, because many primitives may share attributes of which each uses a
+/// part.
 fn compact(triangles: &mut [[u32; 3]], count: u32) -> Vec<u32> {
     const NONE: u32 = u32::MAX; // not a vertex: all are below `count`
     let corners = triangles.as_flattened_mut();

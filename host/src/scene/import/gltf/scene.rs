@@ -1,4 +1,4 @@
-//! The nodes of the scene: their meshes, cameras and lights.
+//! Walks the nodes of a glTF scene, and adds their meshes, cameras and lights to the description.
 
 use super::super::mesh::{check_instance, extent};
 use super::super::source_location::SourceLocation;
@@ -52,8 +52,8 @@ pub fn read(document: &Document, output: &mut Output) -> Result<(), SceneError> 
 
 /// Returns the nodes at which a scene begins, each with its parent's world transform.
 ///
-/// The specification requires roots. A node below another one is drawn where its parents place it,
-/// and each node is drawn once.
+/// The specification allows a scene to list roots only. A listed node below another one is drawn
+/// where its parents place it, and each node is drawn once.
 fn starts(
     document: &Document,
     nodes: &[u32],

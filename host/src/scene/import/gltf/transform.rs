@@ -1,4 +1,4 @@
-//! Transforms of nodes.
+//! Transforms of glTF nodes, and the walk over the trees that nodes form.
 
 use super::super::source_location::SourceLocation;
 use super::json::{Node, Root};
@@ -99,8 +99,8 @@ pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     }
 }
 
-/// Visits a node and all nodes below it, with their world transforms; `place` is the parent's.
-/// There is no cycle below, or else the limit of depth ends the walk.
+/// Visits a node and all nodes below it, with their world transforms; `place` is the parent's. If
+/// there is a cycle below, the limit of depth ends the walk with an error.
 pub fn walk(
     root: &Root,
     start: u32,

@@ -1,4 +1,4 @@
-//! The statements of OBJ files.
+//! Reads the statements of an OBJ file: vertices, and groups of triangles with their materials.
 
 use super::super::mesh::{POSITION_REMEDY, check_position};
 use super::super::source_location::shown;

@@ -1,4 +1,4 @@
-//! The statements of MTL files.
+//! Reads the statements of MTL files, without converting their materials.
 
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};

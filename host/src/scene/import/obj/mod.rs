@@ -41,8 +41,8 @@ use std::collections::HashMap;
 ///   `Pm` (0 without) and index of refraction `Ni` (1.5 without)
 /// * `illum` 4, 6 or 7; or `Tf`, `Ni` and `d` below 1: smooth glass with index of refraction `Ni`
 ///   (1.5 without)
-/// * `illum` 3 or 5, `Ns` and `Ks` above 0: rough metal that reflects `Ks`, with GGX alpha sqrt(2 /
-///   (`Ns` + 2))
+/// * `illum` 3 or 5, with `Ns`, and with `Ks` above 0: rough metal that reflects `Ks`, with GGX
+///   alpha sqrt(2 / (`Ns` + 2))
 /// * any others: diffuse `Kd` (0.8 without, 1 with `map_Kd`)
 ///
 /// Further rules:

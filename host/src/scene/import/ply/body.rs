@@ -1,4 +1,4 @@
-//! The body of a PLY file: numbers one after another.
+//! Reads the body of a PLY file: a sequence of numbers, in ASCII or binary.
 
 use super::super::source_location::{SourceLocation, shown};
 use super::header::{Element, Encoding, Header, Kind, Number};

@@ -1,4 +1,4 @@
-//! The header of a PLY file, which describes the body.
+//! Reads the header of a PLY file, which describes the body.
 
 use super::super::source_location::{SourceLocation, shown};
 use crate::scene::error::SceneError;
