@@ -1,7 +1,7 @@
 //! The backend that a user names is the one that renders.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
-use trisect::backend::{Choice, open};
+use trisect::device::{Choice, open};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn the_named_backend_is_opened(subject: BackendUnderTest) {

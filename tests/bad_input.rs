@@ -272,7 +272,7 @@ fn devices_out_of_range() {
 /// The message for a machine without NVIDIA's driver. With the driver the test is skipped.
 #[test]
 fn a_missing_driver_is_explained() {
-    if trisect::backend::cuda::devices().is_ok() {
+    if trisect::device::cuda::devices().is_ok() {
         eprintln!("SKIPPED: this machine has NVIDIA's driver");
         return;
     }

@@ -42,7 +42,7 @@ fn the_image_is_the_books(subject: BackendUnderTest) {
     let reference = reference();
     let test = |scene: &Scene| {
         let mut renderer = subject.renderer(scene)?;
-        let settings = Settings { width: 80, height: 45, samples: 1024, seed: 41, ..scene.settings() };
+        let settings = Settings { width: 80, height: 45, samples: 1024, seed: 41, ..Settings::of(scene) };
         Some(ZTest::new(&renderer.render(&settings, &mut ()).unwrap().film, &reference))
     };
     // The global mean must agree within 0.1 %, several times its noise at these samples.

@@ -6,15 +6,15 @@ use std::fs;
 use std::process::Output;
 use std::thread;
 use std::time::SystemTime;
-use trisect::backend::cpu::Cpu;
 use trisect::checkpoint::Checkpoint;
-use trisect::cluster::local::Local;
-use trisect::cluster::{
-    AssembledImage, ClusterPlan, DEFAULT_PATIENCE, Heartbeat, ResumableFilm, Work, render_into_film,
-};
+use trisect::device::cpu::Cpu;
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
+use trisect_cluster::local::Local;
+use trisect_cluster::{
+    AssembledImage, ClusterPlan, DEFAULT_PATIENCE, Heartbeat, ResumableFilm, Work, render_into_film,
+};
 use trisect_tests::mpi::{self, Job};
 use trisect_tests::program::{Temporary, trisect, wait_for};
 use trisect_tests::renders::StopAfterParts;
@@ -58,7 +58,7 @@ fn any_number_of_ranks_goes_on() {
     let scene = scene("three_spheres.ron");
     for guides in [false, true] {
         let settings =
-            Settings { width: 12, height: 19, samples: 5000, depth: 8, guides, ..scene.settings() };
+            Settings { width: 12, height: 19, samples: 5000, depth: 8, guides, ..Settings::of(&scene) };
         let empty = || if guides { Film::with_aovs(12, 19) } else { Film::new(12, 19) };
         let want = renderer(&scene).render(&settings, &mut ()).unwrap().film;
         let (mut film, mut runs) = (empty(), 0);
@@ -84,7 +84,7 @@ fn any_number_of_ranks_goes_on() {
 #[test]
 fn what_is_not_kept_so_is_refused() {
     let scene = scene("three_spheres.ron");
-    let settings = Settings { width: 8, height: 8, samples: 256, ..scene.settings() };
+    let settings = Settings { width: 8, height: 8, samples: 256, ..Settings::of(&scene) };
     let refuse = |work: Work, film: Film, words: &str| {
         let local = Local::ranks(1).into_iter().next().unwrap();
         let kept = ResumableFilm { film, samples: 0..256, observer: &() };

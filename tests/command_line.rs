@@ -103,7 +103,7 @@ fn without_a_scene_the_hello_world_is_drawn() {
 #[test]
 fn the_hello_world_is_that_of_the_scenes() {
     let of = |path: &str| std::fs::read(root().join(path)).unwrap();
-    assert!(of("host/assets/three_spheres.ron") == of("scenes/three_spheres.ron"));
+    assert!(of("host/scene/assets/three_spheres.ron") == of("scenes/three_spheres.ron"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use trisect::render::{Renderer, Settings};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn settings(renderer_scene: &trisect::scene::Scene) -> Settings {
-    Settings { width: 96, height: 54, samples: 5, depth: 20, ..renderer_scene.settings() }
+    Settings { width: 96, height: 54, samples: 5, depth: 20, ..Settings::of(renderer_scene) }
 }
 
 fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
@@ -62,7 +62,7 @@ fn submissions_do_not_matter(subject: BackendUnderTest) {
 fn chunks_add_up(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 8, height: 6, samples: 300, depth: 8, ..scene.settings() };
+    let settings = Settings { width: 8, height: 6, samples: 300, depth: 8, ..Settings::of(&scene) };
     let whole = film(&mut renderer, &settings);
     assert_eq!(whole.counts().samples, 8 * 6 * 300);
     // The second chunk must add 44 samples of at most 1 each, and not the first 44 again.
@@ -86,12 +86,12 @@ fn threads_do_not_matter() {
     let settings = settings(&scene);
     let films: Vec<Film> = [1, 2, 7]
         .map(|threads| {
-            let backend = trisect::backend::cpu::Cpu::open(Some(threads)).unwrap();
+            let backend = trisect::device::cpu::Cpu::open(Some(threads)).unwrap();
             film(&mut Renderer::new(Box::new(backend), &scene).unwrap(), &settings)
         })
         .into();
     assert!(films.iter().all(|film| *film == films[0]));
-    let backend = trisect::backend::cpu::Cpu::open(Some(2)).unwrap();
+    let backend = trisect::device::cpu::Cpu::open(Some(2)).unwrap();
     let other = Settings { seed: 1, ..settings };
     let other = film(&mut Renderer::new(Box::new(backend), &scene).unwrap(), &other);
     assert_ne!(other, films[0], "negative control not detected");

@@ -4,18 +4,18 @@
 
 use std::sync::Arc;
 use std::thread;
-use trisect::backend::cpu::Cpu;
-use trisect::cluster::local::Local;
-use trisect::cluster::{
-    AssembledImage, Balance, ClusterPlan, DEFAULT_PATIENCE, DistributionMode, Finished, Heartbeat,
-    WireFormat, Work, render_image,
-};
 use trisect::denoise::{DenoiseSettings, Filter, TemporalSettings};
+use trisect::device::cpu::Cpu;
 use trisect::film::{Film, RowSet};
 use trisect::image::Image;
 use trisect::output::{Format, encode};
 use trisect::render::{DisplayOptions, Renderer, Settings};
 use trisect::scene::Scene;
+use trisect_cluster::local::Local;
+use trisect_cluster::{
+    AssembledImage, Balance, ClusterPlan, DEFAULT_PATIENCE, DistributionMode, Finished, Heartbeat,
+    WireFormat, Work, render_image,
+};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn renderer(scene: &Scene) -> Renderer {
@@ -66,7 +66,7 @@ fn differing(a: &Image, b: &Image) -> usize {
 #[test]
 fn rows_give_the_same_film() {
     let scene = scene("rtiow_final.ron");
-    let settings = Settings { width: 40, height: 23, samples: 5, ..scene.settings() };
+    let settings = Settings { width: 40, height: 23, samples: 5, ..Settings::of(&scene) };
     let want = whole(&scene, &settings);
     let image = want.image();
     for balance in [Balance::Static, Balance::Dynamic] {
@@ -93,7 +93,7 @@ fn rows_give_the_same_film() {
 fn all_that_travels_gives_the_same() {
     let scene = scene("three_spheres.ron");
     // More samples than a chunk holds.
-    let settings = Settings { width: 16, height: 9, samples: 300, ..scene.settings() };
+    let settings = Settings { width: 16, height: 9, samples: 300, ..Settings::of(&scene) };
     let want = whole(&scene, &settings);
     let plan = ClusterPlan { block_shift: 0, ..ClusterPlan::default() };
     let same = |_: u32| scene.clone();
@@ -138,7 +138,7 @@ fn averages_give_the_same_film() {
         (7, 4, false),
         (3, 5, false),
     ] {
-        let settings = Settings { width: 12, height: 17, samples, ..scene.settings() };
+        let settings = Settings { width: 12, height: 17, samples, ..Settings::of(&scene) };
         let want = whole(&scene, &settings);
         let travels = if samples.div_ceil(ranks) > 256 { WireFormat::Mean } else { WireFormat::Chunk };
         let finished = by_ranks(ranks, &same, &work(&settings, plan, travels));
@@ -175,7 +175,7 @@ fn noise_falls_with_the_root_of_the_ranks() {
     let noise = |ranks: u32, per_rank: u32| {
         let image = |seed: u32| {
             let settings =
-                Settings { width: 160, height: 90, samples: ranks * per_rank, seed, ..scene.settings() };
+                Settings { width: 160, height: 90, samples: ranks * per_rank, seed, ..Settings::of(&scene) };
             color(by_ranks(ranks, &same, &work(&settings, plan, WireFormat::Chunk)))
         };
         let (a, b) = (image(1), image(2));
@@ -204,7 +204,7 @@ fn second_streams_render_the_same(subject: BackendUnderTest) {
         eprintln!("{subject:?} has no second stream");
         return;
     };
-    let settings = Settings { width: 97, height: 61, samples: 4, ..scene.settings() };
+    let settings = Settings { width: 97, height: 61, samples: 4, ..Settings::of(&scene) };
     let rows = RowSet::from(0..settings.height);
     let mut aside = scene.camera;
     aside.look_from.x += 1.0;
@@ -234,7 +234,7 @@ fn second_streams_render_the_same(subject: BackendUnderTest) {
 fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 41, height: 29, samples: 3, ..scene.settings() };
+    let settings = Settings { width: 41, height: 29, samples: 3, ..Settings::of(&scene) };
     let width = settings.width as usize;
     let (mut screen, mut pixels) = (Vec::new(), Vec::new());
     let film = renderer.render(&settings, &mut ()).unwrap().film;
@@ -275,7 +275,7 @@ fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
 fn bands_are_rows_of_the_frame(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 24, height: 300, samples: 1, ..scene.settings() };
+    let settings = Settings { width: 24, height: 300, samples: 1, ..Settings::of(&scene) };
     let width = settings.width as usize;
     for denoise in
         [Some(DenoiseSettings::new(Filter::Svgf)), Some(DenoiseSettings::new(Filter::Atrous)), None]

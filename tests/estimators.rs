@@ -18,7 +18,7 @@ struct Case {
 
 fn case(name: &'static str, samples: (u32, u32)) -> Case {
     let scene = Scene::load(&root().join("scenes").join(name)).unwrap();
-    let settings = Settings { width: 32, height: 24, depth: 4, ..scene.settings() };
+    let settings = Settings { width: 32, height: 24, depth: 4, ..Settings::of(&scene) };
     Case { name, scene, settings, samples }
 }
 
@@ -99,7 +99,7 @@ fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let samples = if subject == BackendUnderTest::Cpu { 256 } else { 4 };
         let (width, height) = if subject == BackendUnderTest::Cpu { (32, 24) } else { (16, 12) };
-        let plain = Settings { width, height, samples, depth: 12, seed: 1, ..scene.settings() };
+        let plain = Settings { width, height, samples, depth: 12, seed: 1, ..Settings::of(&scene) };
         let want = Blocks::new(&film(&mut renderer, &plain));
         let sobol = Settings { sampler: Sampler::Sobol, seed: 2, ..plain.clone() };
         let others = [
@@ -142,8 +142,14 @@ fn variants_give_the_same_bits() {
         );
         for sampler in [Sampler::Independent, Sampler::Sobol] {
             for roulette in [false, true] {
-                let settings =
-                    Settings { width: 160, height: 90, samples: 16, sampler, roulette, ..scene.settings() };
+                let settings = Settings {
+                    width: 160,
+                    height: 90,
+                    samples: 16,
+                    sampler,
+                    roulette,
+                    ..Settings::of(&scene)
+                };
                 let want = film(&mut simple, &settings);
                 let count = differing(&film(&mut all, &settings), &want);
                 assert_eq!(count, 0, "{name} {sampler:?} {roulette}");

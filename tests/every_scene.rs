@@ -34,7 +34,7 @@ fn elsewhere(a: &[FirstHit], b: &[FirstHit]) -> usize {
 fn one(subject: BackendUnderTest, path: &Path) -> Option<()> {
     let scene = Scene::load(path).unwrap();
     let name = path.file_name().unwrap().display();
-    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..scene.settings() };
+    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..Settings::of(&scene) };
     let mut renderer = subject.renderer(&scene)?;
     let mut cpu = cpu(&scene);
     let (got, want) = (film(&mut renderer, &settings), film(&mut cpu, &settings));
@@ -73,7 +73,7 @@ fn every_scene_is_the_cpus(subject: BackendUnderTest) {
     // sample.
     let path = files.iter().find(|path| path.ends_with("cornell_box.ron")).unwrap();
     let scene = Scene::load(path).unwrap();
-    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..scene.settings() };
+    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..Settings::of(&scene) };
     let want = film(&mut cpu(&scene), &settings);
     let Some(mut renderer) = subject.renderer(&brighter(&scene)) else { return };
     assert!(!is_the_same(&film(&mut renderer, &settings), &want), "negative control not detected");

@@ -1,9 +1,9 @@
 //! When a device fails or is missing, another one continues, and nothing that was rendered is lost.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
-use trisect::backend::cpu::Cpu;
-use trisect::backend::{Backend, BackendError, Device};
 use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
+use trisect::device::cpu::Cpu;
+use trisect::device::{Backend, BackendError, Device};
 use trisect::film::Film;
 use trisect::render::{MathMode, Renderer, Settings};
 use trisect::{Error, scene::Scene};
@@ -32,7 +32,8 @@ fn failing(scene: &Scene, mut left: u32) -> Renderer {
 fn a_device_that_is_lost() {
     let scene = scene("three_spheres.ron");
     for guides in [false, true] {
-        let settings = Settings { width: 32, height: 20, samples: 700, depth: 8, guides, ..scene.settings() };
+        let settings =
+            Settings { width: 32, height: 20, samples: 700, depth: 8, guides, ..Settings::of(&scene) };
         let empty = || if guides { Film::with_aovs(32, 20) } else { Film::new(32, 20) };
         let whole = renderer(&scene).render(&settings, &mut ()).unwrap().film;
         for left in 0..4 {
@@ -100,7 +101,7 @@ fn roundings_of_several_devices() {
     };
     let renderer = renderer(&scene);
     let of = |device: &Device| {
-        let any = Identity::new(&scene.digest(), &scene.settings(), None, &renderer);
+        let any = Identity::new(&scene.digest(), &Settings::of(&scene), None, &renderer);
         Identity { arithmetic: arithmetic(device, MathMode::Precise), ..any }
     };
     let (cpu, one, other) = (device("cpu", ""), device("wgpu", "one"), device("wgpu", "other"));

@@ -7,8 +7,8 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use trisect::backend::DeviceKind;
 use trisect::denoise::{DenoiseSettings, Filter, TemporalSettings};
+use trisect::device::DeviceKind;
 use trisect::film::Film;
 use trisect::image::Image;
 use trisect::render::{DisplayOptions, MathMode, Renderer, Sampler, Settings};
@@ -97,7 +97,7 @@ fn results(renderer: &mut Renderer, settings: &Settings) -> Vec<(&'static str, u
 }
 
 fn settings(scene: &Scene) -> Settings {
-    Settings { width: 33, height: 19, samples: 3, seed: 7, ..scene.settings() }
+    Settings { width: 33, height: 19, samples: 3, seed: 7, ..Settings::of(scene) }
 }
 
 /// Adds the results of each scene on a backend. One backend renders them all, so that it compiles

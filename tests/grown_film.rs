@@ -12,7 +12,8 @@ use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 fn ends_do_not_show(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     for guides in [false, true] {
-        let settings = Settings { width: 40, height: 24, samples: 600, depth: 8, guides, ..scene.settings() };
+        let settings =
+            Settings { width: 40, height: 24, samples: 600, depth: 8, guides, ..Settings::of(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let whole = renderer.render(&settings, &mut ()).unwrap();
         let mut film = if guides { Film::with_aovs(40, 24) } else { Film::new(40, 24) };
@@ -41,7 +42,7 @@ fn ends_do_not_show(subject: BackendUnderTest) {
 /// Whatever parts a film has, the missing ones are rendered.
 fn any_part_may_be_there(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
-    let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..scene.settings() };
+    let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..Settings::of(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let whole = renderer.render(&settings, &mut ()).unwrap().film;
     let mut film = Film::new(24, 32);

@@ -19,7 +19,16 @@ const SCENES: [(&str, Sampler); 4] = [
 ];
 
 fn settings(scene: &Scene, sampler: Sampler, samples: u32) -> Settings {
-    Settings { width: 40, height: 30, samples, depth: 4, seed: 11, sampler, guides: true, ..scene.settings() }
+    Settings {
+        width: 40,
+        height: 30,
+        samples,
+        depth: 4,
+        seed: 11,
+        sampler,
+        guides: true,
+        ..Settings::of(scene)
+    }
 }
 
 /// AOV sums are stored beside the film's radiance, whose bits are those of a render without them.

@@ -9,7 +9,7 @@ use cudarc::nvrtc::Ptx;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::Error;
-use trisect::backend::BackendError;
+use trisect::device::BackendError;
 use trisect::film::Film;
 use trisect::render::{FilmObserver, Renderer, Settings};
 use trisect_tests::{BackendUnderTest, renders, scene};
@@ -64,7 +64,7 @@ fn cuda(scene: &trisect::scene::Scene) -> Option<Renderer> {
 #[test]
 fn lost() {
     let scene = scene("three_spheres.ron");
-    let settings = Settings { width: 320, height: 200, samples: 2048, depth: 8, ..scene.settings() };
+    let settings = Settings { width: 320, height: 200, samples: 2048, depth: 8, ..Settings::of(&scene) };
     let Some(mut renderer) = cuda(&scene) else { return };
     let whole = renderer.render(&settings, &mut ()).unwrap().film;
 
@@ -89,7 +89,7 @@ fn lost() {
     assert!(said.is_some() && stats.samples == whole.counts().samples);
     assert_eq!(film, whole);
     // A new renderer in the same process works, or fails with the same kind of error.
-    let again = trisect::backend::cuda::Cuda::open(None).map(|_| ());
+    let again = trisect::device::cuda::Cuda::open(None).map(|_| ());
     eprintln!("opened again: {again:?}");
     assert!(matches!(again, Ok(()) | Err(BackendError::Device { .. } | BackendError::Unavailable { .. })));
     // Negative control: another seed on the CPU.
@@ -113,7 +113,7 @@ fn a_full_device(scene: &trisect::scene::Scene) {
             Err(_) => bytes /= 2,
         }
     }
-    let settings = Settings { width: 1920, height: 1080, samples: 256, depth: 4, ..scene.settings() };
+    let settings = Settings { width: 1920, height: 1080, samples: 256, depth: 4, ..Settings::of(scene) };
     let full = cuda_error(scene, &settings);
     eprintln!("a full device: {full}");
     assert!(
@@ -127,7 +127,7 @@ fn a_full_device(scene: &trisect::scene::Scene) {
 }
 
 fn cuda_error(scene: &trisect::scene::Scene, settings: &Settings) -> Error {
-    let opened = trisect::backend::cuda::Cuda::open(None).map_err(Error::from);
+    let opened = trisect::device::cuda::Cuda::open(None).map_err(Error::from);
     let made = opened.and_then(|cuda| Renderer::new(Box::new(cuda), scene));
     made.and_then(|mut renderer| renderer.render(settings, &mut ())).map(|_| ()).unwrap_err()
 }

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 use std::time::Duration;
-use trisect::backend::cpu::Cpu;
-use trisect::backend::{Backend, BackendError, Device, FilmDesc, Launch, SceneRecords};
 use trisect::denoise::{DisplayLaunch, Pass};
+use trisect::device::cpu::Cpu;
+use trisect::device::{Backend, BackendError, Device, FilmDesc, Launch, SceneRecords};
 use trisect::film::{RowSet, RowTarget};
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
@@ -26,7 +26,7 @@ fn one_image_by_each_method(subject: BackendUnderTest) {
     for name in SCENES {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
         let scene = Scene::load(&path).unwrap();
-        let settings = Settings { width: 36, height: 20, samples: 3, seed: 9, ..scene.settings() };
+        let settings = Settings { width: 36, height: 20, samples: 3, seed: 9, ..Settings::of(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let mut by =
             |traversal, schedule| film(&mut renderer, &Settings { traversal, schedule, ..settings.clone() });
@@ -103,16 +103,24 @@ impl Backend for OutOfTileMemory {
         self.0.write_film(film, guides)
     }
 
-    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        self.0.denoise(passes)
+    #[allow(unsafe_code, reason = "the contract of the trait")]
+    unsafe fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        // SAFETY: the caller's promise.
+        unsafe { self.0.denoise(passes) }
     }
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         self.0.read_denoised(image, pixels)
     }
 
-    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
-        self.0.display(frame, to)
+    #[allow(unsafe_code, reason = "the contract of the trait")]
+    unsafe fn display(
+        &mut self,
+        frame: &DisplayLaunch,
+        to: &mut RowTarget<'_>,
+    ) -> Result<Duration, BackendError> {
+        // SAFETY: the caller's promise.
+        unsafe { self.0.display(frame, to) }
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
@@ -124,7 +132,7 @@ impl Backend for OutOfTileMemory {
 fn tiles_without_memory_are_named() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
     let scene = Scene::load(&path).unwrap();
-    let settings = Settings { width: 36, height: 20, samples: 3, tile: Some(8), ..scene.settings() };
+    let settings = Settings { width: 36, height: 20, samples: 3, tile: Some(8), ..Settings::of(&scene) };
     let open = || Box::new(Cpu::open(Some(1)).unwrap());
     let settings = Settings { traversal: Some(Traversal::Stack), ..settings };
     let mut full = Renderer::new(Box::new(OutOfTileMemory(open())), &scene).unwrap();
@@ -142,7 +150,7 @@ fn tiles_without_memory_are_named() {
 fn queues_of_parts(subject: BackendUnderTest) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
     let scene = Scene::load(&path).unwrap();
-    let settings = Settings { width: 21, height: 13, samples: 9, seed: 9, ..scene.settings() };
+    let settings = Settings { width: 21, height: 13, samples: 9, seed: 9, ..Settings::of(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let want = film(&mut renderer, &Settings { schedule: Some(Schedule::Regenerate), ..settings.clone() });
     let persistent = Settings { schedule: Some(Schedule::Persistent), ..settings };

@@ -7,12 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use trisect::adaptive::{self, Adaptive, Free, Goal, Request, Sampled};
-use trisect::backend::DeviceKind;
+use trisect::device::DeviceKind;
 use trisect::film::Film;
 use trisect::metrics::{ImageView, compare};
 use trisect::render::{RenderObserver, Renderer, Sampler, Settings};
 use trisect::scene::Scene;
-use trisect::statistics::mean_and_error;
+use trisect_lab::statistics::mean_and_error;
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
 use trisect_tests::renders::{cpu, differing, film};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
@@ -27,7 +27,7 @@ fn sample(renderer: &mut Renderer, settings: &Settings, goal: Goal, adaptive: Ad
 }
 
 fn small(scene: &Scene) -> Settings {
-    Settings { width: 40, height: 27, depth: 6, ..scene.settings() }
+    Settings { width: 40, height: 27, depth: 6, ..Settings::of(scene) }
 }
 
 /// Tiles take different numbers of samples, decided from earlier passes, and the result is the same
@@ -143,7 +143,7 @@ fn stopping_adds_no_bias() {
         let scene = scene(name);
         let mut renderer = cpu(&scene);
         // With a clamp, because the few samples that see the lamp would hide everything else.
-        let settings = Settings { width: 24, height: 16, depth: 5, clamp: Some(2.0), ..scene.settings() };
+        let settings = Settings { width: 24, height: 16, depth: 5, clamp: Some(2.0), ..Settings::of(&scene) };
         let mut means = [Vec::new(), Vec::new()];
         for seed in 0..128 {
             let settings = Settings { seed: 10 * seed + 5, ..settings.clone() };
@@ -189,7 +189,7 @@ fn few_samples() {
 fn goals() {
     let scene = scene("three_spheres.ron");
     let mut renderer = cpu(&scene);
-    let settings = Settings { width: 16, height: 9, depth: 4, ..scene.settings() };
+    let settings = Settings { width: 16, height: 9, depth: 4, ..Settings::of(&scene) };
     for target in [0.0, -1.0, 1.0, f64::NAN] {
         let bad = request(Goal::Error { target, max_samples: 1 }, Adaptive::Auto);
         let error = adaptive::render(&mut renderer, &settings, &bad, &mut ()).err().unwrap();
@@ -217,7 +217,7 @@ fn it_can_be_cancelled() {
     }
     let scene = scene("three_spheres.ron");
     let request = request(Goal::Error { target: 0.01, max_samples: 100 }, Adaptive::Auto);
-    let settings = Settings { width: 16, height: 9, ..scene.settings() };
+    let settings = Settings { width: 16, height: 9, ..Settings::of(&scene) };
     let ended = adaptive::render(&mut cpu(&scene), &settings, &request, &mut No);
     assert!(matches!(ended, Err(trisect::Error::Cancelled)));
 }
@@ -241,7 +241,7 @@ fn the_end_is_not_waited_for_long() {
         }
     }
     let scene = scene("rtiow_final.ron");
-    let settings = Settings { width: 640, height: 360, depth: 6, ..scene.settings() };
+    let settings = Settings { width: 640, height: 360, depth: 6, ..Settings::of(&scene) };
     let pixels = settings.pixels() as f64;
     for (adaptive, is_gpu) in [(Adaptive::Off, false), (Adaptive::Off, true), (Adaptive::On, false)] {
         let mean_samples = |slow: bool| {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::render::Fresnel;
+use trisect::render::Settings;
 use trisect_shared::material::{DIELECTRIC, LAMBERTIAN, METAL};
 use trisect_tests::{root, scene};
 
@@ -40,7 +41,7 @@ fn the_books_scene_is_the_books() {
     assert_eq!(number(&want["vfov_deg"]).to_radians(), got.vertical_fov);
     assert_eq!(number(&want["defocus_angle_deg"]).to_radians(), got.defocus_angle);
     assert_eq!(number(&want["focus_dist"]), got.focus_distance);
-    let settings = scene.settings();
+    let settings = Settings::of(&scene);
     assert_eq!(settings.fresnel, Fresnel::Schlick);
     assert_eq!((settings.width, settings.height, settings.depth), (400, 225, 50));
     assert_eq!(triple(&book["sky"]["bottom"]).map(|x| x as f32), scene.sky.bottom.to_array());
@@ -53,7 +54,7 @@ fn every_scene_renders() {
     let mut count = 0;
     for path in trisect_tests::renders::scene_files() {
         let scene = trisect::scene::Scene::load(&path).unwrap();
-        let settings = trisect::render::Settings { width: 32, height: 18, samples: 2, ..scene.settings() };
+        let settings = Settings { width: 32, height: 18, samples: 2, ..Settings::of(&scene) };
         let mut renderer = trisect_tests::BackendUnderTest::Cpu.renderer(&scene).unwrap();
         let film = renderer.render(&settings, &mut ()).unwrap().film;
         assert_eq!(film.counts().samples, 32 * 18 * 2, "{}", path.display());

@@ -36,7 +36,7 @@ fn spheres() -> Scene {
 }
 
 fn settings(scene: &Scene, seed: u32) -> Settings {
-    Settings { width: 48, height: 40, samples: 1, depth: 4, seed, ..scene.settings() }
+    Settings { width: 48, height: 40, samples: 1, depth: 4, seed, ..Settings::of(scene) }
 }
 
 /// Returns camera poses that move to the side, past objects in front of others.

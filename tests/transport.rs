@@ -32,7 +32,7 @@ fn radiance_is_known(subject: BackendUnderTest) {
         let scene = scene(name);
         // The random choice of one of three lights adds noise.
         let many = if name == "light_punctual.ron" { 4096 } else { 512 };
-        let settings = Settings { samples: samples(subject, many, 8), ..scene.settings() };
+        let settings = Settings { samples: samples(subject, many, 8), ..Settings::of(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         assert!(is(&film(&mut renderer, &settings), want), "{name}");
         if subject == BackendUnderTest::Cpu {

@@ -5,8 +5,8 @@
 use bytemuck::Zeroable;
 use glam::Vec3;
 use std::fmt::Write;
-use trisect::backend::cpu::{Cpu, InstructionSet};
 use trisect::bvh::{Bvh, Wide};
+use trisect::device::cpu::{Cpu, InstructionSet};
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings, Traversal};
 use trisect::scene::Scene;
@@ -329,7 +329,7 @@ fn images_are_the_same() {
             seed,
             traversal: Some(traversal),
             variant: (traversal == Traversal::Linear).then_some("render_all_linear"),
-            ..scene.settings()
+            ..Settings::of(&scene)
         };
         let want = film(&scene, InstructionSet::Baseline, &by(Traversal::Stack, 1));
         let linear = film(&scene, InstructionSet::Baseline, &by(Traversal::Linear, 1));

@@ -9,6 +9,7 @@ mod commands;
 mod fences;
 mod generated;
 mod glossary;
+mod layers;
 mod links;
 mod words;
 

@@ -3,6 +3,7 @@
 use super::{Random, described, found, spread};
 use glam::DVec3;
 use trisect::precision::Limit;
+use trisect::render::Settings;
 use trisect::scene::{CameraPose, Rebase, SceneDocument};
 use trisect_shared::math::{unit_circle, unit_f32};
 use trisect_shared::rng::PathKey;
@@ -13,7 +14,7 @@ use trisect_tests::renders::cpu;
 fn ray_errors(scene: &SceneDocument) -> (f64, f64) {
     let pose: CameraPose = scene.description.cameras[0].1;
     let lowered = scene.clone().lower(Rebase::IDENTITY).unwrap();
-    let settings = scene.settings();
+    let settings = Settings::from(scene.image);
     let camera = cpu(&lowered).camera(&settings);
     let back = (pose.look_from - pose.look_at).normalize();
     let right = pose.up.cross(back).normalize();

@@ -11,7 +11,7 @@ use trisect_tests::renders::{cpu, film};
 /// Renders a pixel that sees nothing but a light, with `samples` samples.
 fn pixel(scene: &SceneDocument, samples: u32) -> PixelTotals {
     let lowered = scene.clone().lower(Rebase::IDENTITY).unwrap();
-    let settings = Settings { width: 1, height: 1, samples, ..lowered.settings() };
+    let settings = Settings { width: 1, height: 1, samples, ..Settings::of(&lowered) };
     film(&mut cpu(&lowered), &settings).pixels[0]
 }
 

@@ -39,7 +39,7 @@ fn grey(objects: &str) -> SceneDocument {
 
 /// Returns the findings of one kind.
 fn found(scene: &SceneDocument, limit: Limit) -> Vec<Finding> {
-    let report = check(scene, &scene.settings());
+    let report = check(scene, &scene.image);
     report.findings.into_iter().filter(|finding| finding.limit == limit).collect()
 }
 

@@ -15,7 +15,7 @@ fn no_scene_of_the_project_is_outside() {
     assert!(files.len() >= 12);
     for path in files {
         let scene = SceneDocument::load(&path).unwrap();
-        let report = check(&scene, &scene.settings());
+        let report = check(&scene, &scene.image);
         assert!(report.findings.is_empty(), "{}: {:#?}", path.display(), report.findings);
         assert!(report.extent.radius > 0.0);
         // Negative control: scenes moved by 10⁷ times their radius are out of range.
@@ -37,10 +37,10 @@ fn the_best_space_shows_the_same() {
             continue; // its BVH takes seconds
         }
         let scene = SceneDocument::load(&path).unwrap();
-        let best = check(&scene, &scene.settings()).best_space;
+        let best = check(&scene, &scene.image).best_space;
         let render = |space| {
             let lowered = scene.clone().lower(space).unwrap();
-            let settings = Settings { width: 16, height: 12, samples: 16, ..lowered.settings() };
+            let settings = Settings { width: 16, height: 12, samples: 16, ..Settings::of(&lowered) };
             film(&mut cpu(&lowered), &settings)
         };
         let (want, got) = (render(Rebase::IDENTITY), render(best));
@@ -61,7 +61,7 @@ fn a_scale_that_loses_something_is_not_the_best() {
              material: \"grey\"), Sphere(center: (1e15, 0, 0), radius: 1e15, material: \"grey\")"
         ))
     };
-    let best = |scene: &SceneDocument| check(scene, &scene.settings()).best_space;
+    let best = |scene: &SceneDocument| check(scene, &scene.image).best_space;
     assert_eq!(best(&spheres("1e14")), Rebase { origin: DVec3::ZERO, scale: 2f64.powi(-50) });
     assert_eq!(best(&spheres("1e-6")), Rebase::IDENTITY);
 }

@@ -9,7 +9,7 @@ use trisect_tests::renders::{cpu, differing, film, scene_files};
 use trisect_tests::root;
 
 fn small(scene: &Scene) -> Film {
-    let settings = Settings { width: 24, height: 16, samples: 4, seed: 3, ..scene.settings() };
+    let settings = Settings { width: 24, height: 16, samples: 4, seed: 3, ..Settings::of(scene) };
     film(&mut cpu(scene), &settings)
 }
 

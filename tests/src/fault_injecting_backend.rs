@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use std::time::Duration;
-use trisect::backend::cpu::Cpu;
-use trisect::backend::{Backend, BackendError, Device, DeviceKind, FilmDesc, Launch, SceneRecords};
 use trisect::denoise::{DisplayLaunch, Pass};
+use trisect::device::cpu::Cpu;
+use trisect::device::{Backend, BackendError, Device, DeviceKind, FilmDesc, Launch, SceneRecords};
 use trisect::film::{RowSet, RowTarget};
 use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
@@ -75,16 +75,24 @@ impl Backend for FaultInjectingBackend {
         self.inner.write_film(film, guides)
     }
 
-    fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        self.inner.denoise(passes)
+    #[allow(unsafe_code, reason = "the contract of the trait")]
+    unsafe fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        // SAFETY: the caller's promise.
+        unsafe { self.inner.denoise(passes) }
     }
 
     fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
         self.inner.read_denoised(image, pixels)
     }
 
-    fn display(&mut self, frame: &DisplayLaunch, to: &mut RowTarget<'_>) -> Result<Duration, BackendError> {
-        self.inner.display(frame, to)
+    #[allow(unsafe_code, reason = "the contract of the trait")]
+    unsafe fn display(
+        &mut self,
+        frame: &DisplayLaunch,
+        to: &mut RowTarget<'_>,
+    ) -> Result<Duration, BackendError> {
+        // SAFETY: the caller's promise.
+        unsafe { self.inner.display(frame, to) }
     }
 
     fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {

@@ -25,8 +25,8 @@ pub mod statistics;
 pub mod ulp;
 
 use std::path::{Path, PathBuf};
-use trisect::backend::wgpu::{Route, Wgpu};
-use trisect::backend::{Backend, BackendError, cpu::Cpu, cuda::Cuda};
+use trisect::device::wgpu::{Route, Wgpu};
+use trisect::device::{Backend, BackendError, cpu::Cpu, cuda::Cuda};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
 

@@ -10,7 +10,7 @@
 
 use crate::BackendUnderTest;
 use std::sync::OnceLock;
-use trisect::backend::{Device, DeviceKind, cpu, cuda, wgpu};
+use trisect::device::{Device, DeviceKind, cpu, cuda, wgpu};
 
 /// Outcome of a test on a backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -94,13 +94,13 @@ fn t19_t20_bits(subject: BackendUnderTest) {
         let scene = Scene::load(&path).unwrap();
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let mut cpu = cpu(&scene);
-        let many = Settings { width: 160, height: 120, ..scene.settings() };
+        let many = Settings { width: 160, height: 120, ..Settings::of(&scene) };
         let (got, want) = (renderer.first_hits(&many, 0).unwrap(), cpu.first_hits(&many, 0).unwrap());
         rays += got.len();
         ids += got.iter().zip(&want).filter(|(a, b)| a.primitive != b.primitive).count();
         hits +=
             got.iter().zip(&want).filter(|(a, b)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b)).count();
-        let few = Settings { width: 16, height: 12, samples: 1, ..scene.settings() };
+        let few = Settings { width: 16, height: 12, samples: 1, ..Settings::of(&scene) };
         pixels += few.pixels() as usize;
         radiance += differing(&film(&mut renderer, &few), &film(&mut cpu, &few));
     }
@@ -108,7 +108,7 @@ fn t19_t20_bits(subject: BackendUnderTest) {
         // Negative control: the rays of another sample.
         let scene = trisect_tests::scene("cornell_box.ron");
         let mut cpu = cpu(&scene);
-        let few = Settings { width: 16, height: 12, samples: 1, ..scene.settings() };
+        let few = Settings { width: 16, height: 12, samples: 1, ..Settings::of(&scene) };
         assert_ne!(cpu.first_hits(&few, 0).unwrap(), cpu.first_hits(&few, 1).unwrap());
         return;
     }

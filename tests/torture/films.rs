@@ -17,7 +17,7 @@ const SAMPLES: u32 = 2 * CHUNK_SAMPLES + 44;
 /// Returns the scene of three spheres, with settings for few pixels and short paths.
 fn hello() -> (Scene, Settings) {
     let scene = scene("three_spheres.ron");
-    let settings = Settings { width: 7, height: 10, samples: SAMPLES, depth: 6, ..scene.settings() };
+    let settings = Settings { width: 7, height: 10, samples: SAMPLES, depth: 6, ..Settings::of(&scene) };
     (scene, settings)
 }
 
@@ -135,7 +135,7 @@ fn void(radiance: f32) -> Scene {
 /// Returns the sums of the only pixel over one chunk, as the device had them.
 fn chunk(subject: BackendUnderTest, radiance: f32, samples: u32) -> Option<PixelSums> {
     let scene = void(radiance);
-    let settings = Settings { samples, ..scene.settings() };
+    let settings = Settings { samples, ..Settings::of(&scene) };
     let PixelTotals { radiance, squares, samples, segments, .. } =
         film(&mut subject.renderer(&scene)?, &settings).pixels[0];
     let sums =

@@ -56,7 +56,7 @@ fn samples(subject: BackendUnderTest, cpu: u32, software: u32) -> u32 {
 fn seen(subject: BackendUnderTest, scene: &Scene, depths: &[u32], samples: u32) -> Option<Vec<Known>> {
     let mut renderer = subject.renderer(scene)?;
     let at = |depth: &u32| {
-        let settings = Settings { depth: *depth, samples, ..scene.settings() };
+        let settings = Settings { depth: *depth, samples, ..Settings::of(scene) };
         Known::of(&film(&mut renderer, &settings).pixels, 1.0)
     };
     Some(depths.iter().map(at).collect())
@@ -106,7 +106,7 @@ fn t10_white_furnace(subject: BackendUnderTest) {
         // renders in reasonable time.
         let Some(want) = normal.filter(|&n| n < 0.99 || samples(subject, 1, 0) == 1) else { continue };
         let scene = furnace(&format!("\"a\": {material}"), SPHERE, 0.001);
-        let settings = Settings { samples: samples(subject, 1024, 32), ..scene.settings() };
+        let settings = Settings { samples: samples(subject, 1024, 32), ..Settings::of(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let known = Known::of(&film(&mut renderer, &settings).pixels, want);
         // 5e-5 is half of the last known digit.
@@ -140,7 +140,7 @@ fn t31_hollow_and_nested(subject: BackendUnderTest) {
     {
         let scene = furnace(materials, &format!("{SPHERE}{inside}"), WINDOW);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let settings = Settings { samples: samples(subject, 64, 8), ..scene.settings() };
+        let settings = Settings { samples: samples(subject, 64, 8), ..Settings::of(&scene) };
         // Each path has a weight of 1, so there is no noise: each pixel is 1 within rounding,
         // unless a path is cut off.
         let got = film(&mut renderer, &settings);
@@ -196,7 +196,7 @@ fn t45_coarse_mirrors(subject: BackendUnderTest) {
     for material in mirrors {
         let scene = coarse_ball(material);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let settings = Settings { width: 32, height: 32, samples: 16, ..scene.settings() };
+        let settings = Settings { width: 32, height: 32, samples: 16, ..Settings::of(&scene) };
         for pixel in &film(&mut renderer, &settings).pixels {
             let off = (pixel.mean()[0] - 1.0).abs();
             assert!(off <= Known::ROUNDING, "{material}: {pixel:?}");

@@ -3,6 +3,7 @@
 use crate::materials;
 use crate::scattering::{answer, question, with_materials};
 use glam::{UVec4, Vec3};
+use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_probes::record::{Input, Output, vector};
 use trisect_probes::sampling::*;
@@ -131,7 +132,7 @@ fn t05_extremes(subject: BackendUnderTest) {
     let scene = Scene::parse(LIT, "lit").unwrap();
     let Some(mut prober) = Prober::with_scene(subject, &ProbeScene::new(&scene)) else { return };
     let renderer = trisect_tests::renders::cpu(&scene);
-    prober.render.camera = renderer.camera(&scene.settings());
+    prober.render.camera = renderer.camera(&Settings::of(&scene));
     let rays = ask(&mut prober, CAMERA);
     assert!(rays.iter().all(|o| vector(o.b).is_finite()));
     check("the camera", off_unit(rays.iter().map(|o| vector(o.a))));

@@ -2,7 +2,7 @@
 
 use super::{Device, ProbeScene};
 use rayon::prelude::*;
-use trisect::backend::BackendError;
+use trisect::device::BackendError;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_shared::scene::Scene;
 
@@ -14,7 +14,7 @@ pub struct Native {
 
 impl Native {
     pub fn new(scene: ProbeScene) -> Self {
-        Self { scene, name: trisect::backend::cpu::describe(1).name }
+        Self { scene, name: trisect::device::cpu::describe(1).name }
     }
 }
 

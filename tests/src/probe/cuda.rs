@@ -8,7 +8,7 @@ use cudarc::driver::{
 };
 use cudarc::nvrtc::Ptx;
 use std::sync::Arc;
-use trisect::backend::{BackendError, cuda};
+use trisect::device::{BackendError, cuda};
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_probes::{PTX_PRECISE, WORKGROUP};
 use trisect_shared::scene::SceneLengths;

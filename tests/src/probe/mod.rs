@@ -7,8 +7,8 @@ mod wgpu;
 
 use crate::BackendUnderTest;
 use bytemuck::Zeroable;
-use trisect::backend::BackendError;
 use trisect::bvh::Bvh;
+use trisect::device::BackendError;
 use trisect::lights::Lights;
 use trisect::scene::Scene;
 use trisect_probes::record::{Input, Output, ProbeParams};

@@ -5,7 +5,7 @@ use crate::BackendUnderTest;
 use bytemuck::Pod;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
-use trisect::backend::BackendError;
+use trisect::device::BackendError;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_probes::{WORKGROUP, spirv};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};

@@ -1,0 +1,151 @@
+//! Options for several processes: `--distribute` and those of ranks.
+//!
+//! A build without MPI parses them, to refuse them with the reason, and hides them in its help.
+
+use clap::{Args, ValueEnum};
+#[cfg(feature = "mpi")]
+use trisect_cluster::{Balance, ClusterPlan, DistributionMode, devices::NoGpuPolicy};
+
+/// Options of renders over several processes.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Over several processes (mpirun)")]
+pub struct ClusterArgs {
+    /// Share the image over all ranks that mpirun started; rank 0 prints and writes. view takes
+    /// rows, with --headless (default: one process).
+    #[arg(long, value_enum, hide = cfg!(not(feature = "mpi")))]
+    pub distribute: Option<DistributeArg>,
+
+    /// With --distribute rows: assignment of rows to ranks.
+    #[arg(long, value_enum, default_value_t = BalanceArg::Static, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
+    pub balance: BalanceArg,
+
+    /// If a rank is lost or the job is told to end, write the part of the image that is complete.
+    #[arg(long, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
+    pub write_partial: bool,
+
+    /// Options of each rank.
+    #[command(flatten)]
+    pub ranks: RankArgs,
+}
+
+/// Options of each rank.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Over several processes (mpirun)")]
+pub struct RankArgs {
+    /// Rows of a block, which one rank renders: a power of two up to 1024 (default: 8).
+    #[arg(long, value_name = "ROWS", value_parser = parse_block, hide = cfg!(not(feature = "mpi")))]
+    pub block: Option<u32>,
+
+    /// Action of a rank if its host has more ranks than GPUs (default: refuse).
+    #[arg(long, value_enum, hide = cfg!(not(feature = "mpi")))]
+    pub spare: Option<SpareArg>,
+
+    /// Read the scene on rank 0 and send it to the others, for hosts without a common file system
+    /// (default: each rank reads it).
+    #[arg(long, hide = cfg!(not(feature = "mpi")))]
+    pub broadcast_scene: bool,
+
+    /// Seconds without a message after which a rank counts as lost (default: 6).
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(2..=86_400), hide = cfg!(not(feature = "mpi")))]
+    pub patience: Option<u64>,
+}
+
+impl ClusterArgs {
+    /// Returns a warning if `--balance` has no effect.
+    #[cfg(feature = "mpi")]
+    pub fn without_effect(&self) -> Option<&'static str> {
+        (self.distribute == Some(DistributeArg::Average) && self.balance == BalanceArg::Dynamic).then_some(
+            "--balance dynamic has no effect with --distribute average, where each rank has a fixed share",
+        )
+    }
+
+    /// Returns the first given option of ranks, if `--distribute` is not given.
+    pub fn without_ranks(&self) -> Option<&'static str> {
+        let RankArgs { block, spare, broadcast_scene, patience } = &self.ranks;
+        let given = [
+            ("--block", block.is_some()),
+            ("--spare", spare.is_some()),
+            ("--broadcast-scene", *broadcast_scene),
+            ("--patience", patience.is_some()),
+        ];
+        given.into_iter().find(|given| given.1 && self.distribute.is_none()).map(|given| given.0)
+    }
+}
+
+/// Values of `--distribute`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DistributeArg {
+    /// Each rank renders all samples of some rows.
+    Rows,
+    /// Each rank renders some samples of all rows; not with --checkpoint, --time-limit or resume.
+    Average,
+    /// The faster of both, predicted from a short measurement.
+    Auto,
+}
+
+/// Values of `--balance`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BalanceArg {
+    /// Interleaved blocks, fixed at the start.
+    Static,
+    /// Rank 0 hands out rows on demand, for ranks of different speed.
+    Dynamic,
+}
+
+/// Values of `--spare`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SpareArg {
+    /// End the job.
+    Refuse,
+    /// Use the CPU.
+    Cpu,
+    /// Share a GPU with another rank.
+    Share,
+}
+
+#[cfg(feature = "mpi")]
+impl ClusterArgs {
+    /// Returns the plan for the library: by rows if `auto` has still to choose.
+    pub fn plan(&self) -> ClusterPlan {
+        ClusterPlan {
+            mode: match self.distribute {
+                Some(DistributeArg::Average) => DistributionMode::Average,
+                Some(DistributeArg::Rows | DistributeArg::Auto) | None => DistributionMode::Rows,
+            },
+            balance: match self.balance {
+                BalanceArg::Static => Balance::Static,
+                BalanceArg::Dynamic => Balance::Dynamic,
+            },
+            block_shift: self.ranks.block_shift(),
+        }
+    }
+}
+
+#[cfg(feature = "mpi")]
+impl RankArgs {
+    /// Returns the binary logarithm of the rows of a block.
+    pub fn block_shift(&self) -> u32 {
+        self.block.map_or(trisect_cluster::plan::BLOCK_SHIFT, u32::ilog2)
+    }
+
+    /// Returns the policy for a rank without a GPU.
+    pub fn spare(&self) -> NoGpuPolicy {
+        match self.spare {
+            Some(SpareArg::Refuse) | None => NoGpuPolicy::Refuse,
+            Some(SpareArg::Cpu) => NoGpuPolicy::Cpu,
+            Some(SpareArg::Share) => NoGpuPolicy::Share,
+        }
+    }
+
+    /// Returns the time without a message after which a rank counts as lost.
+    pub fn patience(&self) -> std::time::Duration {
+        self.patience.map_or(trisect_cluster::DEFAULT_PATIENCE, std::time::Duration::from_secs)
+    }
+}
+
+fn parse_block(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(rows) if rows.is_power_of_two() && rows <= 1024 => Ok(rows),
+        _ => Err("must be a power of two from 1 to 1024".to_owned()),
+    }
+}

@@ -1,0 +1,324 @@
+//! Scene, settings and device: the options of all commands that render.
+
+use super::{parse_count, parse_resolution};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use trisect::bvh::BvhQuality;
+use trisect::device::Choice;
+use trisect::output::exposure::Exposure;
+use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
+use trisect::scene::Includes;
+use trisect::scene::import::is_model;
+
+/// Scene, settings and device of a render.
+#[derive(Clone, Debug, Args)]
+pub struct JobArgs {
+    /// Scene file or model (default: the built-in scene with three spheres).
+    pub scene: Option<PathBuf>,
+
+    /// Permitted locations of files that the scene names.
+    #[command(flatten)]
+    pub includes: IncludeArgs,
+
+    /// Backend to render on.
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    pub backend: BackendArg,
+
+    /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu (default: the
+    /// first, for wgpu the best GPU).
+    #[arg(long, value_name = "N")]
+    pub device: Option<usize>,
+
+    /// Number of threads of the cpu backend and of other work on the CPU (default:
+    /// RAYON_NUM_THREADS, else one per logical core).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Image width in pixels; without --height, the height follows the scene's aspect ratio
+    /// (default: the scene's).
+    #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
+    pub width: Option<u32>,
+
+    /// Image height in pixels; without --width, the width follows the scene's aspect ratio
+    /// (default: the scene's).
+    #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
+    pub height: Option<u32>,
+
+    /// Image width and height in pixels (default: the scene's; in a window of view, the window's).
+    #[arg(long, value_name = "WxH", value_parser = parse_resolution, conflicts_with_all = ["width", "height"])]
+    pub resolution: Option<(u32, u32)>,
+
+    /// Samples per pixel (default: the scene's). For view: of one frame (default: 1). For tradeoff:
+    /// the highest of three levels, unless --levels is given.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub spp: Option<u32>,
+
+    /// Maximum segments per path; the camera ray is the first (default: the scene's).
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub depth: Option<u32>,
+
+    /// Random seed; images with different seeds have independent noise (default: 0).
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+
+    /// End paths at random by their throughput, from segment --roulette-depth on: the same mean,
+    /// fewer segments, more noise (default: off; with --budget: the better one).
+    #[arg(long, value_enum)]
+    pub roulette: Option<Switch>,
+
+    /// With --roulette on: first segment at which a path may end; the camera ray is segment 1
+    /// (default: 1; with --budget: chosen).
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub roulette_depth: Option<u32>,
+
+    /// True if a goal, such as that of `--budget`, may turn roulette on. Set by the program.
+    #[arg(skip)]
+    pub may_roulette: bool,
+
+    /// Source of random numbers (default: independent; with --budget: the better one).
+    #[arg(long, value_enum)]
+    pub sampler: Option<SamplerArg>,
+
+    /// Connect paths to lights (next-event estimation with multiple importance sampling). Off,
+    /// paths find lights by chance, and lights without extent stay dark.
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub light_sampling: Switch,
+
+    /// Maximum radiance of a sample per channel, above 0: less noise from rare bright paths, but a
+    /// darker image (biased; default: none).
+    #[arg(long, value_name = "X")]
+    pub clamp: Option<f32>,
+
+    /// Effort of building the BVH (default: high up to 100,000 primitives, else medium).
+    #[arg(long, value_enum)]
+    pub bvh_quality: Option<QualityArg>,
+
+    /// Method of finding the closest hit; does not affect the image (default: the fastest on the
+    /// backend).
+    #[arg(long, value_enum)]
+    pub traversal: Option<TraversalArg>,
+
+    /// Assignment of samples to the lanes of the device; does not affect the image (default: the
+    /// fastest on the backend).
+    #[arg(long, value_enum)]
+    pub schedule: Option<ScheduleArg>,
+
+    /// Tile size in pixels for camera-ray BVH pruning: a power of two from 4 to 1024, or 0 for
+    /// none; does not affect the image (default: 8 from 64 samples per pixel on, else 16; none with
+    /// planar shapes, triangles, lights, environment maps or textures, and none while the camera
+    /// moves).
+    #[arg(long, value_name = "PIXELS")]
+    pub tile: Option<u32>,
+
+    /// Kernel variant by name (default: the cheapest that supports scene and options; --stats names
+    /// it).
+    #[arg(long, value_name = "NAME", value_parser = parse_variant)]
+    pub variant: Option<&'static str>,
+
+    /// Build of the kernels; fast is available on cuda and wgpu.
+    #[arg(long, value_enum, default_value_t = MathArg::Precise)]
+    pub math: MathArg,
+}
+
+/// Option `--allow-outside`.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct IncludeArgs {
+    /// Also read files outside the scene's folder that the scene or its models name (default:
+    /// refuse them).
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl IncludeArgs {
+    /// Returns the permitted locations for the library.
+    pub fn includes(self) -> Includes {
+        if self.allow_outside { Includes::Anywhere } else { Includes::Below }
+    }
+}
+
+/// Values of `--backend`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendArg {
+    /// cuda, else a hardware wgpu adapter, else cpu.
+    Auto,
+    /// Threads of this machine.
+    Cpu,
+    /// GPU through Vulkan, Metal or Direct3D 12.
+    Wgpu,
+    /// NVIDIA GPU through CUDA.
+    Cuda,
+}
+
+/// Switch of an option: `on` or `off`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Enabled.
+    On,
+    /// Disabled.
+    Off,
+}
+
+/// Values of `--sampler`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplerArg {
+    /// Hash: all numbers are independent.
+    Independent,
+    /// Owen-scrambled Sobol sequence.
+    Sobol,
+}
+
+/// Values of `--bvh-quality`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityArg {
+    /// Fastest to build.
+    Fast,
+    /// Compromise between both.
+    Medium,
+    /// Fastest to trace.
+    High,
+}
+
+impl QualityArg {
+    /// Returns the library's value.
+    pub fn quality(self) -> BvhQuality {
+        match self {
+            Self::Fast => BvhQuality::Fast,
+            Self::Medium => BvhQuality::Medium,
+            Self::High => BvhQuality::High,
+        }
+    }
+}
+
+/// Values of `--traversal`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TraversalArg {
+    /// Test of each primitive.
+    Linear,
+    /// Binary BVH, with a stack for each ray.
+    Stack,
+    /// Wide BVH, on the CPU only.
+    Wide,
+}
+
+/// Values of `--schedule`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ScheduleArg {
+    /// One pixel per lane, one sample after the other; lanes of a warp wait for its longest path.
+    Pixel,
+    /// One pixel per lane; its next sample starts as soon as a path ends.
+    Regenerate,
+    /// All lanes that the device holds; each takes pixels from a queue.
+    Persistent,
+}
+
+impl TraversalArg {
+    /// Returns the library's value.
+    pub fn traversal(self) -> Traversal {
+        match self {
+            Self::Linear => Traversal::Linear,
+            Self::Stack => Traversal::Stack,
+            Self::Wide => Traversal::Wide,
+        }
+    }
+}
+
+impl ScheduleArg {
+    /// Returns the library's value.
+    pub fn schedule(self) -> Schedule {
+        match self {
+            Self::Pixel => Schedule::Pixel,
+            Self::Regenerate => Schedule::Regenerate,
+            Self::Persistent => Schedule::Persistent,
+        }
+    }
+}
+
+/// Values of `--math`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MathArg {
+    /// Each operation is rounded separately; cuda gives the bits of the CPU.
+    Precise,
+    /// Fused multiply-add; on cuda also approximate division and square root.
+    Fast,
+}
+
+impl MathArg {
+    /// Returns the library's value.
+    pub fn mode(self) -> MathMode {
+        match self {
+            Self::Precise => MathMode::Precise,
+            Self::Fast => MathMode::Fast,
+        }
+    }
+}
+
+impl BackendArg {
+    /// Returns the library's value.
+    pub fn choice(self) -> Choice {
+        match self {
+            Self::Auto => Choice::Auto,
+            Self::Cpu => Choice::Cpu,
+            Self::Wgpu => Choice::Wgpu,
+            Self::Cuda => Choice::Cuda,
+        }
+    }
+}
+
+impl JobArgs {
+    /// Returns whether the scene is a model without a scene file.
+    pub fn shows_model(&self) -> bool {
+        self.scene.as_deref().is_some_and(is_model)
+    }
+
+    /// Returns the choice of the exposure; `given` is the value of `--exposure`, in stops.
+    pub fn exposure(&self, given: Option<f32>) -> Exposure {
+        match given {
+            Some(stops) => Exposure::Stops(stops),
+            None if self.shows_model() => Exposure::Automatic,
+            None => Exposure::Stops(0.0),
+        }
+    }
+
+    /// Returns the settings of the render: those of the command line, and the scene's for the rest.
+    pub fn settings(&self, scene: Settings) -> Settings {
+        let follow = |given: u32, from: u32, to: u32| {
+            let scaled = f64::from(given) * f64::from(to) / f64::from(from);
+            scaled.round().clamp(1.0, f64::from(u32::MAX)) as u32
+        };
+        let (width, height) = match (self.resolution, self.width, self.height) {
+            (Some(resolution), _, _) => resolution,
+            (None, Some(width), Some(height)) => (width, height),
+            (None, Some(width), None) => (width, follow(width, scene.width, scene.height)),
+            (None, None, Some(height)) => (follow(height, scene.height, scene.width), height),
+            (None, None, None) => (scene.width, scene.height),
+        };
+        Settings {
+            width,
+            height,
+            samples: self.spp.unwrap_or(scene.samples),
+            depth: self.depth.unwrap_or(scene.depth),
+            seed: self.seed.unwrap_or(scene.seed),
+            roulette: self.roulette == Some(Switch::On),
+            roulette_depth: self.roulette_depth.unwrap_or(scene.roulette_depth),
+            sampler: match self.sampler.unwrap_or(SamplerArg::Independent) {
+                SamplerArg::Independent => Sampler::Independent,
+                SamplerArg::Sobol => Sampler::Sobol,
+            },
+            light_sampling: self.light_sampling == Switch::On,
+            clamp: self.clamp,
+            math: self.math.mode(),
+            traversal: self.traversal.map(TraversalArg::traversal),
+            schedule: self.schedule.map(ScheduleArg::schedule),
+            tile: self.tile,
+            variant: self.variant,
+            ..scene
+        }
+    }
+}
+
+fn parse_variant(text: &str) -> Result<&'static str, String> {
+    trisect_kernels::variant_by_name(text).map(|variant| variant.name).ok_or_else(|| {
+        let names: Vec<&str> = trisect_kernels::VARIANTS.iter().map(|variant| variant.name).collect();
+        format!("unknown kernel variant; available: {}", names.join(", "))
+    })
+}

@@ -1,0 +1,63 @@
+//! Arguments of `trisect render`.
+
+use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, parse_stops};
+use clap::Args;
+use std::path::PathBuf;
+use trisect::layers::Aov;
+use trisect::output::exposure::Exposure;
+
+/// Arguments of `trisect render`.
+#[derive(Clone, Debug, Args)]
+pub struct RenderArgs {
+    /// Scene, settings and device.
+    #[command(flatten)]
+    pub job: JobArgs,
+
+    /// Filter of the image.
+    #[command(flatten)]
+    pub denoise: DenoiseArgs,
+
+    /// Goal in place of a number of samples.
+    #[command(flatten)]
+    pub goal: GoalArgs,
+
+    /// Checkpoints, time limit and fallback.
+    #[command(flatten)]
+    pub checkpointing: CheckpointArgs,
+
+    /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
+    /// variance, samples. Position and depth are in scene units (default: none).
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
+    pub aov: Vec<Aov>,
+
+    /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
+    #[arg(short, long, value_name = "FILE", default_value = "out.png")]
+    pub output: PathBuf,
+
+    /// Exposure of the image file in stops; each doubles the radiance (default: 0; for a model
+    /// without a scene file, in a .png, by the median luminance).
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: Option<f32>,
+
+    /// Messages and statistics.
+    #[command(flatten)]
+    pub log: LogArgs,
+
+    /// Options for several processes.
+    #[command(flatten)]
+    pub cluster: ClusterArgs,
+}
+
+impl RenderArgs {
+    /// Returns the choice of the exposure of the image file.
+    pub fn exposure(&self) -> Exposure {
+        self.job.exposure(self.exposure)
+    }
+}
+
+fn parse_aov(text: &str) -> Result<Aov, String> {
+    Aov::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, aov)| aov).ok_or_else(|| {
+        let names: Vec<&str> = Aov::ALL.into_iter().map(|(name, _)| name).collect();
+        format!("unknown layer; available: {}", names.join(", "))
+    })
+}

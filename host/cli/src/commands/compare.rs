@@ -1,0 +1,63 @@
+//! `trisect compare`: prints measures of the difference between two images.
+
+use crate::cli::CompareArgs;
+use std::fmt::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use trisect::image::{Image, ImageError};
+use trisect::memory;
+use trisect::metrics::{ImageView, compare};
+use trisect_lab::Error;
+
+/// Exit code if images differ by more than `--max-rel-mse` allows.
+const DIFFERENT: u8 = 5;
+
+/// Compares two images and prints the measures.
+pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
+    let image = Image::read(&arguments.image)?;
+    fits(&image, &arguments.image)?;
+    let reference = Image::read(&arguments.reference)?;
+    trisect::threads::start_shared(None)?;
+    let result = compare(&view(&image)?, &view(&reference)?)?;
+    let mut text = String::new();
+    if arguments.json {
+        text = serde_json::to_string_pretty(&result).map_err(|error| ImageError::Codec {
+            path: arguments.image.clone(),
+            message: error.to_string(),
+        })?;
+        text.push('\n');
+    } else {
+        let _ = writeln!(text, "RMSE                 {:.6e}", result.rmse);
+        let _ = writeln!(text, "relMSE               {:.6e}", result.rel_mse);
+        let _ = writeln!(text, "PSNR                 {:.3} dB", result.psnr_db);
+        let _ = writeln!(text, "FLIP                 {:.6}", result.flip_mean);
+        let (x, y) = result.max_pixel;
+        let _ = writeln!(text, "greatest difference  {:.6e} at pixel ({x}, {y})", result.max_difference);
+        let _ = writeln!(text, "mean, image          {:.6?}", result.mean_a);
+        let _ = writeln!(text, "mean, reference      {:.6?}", result.mean_b);
+        let _ = writeln!(text, "NaN or infinite      {} pixels", result.non_finite);
+    }
+    super::print(&text)?;
+    // A relMSE of NaN counts as different. Pixels that are not finite are left out of relMSE and
+    // count as different, too.
+    let is_within = |limit| result.rel_mse <= limit && result.non_finite == 0;
+    let within = arguments.max_rel_mse.is_none_or(is_within);
+    Ok(if within { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) })
+}
+
+/// Bytes per pixel of a second image and of the computation of the measures, mainly FLIP.
+const COMPARED: u64 = 120;
+
+/// Checks that enough memory is available to compare an image with another one.
+fn fits(image: &Image, path: &Path) -> Result<(), ImageError> {
+    let (width, height) = (u64::from(image.width), u64::from(image.height));
+    let (needed, free) = (width.saturating_mul(height).saturating_mul(COMPARED), memory::available());
+    match needed > free {
+        true => Err(ImageError::TooLarge { path: path.to_owned(), width, height, needed, free }),
+        false => Ok(()),
+    }
+}
+
+fn view(image: &Image) -> Result<ImageView<'_>, Error> {
+    Ok(ImageView::new(image.width as usize, image.height as usize, &image.pixels)?)
+}

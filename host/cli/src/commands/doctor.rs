@@ -1,0 +1,253 @@
+//! `trisect doctor`: tests what works on this machine, and suggests remedies for what does not.
+
+use super::tradeoff::user_cache;
+use crate::cli::DoctorArgs;
+use serde::Serialize;
+use std::fmt::Write;
+use std::io;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use trisect::device::{self, BackendError, Choice, Device};
+use trisect::film::{Film, FilmCounts};
+use trisect::memory;
+use trisect::metrics::{ImageView, compare};
+use trisect::render::{Renderer, Settings};
+use trisect::scene::Scene;
+use trisect_lab::Error;
+
+/// State of a part of the machine or the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum State {
+    /// Tested, and works.
+    Works,
+    /// Not present; needed only by those who want it.
+    Missing,
+    /// Present, and does not work.
+    Broken,
+}
+
+/// Result for one part.
+#[derive(Debug, Serialize)]
+struct Finding {
+    part: String,
+    state: State,
+    says: String,
+    /// Remedy, unless the part works.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mend: Option<String>,
+}
+
+impl Finding {
+    fn new(part: &str, state: State, says: impl Into<String>, mend: Option<&str>) -> Self {
+        Self { part: part.to_owned(), state, says: says.into(), mend: mend.map(str::to_owned) }
+    }
+
+    fn works(part: &str, says: impl Into<String>) -> Self {
+        Self::new(part, State::Works, says, None)
+    }
+
+    fn missing(part: &str, says: impl Into<String>, mend: &str) -> Self {
+        Self::new(part, State::Missing, says, Some(mend))
+    }
+
+    /// Returns the finding for a backend or a device that failed with `error`.
+    fn of(part: &str, error: &Error) -> Self {
+        match error {
+            Error::Render(trisect::Error::Backend(BackendError::Unavailable { reason, remedy, .. })) => {
+                Self::missing(part, reason, remedy)
+            }
+            other => {
+                let mend = "update the graphics driver; until then choose another --backend or --device";
+                Self::new(part, State::Broken, other.to_string(), Some(mend))
+            }
+        }
+    }
+}
+
+/// Tests everything that the program can do on this machine.
+pub fn run(arguments: &DoctorArgs) -> Result<ExitCode, Error> {
+    trisect::threads::start_shared(None)?;
+    let mut findings = devices()?;
+    findings.push(processes());
+    findings.push(window());
+    findings.push(Finding::works("memory", format!("{} are free", memory::display(memory::available()))));
+    findings.push(folder("temporary files", Some(&std::env::temp_dir()), "set TMPDIR to one that can"));
+    findings.push(folder(
+        "cache",
+        user_cache().as_deref(),
+        "set XDG_CACHE_HOME to one that can, or say --cache",
+    ));
+    let text = if arguments.json {
+        serde_json::to_string_pretty(&findings).unwrap_or_default() + "\n"
+    } else {
+        plain(&findings)
+    };
+    super::print(&text)?;
+    let is_broken = findings.iter().any(|finding| finding.state == State::Broken);
+    Ok(if is_broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn plain(findings: &[Finding]) -> String {
+    let mut text = format!("trisect {}\n", env!("CARGO_PKG_VERSION"));
+    for Finding { part, state, says, mend } in findings {
+        let state = match state {
+            State::Works => "works",
+            State::Missing => "missing",
+            State::Broken => "BROKEN",
+        };
+        let _ = writeln!(text, "{part:<16} {state:<8} {says}");
+        if let Some(mend) = mend {
+            let _ = writeln!(text, "{:<16} {:<8} {mend}", "", "mend:");
+        }
+    }
+    text
+}
+
+/// Renders an image on each device and compares it with that of the CPU.
+fn devices() -> Result<Vec<Finding>, Error> {
+    let scene = Scene::hello_world()?;
+    let settings = Settings { width: 64, height: 36, samples: 16, ..Settings::of(&scene) };
+    let render = |choice: Choice, index: Option<usize>| -> Result<Film, Error> {
+        let selection = device::open(choice, index, None)?;
+        Ok(Renderer::new(selection.backend, &scene)?.render(&settings, &mut ())?.film)
+    };
+    let cpu = render(Choice::Cpu, None)?;
+    let mut findings = Vec::new();
+    for (name, devices) in device::list() {
+        let choice = match name {
+            "cuda" => Choice::Cuda,
+            "wgpu" => Choice::Wgpu,
+            _ => Choice::Cpu,
+        };
+        match devices {
+            Ok(devices) => {
+                for device in devices {
+                    let part = format!("{name} {}", device.index);
+                    findings.push(match render(choice, Some(device.index)) {
+                        Ok(film) => judge(&part, &device, &film, &cpu)?,
+                        Err(error) => Finding::of(&part, &error),
+                    });
+                }
+            }
+            Err(error) => findings.push(Finding::of(name, &error.into())),
+        }
+    }
+    Ok(findings)
+}
+
+/// Returns the finding for a device by comparing its image with that of the CPU.
+fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding, Error> {
+    let Device { name, details, .. } = device;
+    if film.pixels == cpu.pixels {
+        let says = format!("{name} ({details}): the image is the processor's, bit for bit");
+        return Ok(Finding::works(part, says));
+    }
+    let broken = |says| {
+        let mend = "update the graphics driver; until then do not use this device";
+        Finding::new(part, State::Broken, says, Some(mend))
+    };
+    // `compare` leaves out NaN and infinity, so they are counted first.
+    let FilmCounts { unwritten, rejected, .. } = film.counts();
+    if unwritten > 0 || rejected > cpu.counts().rejected {
+        let says =
+            format!("{name} ({details}): {unwritten} pixels lack samples, {rejected} samples are not finite");
+        return Ok(broken(says));
+    }
+    let (image, reference) = (film.image(), cpu.image());
+    let view = |pixels| ImageView::new(film.width as usize, film.height as usize, pixels);
+    let difference = compare(&view(&image.pixels)?, &view(&reference.pixels)?)?.rel_mse;
+    // Both use the same random numbers, and rounding changes the path of a few samples only: a
+    // correct image differs by far less than one with other random numbers.
+    let noise = rel_noise(cpu);
+    let says =
+        format!("{name} ({details}): relMSE to the processor's image {difference:.1e}, noise {noise:.1e}");
+    Ok(match difference < noise {
+        true => Finding::works(part, says),
+        false => broken(says),
+    })
+}
+
+/// Returns the relMSE that is expected from the film's noise.
+fn rel_noise(film: &Film) -> f64 {
+    let of = |(mean, variance): (f64, f64)| variance / (mean * mean + 0.01);
+    let pixels = film
+        .pixels
+        .iter()
+        .map(|pixel| pixel.mean().into_iter().zip(pixel.variance_of_mean()).map(of).sum::<f64>() / 3.0);
+    pixels.sum::<f64>() / film.pixels.len().max(1) as f64
+}
+
+/// Returns the finding for MPI.
+fn processes() -> Finding {
+    if !cfg!(feature = "mpi") {
+        let mend = "apt-get install libopenmpi-dev openmpi-bin libclang-dev, then cargo install --path host/cli --features mpi";
+        return Finding::missing("mpi", "not built in: one process", mend);
+    }
+    match Command::new("mpirun").arg("--version").output() {
+        Ok(output) => {
+            let text = String::from_utf8_lossy(&output.stdout);
+            let first = text.lines().next().unwrap_or("mpirun is there");
+            Finding::works("mpi", format!("built in; {first}"))
+        }
+        Err(error) => {
+            Finding::missing("mpi", format!("built in, but mpirun: {error}"), "apt-get install openmpi-bin")
+        }
+    }
+}
+
+/// Returns the finding for the viewer's window.
+fn window() -> Finding {
+    if !cfg!(feature = "window") {
+        let mend = "cargo install --path host/cli (with its default features); or view --headless";
+        return Finding::missing("window", "not built in", mend);
+    }
+    let named =
+        ["WAYLAND_DISPLAY", "DISPLAY"].map(|name| std::env::var(name).is_ok_and(|value| !value.is_empty()));
+    if cfg!(target_os = "linux") && named == [false; 2] {
+        let mend = "log in at a screen or by ssh -X; or view --headless, which needs none";
+        return Finding::missing("window", "no display: neither WAYLAND_DISPLAY nor DISPLAY is set", mend);
+    }
+    Finding::works("window", "a display is named (trisect view)")
+}
+
+/// Returns the finding for a folder, by writing a temporary file to it. If the folder does not
+/// exist, the file is written to the nearest folder above it, in which it would be created.
+fn folder(part: &str, path: Option<&Path>, mend: &str) -> Finding {
+    let Some(path) = path else { return Finding::missing(part, "there is no home folder", mend) };
+    let present = path.ancestors().find(|folder| folder.exists()).unwrap_or(path);
+    let written = tempfile::NamedTempFile::new_in(present)
+        .and_then(|mut file| io::Write::write_all(&mut file, b"trisect").and_then(|()| file.close()));
+    match written {
+        Ok(()) => Finding::works(part, path.display().to_string()),
+        Err(error) => Finding::new(part, State::Broken, format!("{}: {error}", path.display()), Some(mend)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+    use trisect::device::Backend;
+    use trisect::device::cpu::Cpu;
+
+    #[test]
+    fn another_image_is_broken() {
+        let scene = Scene::hello_world().unwrap();
+        let mut renderer = Renderer::new(Box::new(Cpu::open(None).unwrap()), &scene).unwrap();
+        let of = |seed| Settings { width: 64, height: 36, samples: 16, seed, ..Settings::of(&scene) };
+        let mut film = |seed| renderer.render(&of(seed), &mut ()).unwrap().film;
+        let (cpu, mut near, other) = (film(0), film(0), film(1));
+        let device = Cpu::open(None).unwrap().device().clone();
+        let state = |film: &Film| judge("cpu 0", &device, film, &cpu).unwrap().state;
+        assert_eq!(state(&cpu), State::Works);
+        // A few samples took another path.
+        near.pixels[..3].copy_from_slice(&other.pixels[..3]);
+        assert_eq!(state(&near), State::Works);
+        // The negative control: other random numbers, which give the same image to the eye.
+        assert_eq!(state(&other), State::Broken);
+        near.pixels[0] = Film::new(1, 1).pixels[0];
+        assert_eq!(state(&near), State::Broken, "a pixel without samples");
+    }
+}

@@ -1,0 +1,53 @@
+//! `trisect info`: lists backends and devices.
+
+use crate::cli::InfoArgs;
+use std::fmt::Write;
+use std::process::ExitCode;
+use trisect::device::{self, DeviceKind};
+use trisect_lab::Error;
+
+/// Lists backends and devices, with reason and remedy for a backend that is not available.
+pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
+    if arguments.json {
+        let backends = device::list().into_iter().map(|(backend, devices)| match devices {
+            Ok(devices) => serde_json::json!({ "backend": backend, "devices": devices }),
+            Err(error) => {
+                serde_json::json!({ "backend": backend, "devices": [], "missing": error.to_string() })
+            }
+        });
+        let all = serde_json::json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "backends": backends.collect::<Vec<_>>(),
+            "mpi": cfg!(feature = "mpi"),
+            "window": cfg!(feature = "window"),
+        });
+        super::print(&format!("{all:#}\n"))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut text = String::new();
+    let _ = writeln!(text, "trisect {}", env!("CARGO_PKG_VERSION"));
+    for (name, devices) in device::list() {
+        match devices {
+            Ok(devices) => {
+                for device in devices {
+                    let note = match device.kind {
+                        DeviceKind::SoftwareGpu => ", software: used only when asked for",
+                        _ => "",
+                    };
+                    let _ = writeln!(
+                        text,
+                        "{name:<5} --device {}: {} ({}{note})",
+                        device.index, device.name, device.details
+                    );
+                }
+            }
+            Err(error) => text += &format!("{name:<5} {error}\n"),
+        }
+    }
+    text += match cfg!(feature = "mpi") {
+        true => "mpi   built in: mpirun -n N trisect render --distribute auto\n",
+        false => "mpi   not built in; build with --features mpi (docs/how-to/cluster.md)\n",
+    };
+    super::print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,243 @@
+//! Implementation of the commands, one module per command, and the code that several of them share.
+//!
+//! `main` calls a command with its parsed arguments and gets an exit code or an error.
+//! [`Loaded`] is a scene with its settings, [`Session`] the same on an open backend.
+
+pub mod bench;
+pub mod check;
+mod checkpointing;
+#[cfg(feature = "mpi")]
+pub mod cluster;
+pub mod compare;
+mod data;
+pub mod doctor;
+mod fallback_path;
+pub mod info;
+mod lab;
+pub mod render;
+pub mod report;
+pub mod resume;
+pub mod shell;
+mod signals;
+pub mod tradeoff;
+pub mod view;
+
+pub use crate::terminal::{eprint, print};
+
+use crate::cli::{BackendArg, CheckpointArgs, ClusterArgs, FallbackArg, JobArgs};
+use std::time::Instant;
+use trisect::device::{self, Selection};
+use trisect::output::Outputs;
+use trisect::precision;
+use trisect::render::{MathMode, Renderer, Settings};
+use trisect::scene::{Rebase, Scene, SceneDocument};
+use trisect::threads::start_shared;
+use trisect_cluster::ClusterError;
+use trisect_lab::Error;
+
+/// Scene on a backend, with the settings of the command line.
+pub struct Session {
+    /// Renderer with the scene on the backend.
+    pub renderer: Renderer,
+    /// Settings of the render.
+    pub settings: Settings,
+    /// Name of the scene.
+    pub name: String,
+    /// SHA-256 of the scene with all that it refers to; `None` if no checkpoint or rank needs it.
+    pub digest: Option<[u8; 32]>,
+    /// Space in which the scene is computed.
+    pub space: Rebase,
+    /// Reason for this backend; empty if the user named it.
+    pub choice: String,
+    /// Choices made for a model without a scene file, as lines to print.
+    pub notes: Vec<String>,
+    /// Seconds of reading and validating the scene.
+    pub load_seconds: f64,
+    /// Seconds of opening the device.
+    pub open_seconds: f64,
+    /// Scene for the fallback device, with `--fallback`.
+    pub fallback_scene: Option<Loaded>,
+    /// True if the device could not be opened and the fallback replaces it.
+    pub fell_back: bool,
+}
+
+/// Scene that was read, with the settings of the command line.
+pub struct Loaded {
+    /// Scene in the form that a backend takes.
+    pub scene: Scene,
+    /// Settings of the render.
+    pub settings: Settings,
+    space: Rebase,
+    warnings: Vec<String>,
+    notes: Vec<String>,
+    seconds: f64,
+}
+
+impl Loaded {
+    /// Reads the scene, and checks its settings and that no output is one of its files.
+    pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
+        let start = Instant::now();
+        let described = match &job.scene {
+            Some(path) => SceneDocument::load_including(path, job.includes.includes())?,
+            None => SceneDocument::hello_world()?,
+        };
+        outputs.check_inputs("the scene", &job.scene)?;
+        outputs.check_inputs("a file of the scene", &described.description.files)?;
+        let settings = job.settings(described.image.into());
+        settings.check()?;
+        let beyond = precision::warnings(&described, &settings.image());
+        let (space, notes) = (described.space, described.notes.clone());
+        let scene = described.lower(Rebase::IDENTITY)?;
+        let mut warnings = scene.warnings.clone();
+        if !settings.light_sampling && !scene.lights.is_empty() {
+            warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
+        }
+        if job.roulette_depth.is_some() && !settings.roulette && !job.may_roulette {
+            warnings.push("--roulette-depth has no effect without --roulette on; add it".to_owned());
+        }
+        let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
+        warnings.extend(beyond.iter().map(|line| format!("{line}; for remedies: trisect check {name}")));
+        Ok(Self { scene, settings, space, warnings, notes, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Returns a scene that another rank has read, with the settings of `job`.
+    #[cfg(feature = "mpi")]
+    pub fn of(scene: Scene, job: &JobArgs) -> Result<Self, Error> {
+        let settings = job.settings(Settings::of(&scene));
+        settings.check()?;
+        let (warnings, notes) = (Vec::new(), Vec::new());
+        Ok(Self { scene, settings, space: Rebase::IDENTITY, warnings, notes, seconds: 0.0 })
+    }
+
+    /// Prints the warnings.
+    pub fn warn(&self) {
+        for warning in &self.warnings {
+            eprint(&format!("warning: {warning}"));
+        }
+    }
+
+    /// Uploads the scene to a backend.
+    pub fn on(
+        &self,
+        selection: Selection,
+        open_seconds: f64,
+        job: &JobArgs,
+    ) -> Result<Session, trisect::Error> {
+        let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
+        let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
+        let renderer = Renderer::with_quality(selection.backend, scene, quality)?;
+        let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
+        let notes = self.notes.clone();
+        Ok(Session {
+            renderer,
+            settings,
+            name,
+            digest: None,
+            space,
+            choice,
+            notes,
+            load_seconds,
+            open_seconds,
+            fallback_scene: None,
+            fell_back: false,
+        })
+    }
+
+    /// Uploads the scene to the CPU backend; options of `job` for another device are ignored.
+    pub fn on_cpu(&self, job: &JobArgs) -> Result<Session, trisect::Error> {
+        let start = Instant::now();
+        let selection = open(BackendArg::Cpu, None, job.threads)?;
+        let mut session = self.on(selection, start.elapsed().as_secs_f64(), job)?;
+        fit_to_cpu(&mut session.settings);
+        Ok(session)
+    }
+}
+
+/// Resets the settings that are for other devices. They affect the image by rounding only.
+pub fn fit_to_cpu(settings: &mut Settings) {
+    let Settings { variant, traversal, schedule, tile, math, .. } = settings;
+    (*variant, *traversal, *schedule, *tile, *math) = (None, None, None, None, MathMode::Precise);
+}
+
+impl Session {
+    /// Reads the scene, checks the settings and opens the backend, as [`Session::open`] does. With
+    /// `--checkpoint` it also computes the scene's digest; with `--fallback` it opens the fallback
+    /// if the device cannot be opened.
+    pub fn open_with_checkpoint(
+        job: &JobArgs,
+        keep: &CheckpointArgs,
+        outputs: &Outputs,
+    ) -> Result<Self, Error> {
+        let loaded = Loaded::read(job, outputs)?;
+        loaded.warn();
+        let digest = keep.checkpoint.is_some().then(|| loaded.scene.digest());
+        let start = Instant::now();
+        let opened = open(job.backend, job.device, job.threads)
+            .and_then(|selection| loaded.on(selection, start.elapsed().as_secs_f64(), job));
+        let session = match (opened, keep.fallback) {
+            (Err(trisect::Error::Backend(error)), Some(FallbackArg::Cpu)) if error.is_of_device() => {
+                eprint(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
+                Self { fell_back: true, ..loaded.on_cpu(job)? }
+            }
+            (opened, _) => opened?,
+        };
+        let spare =
+            keep.fallback.map(|_| loaded).filter(|_| session.renderer.backend().device().backend != "cpu");
+        Ok(Self { digest, fallback_scene: spare, ..session })
+    }
+
+    /// Reads the scene, checks the settings and opens the backend. `outputs` are the files that the
+    /// command will write.
+    pub fn open(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
+        Self::open_with_checkpoint(job, &CheckpointArgs::default(), outputs)
+    }
+}
+
+/// Refuses options of ranks without `--distribute`, and several processes of mpirun without it:
+/// each would render the whole image and overwrite the file of the others.
+pub fn refuse_ranks(cluster: &ClusterArgs) -> Result<(), Error> {
+    let remedy = "add --distribute rows, average or auto".to_owned();
+    if let Some(name) = cluster.without_ranks() {
+        return Err(ClusterError::Unsupported { what: format!("{name} is for several ranks"), remedy }.into());
+    }
+    match several_ranks() {
+        Some(ranks) => {
+            let what = format!("mpirun started {ranks} ranks, and each would render the whole image");
+            Err(ClusterError::Unsupported { what, remedy }.into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Refuses several processes of mpirun for a command that measures times: they would disturb each
+/// other and write the same files.
+pub fn refuse_ranks_that_measure() -> Result<(), Error> {
+    match several_ranks() {
+        Some(ranks) => {
+            let what = format!("mpirun started {ranks} ranks, and each would measure while the others run");
+            let remedy = "start one process, or measure the ranks with trisect bench cluster".to_owned();
+            Err(ClusterError::Unsupported { what, remedy }.into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Returns the number of ranks that mpirun started, if there are several.
+fn several_ranks() -> Option<u32> {
+    let ranks = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
+    ranks.and_then(|ranks| ranks.parse::<u32>().ok()).filter(|ranks| *ranks > 1)
+}
+
+/// Opens the backend that the command line names, and starts the shared thread pool.
+pub fn open(
+    backend: BackendArg,
+    device: Option<usize>,
+    threads: Option<u32>,
+) -> Result<Selection, trisect::Error> {
+    if backend == BackendArg::Auto && device.is_some() {
+        return Err(trisect::render::SettingsError::DeviceWithoutBackend.into());
+    }
+    let threads = threads.map(|threads| threads as usize);
+    start_shared(threads)?;
+    Ok(device::open(backend.choice(), device, threads)?)
+}

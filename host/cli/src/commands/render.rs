@@ -1,0 +1,411 @@
+//! `trisect render`: renders a scene to an image file, with checkpoints, goals and layers.
+//!
+//! `resume` and the renders over ranks call its functions to check and write outputs.
+
+use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
+use super::data;
+use super::eprint;
+use super::fallback_path::or_fallback_path;
+use super::signals::interrupts;
+use super::{Session, fit_to_cpu};
+use crate::cli::{JobArgs, RenderArgs};
+use crate::progress::Bar;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+use trisect::adaptive::{self, Goal, Request, Sampled};
+use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, arithmetic};
+use trisect::denoise::DenoiseSettings;
+use trisect::device::BackendError;
+use trisect::film::{Film, SampleBlock};
+use trisect::image::{Image, ImageError};
+use trisect::layers::{self, Aov, FilmPlace};
+use trisect::output;
+use trisect::output::exposure::{Exposed, Exposure};
+use trisect::output::{Format, Outputs};
+use trisect::render::Settings;
+use trisect::stats::RenderStats;
+use trisect_cluster::ClusterError;
+use trisect_lab::Error;
+
+/// Renders a scene to an image file.
+pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    let start = Instant::now();
+    if arguments.cluster.distribute.is_some() {
+        if arguments.request()?.is_some() {
+            let what = "--budget, --target-error and --quality are for one process".to_owned();
+            return Err(ClusterError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
+        }
+        #[cfg(feature = "mpi")]
+        return super::cluster::render::run(arguments);
+        #[cfg(not(feature = "mpi"))]
+        return Err(ClusterError::NotBuilt.into());
+    }
+    super::refuse_ranks(&arguments.cluster)?;
+    for line in arguments.goal.without_effect() {
+        eprint(&format!("warning: {line}"));
+    }
+    check(arguments)?;
+    let request = arguments.request()?;
+    // The filter of the command line. A goal may choose another one.
+    let denoise = arguments.denoise.denoise()?;
+    if let Some(request) = &request {
+        adaptive::check(request.goal)?;
+        if arguments.checkpointing.checkpoint.is_some() {
+            return Err(CheckpointError::Unsupported { what: "--checkpoint" }.into());
+        }
+    }
+    check_new(arguments)?;
+
+    let job = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
+    let mut session = Session::open_with_checkpoint(&job, &arguments.checkpointing, &outputs(arguments))?;
+    session.settings.guides = needs_aovs(arguments, denoise.as_ref());
+    if !arguments.log.quiet {
+        announce(&session, &goal_text(&session, request.as_ref()));
+    }
+
+    if let Some(request) = request {
+        return render_to_goal(arguments, session, &request, denoise, start);
+    }
+    render_film(arguments, session, denoise, None, start)
+}
+
+/// Renders the samples that the checkpoint `before` lacks, or all samples without one; writes
+/// checkpoints meanwhile, and at the end the image, also of an incomplete film. The command started
+/// at `start`.
+pub fn render_film(
+    arguments: &RenderArgs,
+    mut session: Session,
+    denoise: Option<DenoiseSettings>,
+    before: Option<(Place, Checkpoint)>,
+    start: Instant,
+) -> Result<ExitCode, Error> {
+    let RenderStart { mut film, samples, saver } = RenderStart::new(arguments, &session, before)?;
+    let watch = RenderSupervisor::new(arguments, saver, start, interrupts());
+    let bar = Bar::new(arguments.log.quiet);
+    let mut told = ProgressObserver { bar, watch: &watch, announced: arguments.log.quiet };
+    let mut spare = session.fallback_scene.take();
+    let mut elsewhere = |error: &BackendError, film: &Film, settings: &mut Settings| {
+        let loaded = spare.take()?;
+        eprint(&format!("warning: {error}\n  the CPU continues (--fallback)"));
+        fit_to_cpu(settings);
+        let session = loaded.on_cpu(&arguments.job);
+        if let Ok(session) = &session {
+            watch.add_rounding(&arithmetic(session.renderer.backend().device(), settings.math));
+        }
+        watch.rescue(film, arguments.log.quiet);
+        Some(session.map(|session| session.renderer))
+    };
+    let Session { renderer, settings, .. } = &mut session;
+    let rendered = renderer.render_missing_with_fallback(
+        &mut film,
+        settings,
+        &samples,
+        &watch,
+        &mut told,
+        &mut elsewhere,
+    );
+    let mut stats = match rendered {
+        Ok(stats) => stats,
+        Err(error) => {
+            watch.rescue(&film, arguments.log.quiet);
+            return Err(error.into());
+        }
+    };
+    stats.phases.load_seconds = session.load_seconds;
+    finish_film(arguments, session, (&film, &samples), &watch, stats, denoise)
+}
+
+/// Writes checkpoint and image of a film that should have `samples`, and prints the first missing
+/// rows and samples.
+pub fn finish_film(
+    arguments: &RenderArgs,
+    session: Session,
+    (film, samples): (&Film, &Range<u32>),
+    watch: &RenderSupervisor,
+    stats: RenderStats,
+    denoise: Option<DenoiseSettings>,
+) -> Result<ExitCode, Error> {
+    let kept = watch.finish(film, arguments.log.quiet);
+    let lacking = film.coverage.missing(samples);
+    let ended = watch.stop_reason().filter(|_| !lacking.is_empty());
+    if let Some(part) = lacking.first() {
+        let SampleBlock { rows, samples } = part;
+        let of = (rows.start, rows.end, samples.start);
+        eprint(&format!(
+            "ended before it was complete: rows {} to {} lack samples from {} on",
+            of.0, of.1, of.2
+        ));
+    }
+    if let Some(ended) = ended.filter(|_| film.coverage.parts().is_empty()) {
+        // An earlier image is not replaced.
+        eprint(&format!("nothing was rendered: {} is unchanged", arguments.output.display()));
+        return Ok(if kept? { ended.exit_code() } else { ExitCode::FAILURE });
+    }
+    // A filter would spread rendered pixels over missing ones.
+    let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
+    let (code, in_place) = finish(arguments, session, RenderOutput::Film(film), stats, denoise)?;
+    let in_place = kept? && in_place;
+    // A queue must not resume by exit code 7 if an output is at a fallback path.
+    Ok(match ended {
+        Some(StopReason::OutOfTime) if !in_place => ExitCode::FAILURE,
+        Some(ended) => ended.exit_code(),
+        None if !in_place => ExitCode::FAILURE,
+        None => code,
+    })
+}
+
+/// Renders until the goal is reached, or until an interrupt or the time limit, and writes the
+/// image.
+fn render_to_goal(
+    arguments: &RenderArgs,
+    mut session: Session,
+    request: &Request,
+    denoise: Option<DenoiseSettings>,
+    start: Instant,
+) -> Result<ExitCode, Error> {
+    let watch = RenderSupervisor::new(arguments, None, start, interrupts());
+    let mut told = ProgressObserver {
+        bar: Bar::of_goal(arguments.log.quiet),
+        watch: &watch,
+        announced: arguments.log.quiet,
+    };
+    let Sampled { film, image, mut stats } =
+        adaptive::render(&mut session.renderer, &session.settings, request, &mut told)?;
+    stats.phases.load_seconds = session.load_seconds;
+    let ended =
+        watch.stop_reason().filter(|_| stats.sampling.as_ref().is_some_and(|sampling| sampling.ended));
+    let (code, in_place) = match request.goal {
+        Goal::Error { .. } => finish(arguments, session, RenderOutput::Film(&film), stats, denoise)?,
+        Goal::Time(_) => write_outputs(arguments, session, RenderOutput::Film(&film), stats, Some(image))?,
+    };
+    Ok(ended.filter(|_| in_place).map_or(code, StopReason::exit_code))
+}
+
+/// Returns whether the render must write AOV sums: for a filter, or for a layer of the first hit.
+pub fn needs_aovs(arguments: &RenderArgs, denoise: Option<&DenoiseSettings>) -> bool {
+    denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_aov_sums())
+}
+
+/// Returns the files that a render writes.
+pub fn outputs(arguments: &RenderArgs) -> Outputs {
+    Outputs::default()
+        .file("-o", Some(&arguments.output))
+        .file("--stats", arguments.log.stats.as_deref())
+        .file("--checkpoint", arguments.checkpointing.checkpoint.as_deref())
+}
+
+/// Checks before the render that all outputs can be written.
+pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
+    Format::of(&arguments.output)?;
+    if !arguments.aov.is_empty() {
+        layers::check(&arguments.output, &arguments.aov)?;
+    }
+    outputs(arguments).check()?;
+    output::probe(&arguments.output)?;
+    if let Some(stats) = &arguments.log.stats {
+        data::probe(stats)?;
+    }
+    if let Some(path) = &arguments.checkpointing.checkpoint {
+        checkpoint::probe(path)?;
+    }
+    Ok(())
+}
+
+/// Checks that the checkpoint of a new render does not exist yet.
+pub fn check_new(arguments: &RenderArgs) -> Result<(), Error> {
+    match arguments.checkpointing.checkpoint.as_ref().filter(|path| path.exists()) {
+        Some(path) => Err(CheckpointError::Exists { path: path.clone() }.into()),
+        None => Ok(()),
+    }
+}
+
+/// Returns the goal as text: samples per pixel, error or time.
+pub fn goal_text(session: &Session, request: Option<&Request>) -> String {
+    match request.map(|request| request.goal) {
+        None => format!("{} spp", session.settings.samples),
+        Some(Goal::Error { target, .. }) => format!("until the error is {} %", 100.0 * target),
+        Some(Goal::Time(time)) => format!("for {} s", time.as_secs_f64()),
+    }
+}
+
+/// Prints scene, image size, goal and device.
+pub fn announce(session: &Session, aim: &str) {
+    let device = session.renderer.backend().device();
+    eprint(&format!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height));
+    eprint(&format!("{}: {} ({})", device.backend, device.name, device.details));
+    if !session.choice.is_empty() {
+        eprint(&format!("  {}", session.choice));
+    }
+    for note in &session.notes {
+        eprint(note);
+    }
+}
+
+/// Result of a render, in the form in which it was assembled.
+pub enum RenderOutput<'a> {
+    /// Film with all sums.
+    Film(&'a Film),
+    /// Image of mean radiance.
+    #[cfg(feature = "mpi")]
+    Image(&'a Image),
+    /// Width, height and three sRGB bytes per pixel, for a .png.
+    #[cfg(feature = "mpi")]
+    Bytes(u32, u32, &'a [u8]),
+}
+
+/// Denoises a film, and writes image and statistics. Returns the exit code, and whether all outputs
+/// are at their requested paths.
+pub fn finish(
+    arguments: &RenderArgs,
+    mut session: Session,
+    drawn: RenderOutput,
+    mut stats: RenderStats,
+    denoise: Option<DenoiseSettings>,
+) -> Result<(ExitCode, bool), Error> {
+    let mut image = None;
+    if let (RenderOutput::Film(film), Some(denoise)) = (&drawn, &denoise) {
+        let denoised = session.renderer.denoise(film, &session.settings, denoise);
+        let (denoised, passes) = match denoised {
+            Ok(denoised) => denoised,
+            Err(error) => {
+                // The image without the filter is written, so that no samples are lost.
+                let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
+                match or_fallback_path(&arguments.output, |path| {
+                    write(path, &[], &session, &drawn, exposed.as_ref())
+                }) {
+                    Ok(path) => eprint(&format!("warning: wrote {} without denoising", path.display())),
+                    Err(error) => eprint(&format!("error: {error}")),
+                }
+                return Err(error.into());
+            }
+        };
+        stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
+        stats.denoise = Some(*denoise);
+        image = Some(denoised);
+    }
+    write_outputs(arguments, session, drawn, stats, image)
+}
+
+/// Writes image and statistics, and prints summary and warnings. Returns the exit code, and whether
+/// all outputs are at their requested paths.
+fn write_outputs(
+    arguments: &RenderArgs,
+    session: Session,
+    drawn: RenderOutput,
+    mut stats: RenderStats,
+    denoised: Option<Image>,
+) -> Result<(ExitCode, bool), Error> {
+    let start = Instant::now();
+    let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
+    let written = or_fallback_path(&arguments.output, |path| {
+        write(path, &arguments.aov, &session, &drawn, exposed.as_ref())
+    });
+
+    let mut told = None;
+    let stats = &mut stats;
+    stats.phases.write_seconds = start.elapsed().as_secs_f64();
+    stats.scene = session.name;
+    stats.choice = session.choice;
+    stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
+    if let Some(path) = &arguments.log.stats {
+        let text = serde_json::to_string_pretty(&stats)
+            .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
+        told = Some(or_fallback_path(path, |path| data::write(path, &text)));
+    }
+    let path = match (written, &told) {
+        (Ok(path), _) => path,
+        // The statistics may be written although the image is not: their path is printed.
+        (Err(error), told) => {
+            match told {
+                Some(Ok(path)) if !data::is_stdout(path) => eprint(&format!("wrote {}", path.display())),
+                Some(Err(error)) => eprint(&format!("error: {error}")),
+                _ => {}
+            }
+            return Err(error);
+        }
+    };
+    let moved = path != arguments.output;
+    if !arguments.log.quiet {
+        eprint(&stats.summary());
+        if arguments.log.verbose {
+            eprint(&stats.details());
+        }
+        if let Some(cluster) = &stats.cluster {
+            eprint(&cluster.summary());
+        }
+        if let Some(sampling) = &stats.sampling {
+            eprint(&sampling.summary());
+        }
+        if let Some(automatic) = exposed.as_ref().and_then(|(_, exposed)| exposed.automatic) {
+            eprint(&automatic.to_string());
+        }
+        eprint(&format!("wrote {}", path.display()));
+    } else if moved {
+        eprint(&format!("wrote {} instead", path.display()));
+    }
+    let told = told.transpose()?;
+    let moved_stats = told.filter(|told| Some(told) != arguments.log.stats.as_ref());
+    if let Some(path) = &moved_stats {
+        eprint(&format!("wrote {} instead", path.display()));
+    }
+    let moved = moved || moved_stats.is_some();
+    for warning in stats.warnings() {
+        eprint(&format!("warning: {warning}"));
+    }
+    let code = if stats.unwritten_pixels == 0 && !moved { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    Ok((code, !moved))
+}
+
+/// Returns the image to write, denoised or as rendered, with its exposure applied; `None` for
+/// bytes, which are complete. An automatic exposure is determined from the image before denoising.
+fn exposed<'a>(
+    exposure: Exposure,
+    path: &Path,
+    drawn: &'a RenderOutput,
+    denoised: Option<Image>,
+) -> Option<(Cow<'a, Image>, Exposed)> {
+    let drawn = match drawn {
+        RenderOutput::Film(film) => Cow::Owned(film.image()),
+        #[cfg(feature = "mpi")]
+        RenderOutput::Image(image) => Cow::Borrowed(*image),
+        #[cfg(feature = "mpi")]
+        RenderOutput::Bytes(..) => return None,
+    };
+    let exposed = exposure.of(&drawn, path);
+    let mut image = denoised.map_or(drawn, Cow::Owned);
+    if exposed.stops != 0.0 {
+        exposed.apply(image.to_mut());
+    }
+    Some((image, exposed))
+}
+
+/// Writes the image, with the layers `aov` of its film.
+fn write(
+    path: &Path,
+    aov: &[Aov],
+    session: &Session,
+    drawn: &RenderOutput,
+    exposed: Option<&(Cow<Image>, Exposed)>,
+) -> Result<(), Error> {
+    match (drawn, exposed) {
+        #[cfg(feature = "mpi")]
+        (RenderOutput::Bytes(width, height, bytes), _) => {
+            Ok(output::write_bytes(*width, *height, bytes, path)?)
+        }
+        #[cfg(feature = "mpi")]
+        (RenderOutput::Image(image), None) => Ok(output::write(image, path)?),
+        (RenderOutput::Film(film), None) => Ok(output::write(&film.image(), path)?),
+        (RenderOutput::Film(film), Some((image, exposed))) if !aov.is_empty() => {
+            let place = FilmPlace {
+                camera: &session.renderer.camera(&session.settings),
+                space: session.space,
+                object: |primitive| session.renderer.object(primitive),
+            };
+            Ok(layers::write(image, film, &place, aov, exposed.stops, path)?)
+        }
+        (_, Some((image, _))) => Ok(output::write(image, path)?),
+    }
+}

@@ -1,0 +1,137 @@
+//! `trisect view --headless`: renders frames along a camera path, writes them to files and prints
+//! their times.
+
+use super::super::{Session, data};
+use crate::cli::ViewArgs;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use trisect::image::ImageError;
+use trisect::output;
+use trisect::output::Outputs;
+use trisect::render::Renderer;
+use trisect::scene::{CameraPose, SceneError};
+use trisect::view::{CameraPath, FrameTiming, ViewOptions, Viewer};
+use trisect_lab::Error;
+use trisect_lab::bench::{BenchError, Row, rows_of_timings, table};
+
+/// Number of frames without `--camera-path` and `--frames`.
+const FRAMES: u32 = 10;
+
+/// Version of the JSON format.
+const FORMAT: u32 = 1;
+
+/// JSON that `--json` writes.
+#[derive(Serialize)]
+struct Report<'a> {
+    format: u32,
+    version: &'a str,
+    scene: &'a str,
+    backend: &'a str,
+    device: &'a str,
+    kernel: &'a str,
+    width: u32,
+    height: u32,
+    frames: usize,
+    rows: &'a [Row],
+}
+
+/// Checks before the first frame that all outputs can be written, and returns them.
+pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
+    let outputs = Outputs::default()
+        .folder("-o", arguments.output.as_deref(), is_frame)
+        .file("--json", arguments.json.as_deref());
+    outputs.check()?;
+    outputs.check_inputs("the camera path", &arguments.camera_path)?;
+    if let Some(folder) = &arguments.output {
+        let io = |source| ImageError::Io { path: folder.clone(), source };
+        std::fs::create_dir_all(folder).map_err(io)?;
+        output::check_writable(&file(folder, 0))?;
+    }
+    arguments.json.as_deref().map_or(Ok(()), data::probe)?;
+    Ok(outputs)
+}
+
+/// Returns whether `name` is the file name of a frame.
+fn is_frame(name: &Path) -> bool {
+    let stem = name.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    stem.parse::<u32>().is_ok_and(|frame| file(Path::new(""), frame) == name)
+}
+
+/// Returns the path of a frame's file.
+pub fn file(folder: &Path, frame: u32) -> PathBuf {
+    folder.join(format!("{frame:04}.png"))
+}
+
+/// Returns the pose of the camera in each frame, in the renderer's space.
+pub fn poses(arguments: &ViewArgs, session: &Session) -> Result<Vec<CameraPose>, Error> {
+    let rest = || CameraPath::rest(session.space.camera_of(session.renderer.pose()));
+    let path = arguments.camera_path.as_deref().map_or_else(|| Ok(rest()), CameraPath::load)?;
+    let of_path = if arguments.camera_path.is_some() { path.last() + 1 } else { FRAMES };
+    let frames = arguments.frames.unwrap_or(of_path);
+    let poses = (0..frames).map(|frame| Ok(session.space.camera(&path.pose(frame)?)));
+    Ok(poses.collect::<Result<_, SceneError>>()?)
+}
+
+/// Renders the frames of the camera path.
+pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result<ExitCode, Error> {
+    let poses = poses(arguments, &session)?;
+    let mut viewer = Viewer::new(session.renderer);
+    let mut shots: Vec<FrameTiming> = Vec::new();
+    for (frame, pose) in (0..).zip(&poses) {
+        let (shot, pixels) = viewer.render_to_host_frame(look, pose)?;
+        if let Some(folder) = &arguments.output {
+            write(&file(folder, frame), shot.size, pixels)?;
+        }
+        shots.push(shot);
+    }
+    let Some(last) = shots.last() else { return Ok(ExitCode::SUCCESS) };
+    // The first frame compiles kernels and allocates memory; it does not count.
+    let counted = if shots.len() > 1 { &shots[1..] } else { &shots[..] };
+    let rows = rows_of_timings(counted);
+    let device = viewer.renderer().backend().device();
+    let (width, height) = last.size;
+    let mut text = format!("scene     {}\n", session.name);
+    text += &format!("device    {}: {} ({})\n", device.backend, device.name, device.details);
+    text += &format!("frame     {width}x{height}, {} spp\n", look.settings.samples);
+    text += &format!("kernel    {}\n\n", last.live.kernel);
+    text += &table(&format!("{} frames after {}", counted.len(), shots.len() - counted.len()), &rows);
+    let kernel = last.live.kernel;
+    report(arguments, &session.name, viewer.renderer(), kernel, last.size, counted.len(), &rows)?;
+    if !arguments.json.as_deref().is_some_and(data::is_stdout) {
+        super::super::print(&text)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the measured rows as JSON if `--json` is given.
+pub fn report(
+    arguments: &ViewArgs,
+    scene: &str,
+    renderer: &Renderer,
+    kernel: &str,
+    (width, height): (u32, u32),
+    frames: usize,
+    rows: &[Row],
+) -> Result<(), Error> {
+    let Some(path) = &arguments.json else { return Ok(()) };
+    let device = renderer.backend().device();
+    let version = env!("CARGO_PKG_VERSION");
+    let (backend, device) = (device.backend, device.name.as_str());
+    let report =
+        Report { format: FORMAT, version, scene, backend, device, kernel, width, height, frames, rows };
+    let text = serde_json::to_string_pretty(&report)
+        .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
+    data::write(path, &text)
+}
+
+/// Writes a frame as a PNG. `pixels` are RGBA with 8 bits each, red in the lowest byte.
+pub fn write(path: &Path, size: (u32, u32), pixels: &[u32]) -> Result<(), ImageError> {
+    let bytes: Vec<u8> = pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect();
+    image::save_buffer(path, &bytes, size.0, size.1, image::ExtendedColorType::Rgba8).map_err(|error| {
+        match error {
+            image::ImageError::IoError(source) => ImageError::Io { path: path.to_owned(), source },
+            other => ImageError::Codec { path: path.to_owned(), message: other.to_string() },
+        }
+    })
+}

@@ -1,0 +1,336 @@
+//! `trisect view` in a window: winit for events, egui for the controls, a thread that renders.
+
+mod graph;
+mod input;
+mod layout;
+mod output;
+mod panel;
+mod save;
+mod worker;
+
+use super::Session;
+use crate::cli::{BackendArg, ViewArgs};
+use egui::{Color32, ColorImage, Sense, TextureHandle, TextureOptions};
+use graph::Graph;
+use layout::{Layout, controls, window_size};
+use output::Output;
+use panel::{Choice, Pressed, State};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trisect::device::{self, BackendError};
+use trisect::scene::Rebase;
+use trisect::view::{FrameTiming, Navigator, ViewOptions};
+use trisect_lab::Error;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Window, WindowId};
+use worker::{Frame, ViewRequest, Worker};
+
+/// Event by which the worker wakes the window: a frame or an error is ready.
+struct UpdateReady;
+
+/// Opens a window and shows the scene until it is closed.
+pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<ExitCode, Error> {
+    // winit begins its message with a place in its own source, which is cut off.
+    let said = |text: String| match text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")) {
+        Some((_, said)) => said.to_owned(),
+        None => text,
+    };
+    let refused = |error: &dyn std::fmt::Display| BackendError::Unavailable {
+        backend: "window",
+        reason: said(error.to_string()),
+        remedy: "start from a desktop (X11 or Wayland), or use trisect view --headless".to_owned(),
+    };
+    let event_loop = EventLoop::<UpdateReady>::with_user_event().build().map_err(|error| refused(&error))?;
+    let proxy = event_loop.create_proxy();
+    let navigator = Navigator::new(*session.renderer.pose());
+    let (job, space, scene) = (arguments.job.clone(), session.space, session.name.clone());
+    let is_fixed = job.resolution.is_some() || job.width.is_some() || job.height.is_some();
+    let resolution = is_fixed.then_some((look.settings.width, look.settings.height));
+    let backend = (job.backend, job.device, 0);
+    let wish = ViewRequest { look: look.clone(), pose: navigator.pose(), backend, stop: false };
+    let worker = Worker::start(session, job, wish, move || {
+        let _ = proxy.send_event(UpdateReady);
+    })?;
+    let mut app = App {
+        arguments,
+        space,
+        scene,
+        look,
+        resolution,
+        navigator,
+        backend,
+        choices: choices(),
+        worker,
+        window: None,
+        frame: None,
+        texture: None,
+        graph: Graph::default(),
+        device: String::new(),
+        message: String::new(),
+        error: String::new(),
+        panel: true,
+        last: Instant::now(),
+        was_typing: false,
+        failed: None,
+    };
+    event_loop.run_app(&mut app).map_err(|error| refused(&error))?;
+    match app.failed {
+        Some(failed) => Err(refused(&failed).into()),
+        None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// Returns all available devices.
+fn choices() -> Vec<Choice> {
+    let argument = |name| match name {
+        "cuda" => BackendArg::Cuda,
+        "wgpu" => BackendArg::Wgpu,
+        _ => BackendArg::Cpu,
+    };
+    let all = device::list().into_iter().flat_map(|(name, devices)| {
+        let devices = devices.unwrap_or_default().into_iter();
+        devices.map(move |device| {
+            (format!("{name}: {}", device.name), argument(name), (name != "cpu").then_some(device.index))
+        })
+    });
+    all.collect()
+}
+
+/// Open window with its surface and egui's state.
+struct Open {
+    window: Arc<Window>,
+    output: Output,
+    input: egui_winit::State,
+    context: egui::Context,
+}
+
+struct App<'a> {
+    arguments: &'a ViewArgs,
+    space: Rebase,
+    scene: String,
+    look: ViewOptions,
+    /// Resolution of the image from the command line; `None`: the image follows the window.
+    resolution: Option<(u32, u32)>,
+    navigator: Navigator,
+    backend: (BackendArg, Option<usize>, u32),
+    choices: Vec<Choice>,
+    worker: Worker,
+    window: Option<Open>,
+    frame: Option<Frame>,
+    texture: Option<TextureHandle>,
+    graph: Graph,
+    device: String,
+    message: String,
+    error: String,
+    panel: bool,
+    last: Instant,
+    /// True if a text or number field had the focus in the frame before.
+    was_typing: bool,
+    failed: Option<String>,
+}
+
+impl ApplicationHandler<UpdateReady> for App<'_> {
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) {
+            open.window.request_redraw();
+        }
+    }
+
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.window.is_none() {
+            let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+            let screen = monitor.as_ref().map(|monitor| monitor.size().into());
+            let scale_factor = monitor.as_ref().map_or(1.0, |monitor| monitor.scale_factor());
+            let resolution = (self.look.settings.width, self.look.settings.height);
+            let (width, height) = window_size(resolution, screen, scale_factor);
+            let size = PhysicalSize::new(width, height);
+            let title = format!("Trisect: {}", self.scene);
+            let attributes = Window::default_attributes().with_title(title).with_inner_size(size);
+            match event_loop.create_window(attributes) {
+                Ok(window) => self.open(event_loop, Arc::new(window)),
+                Err(error) => self.fail(event_loop, error.to_string()),
+            }
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: UpdateReady) {
+        let news = self.worker.take_update();
+        if let Some(frame) = news.frame {
+            let milliseconds = |seconds: f64| (seconds * 1e3) as f32;
+            let shot = &frame.timing;
+            let present = milliseconds(shot.present.as_secs_f64());
+            self.graph.push([milliseconds(shot.trace()), milliseconds(shot.denoise()), present]);
+            self.frame = Some(frame);
+            self.texture = None;
+            self.error.clear();
+        }
+        if let Some(device) = news.device {
+            self.device = device;
+        }
+        if let Some(error) = news.error {
+            crate::terminal::eprint(&format!("error: {error}"));
+            self.error = error;
+        }
+        if let Some(open) = &self.window {
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.window else { return };
+        let response = open.input.on_window_event(&open.window, &event);
+        if response.repaint {
+            open.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => self.redraw(event_loop),
+            _ => {}
+        }
+    }
+}
+
+impl App<'_> {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, message: String) {
+        self.failed = Some(message);
+        event_loop.exit();
+    }
+
+    /// Creates surface and egui state of a window.
+    fn open(&mut self, event_loop: &ActiveEventLoop, window: Arc<Window>) {
+        match Output::new(window.clone()) {
+            Ok(output) => {
+                let context = egui::Context::default();
+                let input = egui_winit::State::new(
+                    context.clone(),
+                    egui::ViewportId::ROOT,
+                    event_loop,
+                    Some(window.scale_factor() as f32),
+                    None,
+                    Some(output.greatest_side()),
+                );
+                self.texture = None;
+                window.request_redraw();
+                self.window = Some(Open { window, output, input, context });
+            }
+            Err(message) => self.fail(event_loop, message),
+        }
+    }
+
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(mut open) = self.window.take() else { return };
+        if open.output.is_lost() {
+            let window = open.window.clone();
+            drop(open);
+            self.open(event_loop, window);
+            return;
+        }
+        let input = open.input.take_egui_input(&open.window);
+        let context = open.context.clone();
+        let mut quit = false;
+        let output = context.run_ui(input, |ui| quit |= self.lay_out(ui));
+        let wish = ViewRequest {
+            look: self.look.clone(),
+            pose: self.navigator.pose(),
+            backend: self.backend,
+            stop: false,
+        };
+        self.worker.request(&wish);
+        open.input.handle_platform_output(&open.window, output.platform_output.clone());
+        let delay =
+            output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        open.output.draw(&context, output);
+        match delay {
+            Some(Duration::ZERO) => open.window.request_redraw(),
+            Some(delay) if delay < Duration::from_secs(3600) => {
+                event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + delay));
+            }
+            _ => event_loop.set_control_flow(ControlFlow::Wait),
+        }
+        self.window = Some(open);
+        if quit {
+            event_loop.exit();
+        }
+    }
+
+    /// Lays out controls and image, and handles input. Returns whether to quit.
+    fn lay_out(&mut self, ui: &mut egui::Ui) -> bool {
+        let seconds = self.last.elapsed().as_secs_f64().min(0.1);
+        self.last = Instant::now();
+        let mut pressed = Pressed::default();
+        let mut quit = false;
+        // Escape takes the focus from a field before this frame begins.
+        let is_typing = ui.ctx().egui_wants_keyboard_input();
+        let was_typing = std::mem::replace(&mut self.was_typing, is_typing);
+        if !is_typing {
+            let (held, keys) = ui.input(|input| {
+                let held = input::held(input, seconds, &mut self.navigator);
+                (held, input::pressed(input, &mut self.navigator))
+            });
+            if held {
+                ui.ctx().request_repaint();
+            }
+            // Escape leaves a field or closes a list, which egui does; only without both it quits.
+            quit = keys.quit && !was_typing && !egui::Popup::is_any_open(ui.ctx());
+            self.panel ^= keys.panel;
+            (pressed.save_image, pressed.save_camera) = (keys.save_image, keys.save_camera);
+            if keys.compare {
+                let screen = &mut self.look.screen;
+                screen.split = if screen.split > 0.0 { 0.0 } else { 0.5 };
+            }
+        }
+        let layout = Layout::new(ui.max_rect(), ui.ctx().pixels_per_point(), self.resolution, self.panel);
+        if let Some(place) = layout.panel {
+            let shot: Option<&FrameTiming> = self.frame.as_ref().map(|frame| &frame.timing);
+            let mut state = State {
+                look: &mut self.look,
+                navigator: &mut self.navigator,
+                backend: &mut self.backend,
+                choices: &self.choices,
+                scene: &self.scene,
+                device: &self.device,
+                timing: shot,
+                graph: &self.graph,
+                message: &self.message,
+                error: &self.error,
+            };
+            let buttons = controls(ui, place, |ui| panel::show(ui, &mut state));
+            pressed.save_image |= buttons.save_image;
+            pressed.save_camera |= buttons.save_camera;
+        }
+        self.image(ui, &layout);
+        let path = self.arguments.job.scene.as_deref();
+        if let (true, Some(frame)) = (pressed.save_image, &self.frame) {
+            self.message = save::image(path, frame.timing.size, &frame.pixels);
+        }
+        if pressed.save_camera {
+            let includes = self.arguments.job.includes.includes();
+            let pose = self.space.camera_of(&self.navigator.pose());
+            self.message = save::camera(path, includes, &pose);
+        }
+        quit
+    }
+
+    /// Shows the last frame, and moves the camera by the mouse over it.
+    fn image(&mut self, ui: &mut egui::Ui, layout: &Layout) {
+        let Layout { area, image: place, size, .. } = *layout;
+        (self.look.settings.width, self.look.settings.height) = size;
+        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
+        if let (None, Some(frame)) = (&self.texture, &self.frame) {
+            let size = [frame.timing.size.0 as usize, frame.timing.size.1 as usize];
+            let image = ColorImage::from_rgba_premultiplied(size, bytemuck::cast_slice(&frame.pixels));
+            self.texture = Some(ui.ctx().load_texture("frame", image, TextureOptions::LINEAR));
+        }
+        if let Some(texture) = &self.texture {
+            let whole = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::Pos2::new(1.0, 1.0));
+            ui.painter().image(texture.id(), place, whole, Color32::WHITE);
+        }
+        let response = ui.interact(area, ui.scope_id().with("image"), Sense::click_and_drag());
+        let (scroll, shift) = ui.input(|input| (input.smooth_scroll_delta.y, input.modifiers.shift));
+        input::mouse(&response, scroll, shift, &mut self.navigator);
+    }
+}

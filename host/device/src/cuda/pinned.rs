@@ -1,0 +1,147 @@
+//! Copies from the device to host memory, which are faster if the memory is pinned (page-locked).
+
+use super::driver::failed;
+use super::{Cuda, not_prepared};
+use crate::BackendError;
+use crate::target::CopyRect;
+use crate::{HostMemory, RowSet, RowTarget};
+use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, sys};
+use std::ffi::c_void;
+use std::sync::Arc;
+
+/// Maximum distance in bytes from row to row of a rectangle: CU_DEVICE_ATTRIBUTE_MAX_PITCH of every
+/// device.
+const MAX_PITCH: usize = i32::MAX as usize;
+
+/// Host memory that stays pinned as long as this value exists, so that the device writes to it
+/// directly.
+pub(super) struct Pinned {
+    memory: Arc<HostMemory>,
+    stream: Arc<CudaStream>,
+}
+
+impl Pinned {
+    /// Pins `memory`. Returns `None` if the system or the driver refuses it, for this memory or for
+    /// any more.
+    pub fn new(stream: &Arc<CudaStream>, memory: &Arc<HostMemory>) -> Option<Self> {
+        stream.context().bind_to_thread().ok()?;
+        // SAFETY: the memory has these bytes as long as `memory` is held, which the result does
+        // until it has unpinned them.
+        let pinned = unsafe { sys::cuMemHostRegister_v2(memory.first().cast::<c_void>(), memory.bytes(), 0) };
+        pinned.result().ok().map(|()| Self { memory: memory.clone(), stream: stream.clone() })
+    }
+
+    /// Returns whether nothing else holds the memory.
+    pub fn is_left(&self) -> bool {
+        Arc::strong_count(&self.memory) == 1
+    }
+
+    pub fn is_of(&self, memory: &Arc<HostMemory>) -> bool {
+        Arc::ptr_eq(&self.memory, memory)
+    }
+}
+
+impl Drop for Pinned {
+    fn drop(&mut self) {
+        // The first call may report an earlier failure.
+        let _ = self.stream.context().bind_to_thread();
+        let _ = self.stream.context().bind_to_thread();
+        let _ = self.stream.synchronize();
+        // SAFETY: `new` pinned it.
+        if unsafe { sys::cuMemHostUnregister(self.memory.first().cast::<c_void>()) }.result().is_err() {
+            // The driver still takes this address for pinned, so the memory is leaked: nothing else
+            // may be allocated there.
+            std::mem::forget(self.memory.clone());
+        }
+    }
+}
+
+impl Cuda {
+    /// Copies rows of an image's per-pixel records from the device to `to`, packed.
+    pub(super) fn read_rows(
+        &self,
+        rows: &RowSet,
+        from: &CudaSlice<u8>,
+        to: &mut [u8],
+    ) -> Result<(), BackendError> {
+        let row = to.len() / (rows.len() as usize).max(1);
+        let mut rest = to;
+        self.read_grids(rows, from, row, |grid, _| {
+            let (part, after) = std::mem::take(&mut rest).split_at_mut(grid.rows() as usize * row);
+            rest = after;
+            (part.as_mut_ptr(), grid.length)
+        })
+    }
+
+    /// Copies rows of an image of 4 bytes a pixel from the device to their places in the target.
+    pub(super) fn read_target(
+        &self,
+        from: &CudaSlice<u8>,
+        to: &mut RowTarget<'_>,
+    ) -> Result<(), BackendError> {
+        let (rows, row) = (to.rows().clone(), to.width() * 4);
+        self.read_grids(&rows, from, row, |grid, before| {
+            let (first, step) = to.place(grid, before);
+            (first.cast(), step)
+        })
+    }
+
+    /// Copies the rectangles of `rows`, whose rows have `row` bytes. `place` gets a rectangle and
+    /// the number of rows before it; it returns the address of the rectangle's first byte on the
+    /// host, and the number of rows there from the start of a block of rows to the start of the
+    /// next.
+    fn read_grids(
+        &self,
+        rows: &RowSet,
+        from: &CudaSlice<u8>,
+        row: usize,
+        mut place: impl FnMut(&CopyRect, u32) -> (*mut u8, u32),
+    ) -> Result<(), BackendError> {
+        if from.len() < rows.end() as usize * row {
+            return Err(not_prepared());
+        }
+        let most = u32::try_from(MAX_PITCH / row.max(1)).unwrap_or(u32::MAX);
+        let mut before = 0;
+        {
+            let (device, _guard) = from.device_ptr(&self.stream);
+            for grid in CopyRect::all(rows, most) {
+                let (to, step) = place(&grid, before);
+                before += grid.rows();
+                // A block of rows is copied as one row of the rectangle; a block longer than the
+                // maximum pitch is copied row by row.
+                let block = grid.length as usize * row;
+                let (width, height, pitches) = match block <= MAX_PITCH {
+                    true => (block, grid.count as usize, (grid.step as usize * row, step as usize * row)),
+                    false => (row, grid.length as usize, (row, row)),
+                };
+                let copy = sys::CUDA_MEMCPY2D {
+                    srcXInBytes: 0,
+                    srcY: 0,
+                    srcMemoryType: sys::CUmemorytype::CU_MEMORYTYPE_DEVICE,
+                    srcHost: std::ptr::null(),
+                    srcDevice: device + grid.start as u64 * row as u64,
+                    srcArray: std::ptr::null_mut(),
+                    srcPitch: pitches.0,
+                    dstXInBytes: 0,
+                    dstY: 0,
+                    dstMemoryType: sys::CUmemorytype::CU_MEMORYTYPE_HOST,
+                    dstHost: to.cast(),
+                    dstDevice: 0,
+                    dstArray: std::ptr::null_mut(),
+                    dstPitch: pitches.1,
+                    WidthInBytes: width,
+                    Height: height,
+                };
+                // SAFETY: the image has these rows, as was checked. The host memory has them by the
+                // contract of `place`, which lends it until the end of this function, when all
+                // copies have ended.
+                let started = unsafe { sys::cuMemcpy2DAsync_v2(&raw const copy, self.stream.cu_stream()) };
+                if let Err(error) = started.result() {
+                    let _ = self.stream.synchronize();
+                    return Err(failed("reading the film")(error));
+                }
+            }
+        }
+        self.stream.synchronize().map_err(failed("reading the film"))
+    }
+}

@@ -1,0 +1,149 @@
+//! Host memory that devices copy to, which a backend can pin.
+#![allow(unsafe_code, reason = "a device or other processes write to it; each block says why it is sound")]
+
+use bytemuck::{Pod, Zeroable};
+use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
+/// Bytes at an address that does not change, so that a device may [copy there
+/// directly](crate::Backend::pin). This type itself does not access the bytes: those who
+/// share the memory agree on who reads and writes.
+#[derive(Debug)]
+pub struct HostMemory {
+    first: *mut u8,
+    bytes: usize,
+    /// Layout of memory that this process allocated and frees; `None` for memory that several
+    /// processes share.
+    own: Option<Layout>,
+}
+
+// SAFETY: it is an address and a length.
+unsafe impl Send for HostMemory {}
+// SAFETY: it is an address and a length.
+unsafe impl Sync for HostMemory {}
+
+/// Bytes of a page, the unit of pinning.
+const PAGE: usize = 4096;
+
+impl HostMemory {
+    /// Allocates `bytes` zeros. They have pages of their own: pinning would also pin anything else
+    /// in the last page.
+    pub fn new(bytes: usize) -> Self {
+        let Ok(layout) =
+            Layout::from_size_align(bytes.max(1).checked_next_multiple_of(PAGE).unwrap_or(usize::MAX), PAGE)
+        else {
+            handle_alloc_error(Layout::new::<u8>()) // more than half of all addresses
+        };
+        // SAFETY: the layout has a size above 0.
+        let first = unsafe { alloc_zeroed(layout) };
+        if first.is_null() {
+            handle_alloc_error(layout);
+        }
+        Self { first, bytes, own: Some(layout) }
+    }
+
+    /// Wraps memory that several processes share.
+    ///
+    /// # Safety
+    ///
+    /// From `first`, a multiple of 16, `bytes` bytes stay valid as long as this value is used.
+    pub unsafe fn shared(first: *mut u8, bytes: usize) -> Self {
+        Self { first, bytes, own: None }
+    }
+
+    /// Returns the address of the first byte, a multiple of 16.
+    pub fn first(&self) -> *mut u8 {
+        self.first
+    }
+
+    /// Returns the number of bytes.
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
+
+impl Drop for HostMemory {
+    fn drop(&mut self) {
+        if let Some(layout) = self.own {
+            // SAFETY: `new` allocated it with this layout.
+            unsafe { dealloc(self.first, layout) };
+        }
+    }
+}
+
+/// Records in host memory that devices copy to.
+#[derive(Debug)]
+pub struct HostRecords<T> {
+    memory: Arc<HostMemory>,
+    count: usize,
+    of: PhantomData<T>,
+}
+
+impl<T: Pod + Zeroable> HostRecords<T> {
+    /// Allocates `count` records of zeros.
+    pub fn new(count: usize) -> Self {
+        const { assert!(align_of::<T>() <= PAGE) };
+        let memory = Arc::new(HostMemory::new(count.saturating_mul(size_of::<T>())));
+        Self { memory, count, of: PhantomData }
+    }
+
+    /// Sets the number of records, and allocates other memory if there is too little. The records'
+    /// values are then unspecified.
+    pub fn resize(&mut self, count: usize) {
+        if count.saturating_mul(size_of::<T>()) > self.memory.bytes() {
+            *self = Self::new(count);
+        }
+        self.count = count;
+    }
+
+    /// Returns the memory, for [`Backend::pin`](crate::Backend::pin). Only the owner of
+    /// the records may write to it.
+    pub fn memory(&self) -> &Arc<HostMemory> {
+        &self.memory
+    }
+}
+
+impl<T: Pod + Zeroable> Default for HostRecords<T> {
+    fn default() -> Self {
+        Self::new(0)
+    }
+}
+
+impl<T: Pod> Deref for HostRecords<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        // SAFETY: the memory has `count` records, any bytes are valid ones, and whoever else holds
+        // the memory leaves it to this value.
+        unsafe { std::slice::from_raw_parts(self.memory.first().cast(), self.count) }
+    }
+}
+
+impl<T: Pod> DerefMut for HostRecords<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        // SAFETY: the memory has `count` records, any bytes are valid ones, and whoever else holds
+        // the memory leaves it to this value.
+        unsafe { std::slice::from_raw_parts_mut(self.memory.first().cast(), self.count) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records() {
+        let mut records = HostRecords::<[f32; 3]>::new(5);
+        records[4] = [1.0, 2.0, 3.0];
+        records.resize(4);
+        assert_eq!((records.len(), records[3]), (4, [0.0; 3]));
+        let place = records.memory().first();
+        records.resize(5);
+        assert_eq!((records.memory().first(), records[4]), (place, [1.0, 2.0, 3.0]));
+        records.resize(1000);
+        assert!(records.iter().all(|record| *record == [0.0; 3]));
+        assert!(HostRecords::<u32>::default().is_empty());
+    }
+}

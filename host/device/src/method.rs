@@ -1,0 +1,79 @@
+//! Methods of rendering: math build, traversal and schedule.
+
+use serde::Serialize;
+use trisect_shared::features::{Features, LINEAR, PERSISTENT, REGENERATE, WIDE};
+
+/// Math build of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MathMode {
+    /// No contraction, and on CUDA correctly rounded operations. The bits are those of the CPU: on
+    /// CUDA, and on Vulkan where the driver's division and square root are correctly rounded too.
+    Precise,
+    /// Fused multiply-add, and on CUDA approximate division and square root; not on the CPU.
+    Fast,
+}
+
+/// Method of finding the closest hit. The image does not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Traversal {
+    /// Test of each primitive.
+    Linear,
+    /// Binary BVH, with a stack for each ray.
+    Stack,
+    /// Wide BVH.
+    Wide,
+}
+
+/// Assignment of pixels and samples to the lanes of a device. The image does not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Schedule {
+    /// A pixel, one sample after the other: the lanes of a warp wait for its longest path.
+    Pixel,
+    /// A pixel; a lane whose path ended starts its next sample at once.
+    Regenerate,
+    /// Pixels from a queue, taken by as many lanes as the device holds.
+    Persistent,
+}
+
+impl Traversal {
+    /// Returns the traversal of a kernel with these features.
+    pub fn of(features: Features) -> Self {
+        match features & (LINEAR | WIDE) {
+            LINEAR => Self::Linear,
+            0 => Self::Stack,
+            _ => Self::Wide,
+        }
+    }
+
+    /// Returns the features of a kernel with this method.
+    pub fn features(self) -> Features {
+        match self {
+            Self::Linear => LINEAR,
+            Self::Stack => 0,
+            Self::Wide => WIDE,
+        }
+    }
+}
+
+impl Schedule {
+    /// Returns the schedule of a kernel with these features.
+    pub fn of(features: Features) -> Self {
+        match features & (REGENERATE | PERSISTENT) {
+            0 => Self::Pixel,
+            REGENERATE => Self::Regenerate,
+            _ => Self::Persistent,
+        }
+    }
+
+    /// Returns the features of a kernel with this method.
+    pub fn features(self) -> Features {
+        match self {
+            Self::Pixel => 0,
+            Self::Regenerate => REGENERATE,
+            Self::Persistent => REGENERATE | PERSISTENT,
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Compiles entry points of the SPIR-V kernels to wgpu compute pipelines, on first use, and binds
+//! their buffers. Rendering, the denoiser and the display each have [`Pipelines`] of their own,
+//! because their bind group layouts differ.
+
+use super::Route;
+use super::adapter::Gpu;
+use crate::BackendError;
+use crate::MathMode;
+use std::collections::HashMap;
+use trisect_kernels::{spirv, workgroup};
+use wgpu::{
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
+    BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline, ComputePipelineDescriptor,
+    Device, Features, PipelineLayout, PipelineLayoutDescriptor, ShaderModule, ShaderModuleDescriptor,
+    ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
+};
+
+/// Bind group layout that some entry points share, and the pipelines compiled so far, by entry
+/// point and math mode.
+pub(super) struct Pipelines {
+    route: Route,
+    bindings: BindGroupLayout,
+    layout: PipelineLayout,
+    compiled: HashMap<(&'static str, MathMode), ComputePipeline>,
+}
+
+impl Pipelines {
+    /// Creates a layout of launch parameters, `read` read-only arrays and `written` writable ones,
+    /// in the order of their bindings.
+    pub fn new(gpu: &Gpu, route: Route, read: usize, written: usize) -> Result<Self, BackendError> {
+        let entry = |binding, ty| BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::COMPUTE,
+            ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        };
+        let arrays = |read_only, count| std::iter::repeat_n(BufferBindingType::Storage { read_only }, count);
+        let kinds =
+            [BufferBindingType::Uniform].into_iter().chain(arrays(true, read)).chain(arrays(false, written));
+        let entries: Vec<_> = (0u32..).zip(kinds).map(|(binding, kind)| entry(binding, kind)).collect();
+        let bindings = gpu
+            .device
+            .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let layout = gpu.device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&bindings)],
+            ..Default::default()
+        });
+        gpu.check("loading the kernels")?;
+        Ok(Self { route, bindings, layout, compiled: HashMap::new() })
+    }
+
+    /// Returns whether the driver gets SPIR-V, without translation by naga.
+    pub fn pass_through(&self, gpu: &Gpu) -> bool {
+        self.route == Route::PassThrough && gpu.device.features().contains(Features::PASSTHROUGH_SHADERS)
+    }
+
+    /// Compiles an entry point unless that was done before.
+    pub fn compile(&mut self, gpu: &Gpu, entry: &'static str, math: MathMode) -> Result<(), BackendError> {
+        if !self.compiled.contains_key(&(entry, math)) {
+            let module = module(&gpu.device, self.route, entry, math)?;
+            let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&self.layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            gpu.check("compiling the kernels")?;
+            self.compiled.insert((entry, math), pipeline);
+        }
+        Ok(())
+    }
+
+    /// Returns a pipeline that [`Pipelines::compile`] made.
+    pub fn get(&self, entry: &'static str, math: MathMode) -> Result<&ComputePipeline, BackendError> {
+        self.compiled
+            .get(&(entry, math))
+            .ok_or_else(|| failed("rendering", format!("the kernel {entry} was not compiled")))
+    }
+
+    /// Binds the launch parameters and the arrays, in the order of their bindings.
+    pub fn bind<'a>(&self, device: &Device, buffers: impl IntoIterator<Item = &'a Buffer>) -> BindGroup {
+        let entries: Vec<BindGroupEntry> = (0u32..)
+            .zip(buffers)
+            .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        device.create_bind_group(&BindGroupDescriptor {
+            label: None,
+            layout: &self.bindings,
+            entries: &entries,
+        })
+    }
+}
+
+/// Returns the module without its `NoContraction` decorations: the driver may then fuse a product
+/// and a sum, and reassociate.
+fn contractible(words: &[u32]) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const NO_CONTRACTION: [u32; 2] = [3 << 16 | 71, 42]; // OpDecorate of three words, and the decoration
+    let (header, mut rest) = words.split_at(HEADER.min(words.len()));
+    let mut kept = header.to_vec();
+    while let Some(&first) = rest.first() {
+        let (instruction, after) = rest.split_at(((first >> 16).max(1) as usize).min(rest.len()));
+        if first != NO_CONTRACTION[0] || instruction.get(2) != Some(&NO_CONTRACTION[1]) {
+            kept.extend(instruction);
+        }
+        rest = after;
+    }
+    kept
+}
+
+fn failed(action: &'static str, message: String) -> BackendError {
+    BackendError::Device { backend: "wgpu", action, message }
+}
+
+/// Creates the shader module of one entry point.
+fn module(
+    device: &Device,
+    route: Route,
+    entry: &'static str,
+    math: MathMode,
+) -> Result<ShaderModule, BackendError> {
+    let module = spirv(entry).ok_or_else(|| {
+        failed("finding the kernel", format!("no built-in SPIR-V has the entry point {entry}"))
+    })?;
+    let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(module);
+    if math == MathMode::Fast {
+        words = contractible(&words);
+    }
+    if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
+        let threads = workgroup(entry);
+        let entry_points = vec![wgpu::PassthroughShaderEntryPoint {
+            name: entry.into(),
+            workgroup_size: (threads.0, threads.1, 1),
+        }];
+        // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded
+        // bytes with the manifest; `contractible` only removes decorations. Callers of
+        // `Pipelines::new` give the numbers of bindings that the module declares. The host proves
+        // the indices that kernels use: see `trisect_shared::buffer`.
+        #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
+        let module = unsafe {
+            device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {
+                label: Some("trisect"),
+                spirv: Some(words.into()),
+                entry_points: entry_points.into(),
+                ..Default::default()
+            })
+        };
+        return Ok(module);
+    }
+    Ok(device.create_shader_module(ShaderModuleDescriptor {
+        label: Some("trisect"),
+        source: ShaderSource::SpirV(words.into()),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+
+    #[test]
+    fn contractible_removes_only_no_contraction() {
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(spirv("render_all").unwrap());
+        let decorations =
+            |words: &[u32]| words.windows(3).filter(|w| w[0] == 3 << 16 | 71 && w[2] == 42).count();
+        let fast = contractible(&words);
+        assert!(decorations(&words) > 1000 && decorations(&fast) == 0);
+        assert_eq!(words.len() - fast.len(), 3 * decorations(&words));
+        assert!(contractible(&[]).is_empty());
+    }
+}

@@ -1,0 +1,68 @@
+//! Checkpoints, ranks and references of the lab tell images apart by the same fingerprint.
+#![allow(clippy::panic, reason = "this is how a test fails")]
+
+use crate::tradeoff::hash;
+use trisect::bvh::BvhQuality;
+use trisect::checkpoint::Identity;
+use trisect::device::cpu::Cpu;
+use trisect::render::{Fresnel, MathMode, Renderer, Sampler, Schedule, Settings, Traversal};
+use trisect::scene::Scene;
+use trisect_cluster::handshake::fingerprint;
+
+/// Change of one field of the settings, or of the BVH's quality.
+type Change = fn(&mut Settings, &mut Option<BvhQuality>);
+
+#[test]
+fn ranks_checkpoints_and_references_agree() {
+    let scene = Scene::hello_world().unwrap_or_else(|error| panic!("{error}"));
+    let digest = scene.digest();
+    let cpu = Cpu::open(Some(1)).unwrap_or_else(|error| panic!("{error}"));
+    let renderer = Renderer::new(Box::new(cpu), &scene).unwrap_or_else(|error| panic!("{error}"));
+    let all = |settings: &Settings, quality| {
+        (
+            fingerprint(&digest, settings, quality),
+            Identity::new(&digest, settings, quality, &renderer),
+            hash(&scene, settings, quality),
+        )
+    };
+    let first = Settings { roulette: true, roulette_depth: 2, ..Settings::of(&scene) };
+    let same = all(&first, None);
+    let changed = |change: Change| {
+        let (mut settings, mut quality) = (first.clone(), None);
+        change(&mut settings, &mut quality);
+        let (facts, identity, hash) = all(&settings, quality);
+        (facts != same.0, identity.check(&same.1).is_err(), hash != same.2)
+    };
+    let decisive: [(&str, Change); 14] = [
+        ("width", |s, _| s.width += 1),
+        ("height", |s, _| s.height += 1),
+        ("samples", |s, _| s.samples += 1),
+        ("depth", |s, _| s.depth += 1),
+        ("seed", |s, _| s.seed += 1),
+        ("roulette", |s, _| s.roulette = false),
+        ("roulette_depth", |s, _| s.roulette_depth += 1),
+        ("fresnel", |s, _| s.fresnel = Fresnel::Schlick),
+        ("math", |s, _| s.math = MathMode::Fast),
+        ("sampler", |s, _| s.sampler = Sampler::Sobol),
+        ("light_sampling", |s, _| s.light_sampling = false),
+        ("clamp", |s, _| s.clamp = Some(1.0)),
+        ("guides", |s, _| s.guides = true),
+        ("bvh_quality", |_, quality| *quality = Some(BvhQuality::Fast)),
+    ];
+    for (name, change) in decisive {
+        assert_eq!(changed(change), (true, true, true), "{name}");
+    }
+    // Fields that decide only how the image is computed, and the start of a roulette that is
+    // off.
+    let ways: [(&str, Change); 4] = [
+        ("traversal", |s, _| s.traversal = Some(Traversal::Linear)),
+        ("schedule", |s, _| s.schedule = Some(Schedule::Pixel)),
+        ("tile", |s, _| s.tile = Some(8)),
+        ("variant", |s, _| s.variant = Some("render")),
+    ];
+    for (name, change) in ways {
+        assert_eq!(changed(change), (false, false, false), "{name}");
+    }
+    let off = |roulette_depth| Settings { roulette: false, roulette_depth, ..first.clone() };
+    assert_eq!(all(&off(1), None), all(&off(5), None));
+}

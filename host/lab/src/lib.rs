@@ -1,0 +1,12 @@
+//! Benchmarks with a report, and the trade-off lab, which measures time, noise and bias of each
+//! speed option.
+
+pub mod bench;
+mod error;
+#[cfg(test)]
+mod fingerprint_tests;
+mod plot;
+pub mod statistics;
+pub mod tradeoff;
+
+pub use error::Error;

@@ -1,0 +1,343 @@
+//! Estimates the errors of a configuration from repetitions with different seeds, and separates
+//! noise from the bias that any number of samples would leave. Method:
+//! docs/explanation/noise-and-bias.md.
+
+use super::reference::{Reference, Truth};
+use super::supervisor::{Supervisor, check};
+use crate::Error;
+use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use trisect::image::Image;
+use trisect::metrics::{ImageView, MetricsError, REL_MSE_EPSILON as EPSILON};
+
+/// Minimum edge, in pixels, of the blocks whose means are compared.
+const MIN_BLOCK: u32 = 16;
+
+/// Maximum number of blocks across an image. In smaller blocks with few samples, rare bright paths
+/// are missing from all repetitions at once. The repetitions then agree with each other but not
+/// with the truth, which looks like a bias (docs/notebook/tradeoff-fronts.md).
+const MAX_BLOCKS: u32 = 8;
+
+/// A bias is reported if chance alone would show as much in at most one of a thousand cases.
+pub const SIGNIFICANCE: f64 = 1e-3;
+
+/// Error of a configuration with one number of samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Repetitions.
+    pub seeds: usize,
+    /// relMSE: mean over pixels and channels of (x − r)² / (r² + 0.01), estimated without the
+    /// reference's own noise.
+    pub rel_mse: Interval,
+    /// Part of relMSE that is noise and falls with more samples.
+    pub variance: Interval,
+    /// Part of relMSE that more samples do not lower. May be negative by chance if there is no
+    /// bias.
+    pub squared_bias: Interval,
+    /// Root mean square difference from the reference.
+    pub rmse: Interval,
+    /// Mean LDR-FLIP, over the repetitions for which it was computed.
+    pub flip: Interval,
+    /// Mean of all pixels and channels over the reference's, less 1.
+    pub brightness: Interval,
+    /// Probability that the means of the whole image and of up to 64 blocks differ from the
+    /// reference's at least as much without a bias.
+    pub means_p: f64,
+    /// Probability of a [`squared_bias`](Self::squared_bias) at least as large without a bias
+    /// (one-sided).
+    pub bias_p: f64,
+    /// True if the smaller of the two probabilities, with Šidák's correction, is below
+    /// [`SIGNIFICANCE`].
+    pub biased: bool,
+    /// relMSE of each repetition, for tests against other configurations.
+    pub each: Vec<f64>,
+    /// Pixels with a NaN or infinite value in any image. They are left out.
+    pub left_out: usize,
+}
+
+/// Sums of products over a range of pixels.
+#[derive(Clone)]
+struct Products {
+    /// For each pair of repetitions s and t: the sum of (x_s − a)(x_t − b) / (r² + 0.01), with the
+    /// reference's halves a and b. The errors of a and b are independent, so the mean of a product
+    /// is the mean squared difference from the truth.
+    relative: Vec<f64>,
+    /// For each repetition s: the sum of (x_s − a)(x_s − b).
+    plain: Vec<f64>,
+    /// Variance that the reference's noise adds to a sum of relative products.
+    reference: f64,
+    values: f64,
+    left_out: usize,
+}
+
+impl Products {
+    fn new(seeds: usize) -> Self {
+        let (relative, plain) = (vec![0.0; seeds * seeds], vec![0.0; seeds]);
+        Self { relative, plain, reference: 0.0, values: 0.0, left_out: 0 }
+    }
+
+    fn of(images: &[Image], reference: &Reference, pixels: std::ops::Range<usize>) -> Self {
+        let n = images.len();
+        let mut sums = Self::new(n);
+        let (mut from_a, mut from_b) = (vec![0.0; n], vec![0.0; n]);
+        for pixel in pixels {
+            let (a, b) = (reference.halves[0].pixels[pixel], reference.halves[1].pixels[pixel]);
+            let finite = |value: [f32; 3]| value.iter().all(|v| v.is_finite());
+            if ![a, b].into_iter().all(finite) || !images.iter().all(|image| finite(image.pixels[pixel])) {
+                sums.left_out += 1;
+                continue;
+            }
+            for c in 0..3 {
+                let (a, b) = (f64::from(a[c]), f64::from(b[c]));
+                let r = 0.5 * (a + b);
+                let weight = 1.0 / (r * r + EPSILON);
+                for (s, image) in images.iter().enumerate() {
+                    let x = f64::from(image.pixels[pixel][c]);
+                    (from_a[s], from_b[s]) = (x - a, x - b);
+                    sums.plain[s] += from_a[s] * from_b[s];
+                }
+                for (row, &from_a) in sums.relative.chunks_exact_mut(n).zip(&from_a) {
+                    let scaled = weight * from_a;
+                    row.iter_mut().zip(&from_b).for_each(|(sum, &from_b)| *sum += scaled * from_b);
+                }
+                // The variance of each half is twice that of their mean.
+                let noise = 2.0 * f64::from(reference.variance[pixel][c]) * weight;
+                sums.reference += noise * noise;
+                sums.values += 1.0;
+            }
+        }
+        sums
+    }
+
+    fn add(mut self, other: &Self) -> Self {
+        self.relative.iter_mut().zip(&other.relative).for_each(|(a, b)| *a += b);
+        self.plain.iter_mut().zip(&other.plain).for_each(|(a, b)| *a += b);
+        self.reference += other.reference;
+        self.values += other.values;
+        self.left_out += other.left_out;
+        self
+    }
+}
+
+/// Returns the mean over pairs of different repetitions, without the repetition `without`.
+fn between(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for s in (0..n).filter(|&s| Some(s) != without) {
+        for t in (0..n).filter(|&t| t != s && Some(t) != without) {
+            sum += relative[s * n + t];
+            count += 1.0;
+        }
+    }
+    if count > 0.0 { sum / count } else { f64::NAN }
+}
+
+/// Returns the mean over pairs of a repetition with itself, without the repetition `without`.
+fn within(relative: &[f64], n: usize, without: Option<usize>) -> f64 {
+    let each = (0..n).filter(|&s| Some(s) != without);
+    each.clone().map(|s| relative[s * n + s]).sum::<f64>() / each.count().max(1) as f64
+}
+
+impl Errors {
+    /// Estimates the errors of images of one scene with different seeds, all of the reference's
+    /// size. `flips` has the mean FLIP of some of them.
+    ///
+    /// # Errors
+    ///
+    /// [`MetricsError`] for images of another size, or fewer than two.
+    pub fn of(images: &[Image], truth: &Truth, flips: &[f64]) -> Result<Self, MetricsError> {
+        let n = images.len();
+        if n < 2 {
+            return Err(MetricsError::TooFewImages { count: n });
+        }
+        let Truth { reference, image: r, .. } = truth;
+        for image in images {
+            let (size, of) =
+                ((image.width as usize, image.height as usize), (r.width as usize, r.height as usize));
+            if size != of || image.pixels.len() != r.pixels.len() {
+                return Err(MetricsError::SizeMismatch { image: size, reference: of });
+            }
+        }
+        let pixels = r.pixels.len();
+        let parts = (0..pixels.div_ceil(1024)).into_par_iter();
+        let parts: Vec<Products> =
+            parts.map(|i| Products::of(images, reference, i * 1024..((i + 1) * 1024).min(pixels))).collect();
+        let sums = parts.iter().fold(Products::new(n), Products::add);
+        let values = sums.values.max(1.0);
+        let relative: Vec<f64> = sums.relative.iter().map(|sum| sum / values).collect();
+        let freedom = n as f64 - 1.0;
+
+        let each: Vec<f64> = (0..n).map(|s| relative[s * n + s]).collect();
+        let bias = between(&relative, n, None);
+        let leave_out =
+            |of: &dyn Fn(Option<usize>) -> f64| -> Vec<f64> { (0..n).map(|s| of(Some(s))).collect() };
+        let of_reference = sums.reference.sqrt() / values;
+        let of_bias = |without| between(&relative, n, without);
+        let bias_error = jackknife_error(&leave_out(&of_bias)).hypot(of_reference);
+        let of_variance = |without| within(&relative, n, without) - between(&relative, n, without);
+        let variance_error = jackknife_error(&leave_out(&of_variance));
+        let squared: Vec<f64> = sums.plain.iter().map(|sum| sum / values).collect();
+        // One-sided: a squared bias below 0 counts as none.
+        let bias_p = 0.5 * welch((bias, bias_error, freedom), (0.0, 0.0, f64::INFINITY)).p;
+        let bias_p = if bias > 0.0 { bias_p } else { 1.0 - bias_p };
+        let (brightness, means_p) = means(images, truth);
+        Ok(Self {
+            seeds: n,
+            rel_mse: Interval::of_mean(&each),
+            variance: Interval::of(of_variance(None), variance_error, freedom),
+            squared_bias: Interval::of(bias, bias_error, freedom),
+            rmse: Interval::of_mean(&squared).map(|value| value.max(0.0).sqrt()),
+            flip: Interval::of_mean(flips),
+            brightness,
+            means_p,
+            bias_p,
+            biased: sidak(means_p.min(bias_p), 2) < SIGNIFICANCE,
+            each,
+            left_out: sums.left_out,
+        })
+    }
+
+    /// Tests whether two configurations differ in relMSE: Welch's test of the logarithms by
+    /// repetition, because repetitions vary by a factor.
+    pub fn differs(&self, other: &Self) -> Welch {
+        let of = |errors: &Self| {
+            let logs: Vec<f64> = errors.each.iter().map(|each| each.max(1e-300).ln()).collect();
+            let (mean, error) = mean_and_error(&logs);
+            (mean, error, logs.len() as f64 - 1.0)
+        };
+        welch(of(self), of(other))
+    }
+
+    /// Returns 1 / (relMSE × seconds), with the interval that follows from relMSE's.
+    pub fn efficiency(&self, seconds: f64) -> Interval {
+        self.rel_mse.map(|error| 1.0 / (error.max(1e-300) * seconds))
+    }
+}
+
+/// Returns the mean LDR-FLIP of each of the first `count` images. Returns [`Error::Cancelled`] if
+/// the supervisor ends the measurement between two of them.
+pub(super) fn flips(
+    images: &[Image],
+    truth: &Truth,
+    count: usize,
+    supervisor: &dyn Supervisor,
+) -> Result<Vec<f64>, Error> {
+    let of = |image: &Image| {
+        check(supervisor)?;
+        Ok(truth.seen.flip(&view(image))?.mean)
+    };
+    images.iter().take(count).map(of).collect()
+}
+
+pub(super) fn view(image: &Image) -> ImageView<'_> {
+    ImageView { width: image.width as usize, height: image.height as usize, pixels: &image.pixels }
+}
+
+/// Returns the sum over each block of an image and the number of its finite values, block rows from
+/// the top.
+fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(f64, f64)> {
+    let edge = width.max(height).div_ceil(MAX_BLOCKS).max(MIN_BLOCK);
+    let across = width.div_ceil(edge);
+    let of = |block: u32| {
+        let (x, y) = (block % across * edge, block / across * edge);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for y in y..(y + edge).min(height) {
+            for x in x..(x + edge).min(width) {
+                let value = value(y as usize * width as usize + x as usize);
+                if value.is_finite() {
+                    sum += value;
+                    count += 1.0;
+                }
+            }
+        }
+        (sum, count)
+    };
+    (0..across * height.div_ceil(edge)).into_par_iter().map(of).collect()
+}
+
+/// Means of the blocks and of the whole image, for several images in the same order.
+pub(super) struct Means {
+    /// Mean of each block in each image: `blocks[block][image]`.
+    blocks: Vec<Vec<f64>>,
+    whole: Vec<f64>,
+}
+
+impl Means {
+    pub fn of(images: &[Image]) -> Self {
+        let all: Vec<Vec<(f64, f64)>> = images
+            .iter()
+            .map(|image| blocks(image.width, image.height, |pixel| gray(image.pixels[pixel])))
+            .collect();
+        let mean = |(sum, count): (f64, f64)| sum / count.max(1.0);
+        let count = all.first().map_or(0, Vec::len);
+        Self {
+            blocks: (0..count).map(|block| all.iter().map(|of| mean(of[block])).collect()).collect(),
+            whole: all.iter().map(|of| mean(total(of))).collect(),
+        }
+    }
+}
+
+/// Returns the mean of a pixel's channels. They share paths, so they count as one value.
+fn gray(value: [f32; 3]) -> f64 {
+    value.iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0
+}
+
+fn total(blocks: &[(f64, f64)]) -> (f64, f64) {
+    blocks.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1))
+}
+
+/// Mean, standard error and degrees of freedom.
+type Measured = (f64, f64, f64);
+
+fn measured(values: &[f64]) -> Measured {
+    let (mean, error) = mean_and_error(values);
+    (mean, error, values.len() as f64 - 1.0)
+}
+
+/// Returns Welch's test of two means. Differences within the rounding of f32 sums (1e-6 of the
+/// larger mean) count as none.
+fn test(a: Measured, b: Measured) -> Welch {
+    let rounding = 1e-6 * a.0.abs().max(b.0.abs());
+    let off = a.0 - b.0;
+    let a_mean = if off.abs() <= rounding { b.0 } else { a.0 - rounding * off.signum() };
+    welch((a_mean, a.1, a.2), b)
+}
+
+/// Returns the relative difference of two means of the whole image, and the probability that they
+/// and the blocks' means differ at least as much by chance.
+fn compare(whole: (Measured, Measured), of_blocks: Vec<f64>) -> (Interval, f64) {
+    let (a, b) = whole;
+    let found = test(a, b);
+    let least = of_blocks.iter().copied().fold(1.0, f64::min);
+    let p = sidak(found.p.min(sidak(least, of_blocks.len())), 2);
+    let scale = b.0.abs().max(1e-300);
+    let half = quantile(crate::statistics::CONFIDENCE, found.freedom.max(1.0)) * a.1.hypot(b.1) / scale;
+    let value = (a.0 - b.0) / scale;
+    (Interval { value, low: value - half, high: value + half }, p)
+}
+
+/// Returns the relative difference of the image's mean from the reference's, and the probability
+/// that the means of image and blocks differ at least as much without a bias.
+fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
+    let own = Means::of(images);
+    let Truth { reference, image: r, .. } = truth;
+    let of_reference = blocks(r.width, r.height, |pixel| gray(r.pixels[pixel]));
+    let noise = blocks(r.width, r.height, |pixel| gray(reference.variance[pixel]));
+    let known = |(sum, count): (f64, f64), variance: f64| {
+        let count = count.max(1.0);
+        (sum / count, variance.max(0.0).sqrt() / count, f64::INFINITY)
+    };
+    let each = own.blocks.iter().zip(of_reference.iter().zip(&noise));
+    let of_blocks = each.map(|(own, (&block, noise))| test(measured(own), known(block, noise.0)).p).collect();
+    compare((measured(&own.whole), known(total(&of_reference), total(&noise).0)), of_blocks)
+}
+
+/// Returns the relative difference of the mean over all pixels between two configurations, and the
+/// probability that means differ at least as much if both converge to one image.
+pub(super) fn difference(a: &Means, b: &Means) -> (Interval, f64) {
+    let of_blocks = a.blocks.iter().zip(&b.blocks).map(|(a, b)| test(measured(a), measured(b)).p).collect();
+    compare((measured(&a.whole), measured(&b.whole)), of_blocks)
+}
+
+#[cfg(test)]
+mod tests;

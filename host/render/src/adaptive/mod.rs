@@ -1,0 +1,400 @@
+//! Adaptive sampling: decides how many samples an image takes, and where, until its noise is below
+//! a target or a time budget is over.
+//!
+//! The image is the mean of two [halves](DualBuffers) that share no random number. The noise of one
+//! half decides where the other takes its samples.
+
+mod allocate;
+mod budget;
+mod dual_buffers;
+mod filter;
+mod goal;
+mod grace_period;
+mod mean;
+mod noise_map;
+mod pass_cost;
+mod renderer;
+mod strategy;
+mod tiles;
+
+pub use dual_buffers::DualBuffers;
+pub use mean::mean_and_error;
+pub use noise_map::Noise;
+pub use tiles::{TILE, Tiles};
+
+use crate::Error;
+use crate::denoise::DenoiseSettings;
+use crate::film::Film;
+use crate::render::{RenderObserver, Renderer, Sampler, Settings};
+use crate::stats::RenderStats;
+use renderer::AdaptiveRenderer;
+use serde::Serialize;
+use std::time::{Duration, Instant};
+use thiserror::Error as ThisError;
+use trisect_image::Image;
+
+/// Goal that ends a render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// Ends when the estimated root of the relMSE is at most `target`, or the mean samples per
+    /// pixel reach `max_samples`.
+    Error {
+        /// Target error as a fraction, such as 0.01 for 1 %.
+        target: f64,
+        /// Maximum samples per pixel.
+        max_samples: u32,
+    },
+    /// Ends after this time: from the first sample, after kernels were compiled, to the image.
+    Time(Duration),
+}
+
+/// Distribution of samples over pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Adaptive {
+    /// Equally many samples for each pixel.
+    Off,
+    /// More samples where there is more noise.
+    On,
+    /// Samples by noise, if the image's own noise predicts clearly less work.
+    Auto,
+}
+
+/// Settings that a render with [`Goal::Time`] may choose; true if free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Free {
+    /// True if the render may switch Russian roulette on or off.
+    pub roulette: bool,
+    /// True if the render may choose the first segment of Russian roulette.
+    pub roulette_depth: bool,
+    /// True if the render may choose the sampler.
+    pub sampler: bool,
+    /// True if the render may denoise or not.
+    pub denoise: bool,
+}
+
+/// Goal of a render, and what may be chosen to reach it.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Goal that ends the render.
+    pub goal: Goal,
+    /// Distribution of samples over pixels.
+    pub adaptive: Adaptive,
+    /// Settings that may be chosen; [`Goal::Error`] ignores them.
+    pub free: Free,
+    /// Denoiser to use, or to try if [`Free::denoise`] is set; [`Goal::Error`] ignores it.
+    pub denoise: Option<DenoiseSettings>,
+}
+
+/// Error of a goal that is out of range, or of a render that used all samples of a seed.
+#[derive(Clone, Debug, PartialEq, Eq, ThisError)]
+pub enum SamplingError {
+    /// The target error is out of range.
+    #[error("--target-error is {target}; it must be above 0 and below 100 %")]
+    Target {
+        /// Requested error in percent.
+        target: String,
+    },
+    /// A pixel has had all samples of a seed.
+    #[error("a pixel has had all 4294967295 samples of a seed: render parts with other seeds (--seed)")]
+    TooMany,
+    /// The time is out of range.
+    #[error("--budget is {seconds} s; it must be from 1 ms to 1000000 s")]
+    Time {
+        /// Requested time in seconds.
+        seconds: String,
+    },
+}
+
+/// Trial of a sampling strategy on some rows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// Strategy, in words.
+    pub way: String,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Device time, in seconds.
+    pub seconds: f64,
+    /// Root of the estimated relMSE, as in [`Noise::error`].
+    pub error: f64,
+    /// error² × seconds relative to the first strategy, from this trial and the prior knowledge of
+    /// such strategies. The lowest is best.
+    pub cost: f64,
+}
+
+/// Expected effect of the denoiser, from the two halves of the image during the render.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FilterTrial {
+    /// Expected root of the relMSE at the end, denoised.
+    pub filtered: f64,
+    /// Expected root of the relMSE at the end, not denoised.
+    pub plain: f64,
+}
+
+/// Report of how the samples were taken, and of the error to expect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sampling {
+    /// Kind of the goal: `error` or `time`.
+    pub goal: &'static str,
+    /// Requested error as a fraction, or time in seconds.
+    pub asked: f64,
+    /// True if the goal was met: an error at most the target, or a time within 5 %.
+    pub met: bool,
+    /// True if the observer ended the render before the goal was met.
+    pub ended: bool,
+    /// Estimated noise of the samples.
+    pub noise: Noise,
+    /// Expected root of the relMSE of the image as it was written.
+    pub expected_error: f64,
+    /// Mean samples per pixel.
+    pub mean_samples: f64,
+    /// Minimum samples of a pixel.
+    pub least_samples: u32,
+    /// Maximum samples of a pixel.
+    pub most_samples: u32,
+    /// True if samples were distributed by noise.
+    pub adaptive: bool,
+    /// Estimated work of uniform sampling over that of adaptive sampling for the same error.
+    pub adaptive_gain: f64,
+    /// Strategy that was chosen.
+    pub way: Strategy,
+    /// Expected effect of the denoiser, if there was a trial.
+    pub filter: Option<FilterTrial>,
+    /// Trials of strategies.
+    pub trials: Vec<Trial>,
+    /// Seconds from the first sample to the image; with [`Goal::Error`], of the whole render.
+    pub seconds: f64,
+    /// Seconds before the first sample, to compile kernels; 0 with [`Goal::Error`].
+    pub preparing_seconds: f64,
+}
+
+/// Strategy of sampling and denoising.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Strategy {
+    /// Sampler.
+    pub sampler: Sampler,
+    /// True if Russian roulette was on.
+    pub roulette: bool,
+    /// Denoiser, if the image was denoised.
+    pub denoise: Option<DenoiseSettings>,
+}
+
+/// Result of a render with a goal.
+pub struct Sampled {
+    /// Sums of the image: those of both halves in one film.
+    pub film: Film,
+    /// Image; with [`Goal::Time`] denoised, if that was requested or chosen.
+    pub image: Image,
+    /// Statistics of the render.
+    pub stats: RenderStats,
+}
+
+/// Renders until the goal is reached or the observer ends the render. In either case the image has
+/// all samples taken so far. `settings.samples` is ignored.
+///
+/// # Errors
+///
+/// [`SamplingError`] for an invalid goal, and the errors of [`Renderer::render`].
+pub fn render(
+    renderer: &mut Renderer,
+    settings: &Settings,
+    request: &Request,
+    observer: &mut dyn RenderObserver,
+) -> Result<Sampled, Error> {
+    check(request.goal)?;
+    settings.check_with(DualBuffers::BYTES_PER_PIXEL)?;
+    let start = Instant::now();
+    match request.goal {
+        Goal::Error { target, max_samples: most } => {
+            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer);
+            let reached = goal::reach(&mut renderer, target, most, request.adaptive)?;
+            renderer.finish();
+            let met = reached.noise.error <= target;
+            let sampling = Sampling {
+                goal: "error",
+                asked: target,
+                met,
+                ended: !met && !renderer.should_continue(),
+                adaptive: reached.adaptive,
+                adaptive_gain: reached.gain,
+                seconds: start.elapsed().as_secs_f64(),
+                ..report_of(&renderer, reached.noise)
+            };
+            let image = renderer.halves.image();
+            sampled(renderer, sampling, None, image)
+        }
+        Goal::Time(time) => {
+            let plan = budget::BudgetPlan {
+                time,
+                adaptive: request.adaptive,
+                free: request.free,
+                denoise: request.denoise.as_ref(),
+            };
+            let made = budget::render_within(renderer, settings, plan, observer)?;
+            let seconds = made.time.as_secs_f64();
+            let report = report_of(&made.renderer, made.noise);
+            let met = (seconds / time.as_secs_f64() - 1.0).abs() <= 0.05;
+            let denoise = made.filtered.as_ref().map(|filtered| filtered.denoise);
+            // Without a trial, the filtered image is not known to be better than the samples.
+            let expected = made.filtered.as_ref().map(|f| f.expected).filter(|e| e.is_finite());
+            let sampling = Sampling {
+                goal: "time",
+                asked: time.as_secs_f64(),
+                met,
+                ended: !met && report.ended,
+                expected_error: expected.unwrap_or(made.noise.error),
+                adaptive: made.adaptive,
+                adaptive_gain: made.gain,
+                way: Strategy { denoise, ..report.way },
+                filter: made.filter,
+                trials: made.trials,
+                seconds,
+                preparing_seconds: made.preparing.as_secs_f64(),
+                ..report
+            };
+            let done = made.filtered.as_ref().map(|filtered| (filtered.denoise, filtered.seconds));
+            sampled(made.renderer, sampling, done, made.image)
+        }
+    }
+}
+
+/// Renders until the goal is reached. Returns both halves, the estimated noise of their mean, and
+/// the seconds taken.
+///
+/// # Errors
+///
+/// Same as [`render`].
+pub fn render_dual_buffers(
+    renderer: &mut Renderer,
+    settings: &Settings,
+    goal: Goal,
+    adaptive: Adaptive,
+    observer: &mut dyn RenderObserver,
+) -> Result<(DualBuffers, Noise, f64), Error> {
+    check(goal)?;
+    settings.check_with(DualBuffers::BYTES_PER_PIXEL)?;
+    let start = Instant::now();
+    let (renderer, noise) = match goal {
+        Goal::Error { target, max_samples: most } => {
+            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer);
+            let noise = goal::reach(&mut renderer, target, most, adaptive)?.noise;
+            (renderer, noise)
+        }
+        Goal::Time(time) => {
+            let plan = budget::BudgetPlan { time, adaptive, free: Free::default(), denoise: None };
+            let made = budget::render_within(renderer, settings, plan, observer)?;
+            (made.renderer, made.noise)
+        }
+    };
+    Ok((renderer.halves, noise, start.elapsed().as_secs_f64()))
+}
+
+/// Checks that a goal is valid.
+///
+/// # Errors
+///
+/// [`SamplingError`] names the invalid value.
+pub fn check(goal: Goal) -> Result<(), SamplingError> {
+    match goal {
+        Goal::Error { target, .. } if !(target > 0.0 && target < 1.0) => {
+            Err(SamplingError::Target { target: format!("{} %", 100.0 * target) })
+        }
+        Goal::Time(time) if !(0.001..=1e6).contains(&time.as_secs_f64()) => {
+            Err(SamplingError::Time { seconds: time.as_secs_f64().to_string() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Returns a report with the fields that the samples determine; the others have defaults.
+fn report_of(renderer: &AdaptiveRenderer, noise: Noise) -> Sampling {
+    let both =
+        renderer.halves.taken(0).iter().zip(renderer.halves.taken(1)).map(|(a, b)| a.saturating_add(*b));
+    let Settings { sampler, roulette, .. } = renderer.settings;
+    Sampling {
+        goal: "",
+        asked: 0.0,
+        met: false,
+        ended: !renderer.should_continue(),
+        noise,
+        expected_error: noise.error,
+        mean_samples: renderer.mean_samples(),
+        least_samples: both.clone().min().unwrap_or(0),
+        most_samples: both.max().unwrap_or(0),
+        adaptive: false,
+        adaptive_gain: 1.0,
+        way: Strategy { sampler, roulette, denoise: None },
+        filter: None,
+        trials: Vec::new(),
+        seconds: 0.0,
+        preparing_seconds: 0.0,
+    }
+}
+
+fn sampled(
+    renderer: AdaptiveRenderer,
+    sampling: Sampling,
+    filtered: Option<(DenoiseSettings, f64)>,
+    image: Image,
+) -> Result<Sampled, Error> {
+    let film = renderer.halves.film();
+    let samples = sampling.mean_samples.round().clamp(1.0, f64::from(u32::MAX)) as u32;
+    let settings = Settings { samples, ..renderer.settings.clone() };
+    let mut stats = renderer.inner.statistics(&settings)?;
+    stats.device_seconds = renderer.totals.device.as_secs_f64();
+    stats.submissions = renderer.totals.submissions;
+    stats.finish(film.counts(), Duration::from_secs_f64(sampling.seconds), Duration::ZERO, Duration::ZERO);
+    if let Some((denoise, seconds)) = filtered {
+        (stats.denoise, stats.denoise_seconds) = (Some(denoise), seconds);
+    }
+    stats.sampling = Some(sampling);
+    Ok(Sampled { film, image, stats })
+}
+
+impl Sampling {
+    /// Returns a summary for people.
+    pub fn summary(&self) -> String {
+        let percent = |error: f64| format!("{:.3} %", 100.0 * error);
+        let way = self.way;
+        let mut text = format!(
+            "{:.1} samples a pixel ({} to {}), {}: estimated error {} (99 of 100 pixels below {})",
+            self.mean_samples,
+            self.least_samples,
+            self.most_samples,
+            if self.adaptive { "more where there is more noise" } else { "the same for each" },
+            percent(self.noise.error),
+            percent(self.noise.percentile_99),
+        );
+        if self.goal == "time" {
+            let sampler =
+                if way.sampler == Sampler::Sobol { "Sobol's samples" } else { "independent samples" };
+            let filter = match way.denoise {
+                Some(denoise) => format!("{:?}", denoise.filter).to_lowercase(),
+                None => "no denoiser".to_owned(),
+            };
+            text += &format!(
+                "\nchose {sampler}, {}, {filter} in {:.3} of {:.3} s (and {:.3} s before, to compile); expects an error of {}",
+                if way.roulette { "roulette" } else { "no roulette" },
+                self.seconds,
+                self.asked,
+                self.preparing_seconds,
+                percent(self.expected_error),
+            );
+        }
+        text
+    }
+
+    /// Returns a warning if the goal was not met.
+    pub fn warning(&self) -> Option<String> {
+        let percent = |error: f64| format!("{:.3} %", 100.0 * error);
+        match self.goal {
+            _ if self.met || self.ended => None,
+            "error" => Some(format!(
+                "the error is {}, not {}: pixels have {:.0} samples, and more need a greater --max-spp",
+                percent(self.noise.error),
+                percent(self.asked),
+                self.mean_samples
+            )),
+            _ => Some(format!("took {:.3} s, not {:.3} s", self.seconds, self.asked)),
+        }
+    }
+}

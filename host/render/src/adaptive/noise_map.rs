@@ -1,0 +1,203 @@
+//! Estimates of the noise of an image, in total and by tiles, from its own samples.
+
+use super::{DualBuffers, Tiles};
+use crate::film::{PixelTotals, TASK};
+use rayon::prelude::*;
+use serde::Serialize;
+use trisect_image::metrics::REL_MSE_EPSILON as EPSILON;
+
+/// Noise of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Noise {
+    /// Root of the estimated relMSE: of the mean over pixels and channels of variance / (mean² +
+    /// 0.01).
+    pub error: f64,
+    /// Error that 99 of 100 pixels are below.
+    pub percentile_99: f64,
+}
+
+/// Noise of a tile; arrays are by half.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct TileNoise {
+    /// Mean over pixels and channels of the variance of one sample over mean² + 0.01.
+    pub variance: [f64; 2],
+    /// Segments per sample.
+    pub work: [f64; 2],
+    /// Mean over pixels of the squared relative error (relMSE).
+    pub error: f64,
+}
+
+/// Noise of an image, by tiles.
+pub(super) struct NoiseMap {
+    /// Root of the estimated relMSE, as in [`Noise::error`].
+    pub error: f64,
+    pub tiles: Vec<TileNoise>,
+}
+
+impl Noise {
+    /// Returns the noise of an image; `from_halves` as in [`NoiseMap::new`].
+    pub(super) fn of(halves: &DualBuffers, from_halves: bool) -> Self {
+        let [first, second] = [0, 1].map(|half| halves.pixels(half));
+        let pixels = first.par_iter().zip(second).with_min_len(TASK);
+        let mut errors: Vec<f32> =
+            pixels.map(|(a, b)| PixelNoise::at([a, b], from_halves).error as f32).collect();
+        let place = (errors.len() * 99 / 100).min(errors.len().saturating_sub(1));
+        let percentile = match errors.is_empty() {
+            true => 0.0,
+            false => f64::from(*errors.select_nth_unstable_by(place, f32::total_cmp).1),
+        };
+        Self { error: NoiseMap::new(halves, from_halves).error, percentile_99: percentile.sqrt() }
+    }
+}
+
+impl NoiseMap {
+    /// Returns the map of an image that was not measured: all tiles are equal.
+    pub fn uniform(tiles: &Tiles) -> Self {
+        let tile = TileNoise { variance: [1.0; 2], work: [1.0; 2], error: 1.0 };
+        Self { error: f64::NAN, tiles: vec![tile; tiles.len()] }
+    }
+
+    /// Measures an image. The error of independent samples follows from the variance within each
+    /// half. With `from_halves`, samples are not independent (Sobol), and the error follows from
+    /// the difference of the halves; so it does for a pixel with fewer than two samples in a half.
+    /// The variances that steer samples are those within each half, except in such a pixel.
+    ///
+    /// The error is relative to the mean of both halves, the variances that steer samples to the
+    /// mean of their own half. Relative to the other half's mean, pixels with a few bright samples
+    /// would count far too much: where one half has such a sample, the other is dark
+    /// (docs/notebook/samplers-and-adaptive.md).
+    pub fn new(halves: &DualBuffers, from_halves: bool) -> Self {
+        let tiles = halves.tiles();
+        let of_tile = |index: usize| {
+            let mut tile = TileNoise::default();
+            for pixel in tiles.pixels(index) {
+                let pixel_noise = PixelNoise::at([0, 1].map(|half| &halves.pixels(half)[pixel]), from_halves);
+                tile.error += pixel_noise.error;
+                for half in 0..2 {
+                    tile.variance[half] += pixel_noise.variance[half];
+                    tile.work[half] += pixel_noise.work[half];
+                }
+            }
+            let size = f64::from(tiles.size(index));
+            tile.error /= size;
+            for half in 0..2 {
+                tile.variance[half] /= size;
+                tile.work[half] /= size;
+            }
+            tile
+        };
+        let tile_noises: Vec<TileNoise> =
+            (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
+        let sizes = (0..tiles.len()).map(|tile| f64::from(tiles.size(tile)));
+        // In order: a sum of floating-point numbers depends on it.
+        let (sum, pixels) = tile_noises
+            .iter()
+            .zip(sizes)
+            .fold((0.0, 0.0), |(sum, pixels), (tile, size)| (sum + tile.error * size, pixels + size));
+        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: tile_noises }
+    }
+}
+
+/// Squared relative error of a pixel, and the relative variance and work of each half's samples.
+struct PixelNoise {
+    error: f64,
+    variance: [f64; 2],
+    work: [f64; 2],
+}
+
+impl PixelNoise {
+    fn at(totals: [&PixelTotals; 2], from_halves: bool) -> Self {
+        let counts = totals.map(|total| total.samples as f64);
+        // Few divisions, because this runs for every pixel.
+        let inverse = counts.map(|count| 1.0 / count);
+        let rest = counts.map(|count| 1.0 / (count - 1.0));
+        let from_halves = from_halves || counts.iter().any(|&count| count < 2.0);
+        let weight = |mean: f64| 1.0 / (3.0 * (mean * mean + EPSILON));
+        let mut pixel_noise = Self { error: 0.0, variance: [0.0; 2], work: [0.0; 2] };
+        for c in 0..3 {
+            let means = [0, 1].map(|half| totals[half].radiance[c].value() * inverse[half]);
+            let difference = 0.25 * (means[0] - means[1]).powi(2);
+            let both = weight(0.5 * (means[0] + means[1]));
+            let mut within = 0.0;
+            for half in 0..2 {
+                // A variance that decides about the other half must not depend on that half. The
+                // difference of the halves does, but there is no other estimate for few samples.
+                let (variance, own) = match counts[half] < 2.0 {
+                    true => (2.0 * difference, both),
+                    false => {
+                        let squares = totals[half].squares[c].value() * inverse[half];
+                        let variance = (squares - means[half] * means[half]) * rest[half];
+                        (variance.max(0.0), weight(means[half]))
+                    }
+                };
+                within += variance;
+                pixel_noise.variance[half] += variance * counts[half] * own;
+            }
+            pixel_noise.error += both * if from_halves { difference } else { 0.25 * within };
+        }
+        pixel_noise.work = [0, 1].map(|half| totals[half].segments as f64 * inverse[half].min(1.0));
+        // More samples would not lower the noise of a pixel that is not finite.
+        if !pixel_noise.error.is_finite() || !pixel_noise.variance.iter().all(|v| v.is_finite()) {
+            pixel_noise = Self { error: 0.0, variance: [0.0; 2], ..pixel_noise };
+        }
+        pixel_noise
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use trisect_shared::film::{Compensation, PixelSums};
+    use trisect_shared::math::unit_f32;
+    use trisect_shared::rng::PathKey;
+
+    /// Halves of uniform samples around 1, of half-width `width` in the left tile and twice that in
+    /// the right tile.
+    fn halves(samples: u32, width: f32, seed: u32) -> DualBuffers {
+        let mut halves = DualBuffers::new(16, 8);
+        for half in 0..2 {
+            let pixel = |pixel: u32| {
+                let (mut sums, mut carry) = (PixelSums::ZERO, Compensation::ZERO);
+                let width = if pixel % 16 < 8 { width } else { 2.0 * width };
+                for sample in 0..samples {
+                    let word = PathKey { seed: seed + half, pixel, sample }.words(0).x;
+                    let value = 1.0 + width * (2.0 * unit_f32(word) - 1.0);
+                    sums.add(Vec3::splat(value), &mut carry, 0);
+                }
+                sums.compensate(carry);
+                sums
+            };
+            halves.add(half as usize, &(0..128).map(pixel).collect::<Vec<_>>(), samples);
+        }
+        halves
+    }
+
+    /// Uniform samples of half-width w have variance w² / 3; the weight is 1 / 1.01.
+    #[test]
+    fn the_noise_of_known_samples() {
+        let samples = 64;
+        let want = |width: f64| (width * width / 3.0 / (2.0 * f64::from(samples)) / 1.01).sqrt();
+        let expected = ((want(0.5).powi(2) + want(1.0).powi(2)) / 2.0).sqrt();
+        for from_halves in [false, true] {
+            let noise_map = NoiseMap::new(&halves(samples, 0.5, 1), from_halves);
+            let off = noise_map.error / expected - 1.0;
+            // 128 pixels: the variance within halves is within 1 %, that of their difference within
+            // 9 %.
+            assert!(off.abs() < if from_halves { 0.3 } else { 0.05 }, "{off}");
+            let noise = Noise::of(&halves(samples, 0.5, 1), from_halves);
+            assert!(noise.percentile_99 > noise.error && noise.error == noise_map.error);
+            let ratio = noise_map.tiles[1].variance[0] / noise_map.tiles[0].variance[0];
+            assert!((ratio / 4.0 - 1.0).abs() < 0.1, "{ratio}");
+        }
+        // Negative control: a quarter of the samples doubles the error.
+        let quarter = NoiseMap::new(&halves(samples / 4, 0.5, 1), false).error / expected;
+        assert!((quarter / 2.0 - 1.0).abs() < 0.1, "{quarter}");
+    }
+
+    #[test]
+    fn one_sample_each_is_enough_for_a_guess() {
+        let noise_map = NoiseMap::new(&halves(1, 0.5, 3), false);
+        assert!(noise_map.error.is_finite() && noise_map.error > 0.1);
+    }
+}

@@ -1,0 +1,42 @@
+//! Check that there is memory for a BVH, before it is built.
+
+use trisect_scene::SceneError;
+use trisect_system::memory::display;
+
+/// Bytes for each primitive while its BVH is built and prepared for a device: nodes of the builder,
+/// of the binary and of the wide BVH, and triangles in BVH order.
+const BYTES_PER_PRIMITIVE: u64 = 520;
+
+/// Maximum number of bytes for which a BVH is built without a query of the available memory.
+const SMALL: u64 = 64 << 20;
+
+/// Returns an error for a BVH that the memory cannot hold; the builder would panic.
+pub(super) fn check(count: usize, scene: &str, available: impl Fn() -> u64) -> Result<(), SceneError> {
+    let needed = (count as u64).saturating_mul(BYTES_PER_PRIMITIVE);
+    if needed <= SMALL {
+        return Ok(());
+    }
+    let available = available();
+    if needed <= available {
+        return Ok(());
+    }
+    let (needed, available) = (display(needed), display(available));
+    let message = format!(
+        "the BVH of {count} primitives needs {needed} of memory, and {available} are available; place fewer copies, or simpler meshes"
+    );
+    Err(SceneError::Inconsistent { file: scene.to_owned(), message })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tree_that_does_not_fit_is_refused() {
+        let error = check(1_000_000, "a.ron", || 500 << 20).and(check(1_000_000, "a.ron", || 400 << 20));
+        let text = error.unwrap_err().to_string();
+        assert!(text.contains("a.ron") && text.contains("400 MiB") && text.contains("1000000"), "{text}");
+        // For a small one the available memory is not queried.
+        check(100_000, "a.ron", || 0).unwrap();
+    }
+}

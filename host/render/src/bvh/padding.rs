@@ -1,0 +1,76 @@
+//! Padding of the boxes for rays from anywhere in the scene, which makes the box test cheaper.
+
+use super::Bvh;
+use glam::{Vec3, Vec4};
+use trisect_shared::bvh::Child;
+use trisect_shared::slabs::box_padding;
+
+/// Maximum padding, relative to the median half extent of a primitive's box: rays then enter few
+/// more boxes (docs/notebook/camera-ray-tiles.md).
+const MAX_GROWTH: f32 = 1.0 / 64.0;
+
+impl Bvh {
+    /// Pads all boxes for rays that start in them, or within `lens` of `eye` along each axis.
+    /// Returns the maximum distance of a ray's origin from the world's origin, along each axis, for
+    /// which the boxes are padded. Returns `None` and leaves the boxes as they are if there is no
+    /// inner node, or if the padding would make the primitives' boxes much larger, as in a scene
+    /// with fine detail that reaches far.
+    pub fn pad_boxes(&mut self, eye: Vec3, lens: f32) -> Option<Vec3> {
+        let root = self.nodes.first()?;
+        let mut reach = eye.abs() + lens;
+        for (low, high) in root.boxes() {
+            reach = reach.max(low.abs()).max(high.abs());
+        }
+        reach *= 1.0 + 1e-5; // surface points, and the origins of rays that leave them, lie in the boxes within rounding
+        if box_padding(0.0, 0.0, reach.max_element()) > MAX_GROWTH * self.middle_extent() {
+            return None;
+        }
+        for node in &mut self.nodes {
+            for (row, reach) in [(&mut node.x, reach.x), (&mut node.y, reach.y), (&mut node.z, reach.z)] {
+                let wider = |center: f32, half: f32| (half + box_padding(center, half, reach)).next_up();
+                *row = Vec4::new(row.x, row.y, wider(row.x, row.z), wider(row.y, row.w));
+            }
+        }
+        Some(reach)
+    }
+
+    /// Returns the median, over the primitives, of the mean half extent of their boxes.
+    fn middle_extent(&self) -> f32 {
+        let mut extents = Vec::new();
+        for node in &self.nodes {
+            if Child(node.first).is_leaf() {
+                extents.push((node.x.z + node.y.z + node.z.z) / 3.0);
+            }
+            if Child(node.second).is_leaf() {
+                extents.push((node.x.w + node.y.w + node.z.w) / 3.0);
+            }
+        }
+        let middle = extents.len() / 2;
+        if extents.is_empty() { 0.0 } else { *extents.select_nth_unstable_by(middle, f32::total_cmp).1 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trisect_scene::Scene;
+
+    /// The boxes of the built-in scene are padded; for an eye far from the origin they stay as they
+    /// are.
+    #[test]
+    fn room_where_it_is_small() {
+        let scene = Scene::hello_world().unwrap();
+        let mut bvh = Bvh::build(&scene, None).unwrap();
+        let tight = bvh.nodes.clone();
+        let reach = bvh.pad_boxes(Vec3::ONE, 0.0).unwrap();
+        assert!(reach.cmpgt(Vec3::ONE).all());
+        for (node, tight) in bvh.nodes.iter().zip(&tight) {
+            for ((low, high), (tight_low, tight_high)) in node.boxes().into_iter().zip(tight.boxes()) {
+                assert!(low.cmple(tight_low).all() && high.cmpge(tight_high).all());
+            }
+        }
+        bvh.nodes.clone_from(&tight);
+        assert_eq!(bvh.pad_boxes(Vec3::splat(1e9), 0.0), None);
+        assert_eq!(bvh.nodes, tight);
+    }
+}

@@ -1,0 +1,309 @@
+//! Wide BVH of the CPU: the binary one collapsed to eight children a node, with up to eight
+//! primitives of one kind in a leaf.
+
+mod validate;
+
+use super::Bvh;
+use glam::Vec3;
+use trisect_scene::{Scene, SceneError};
+use trisect_shared::bvh::{Child, Corners};
+use trisect_shared::simd::{LANES, SimdRow};
+use trisect_shared::wide::{LeafKind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
+
+/// Cheapest way to collapse a subtree, and its cost. Costs are expected visits: a node's area
+/// relative to the root's; a leaf costs as much as a node (docs/notebook/triangles-and-trees.md).
+#[derive(Clone, Copy)]
+struct CollapsePlan {
+    /// Cost as a forest of at most 1, 2, ..., 7 trees.
+    cost: [f32; LANES - 1],
+    /// Entry 0, for the subtree as one tree: how many of its node's eight children lie below the
+    /// first child, or 0 for a leaf. Entry k, for a forest of k + 1 trees: how many of them lie
+    /// below the first child, or 0 if k trees cost no more.
+    first: [u8; LANES - 1],
+    /// Number of primitives, at most one more than a leaf holds.
+    count: u8,
+    /// Kind of the primitives; `None` if they are of several kinds.
+    kind: Option<LeafKind>,
+}
+
+/// Wide BVH, which the CPU traces, over the primitives of a [`Bvh`], with that BVH's numbering.
+#[derive(Clone, Debug)]
+pub struct Wide {
+    /// Root of the tree: a node or a leaf.
+    pub root: WideChild,
+    /// Inner nodes, parents before children, depth-first.
+    pub nodes: Vec<WideNode>,
+    /// Leaves of spheres.
+    pub spheres: Vec<SpherePacket>,
+    /// Leaves of triangles.
+    pub triangles: Vec<TrianglePacket>,
+}
+
+impl Wide {
+    /// Collapses the binary BVH so that the total area of nodes and leaves is smallest (Ylitie,
+    /// Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
+    /// HPG 2017, section 3.2, with leaves of up to eight). Returns `None` if `bvh` has 2²⁶ or more
+    /// inner nodes, triangles, or spheres, quads and discs together: a [`WideChild`] might not be
+    /// able to number them.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a tree that is broken, because the traversal relies on it.
+    pub fn new(scene: &Scene, bvh: &Bvh) -> Result<Option<Self>, SceneError> {
+        let builder = Builder::new(scene, bvh);
+        let Some(wide) = builder.build() else { return Ok(None) };
+        let first = [scene.spheres.len(), scene.flats.len(), bvh.triangles.len()];
+        wide.validate(first)
+            .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
+        Ok(Some(wide))
+    }
+
+    /// Returns the tree as kernels get it.
+    pub fn tree(&self) -> WideTree<'_> {
+        let Self { root, nodes, spheres, triangles } = self;
+        WideTree { root: *root, nodes, spheres, triangles }
+    }
+}
+
+struct Builder<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    first_flat: u32,
+    first_triangle: u32,
+    plans: Vec<CollapsePlan>,
+    wide: Wide,
+}
+
+/// Returns half the surface area of a box, in f64: the squares of large f32 numbers exceed the
+/// range of f32.
+fn area((low, high): Corners) -> f64 {
+    let size = high.as_dvec3() - low.as_dvec3();
+    size.x * size.y + size.y * size.z + size.z * size.x
+}
+
+fn union(a: Corners, b: Corners) -> Corners {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+impl<'a> Builder<'a> {
+    fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
+        let first_flat = scene.spheres.len() as u32;
+        Self {
+            scene,
+            bvh,
+            first_flat,
+            first_triangle: first_flat + scene.flats.len() as u32,
+            plans: Vec::new(),
+            wide: Wide {
+                root: WideChild::EMPTY,
+                nodes: Vec::new(),
+                spheres: Vec::new(),
+                triangles: Vec::new(),
+            },
+        }
+    }
+
+    fn kind(&self, primitive: u32) -> LeafKind {
+        if primitive >= self.first_triangle {
+            LeafKind::Triangles
+        } else if primitive >= self.first_flat {
+            LeafKind::Planar
+        } else {
+            LeafKind::Spheres
+        }
+    }
+
+    fn build(mut self) -> Option<Wide> {
+        let bvh = self.bvh;
+        let limit = WideChild::MAX_INDEX as usize;
+        if self.first_triangle as usize > limit || bvh.nodes.len() > limit || bvh.triangles.len() > limit {
+            return None;
+        }
+        if bvh.root == Child::EMPTY {
+            return Some(self.wide);
+        }
+        self.plan();
+        self.emit();
+        Some(self.wide)
+    }
+
+    /// Returns the plan of a child whose box has this area, relative to the root's.
+    fn of(&self, child: Child, area: f32) -> CollapsePlan {
+        if child.is_leaf() {
+            let kind = Some(self.kind(child.index()));
+            CollapsePlan { cost: [area; LANES - 1], first: [0; LANES - 1], count: 1, kind }
+        } else {
+            self.plans[child.index() as usize]
+        }
+    }
+
+    /// Computes the plans from the leaves up: children come after their parents.
+    fn plan(&mut self) {
+        let nodes = &self.bvh.nodes;
+        let none = CollapsePlan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
+        self.plans = vec![none; nodes.len()];
+        let root = nodes.first().map_or(1.0, |node| {
+            let [a, b] = node.boxes();
+            area(union(a, b))
+        });
+        for (index, node) in nodes.iter().enumerate().rev() {
+            let [a, b] = node.boxes();
+            let [area, area_a, area_b] = [union(a, b), a, b].map(|b| (area(b) / root) as f32);
+            let (a, b) = (self.of(Child(node.first), area_a), self.of(Child(node.second), area_b));
+            // The cheapest division of `trees` trees between both children; some division even if
+            // no cost is a number.
+            let share = |trees: usize| {
+                let cost = |first: usize| a.cost[first - 1] + b.cost[trees - first - 1];
+                let least = (trees + 1).saturating_sub(LANES).max(1);
+                (least..trees.min(LANES)).fold((cost(least), least as u8), |best, first| {
+                    let cost = cost(first);
+                    if cost < best.0 { (cost, first as u8) } else { best }
+                })
+            };
+            let kind = if a.kind == b.kind { a.kind } else { None };
+            let count = (a.count + b.count).min(LANES as u8 + 1);
+            let mut plan = CollapsePlan { count, kind, ..none };
+            let fits = usize::from(count) <= LANES && kind.is_some_and(|kind| kind != LeafKind::Planar);
+            let (below, first) = share(LANES);
+            let inner = area + below;
+            (plan.cost[0], plan.first[0]) = if fits && area <= inner { (area, 0) } else { (inner, first) };
+            for trees in 2..LANES {
+                let (cost, first) = share(trees);
+                let fewer = plan.cost[trees - 2];
+                (plan.cost[trees - 1], plan.first[trees - 1]) =
+                    if cost < fewer { (cost, first) } else { (fewer, 0) };
+            }
+            self.plans[index] = plan;
+        }
+    }
+
+    /// Makes the nodes and leaves, from the root down.
+    fn emit(&mut self) {
+        // A child of the binary BVH that becomes one of the wide BVH, and the slot that waits for
+        // it.
+        let mut pending = vec![(self.bvh.root, None::<(usize, usize)>)];
+        let mut list = Vec::with_capacity(LANES);
+        while let Some((child, slot)) = pending.pop() {
+            let is_node = !child.is_leaf() && self.plans[child.index() as usize].first[0] != 0;
+            let word =
+                if is_node { WideChild::inner(self.wide.nodes.len() as u32) } else { self.leaf(child) };
+            match slot {
+                Some((node, lane)) => self.wide.nodes[node].children.0[lane] = word.0,
+                None => self.wide.root = word,
+            }
+            if is_node {
+                list.clear();
+                self.forest(
+                    child,
+                    usize::from(self.plans[child.index() as usize].first[0]),
+                    LANES,
+                    &mut list,
+                );
+                let me = self.wide.nodes.len();
+                self.wide.nodes.push(node(&list));
+                pending.extend(
+                    list.iter().enumerate().rev().map(|(lane, (child, _))| (*child, Some((me, lane)))),
+                );
+            }
+        }
+    }
+
+    /// Appends the trees that an inner node's subtree is divided into: `first` below its first
+    /// child, of `trees` in all, at most.
+    fn forest(&self, node: Child, first: usize, trees: usize, list: &mut Vec<(Child, Corners)>) {
+        let node = &self.bvh.nodes[node.index() as usize];
+        let [a, b] = node.boxes();
+        for (child, corners, mut trees) in
+            [(Child(node.first), a, first), (Child(node.second), b, trees - first)]
+        {
+            let mut share = 0;
+            if !child.is_leaf() {
+                let plan = &self.plans[child.index() as usize];
+                while trees > 1 && plan.first[trees - 1] == 0 {
+                    trees -= 1;
+                }
+                share = usize::from(plan.first[trees - 1]);
+            }
+            if child.is_leaf() || trees == 1 {
+                list.push((child, corners));
+            } else {
+                self.forest(child, share, trees, list);
+            }
+        }
+    }
+
+    /// Makes a leaf of all primitives below a child, of which there are at most eight.
+    fn leaf(&mut self, child: Child) -> WideChild {
+        let mut primitives = Vec::with_capacity(LANES);
+        let mut pending = vec![child];
+        while let Some(child) = pending.pop() {
+            if child.is_leaf() {
+                primitives.push(child.index());
+            } else {
+                let node = &self.bvh.nodes[child.index() as usize];
+                pending.extend([Child(node.first), Child(node.second)]);
+            }
+        }
+        primitives.sort_unstable();
+        let kind = self.kind(primitives[0]);
+        let mut numbers = SimdRow([u32::MAX; LANES]);
+        numbers.0[..primitives.len()].copy_from_slice(&primitives);
+        let index = match kind {
+            LeafKind::Planar => primitives[0] as usize,
+            LeafKind::Spheres => {
+                let mut packet = SpherePacket { shape: [SimdRow([0.0; LANES]); 4], primitives: numbers };
+                for (lane, &primitive) in primitives.iter().enumerate() {
+                    let sphere = &self.scene.spheres[primitive as usize];
+                    for (row, x) in sphere.center.to_array().into_iter().chain([sphere.radius]).enumerate() {
+                        packet.shape[row].0[lane] = x;
+                    }
+                }
+                self.wide.spheres.push(packet);
+                self.wide.spheres.len() - 1
+            }
+            LeafKind::Triangles => {
+                let mut packet = TrianglePacket { vertices: [SimdRow([0.0; LANES]); 9], primitives: numbers };
+                for (lane, &primitive) in primitives.iter().enumerate() {
+                    let t = &self.bvh.triangles[(primitive - self.first_triangle) as usize];
+                    for (row, x) in [t.a, t.b, t.c].into_iter().flat_map(|v| v.to_array()).enumerate() {
+                        packet.vertices[row].0[lane] = x;
+                    }
+                }
+                self.wide.triangles.push(packet);
+                self.wide.triangles.len() - 1
+            }
+        };
+        WideChild::leaf(kind, primitives.len() as u32, index as u32)
+    }
+}
+
+/// Returns a node with the boxes of these children, whose words are set later.
+fn node(list: &[(Child, Corners)]) -> WideNode {
+    let (low, high) = (SimdRow([f32::INFINITY; LANES]), SimdRow([f32::NEG_INFINITY; LANES]));
+    let mut node = WideNode {
+        planes: [low, low, low, high, high, high],
+        children: SimdRow([WideChild::EMPTY.0; LANES]),
+        order: SimdRow([0; LANES]),
+    };
+    for (lane, (_, (low, high))) in list.iter().enumerate() {
+        for axis in 0..3 {
+            node.planes[axis].0[lane] = low[axis];
+            node.planes[axis + 3].0[lane] = high[axis];
+        }
+    }
+    for octant in 0..LANES {
+        let sign =
+            Vec3::from_array(std::array::from_fn(|axis| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 }));
+        let mut lanes: [(f32, u32); LANES] = std::array::from_fn(|lane| {
+            // Half the centre: the sum over its axes stays within the range of f32.
+            let along = list.get(lane).map(|(_, (low, high))| (*low * 0.25 + *high * 0.25).dot(sign));
+            (along.unwrap_or(f32::INFINITY), lane as u32)
+        });
+        lanes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        node.order.0[octant] = lanes.iter().rev().fold(0, |order, (_, lane)| order << 3 | lane);
+    }
+    node
+}
+
+#[cfg(test)]
+mod tests;

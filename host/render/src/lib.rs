@@ -1,0 +1,164 @@
+//! Trisect: a path tracer whose kernels are written once in Rust and run on the CPU, through wgpu
+//! and through CUDA.
+//!
+//! This library is the program `trisect` without its command line and its window. It reads a scene,
+//! renders it on a backend into a film of exact sums, and denoises, writes, measures or compares
+//! the image. The kernels are in `trisect_shared`; `trisect_kernels` has them compiled for GPUs.
+//!
+//! ```
+//! use trisect::{device, render, scene};
+//!
+//! let scene = scene::Scene::hello_world()?;
+//! let settings = render::Settings::of(&scene).size(32, 18).spp(4);
+//! let backend = device::cpu::Cpu::open(None)?;
+//! let mut renderer = render::Renderer::new(Box::new(backend), &scene)?;
+//! let frame = renderer.render(&settings, &mut ())?;
+//! let image = frame.film.image();
+//! assert_eq!((image.width, image.height), (32, 18));
+//! # Ok::<(), trisect::Error>(())
+//! ```
+//!
+//! # Modules
+//!
+//! A frame flows one way: scene file → [`scene`] → [`bvh`] and [`lights`] → [`render`], on a
+//! [`device`] → [`film`] → [`denoise`] → [`output`]. A [`render::Renderer`] drives a
+//! [`device::Backend`]: it uploads the scene once, launches the kernels over rows and chunks of
+//! samples, and adds the chunks to the film.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`scene`] | reads and validates scenes: the project's own format, glTF, OBJ and PLY |
+//! | [`precision`] | checks whether single precision suffices for a scene |
+//! | [`bvh`] | builds the BVH: binary, wide, and its entries by image tile |
+//! | [`lights`] | builds the light table, from which next-event estimation chooses |
+//! | [`alias`] | alias tables: sampling of a discrete distribution in constant time |
+//! | [`device`] | devices behind one trait: CPU, wgpu, CUDA |
+//! | [`render`] | settings, and renders of frames, chunks, missing samples and live frames |
+//! | [`film`] | exact sums of samples, which can be merged in any order |
+//! | [`adaptive`] | renders to a target error or time, with more samples in noisy tiles |
+//! | [`denoise`] | à-trous and SVGF filters, and the history of live frames |
+//! | [`image`] | images in memory, read from files |
+//! | [`output`] | image files: PNG, EXR, PFM, HDR; AOV layers, exposure |
+//! | [`checkpoint`] | files from which a render resumes to the same bits |
+//! | [`cluster`] | one image over several processes (MPI) |
+//! | [`view`] | camera navigation and camera paths for live frames |
+//! | [`metrics`] | differences of two images: relMSE, RMSE, PSNR, FLIP |
+//! | [`statistics`] | confidence intervals and tests for few repetitions |
+//! | [`stats`] | times and counts of a render, as text and versioned JSON |
+//! | [`mod@bench`] | benchmarks, and a report with charts |
+//! | [`tradeoff`] | the lab: measures time, noise and bias of each speed option |
+//! | [`memory`] | available memory |
+//! | [`threads`] | threads, with an error where the system refuses them |
+//! | [`error`] | [`Error`] and the program's exit codes |
+//!
+//! Cargo features: `window` (default) adds the window of `trisect view`, `mpi` adds `--distribute`.
+//!
+//! # Rendering a scene file on a chosen device
+//!
+//! [`scene::Scene::load`] reads the project's scene files, glTF, OBJ and PLY, by extension.
+//! [`device::open`] chooses a backend as `--backend` does, and says why.
+//!
+//! ```
+//! use trisect::{device, output, render, scene};
+//!
+//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/three_spheres.ron");
+//! # let path = std::path::Path::new(path);
+//! # if !path.exists() { return Ok(()) } // a published crate has no scenes
+//! let scene = scene::Scene::load(path)?;
+//! let selection = device::open(device::Choice::Auto, None, None)?;
+//! let device = selection.backend.device();
+//! println!("{}: {} {}", device.backend, device.name, selection.why);
+//! let settings = render::Settings::of(&scene).size(48, 27).spp(16);
+//! let frame = render::Renderer::new(selection.backend, &scene)?.render(&settings, &mut ())?;
+//! let out = std::env::temp_dir().join(format!("trisect-example-{}.png", std::process::id()));
+//! output::write(&frame.film.image(), &out)?;
+//! # std::fs::remove_file(&out).ok();
+//! # Ok::<(), trisect::Error>(())
+//! ```
+//!
+//! # Mean, variance and counts
+//!
+//! A [`film::Film`] is more than an image. It has each pixel's exact sums, from which the error of
+//! the pixel follows, and counts of samples, of samples left out because they were not finite, and
+//! of path segments.
+//!
+//! ```
+//! # use trisect::{device::cpu::Cpu, render, scene};
+//! # let scene = scene::Scene::hello_world()?;
+//! # let mut renderer = render::Renderer::new(Box::new(Cpu::open(None)?), &scene)?;
+//! let settings = render::Settings::of(&scene).size(32, 18).spp(64);
+//! let frame = renderer.render(&settings, &mut ())?;
+//! let pixel = &frame.film.pixels[9 * 32 + 16];
+//! let (mean, variance) = (pixel.mean(), pixel.variance_of_mean());
+//! println!("red: {} ± {}", mean[0], variance[0].sqrt());
+//! let counts = frame.film.counts();
+//! assert_eq!((counts.samples, counts.rejected, counts.unwritten), (32 * 18 * 64, 0, 0));
+//! # Ok::<(), trisect::Error>(())
+//! ```
+//!
+//! # Progress, interrupts and resume
+//!
+//! A [`render::RenderObserver`] receives the progress of a render and may cancel it. A
+//! [`render::FilmObserver`] receives the film after each part and may end the render between parts.
+//! What the film holds is kept: [`render::Renderer::render_missing`] completes it later, also in
+//! another process, to the same bits.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! use std::sync::atomic::{AtomicU32, Ordering};
+//! use trisect::{device::cpu::Cpu, film::Film, render, scene};
+//!
+//! struct Percent(u64);
+//!
+//! impl render::RenderObserver for Percent {
+//!     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
+//!         self.0 = 100 * done / total;
+//!         ControlFlow::Continue(())
+//!     }
+//! }
+//!
+//! /// Ends a render after its first part.
+//! struct OnePart(AtomicU32);
+//!
+//! impl render::FilmObserver for OnePart {
+//!     fn should_continue(&self) -> bool {
+//!         self.0.load(Ordering::Relaxed) == 0
+//!     }
+//!
+//!     fn part_added(&self, _: &Film) {
+//!         self.0.fetch_add(1, Ordering::Relaxed);
+//!     }
+//! }
+//!
+//! let scene = scene::Scene::hello_world()?;
+//! let settings = render::Settings::of(&scene).size(32, 18).spp(600);
+//! let mut renderer = render::Renderer::new(Box::new(Cpu::open(None)?), &scene)?;
+//! let mut film = Film::new(32, 18);
+//! let mut percent = Percent(0);
+//! let first_part = OnePart(AtomicU32::new(0));
+//! renderer.render_missing(&mut film, &settings, &(0..600), &first_part, &mut percent)?;
+//! assert!(percent.0 < 100 && !film.coverage.missing(&(0..600)).is_empty());
+//! renderer.render_missing(&mut film, &settings, &(0..600), &(), &mut percent)?;
+//! assert_eq!(film, renderer.render(&settings, &mut ())?.film);
+//! # Ok::<(), trisect::Error>(())
+//! ```
+
+#![deny(clippy::print_stdout, clippy::print_stderr, reason = "a library returns its messages")]
+
+pub mod adaptive;
+pub mod bvh;
+pub mod checkpoint;
+pub mod denoise;
+pub mod error;
+pub mod film;
+pub mod layers;
+pub mod lights;
+pub mod render;
+pub mod stats;
+pub mod view;
+
+pub use error::Error;
+pub use trisect_device as device;
+pub use trisect_image::{self as image, metrics, output};
+pub use trisect_scene::{self as scene, alias, precision};
+pub use trisect_system::{memory, threads};

@@ -1,0 +1,129 @@
+//! Light table of a scene: the emitting primitives and the point, spot and directional lights that
+//! next-event estimation chooses from, with probabilities by power. The renderer builds it from the
+//! scene and its BVH, and uploads it with them.
+
+use glam::Vec3;
+use std::f64::consts::PI;
+use trisect_scene::Scene;
+use trisect_scene::alias;
+use trisect_shared::light::{AREA, DIRECTIONAL, Light};
+use trisect_shared::material::Material;
+use trisect_shared::math::luminance;
+use trisect_shared::planar::{DISC, Planar};
+use trisect_shared::sphere::Sphere;
+use trisect_shared::triangle::Triangle;
+
+/// The light table of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    /// Emitting primitives, then point, spot and directional lights, each with its row of the alias
+    /// table; empty if none of them has power.
+    pub lights: Vec<Light>,
+    /// Materials of the scene, with `light_pdf` set to the pdf, by area, of a point on an emitting
+    /// primitive.
+    pub materials: Vec<Material>,
+    /// Probability, from 0 to 1, of choosing the environment map instead of an entry of `lights`.
+    pub environment_probability: f32,
+}
+
+/// Minimum radius of the discs that stand for planes. A plane keeps at least this radius in every
+/// scene space; any disc as large counts as a plane.
+const PLANE_RADIUS: f32 = 1e11;
+
+impl Lights {
+    /// Builds the table for `scene`, with `triangles` in BVH order. Probabilities are proportional
+    /// to power: π × area × luminance of the emitted radiance for primitives, and the power sent
+    /// into the scene for point, spot and directional lights. An environment map that is not black
+    /// has probability 1/2, or 1 if there are no other lights.
+    pub fn new(scene: &Scene, triangles: &[Triangle]) -> Self {
+        let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
+        let areas = areas(&scene.spheres, &scene.flats, triangles);
+        let mut lights = Vec::new();
+        let mut powers = Vec::new();
+        for (primitive, (area, material)) in areas.enumerate() {
+            let power = PI * emitted(material) * area;
+            if power > 0.0 {
+                let mut light: Light = bytemuck::Zeroable::zeroed();
+                light.kind = AREA;
+                light.primitive = primitive as u32;
+                lights.push(light);
+                powers.push(power);
+            }
+        }
+        let radius = radius(scene, triangles);
+        for light in &scene.lights {
+            let strength = f64::from(luminance(light.intensity));
+            let power = if light.kind == DIRECTIONAL {
+                strength * PI * radius * radius
+            } else if light.cone_scale > 0.0 {
+                // 2π (1 - cos) is the solid angle of a cone with the outer half angle.
+                strength * 2.0 * PI * (1.0 + f64::from(light.cone_offset / light.cone_scale))
+            } else {
+                strength * 4.0 * PI
+            };
+            if power > 0.0 {
+                lights.push(*light);
+                powers.push(power);
+            }
+        }
+        // Each is divided by the largest, because f64 might not hold the sum of the powers.
+        let greatest = powers.iter().copied().fold(0.0, f64::max);
+        powers.iter_mut().for_each(|power| *power /= greatest);
+        let rows = alias::table(&powers).unwrap_or_default();
+        let sum: f64 = powers.iter().sum();
+
+        let panorama = scene.environment.as_ref().is_some_and(|environment| !environment.is_black());
+        let environment_probability = match (panorama, rows.is_empty()) {
+            (false, _) => 0.0,
+            (true, true) => 1.0,
+            (true, false) => 0.5,
+        };
+        let share = 1.0 - f64::from(environment_probability);
+        if rows.is_empty() {
+            lights.clear();
+        }
+        for ((light, row), power) in lights.iter_mut().zip(&rows).zip(&powers) {
+            (light.threshold, light.alias) = (row.threshold, row.alias);
+            light.probability = (share * power / sum) as f32;
+        }
+        let mut materials = scene.materials.clone();
+        for material in &mut materials {
+            let power = PI * f64::from(material.light_pdf) / greatest;
+            let density = if rows.is_empty() { 0.0 } else { share * power / sum };
+            material.light_pdf = density as f32;
+        }
+        Self { lights, materials, environment_probability }
+    }
+}
+
+/// Returns the area and the material index of each primitive, in primitive order.
+fn areas(spheres: &[Sphere], flats: &[Planar], triangles: &[Triangle]) -> impl Iterator<Item = (f64, u32)> {
+    let spheres = spheres.iter().map(|s| (4.0 * PI * f64::from(s.radius).powi(2), s.material));
+    let flats = flats.iter().map(|f| (f64::from(f.area), f.material));
+    let triangles = triangles.iter().map(|t| {
+        let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
+        (0.5 * (b - a).cross(c - a).length(), t.material)
+    });
+    spheres.chain(flats).chain(triangles)
+}
+
+/// Returns half the diagonal of the bounds of everything except planes; for planes alone, the
+/// distance from the camera to the point it looks at. Both scale with the scene.
+fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut add = |p: Vec3| (low, high) = (low.min(p), high.max(p));
+    for s in &scene.spheres {
+        add(s.center - s.radius);
+        add(s.center + s.radius);
+    }
+    let is_plane = |f: &Planar| f.kind == DISC && f.edge_u.abs().max_element() >= 0.5 * PLANE_RADIUS;
+    for f in scene.flats.iter().filter(|f| !is_plane(f)) {
+        [f.origin, f.origin + f.edge_u, f.origin + f.edge_v].into_iter().for_each(&mut add);
+    }
+    for t in triangles {
+        [t.a, t.b, t.c].into_iter().for_each(&mut add);
+    }
+    let diagonal = (high.as_dvec3() - low.as_dvec3()).length();
+    let view = || scene.camera.look_at.distance(scene.camera.look_from);
+    if diagonal.is_finite() && diagonal > 0.0 { 0.5 * diagonal } else { view() }
+}

@@ -1,0 +1,155 @@
+//! Rendering of one chunk: at most 256 samples of each pixel of some rows, summed on the device and
+//! copied to the host. The pipeline, adaptive sampling and the cluster use it.
+
+use super::chunk_pipeline::resize_records;
+use super::device_calls;
+use super::submissions::{Submission, Submissions};
+use super::{RenderObserver, Renderer, Settings};
+use crate::Error;
+use crate::film::RowSet;
+use std::ops::{ControlFlow, Range};
+use std::time::{Duration, Instant};
+use trisect_kernels::Variant;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::params::FLAG_END_OF_CHUNK;
+
+/// Sums over the samples of a chunk of some rows, packed (row after row, without gaps), as the
+/// device returned them.
+/// [`Film::merge`](crate::film::Film::merge) takes them.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkResult<'a> {
+    /// Sums of each pixel.
+    pub pixels: &'a [PixelSums],
+    /// AOV sums of each pixel; empty if the settings ask for none.
+    pub aovs: &'a [AovSums],
+    /// Random seed of the samples.
+    pub seed: u32,
+    /// Time by the device's timer.
+    pub device: Duration,
+    /// Number of launches.
+    pub submissions: u64,
+}
+
+/// Times of a chunk.
+#[derive(Default)]
+pub(super) struct ChunkTiming {
+    /// Time of rendering, by the device's timer.
+    pub device: Duration,
+    /// Time of copying the sums from the device.
+    pub read: Duration,
+    pub submissions: u64,
+}
+
+/// Returns the chunks that a render divides samples into: they end at multiples of
+/// [`CHUNK_SAMPLES`] and at the last sample.
+pub fn chunks(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let mut first = samples.start;
+    std::iter::from_fn(move || {
+        let next = (first / CHUNK_SAMPLES + 1).saturating_mul(CHUNK_SAMPLES).min(samples.end);
+        (first < samples.end).then(|| std::mem::replace(&mut first, next)..next)
+    })
+}
+
+impl Renderer {
+    /// Renders samples of some rows, at most a chunk, for a film that the caller merges. The rows
+    /// may be those of a share (interleaved blocks of rows), and the samples may begin at any
+    /// index; but sums over a range other than those of [`chunks`] are rounded differently from a
+    /// render's.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`render_part`](Self::render_part), except that samples may split a chunk;
+    /// [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) also for more samples than a
+    /// chunk has.
+    pub fn render_chunk(
+        &mut self,
+        settings: &Settings,
+        rows: &RowSet,
+        samples: Range<u32>,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<ChunkResult<'_>, Error> {
+        let variant = self.ready_for(settings, rows, std::slice::from_ref(&samples))?;
+        let total = u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
+        let mut watch = |done: u64| observer.progress(done, total);
+        let took = self.run_chunk(settings, variant, rows, samples, &mut watch)?;
+        let ChunkTiming { device, submissions, .. } = took;
+        let (pixels, guides) = (&self.chunk, &self.aovs);
+        Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })
+    }
+
+    /// Checks rows and samples, and prepares kernel, film and tile entries for their chunks.
+    pub(super) fn ready_for(
+        &mut self,
+        settings: &Settings,
+        rows: &RowSet,
+        samples: &[Range<u32>],
+    ) -> Result<Variant, Error> {
+        let variant = self.prepare(settings)?;
+        samples.iter().try_for_each(|samples| settings.check_rows(rows, samples))?;
+        let camera = self.camera(settings);
+        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
+        Ok(variant)
+    }
+
+    /// Renders a chunk and reads it into `self.chunk` and `self.aovs`.
+    pub(super) fn run_chunk(
+        &mut self,
+        settings: &Settings,
+        variant: Variant,
+        rows: &RowSet,
+        samples: Range<u32>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<ChunkTiming, Error> {
+        (self.ready, self.previous_frame) = (None, None);
+        let pixels = settings.width as usize * rows.len() as usize;
+        resize_records(self.backend.as_mut(), &mut self.chunk, pixels);
+        resize_records(self.backend.as_mut(), &mut self.aovs, if settings.guides { pixels } else { 0 });
+        let mut took = ChunkTiming::default();
+        let (mut done, count) = (0, samples.len() as u32);
+        let mut submissions = Submissions::new(settings.width, rows.clone(), count);
+        while let Some(submission) = submissions.next(&self.submission_sizer) {
+            done += submission.samples(settings.width);
+            took.device += self.submit(settings, submission, samples.start, count)?;
+            took.submissions += 1;
+            if watch(done).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        let read = Instant::now();
+        self.backend.read_film(rows, &mut self.chunk)?;
+        if settings.guides {
+            self.backend.read_aovs(rows, &mut self.aovs)?;
+        }
+        took.read = read.elapsed();
+        self.ready = Some((settings.clone(), variant));
+        Ok(took)
+    }
+
+    /// Renders one submission of the chunk of `samples` samples that begins at `first_sample`.
+    /// Returns the device time.
+    pub(super) fn submit(
+        &mut self,
+        settings: &Settings,
+        submission: Submission,
+        first_sample: u32,
+        samples: u32,
+    ) -> Result<Duration, Error> {
+        let mut params = self.launch(settings);
+        self.tile_entries.fill_params(&mut params);
+        (params.share_first_row, params.block_shift, params.block_gap) = submission.share;
+        params.first_row = submission.first_row;
+        params.rows = submission.rows;
+        params.first_sample = first_sample + submission.first_sample;
+        params.end_sample = params.first_sample + submission.samples;
+        params.resume = u32::from(submission.first_sample > 0);
+        if submission.first_sample + submission.samples == samples {
+            params.flags |= FLAG_END_OF_CHUNK;
+        }
+        let wall = Instant::now();
+        let time = self.backend.render(&device_calls::launch(params))?;
+        let taken = submission.samples(settings.width);
+        self.submission_sizer.learn(taken, wall.elapsed().max(time));
+        Ok(time)
+    }
+}

@@ -1,0 +1,46 @@
+//! Fallback to another device, which continues a render after a device failed.
+
+use super::{FilmObserver, RenderObserver, Renderer, Settings};
+use crate::Error;
+use crate::film::Film;
+use crate::stats::RenderStats;
+use std::ops::Range;
+use trisect_device::BackendError;
+
+/// Function that creates a renderer of the same scene on another device, and adapts the settings to
+/// it. Its arguments are the error of the failed device, the film so far and the settings. `None`
+/// ends the render with that error.
+pub type FallbackFactory<'a> =
+    dyn FnMut(&BackendError, &Film, &mut Settings) -> Option<Result<Renderer, Error>> + 'a;
+
+impl Renderer {
+    /// Renders as [`render_missing`](Self::render_missing) does. If the device fails, `elsewhere`
+    /// creates the renderer that continues, and this renderer becomes that one. Parts that were not
+    /// complete are rendered again; if both devices round alike, the film has the same bits as with
+    /// one device. The statistics are those of the last device alone.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`render_missing`](Self::render_missing) if `elsewhere` gives up, or of
+    /// creating another renderer.
+    pub fn render_missing_with_fallback(
+        &mut self,
+        film: &mut Film,
+        settings: &mut Settings,
+        samples: &Range<u32>,
+        keeper: &dyn FilmObserver,
+        observer: &mut dyn RenderObserver,
+        elsewhere: &mut FallbackFactory<'_>,
+    ) -> Result<RenderStats, Error> {
+        loop {
+            let error = match self.render_missing(film, settings, samples, keeper, observer) {
+                Err(Error::Backend(error)) if error.is_of_device() => error,
+                other => return other,
+            };
+            match elsewhere(&error, film, settings) {
+                Some(renderer) => *self = renderer?,
+                None => return Err(error.into()),
+            }
+        }
+    }
+}

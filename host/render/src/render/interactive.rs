@@ -1,0 +1,355 @@
+//! Denoising of a film, and live frames: frames of a viewer, which may be denoised and stay on the
+//! device.
+
+use super::chunk_pipeline::resize_records;
+use super::device_calls;
+use super::submissions::Submissions;
+use super::{Renderer, Settings};
+use crate::Error;
+use crate::denoise::{
+    self, DenoiseSettings, DisplayLaunch, FrameView, Kernel, TemporalInputs, TemporalSettings, passes, reach,
+    store_pass,
+};
+use crate::film::{Film, HostMemory, RowSet, RowTarget};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
+use trisect_image::Image;
+use trisect_image::output::exposure::MAX_STOPS;
+use trisect_kernels::Variant;
+use trisect_shared::aovs::AovSums;
+use trisect_shared::denoise::{FilteredPixel, PinholeView, STOP_FACTORS};
+use trisect_shared::display::DisplayParams;
+use trisect_shared::film::PixelSums;
+
+/// Live frame, which stayed on the device, with its times there.
+#[derive(Clone, Debug)]
+pub struct LiveFrame {
+    /// Name of the kernel that traced it.
+    pub kernel: &'static str,
+    /// Samples per pixel since the camera came to rest, this frame's included.
+    pub samples: u32,
+    /// Time of tracing.
+    pub trace: Duration,
+    /// Time of each pass over it.
+    pub passes: Vec<(Kernel, Duration)>,
+    /// Image of the denoiser that holds it, 0 or 1.
+    image: usize,
+    /// True if its samples are summed with those of earlier frames.
+    accumulated: bool,
+    /// Pixels across and down the whole image.
+    size: (u32, u32),
+    /// Rows of the image that were rendered.
+    rows: Range<u32>,
+}
+
+/// Maximum number of samples per pixel that frames are summed to while the camera rests. The
+/// rounding of these sums, relative 1e-5, stays well below the noise that is left.
+pub const MAX_ACCUMULATED_SAMPLES: u32 = 1 << 16;
+
+/// State of live frames that follow each other with the same settings.
+pub(super) struct TemporalState {
+    settings: Settings,
+    variant: Variant,
+    /// Rows of the image that the frames render.
+    rows: Range<u32>,
+    /// Image of the last frame.
+    image: Option<FrameView>,
+    /// View that the history to read was seen from.
+    previous_view: Option<PinholeView>,
+    /// History to read, 0 or 1.
+    past: usize,
+    /// True if the last frame wrote the other history.
+    wrote: bool,
+    /// Samples per pixel since the camera came to rest; 0 without temporal settings.
+    accumulated: u32,
+    /// Index of the next frame's first sample.
+    sample: u32,
+}
+
+impl TemporalState {
+    fn new(variant: Variant, settings: Settings, rows: Range<u32>) -> Self {
+        Self {
+            settings,
+            variant,
+            rows,
+            image: None,
+            previous_view: None,
+            past: 0,
+            wrote: false,
+            accumulated: 0,
+            sample: 0,
+        }
+    }
+
+    /// Returns whether the camera moved since the last frame.
+    fn moves(&self, image: &FrameView) -> bool {
+        self.image.is_some_and(|last| last != *image)
+    }
+
+    /// Returns the next frame's inputs from earlier frames, and advances the state.
+    fn next(&mut self, image: &FrameView, history: Option<&TemporalSettings>) -> TemporalInputs {
+        let last = self.image.replace(*image);
+        let Some(history) = history else {
+            (self.previous_view, self.wrote, self.accumulated, self.sample) = (None, false, 0, 0);
+            return TemporalInputs::none(image);
+        };
+        let samples = self.settings.samples;
+        let kept = self.accumulated > 0 && last == Some(*image);
+        if !kept {
+            // The camera moved, so the history that the last frame wrote is the one to read.
+            self.previous_view = last.filter(|_| self.wrote).map(|last| last.view);
+            self.past = 1 - self.past;
+            self.accumulated = 0;
+        }
+        let spent = self.accumulated as f32;
+        self.accumulated += samples;
+        self.wrote = history.frames > 0;
+        TemporalInputs {
+            previous_view: self.previous_view.unwrap_or(image.view),
+            history: if self.previous_view.is_some() { (history.frames * samples) as f32 } else { 0.0 },
+            spent,
+            clamp: history.clamp.min(STOP_FACTORS.1),
+            reproject: self.wrote,
+            past: self.past,
+            accumulated: kept,
+        }
+    }
+
+    /// Returns the index of this frame's first sample, and advances the state.
+    fn first_sample(&mut self) -> u32 {
+        let count = self.settings.samples;
+        let first = if self.sample.checked_add(count).is_some() { self.sample } else { 0 };
+        self.sample = first + count;
+        first
+    }
+}
+
+impl Renderer {
+    /// Denoises a film of this scene on the backend. `settings` are those that rendered it, with
+    /// AOVs. Returns the image and the time of each pass.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Denoise`] for parameters out of range or a film without AOV totals, and the errors
+    /// of [`render`](Self::render).
+    pub fn denoise(
+        &mut self,
+        film: &Film,
+        settings: &Settings,
+        denoise: &DenoiseSettings,
+    ) -> Result<(Image, Vec<Duration>), Error> {
+        denoise::check_has_aovs(film)?;
+        let settings = Settings { width: film.width, height: film.height, ..settings.clone() };
+        self.denoise_sums(&|sums, guides| denoise::sums(film, sums, guides), &settings, denoise)
+    }
+
+    /// Denoises sums and AOV sums of an image of the settings' size. `fill` writes a record of each
+    /// for every pixel, in the kernels' format.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`denoise`](Self::denoise).
+    pub fn denoise_sums(
+        &mut self,
+        fill: &dyn Fn(&mut [PixelSums], &mut [AovSums]),
+        settings: &Settings,
+        denoise: &DenoiseSettings,
+    ) -> Result<(Image, Vec<Duration>), Error> {
+        denoise.check()?;
+        let settings = Settings { guides: true, ..settings.clone() };
+        // The memory was checked before the film was rendered, and much of what is held now was
+        // counted then.
+        self.make_film(&settings)?;
+        let count = settings.pixels() as usize;
+        resize_records(self.backend.as_mut(), &mut self.chunk, count);
+        resize_records(self.backend.as_mut(), &mut self.aovs, count);
+        fill(&mut self.chunk, &mut self.aovs);
+        self.backend.write_film(&self.chunk, &self.aovs)?;
+        let (width, height) = (settings.width, settings.height);
+        let image = FrameView::by(&self.camera(&settings), width, height);
+        let passes = passes(Some(denoise), &image, &TemporalInputs::none(&image), &(0..height));
+        let times = device_calls::denoise(self.backend.as_mut(), &passes)?;
+        self.filtered.resize(count, FilteredPixel::UNKNOWN);
+        self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut self.filtered)?;
+        Ok((denoise::image(width, height, &self.filtered), times))
+    }
+
+    /// Renders a frame of at most one chunk of samples per pixel, and denoises it on the device.
+    /// Nothing is read back, so frames follow each other as fast as the device renders them.
+    /// Without a filter the frame comes out as it is, except for the rounding of a division.
+    ///
+    /// With [`TemporalSettings`] each frame takes new samples, which continue where the last
+    /// frame's ended as long as the settings stay the same; from [`MAX_ACCUMULATED_SAMPLES`]
+    /// samples per pixel on, the image of a camera at rest stays as it is. Without them, each frame
+    /// takes the same samples.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`denoise`](Self::denoise);
+    /// [`SettingsError::TooManyLive`](super::SettingsError::TooManyLive) for more samples.
+    pub fn live(
+        &mut self,
+        settings: &Settings,
+        denoise: Option<&DenoiseSettings>,
+        history: Option<&TemporalSettings>,
+    ) -> Result<LiveFrame, Error> {
+        self.live_rows(settings, denoise, history, &(0..settings.height))
+    }
+
+    /// Renders some rows of the frame that [`live`](Self::live) renders, to the same bits. To that
+    /// end, as many rows around them as the filter reaches are traced and filtered too. The history
+    /// covers only these rows.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`live`](Self::live);
+    /// [`SettingsError::NoSuchPart`](super::SettingsError::NoSuchPart) for rows that the image does
+    /// not have.
+    pub fn live_rows(
+        &mut self,
+        settings: &Settings,
+        denoise: Option<&DenoiseSettings>,
+        history: Option<&TemporalSettings>,
+        rows: &Range<u32>,
+    ) -> Result<LiveFrame, Error> {
+        denoise.map_or(Ok(()), DenoiseSettings::check)?;
+        history.map_or(Ok(()), TemporalSettings::check)?;
+        settings.check_live()?;
+        settings.check_rows(&rows.clone().into(), &(0..settings.samples))?;
+        let settings = Settings { guides: true, ..settings.clone() };
+        let camera = self.camera(&settings);
+        let image = FrameView::by(&camera, settings.width, settings.height);
+        // The state is taken, so that after an error the next frame starts anew.
+        let same = |series: &TemporalState| series.settings == settings && series.rows == *rows;
+        let mut series = match self.live.take().filter(same) {
+            Some(series) => series,
+            None => {
+                settings.check()?;
+                TemporalState::new(self.make_film(&settings)?, settings.clone(), rows.clone())
+            }
+        };
+        let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
+        let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
+        let moves = series.moves(&image);
+        self.tile_entries.update(self.backend.as_mut(), &camera, &settings, series.variant, moves)?;
+        let frames = series.next(&image, history);
+        let mut trace = Duration::ZERO;
+        let goes_on = !frames.accumulated || series.accumulated <= MAX_ACCUMULATED_SAMPLES;
+        if frames.accumulated && series.accumulated == 2 * settings.samples {
+            device_calls::denoise(self.backend.as_mut(), &[store_pass(&image, around.clone())])?;
+        }
+        if goes_on {
+            let first = series.first_sample();
+            let mut submissions = Submissions::new(settings.width, around.clone(), settings.samples);
+            while let Some(submission) = submissions.next(&self.submission_sizer) {
+                trace += self.submit(&settings, submission, first, settings.samples)?;
+            }
+        }
+        let mut passes = passes(denoise, &image, &frames, &around);
+        if !goes_on {
+            series.accumulated -= settings.samples;
+            passes.retain(|pass| pass.kernel != Kernel::Add);
+        }
+        let times = device_calls::denoise(self.backend.as_mut(), &passes)?;
+        let live = LiveFrame {
+            kernel: series.variant.name,
+            samples: series.accumulated.max(settings.samples),
+            trace,
+            passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
+            image: passes.last().map_or(0, |pass| pass.to),
+            accumulated: frames.accumulated,
+            size: (image.width, image.height),
+            rows: rows.clone(),
+        };
+        self.live = Some(series);
+        Ok(live)
+    }
+
+    /// Returns the pixels of the last live frame. Rows that it did not render have unspecified
+    /// values.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails, or no longer has this image.
+    pub fn read_live(&mut self, live: &LiveFrame) -> Result<Image, Error> {
+        let (width, height) = live.size;
+        let mut pixels = vec![FilteredPixel::UNKNOWN; width as usize * height as usize];
+        self.backend.read_denoised(live.image, &mut pixels)?;
+        Ok(denoise::image(width, height, &pixels))
+    }
+
+    /// Converts the rows of the last live frame for a display and copies them to `pixels`, row by
+    /// row from the top: red, green, blue and opacity from the lowest byte on. Returns the device
+    /// time.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`read_live`](Self::read_live).
+    pub fn show(
+        &mut self,
+        live: &LiveFrame,
+        screen: &DisplayOptions,
+        pixels: &mut Vec<u32>,
+    ) -> Result<Duration, Error> {
+        let rows = RowSet::from(live.rows.clone());
+        self.show_to(live, screen, &mut RowTarget::packed(pixels, live.size.0, &rows))
+    }
+
+    /// Converts rows of the last live frame for a display and copies them to their places in the
+    /// target. The frame must have rendered all rows of the target. Returns the device time.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`show`](Self::show), and an error for a target of another width or with other
+    /// rows.
+    pub fn show_to(
+        &mut self,
+        live: &LiveFrame,
+        screen: &DisplayOptions,
+        to: &mut RowTarget<'_>,
+    ) -> Result<Duration, Error> {
+        let (width, height) = live.size;
+        let rows = to.rows().blocks().next().map_or(0, |block| block.start)..to.rows().end();
+        if rows.start < live.rows.start || rows.end > live.rows.end {
+            let samples = 0..live.samples;
+            return Err(super::SettingsError::NoSuchPart { rows, samples, height, of: live.samples }.into());
+        }
+        let split = (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32;
+        let params = display_params((width, height), split, screen.stops, live.rows.start);
+        let shown = DisplayLaunch { params, image: Some(live.image), accumulated: live.accumulated };
+        Ok(device_calls::display(self.backend.as_mut(), &shown, to)?)
+    }
+
+    /// Pins this memory, so that the device copies frames to it directly, if that is possible.
+    pub fn pin(&mut self, memory: &Arc<HostMemory>) {
+        self.backend.pin(memory);
+    }
+
+    /// Undoes [`pin`](Self::pin).
+    pub fn unpin(&mut self, memory: &Arc<HostMemory>) {
+        self.backend.unpin(memory);
+    }
+}
+
+/// Returns the parameters of a display launch.
+pub(super) fn display_params(size: (u32, u32), split: u32, stops: f32, first_row: u32) -> DisplayParams {
+    let exposure = stops.clamp(-MAX_STOPS, MAX_STOPS).exp2();
+    DisplayParams { width: size.0, height: size.1, split, exposure, first_row, pad0: 0, pad1: 0, pad2: 0 }
+}
+
+/// Options of a display for a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DisplayOptions {
+    /// Fraction of the width, from the left, that shows the plain mean of the samples; the rest
+    /// shows the denoised image.
+    pub split: f64,
+    /// Exposure in stops, each of which doubles the light.
+    pub stops: f32,
+}
+
+impl Default for DisplayOptions {
+    fn default() -> Self {
+        Self { split: 0.0, stops: 0.0 }
+    }
+}

@@ -1,0 +1,396 @@
+//! Rendering of a scene on a backend.
+//!
+//! A [`Renderer`] divides the work into chunks and submissions, launches the kernels, and merges
+//! the chunks into a [`Film`] or shows them on a display. [`Settings`] say what to render.
+
+mod build;
+mod camera;
+mod chunk;
+mod chunk_pipeline;
+mod device_calls;
+mod fallback;
+mod fingerprint;
+mod frame;
+mod interactive;
+mod kernel_selection;
+mod resume;
+mod scene_params;
+mod settings;
+mod submissions;
+mod tile_entry_cache;
+mod tile_samples;
+
+pub use crate::film::SampleBlock;
+pub use chunk::{ChunkResult, chunks};
+pub use fallback::FallbackFactory;
+pub use fingerprint::Fingerprint;
+pub use frame::DisplayTiming;
+pub use interactive::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES};
+pub use resume::FilmObserver;
+pub use settings::{MAX_DEPTH, Sampler, Settings, SettingsError};
+pub use trisect_device::{MathMode, Schedule, Traversal};
+pub use trisect_scene::Fresnel;
+
+use crate::Error;
+use crate::film::{Film, HostRecords, RowSet};
+use crate::stats::{Phases, RenderStats};
+pub use chunk_pipeline::{ChunkJob, PipelineTiming};
+use glam::Vec3;
+use interactive::TemporalState;
+pub use resume::{PartSizer, check_film};
+use scene_params::SceneParams;
+use std::ops::{ControlFlow, Range};
+use std::time::Instant;
+use submissions::SubmissionSizer;
+use tile_entry_cache::TileEntryCache;
+pub(crate) use tile_samples::TileSamples;
+use trisect_device::{Backend, FilmDesc};
+use trisect_kernels::Variant;
+use trisect_scene::{CameraPose, SceneError};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::camera::Camera;
+use trisect_shared::denoise::FilteredPixel;
+use trisect_shared::features::Features;
+use trisect_shared::film::PixelSums;
+use trisect_shared::params::{FLAG_HOLES, FLAG_PADDED_BOXES, FLAG_SCHLICK, NO_CLAMP, RenderParams};
+use trisect_shared::path::FirstHit;
+use trisect_shared::tile_entry::NO_TILE_ENTRIES;
+
+/// Observer of a render, which may cancel it.
+pub trait RenderObserver {
+    /// Receives the number of samples done and the total, after each submission; `Break` cancels
+    /// the render.
+    fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
+
+    /// Returns whether the render continues; called between parts by a render without a fixed
+    /// number of samples ([`adaptive`](crate::adaptive)). If false, the render ends with the image
+    /// so far.
+    fn should_continue(&self) -> bool {
+        true
+    }
+}
+
+/// Observer that does nothing.
+impl RenderObserver for () {
+    fn progress(&mut self, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// A finished render.
+#[derive(Debug)]
+pub struct Frame {
+    /// Sums over all samples.
+    pub film: Film,
+    /// Times and counts.
+    pub stats: RenderStats,
+}
+
+/// Scene on a backend, ready for any number of frames.
+pub struct Renderer {
+    backend: Box<dyn Backend>,
+    camera: CameraPose,
+    features: Features,
+    /// True if the backend has the wide BVH.
+    wide: bool,
+    /// Launch parameters that the scene decides.
+    scene: SceneParams,
+    /// Sizes submissions by the speed of earlier ones, also of earlier frames.
+    submission_sizer: SubmissionSizer,
+    /// Memory for a chunk as the device returns it, kept from frame to frame.
+    chunk: HostRecords<PixelSums>,
+    /// Memory for another chunk, because one is rendered while one is added to the film.
+    spare: HostRecords<PixelSums>,
+    /// Memory for AOV sums of the chunk in `chunk`, if a render has them.
+    aovs: HostRecords<AovSums>,
+    /// Memory for AOV sums of the chunk in `spare`.
+    spare_aovs: HostRecords<AovSums>,
+    /// Film whose memory the next render may use.
+    film: Option<Film>,
+    /// Memory for a denoised image as the device returns it.
+    filtered: Vec<FilteredPixel>,
+    phases: Phases,
+    tile_entries: TileEntryCache,
+    /// Mesh instance of each triangle, in BVH order.
+    instances: Vec<u32>,
+    /// State of the live frames before, if nothing else was rendered since.
+    live: Option<TemporalState>,
+    /// Settings and kernel for which the backend's film is ready, with nothing written to it.
+    ready: Option<(Settings, Variant)>,
+    /// Settings and kernel of the display frame before, if nothing else was rendered since.
+    previous_frame: Option<(Settings, Variant)>,
+    /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
+    /// boxes are padded.
+    ray_origin_extent: Vec3,
+    /// CRC-32 of BVH and light table.
+    structures_crc: u32,
+}
+
+impl AsMut<Renderer> for Renderer {
+    fn as_mut(&mut self) -> &mut Renderer {
+        self
+    }
+}
+
+impl Renderer {
+    /// Sets the size of submissions to about `samples` samples, but at least one for each pixel of
+    /// a row; `None` returns to about 50 ms. The film does not depend on it.
+    pub fn limit_submissions(&mut self, samples: Option<u64>) {
+        self.submission_sizer.limit(samples);
+    }
+
+    /// Returns the backend in use.
+    pub fn backend(&self) -> &dyn Backend {
+        self.backend.as_ref()
+    }
+
+    /// Returns the backend itself, for another scene.
+    pub fn into_backend(self) -> Box<dyn Backend> {
+        self.backend
+    }
+
+    /// Renders one frame.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] if the
+    /// device fails, [`Error::Cancelled`] if the observer cancels the render.
+    pub fn render(&mut self, settings: &Settings, observer: &mut dyn RenderObserver) -> Result<Frame, Error> {
+        self.render_part(settings, &settings.whole(), observer)
+    }
+
+    /// Renders some rows and some samples of the frame that `settings` describe. The films of parts
+    /// that make up the frame, added by [`Film::add`] in any order and grouping, are the film of
+    /// the whole: a pixel's chunks are the same everywhere, and the sum over them is exact. Rows
+    /// outside the part stay unwritten.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`render`](Self::render); [`SettingsError::NoSuchPart`] for rows and samples
+    /// beyond the frame; [`SettingsError::SplitsChunk`] for samples that do not begin and end at
+    /// multiples of [`CHUNK_SAMPLES`](trisect_shared::film::CHUNK_SAMPLES) (or at the last sample).
+    pub fn render_part(
+        &mut self,
+        settings: &Settings,
+        part: &SampleBlock,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<Frame, Error> {
+        let (variant, mut stats) = self.begin(settings, 0)?;
+        settings.check_part(part)?;
+        let start = Instant::now();
+        let mut film = self.empty_film(settings);
+        let rows = RowSet::from(part.rows.clone());
+        let per_sample = u64::from(settings.width) * u64::from(rows.len());
+        let total = per_sample * part.samples.len() as u64;
+        let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
+        let parts = ChunkJob {
+            settings,
+            rows: &rows,
+            samples: &samples,
+            seeds: &[settings.seed],
+            should_continue: &|| true,
+        };
+        let mut watch = |done: u64| observer.progress(done, total);
+        let took;
+        (film, took) = self.for_each_prepared_chunk(
+            &parts,
+            variant,
+            &mut watch,
+            film,
+            &|film: &mut Film, samples, sums: &ChunkResult<'_>| {
+                let done = SampleBlock { rows: part.rows.clone(), samples: samples.clone() };
+                film.merge(&done, sums.pixels)?;
+                if settings.guides {
+                    film.merge_aovs(&done, sums.aovs)?;
+                }
+                Ok(())
+            },
+        )?;
+        stats.submissions += took.submissions;
+        stats.device_seconds += took.device.as_secs_f64();
+        stats.finish(film.counts_in(&part.rows), start.elapsed(), took.waited, took.read);
+        Ok(Frame { film, stats })
+    }
+
+    /// Prepares a frame, of whose memory `held` bytes are allocated already. Returns the kernel,
+    /// and statistics with the times of the preparation.
+    fn begin(&mut self, settings: &Settings, held: u64) -> Result<(Variant, RenderStats), Error> {
+        let start = Instant::now();
+        let variant = self.prepare_holding(settings, held)?;
+        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
+        stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let camera = self.camera(settings);
+        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
+        stats.phases.view_seconds = start.elapsed().as_secs_f64();
+        stats.tile = self.tile_entries.tile();
+        stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
+        Ok((variant, stats))
+    }
+
+    /// Takes a film that is no longer needed. The next render of its size then needs no fresh
+    /// memory, whose first touch takes longer than a few samples.
+    pub fn recycle(&mut self, film: Film) {
+        self.film = Some(film);
+    }
+
+    fn empty_film(&mut self, settings: &Settings) -> Film {
+        let Settings { width, height, guides, .. } = *settings;
+        let pixels = settings.pixels() as usize;
+        let all = (width, height, pixels, if guides { pixels } else { 0 });
+        let fits = |film: &Film| (film.width, film.height, film.pixels.len(), film.aovs.len()) == all;
+        match self.film.take().filter(fits) {
+            Some(mut film) => {
+                film.clear();
+                film
+            }
+            None if guides => Film::with_aovs(width, height),
+            None => Film::new(width, height),
+        }
+    }
+
+    /// Returns the first hit of one sample of each pixel, row-major.
+    pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
+        self.prepare(settings)?;
+        let mut params = self.launch(settings);
+        params.rows = settings.height;
+        params.first_sample = sample;
+        params.end_sample = sample.saturating_add(1);
+        let mut hits = vec![<FirstHit as bytemuck::Zeroable>::zeroed(); settings.pixels() as usize];
+        self.backend.first_hits(&device_calls::launch(params), &mut hits)?;
+        Ok(hits)
+    }
+
+    /// Returns the kernel that renders the scene with these settings.
+    fn select_kernel(&self, settings: &Settings) -> Result<Variant, Error> {
+        let best = |kernel| self.backend.best_method(kernel, settings.math);
+        Ok(kernel_selection::choose(self.features, settings, best, self.wide)?)
+    }
+
+    /// Returns the statistics of a render with these settings, without counts and times of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Settings`] if no kernel has these settings.
+    pub fn statistics(&self, settings: &Settings) -> Result<RenderStats, Error> {
+        let variant = self.select_kernel(settings)?;
+        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
+        stats.tile = self.tile_entries.tile();
+        stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
+        Ok(stats)
+    }
+
+    /// Selects the kernel and makes the backend's film.
+    fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
+        (self.ready, self.previous_frame) = (None, None);
+        let variant = self.select_kernel(settings)?;
+        self.live = None;
+        let Settings { width, height, math, .. } = *settings;
+        self.backend.begin_film(&FilmDesc { width, height, variant, math })?;
+        Ok(variant)
+    }
+
+    /// Checks the settings and the memory that they need, selects the kernel and makes the
+    /// backend's film.
+    fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
+        self.prepare_holding(settings, 0)
+    }
+
+    fn prepare_holding(&mut self, settings: &Settings, held: u64) -> Result<Variant, Error> {
+        // A film that is ready serves any seed and number of samples.
+        let alike = |ready: &Settings| {
+            let Settings { seed, samples, .. } = *settings;
+            Settings { seed, samples, ..ready.clone() } == *settings
+        };
+        if let Some((_, variant)) =
+            self.ready.as_ref().filter(|ready| settings.samples > 0 && alike(&ready.0))
+        {
+            return Ok(*variant);
+        }
+        settings.check_holding(held)?;
+        self.make_film(settings)
+    }
+
+    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
+    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
+    pub fn object(&self, primitive: Option<u32>) -> u32 {
+        let first = self.scene.first_triangle;
+        match primitive {
+            None => 0,
+            Some(shape) if shape < first => shape + 1,
+            Some(triangle) => {
+                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
+            }
+        }
+    }
+
+    /// Returns the pose of the camera.
+    pub fn pose(&self) -> &CameraPose {
+        &self.camera
+    }
+
+    /// Moves the camera, from the next frame on.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
+    pub fn set_camera(&mut self, pose: CameraPose) -> Result<(), SceneError> {
+        pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
+        if pose != self.camera {
+            let record = camera::record(&pose, 1, 1);
+            let start = record.origin.abs() + record.lens_x.length();
+            // Rays from beyond use the test for boxes without padding. Padded boxes are wider than
+            // that needs, so no hit is lost.
+            self.scene.padded = start.cmple(self.ray_origin_extent).all();
+            self.camera = pose;
+            self.tile_entries.forget();
+        }
+        Ok(())
+    }
+
+    /// Returns the camera record of the launch parameters.
+    pub fn camera(&self, settings: &Settings) -> Camera {
+        camera::record(&self.camera, settings.width, settings.height)
+    }
+
+    fn launch(&self, settings: &Settings) -> RenderParams {
+        let SceneParams { sky, root, first_flat, first_triangle, .. } = self.scene;
+        let (sine, cosine) = self.scene.environment_rotation.sin_cos();
+        let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
+        let holes = if self.scene.holes { FLAG_HOLES } else { 0 };
+        let room = if self.scene.padded { FLAG_PADDED_BOXES } else { 0 };
+        let sampled = settings.light_sampling;
+        RenderParams {
+            camera: self.camera(settings),
+            sky,
+            width: settings.width,
+            height: settings.height,
+            first_row: 0,
+            rows: 0,
+            first_sample: 0,
+            end_sample: 0,
+            resume: 0,
+            seed: settings.seed,
+            max_depth: settings.depth,
+            root: root.0,
+            first_planar: first_flat,
+            first_triangle,
+            light_count: if sampled { self.scene.lights } else { 0 },
+            roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
+            flags: schlick | holes | room,
+            environment_probability: if sampled { self.scene.environment_probability } else { 0.0 },
+            environment_width: self.scene.environment_size.0,
+            environment_height: self.scene.environment_size.1,
+            environment_cos: cosine as f32,
+            environment_sin: sine as f32,
+            primitive_count: self.scene.primitives,
+            max_lane_pixels: u32::MAX,
+            first_tile_entry: NO_TILE_ENTRIES,
+            tile_shift: 0,
+            share_first_row: 0,
+            block_shift: 31,
+            block_gap: 0,
+            max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! The part of the launch parameters that the scene decides.
+
+use crate::bvh::Bvh;
+use crate::lights::Lights;
+use trisect_scene::Scene;
+use trisect_shared::bvh::Child;
+use trisect_shared::material::{BLENDED, MASKED};
+use trisect_shared::sky::Sky;
+
+/// Launch parameters that the scene decides; `padded` also depends on the camera's position.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SceneParams {
+    pub sky: Sky,
+    pub root: Child,
+    pub first_flat: u32,
+    pub first_triangle: u32,
+    pub primitives: u32,
+    pub lights: u32,
+    /// True if the BVH's boxes are padded enough for rays that start at the camera.
+    pub padded: bool,
+    /// True if any material is masked or blended.
+    pub holes: bool,
+    pub environment_probability: f32,
+    pub environment_size: (u32, u32),
+    pub environment_rotation: f64,
+}
+
+impl SceneParams {
+    pub fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, room: bool) -> Self {
+        let environment = scene.environment.as_ref();
+        Self {
+            sky: scene.sky,
+            root: bvh.root,
+            first_flat: scene.spheres.len() as u32,
+            first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
+            primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
+            lights: lights.lights.len() as u32,
+            padded: room,
+            holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
+            environment_probability: lights.environment_probability,
+            environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
+            environment_rotation: environment.map_or(0.0, |e| e.rotation),
+        }
+    }
+}

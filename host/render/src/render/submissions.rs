@@ -1,0 +1,183 @@
+//! Division of a chunk into submissions of about 50 ms, so that no driver's watchdog fires and
+//! progress is visible.
+//!
+//! The division does not affect the film's bits: a kernel resumes a pixel's sums where the last
+//! submission left them.
+
+use crate::film::RowSet;
+use std::time::Duration;
+use trisect_device::DeviceKind;
+
+/// Target duration of a submission.
+const TARGET_TIME: Duration = Duration::from_millis(50);
+
+/// Sizes submissions by the speed of the device on the current scene.
+#[derive(Clone, Debug)]
+pub(super) struct SubmissionSizer {
+    /// Number of samples for the next submission.
+    budget: u64,
+    /// Number of pixels that keep the device busy.
+    pixels: u64,
+    /// True if the caller has set `budget`, whatever time a submission then takes.
+    fixed: bool,
+}
+
+impl SubmissionSizer {
+    pub(super) fn new(kind: DeviceKind) -> Self {
+        // The first budgets are small enough for the slowest device of their kind, and grow up to
+        // eightfold a step.
+        match kind {
+            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20, fixed: false },
+            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12, fixed: false },
+            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13, fixed: false },
+        }
+    }
+
+    /// Sets the budget, or with `None` lets it follow the device's speed again.
+    pub(super) fn limit(&mut self, samples: Option<u64>) {
+        self.fixed = samples.is_some();
+        self.budget = samples.unwrap_or(self.budget).max(1);
+    }
+
+    /// Returns the number of samples for the next submission.
+    pub(super) fn budget(&self) -> u64 {
+        self.budget
+    }
+
+    /// Returns the number of pixels that keep the device busy.
+    pub(super) fn pixels(&self) -> u64 {
+        self.pixels
+    }
+
+    /// Adapts the budget to a submission of `samples` samples that took `time`.
+    pub(super) fn learn(&mut self, samples: u64, time: Duration) {
+        if self.fixed {
+            return;
+        }
+        let wanted = samples as f64 * TARGET_TIME.as_secs_f64() / time.as_secs_f64().max(1e-6);
+        // A small submission says little about a large one, so the budget grows by limited steps.
+        let limit = self.budget.max(samples).saturating_mul(8);
+        self.budget = (wanted as u64).clamp(1, limit);
+    }
+}
+
+/// Submission: rows of a share of the image, and samples of the chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Submission {
+    /// Share of the image; see [`RowSet::share`].
+    pub share: (u32, u32, u32),
+    /// First row, by its index in the share.
+    pub first_row: u32,
+    pub rows: u32,
+    /// First sample, from the start of the chunk.
+    pub first_sample: u32,
+    pub samples: u32,
+}
+
+impl Submission {
+    /// Returns the number of samples of all its pixels.
+    pub(super) fn samples(&self, width: u32) -> u64 {
+        u64::from(width) * u64::from(self.rows) * u64::from(self.samples)
+    }
+}
+
+/// Submissions of one chunk: bands of rows, each finished before the next begins.
+pub(super) struct Submissions {
+    width: u32,
+    share: (u32, u32, u32),
+    /// One past the last row, by its index in the share.
+    end_row: u32,
+    samples: u32,
+    first_row: u32,
+    rows: u32,
+    first_sample: u32,
+}
+
+impl Submissions {
+    /// Divides `samples` samples of some rows of an image.
+    pub(super) fn new(width: u32, rows: impl Into<RowSet>, samples: u32) -> Self {
+        let rows = rows.into();
+        let (share, own) = (rows.share(), rows.places());
+        Self { width, share, end_row: own.end, samples, first_row: own.start, rows: 0, first_sample: 0 }
+    }
+
+    pub(super) fn next(&mut self, pace: &SubmissionSizer) -> Option<Submission> {
+        if self.first_sample == self.samples {
+            self.first_sample = 0;
+            self.first_row += self.rows;
+        }
+        if self.first_row >= self.end_row {
+            return None;
+        }
+        let width = u64::from(self.width);
+        let left = self.samples - self.first_sample;
+        if self.first_sample == 0 {
+            // Enough rows to fill the device; more only if even all samples of those rows are below
+            // the budget.
+            let least = pace.pixels.div_ceil(width);
+            let samples = (pace.budget / (least * width)).clamp(1, u64::from(left));
+            let rows = (pace.budget / (samples * width)).max(1);
+            self.rows = rows.min(u64::from(self.end_row - self.first_row)) as u32;
+        }
+        let pixels = u64::from(self.rows) * width;
+        let samples = (pace.budget / pixels).clamp(1, u64::from(left)) as u32;
+        let part = Submission {
+            share: self.share,
+            first_row: self.first_row,
+            rows: self.rows,
+            first_sample: self.first_sample,
+            samples,
+        };
+        self.first_sample += samples;
+        Some(part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Submissions have every sample of every pixel exactly once, in order, however the device's
+    /// speed changes.
+    #[test]
+    fn parts_cover_the_chunk_once() {
+        for kind in [DeviceKind::Gpu, DeviceKind::SoftwareGpu, DeviceKind::Cpu] {
+            for (width, height, samples) in [(1, 1, 1), (400, 225, 64), (1920, 1080, 256), (7, 1000, 3)] {
+                let mut next = vec![0; height as usize];
+                let mut pace = SubmissionSizer::new(kind);
+                let mut step = 0;
+                for rows in [0..height / 3, height / 3..height] {
+                    let mut parts = Submissions::new(width, rows, samples);
+                    while let Some(part) = parts.next(&pace) {
+                        for row in part.first_row..part.first_row + part.rows {
+                            assert_eq!(next[row as usize], part.first_sample);
+                            next[row as usize] += part.samples;
+                        }
+                        step += 1;
+                        pace.learn(part.samples(width), Duration::from_micros(1 + 77_777 * (step % 3)));
+                    }
+                }
+                assert!(next.iter().all(|&done| done == samples), "{kind:?} {width}x{height}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fast_device_gets_the_whole_chunk_at_once() {
+        let mut pace = SubmissionSizer::new(DeviceKind::Gpu);
+        for _ in 0..4 {
+            pace.learn(pace.budget, Duration::from_micros(pace.budget / 4000));
+        }
+        let part = Submissions::new(1280, 0..720, 30).next(&pace);
+        let share = RowSet::from(0..720).share();
+        assert_eq!(part, Some(Submission { share, first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
+    }
+
+    #[test]
+    fn a_slow_device_gets_little() {
+        let mut pace = SubmissionSizer::new(DeviceKind::SoftwareGpu);
+        pace.learn(1000, Duration::from_secs(1));
+        let part = Submissions::new(1920, 0..1080, 256).next(&pace).map(|part| part.samples(1920));
+        assert_eq!(part, Some(1920)); // a row with one sample
+    }
+}

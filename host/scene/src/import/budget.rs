@@ -1,0 +1,81 @@
+//! Limits on the memory and the triangles of an imported model, so that a small file cannot demand
+//! much of either.
+
+use super::source_location::SourceLocation;
+use crate::error::SceneError;
+use trisect_system::memory;
+
+/// Maximum bytes of a description per byte of its files. Of harmless files, those with indices of
+/// one byte need the most, because such an index becomes four bytes.
+const FACTOR: u64 = 64;
+
+/// Bytes that a description may take beyond [`FACTOR`] times its files: many instances of a mesh of
+/// many parts take few bytes in a file.
+const BASE: u64 = 64 << 20;
+
+/// Maximum number of triangles in the world, where each instance of a mesh counts.
+const TRIANGLES: u64 = 1 << 30;
+
+/// Requests up to this size are granted without asking the system for its free memory.
+const SMALL: u64 = 16 << 20;
+
+/// Bytes and triangles that a description may still take.
+#[derive(Debug)]
+pub(super) struct Budget {
+    bytes: u64,
+    triangles: u64,
+}
+
+impl Budget {
+    /// Returns the budget for a file of `input` bytes.
+    pub fn new(input: usize) -> Self {
+        Self { bytes: BASE.saturating_add(FACTOR.saturating_mul(input as u64)), triangles: TRIANGLES }
+    }
+
+    /// Extends the budget for another file, of `input` bytes.
+    pub fn extend(&mut self, input: usize) {
+        self.bytes = self.bytes.saturating_add(FACTOR.saturating_mul(input as u64));
+    }
+
+    /// Takes `bytes` from the budget before they are allocated.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::TooLarge`] if the budget or the free memory does not suffice.
+    pub fn take(&mut self, bytes: u64, site: &SourceLocation) -> Result<(), SceneError> {
+        let Some(left) = self.bytes.checked_sub(bytes) else {
+            return Err(site.too_large(
+                "the scene needs too much memory for the size of its files, because parts refer to the same data",
+                format!("{FACTOR} times the bytes of its files plus {}", memory::display(BASE)),
+            ));
+        };
+        self.bytes = left;
+        fits(bytes, site)
+    }
+
+    /// Takes an instance of `triangles` triangles from the budget.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::TooLarge`] if there are too many triangles.
+    pub fn place(&mut self, triangles: u64, site: &SourceLocation) -> Result<(), SceneError> {
+        let left = self.triangles.checked_sub(triangles).ok_or_else(|| {
+            site.too_large("too many triangles, counting each instance", format!("{TRIANGLES} triangles"))
+        })?;
+        self.triangles = left;
+        Ok(())
+    }
+}
+
+/// Checks that `bytes` are at most half of the free memory, so that as much is left for the rest.
+pub(super) fn fits(bytes: u64, site: &SourceLocation) -> Result<(), SceneError> {
+    if bytes <= SMALL {
+        return Ok(());
+    }
+    let half = memory::available() / 2;
+    if bytes <= half {
+        return Ok(());
+    }
+    let (needed, half) = (memory::display(bytes), memory::display(half));
+    Err(site.too_large(format!("{needed} of memory are needed"), format!("{half}, half of the free memory")))
+}

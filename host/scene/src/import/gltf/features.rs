@@ -1,0 +1,86 @@
+//! Refuses a glTF file that requires an unsupported feature, and warns of unsupported features that
+//! it uses.
+
+use super::super::source_location::{SourceLocation, shown};
+use super::super::warnings::Warnings;
+use super::json::Root;
+use crate::error::SceneError;
+
+/// Supported extensions.
+const SUPPORTED: [&str; 6] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Remedy for compressed geometry.
+pub const DECOMPRESS: &str =
+    "decompress it with `gltf-transform copy in.glb out.glb`, or export the file without it";
+
+/// Returns the remedy for a required extension.
+fn remedy(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => DECOMPRESS,
+        "KHR_texture_basisu" => {
+            "convert its KTX2 textures to PNG with `gltf-transform ktxdecompress in.glb out.glb`"
+        }
+        "EXT_texture_webp" | "EXT_texture_avif" | "MSFT_texture_dds" => {
+            "export the file with PNG or JPEG textures"
+        }
+        _ => "export the file without it",
+    }
+}
+
+/// Refuses a file that requires an unsupported extension, and warns of all other unsupported
+/// features.
+pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), SceneError> {
+    let supported = |extension: &str| SUPPORTED.contains(&extension);
+    if let Some(extension) = root.extensions_required.iter().find(|extension| !supported(extension)) {
+        return Err(SourceLocation::new(name, "extensionsRequired")
+            .unsupported(format!("the extension {}", shown(extension)), remedy(extension)));
+    }
+    for extension in root.extensions_used.iter().filter(|extension| !supported(extension)) {
+        warnings.once(match extension.as_str() {
+            "KHR_materials_unlit" => {
+                "KHR_materials_unlit is not supported: unlit materials are lit like all others".to_owned()
+            }
+            _ => format!("the extension {} is not supported and ignored", shown(extension)),
+        });
+    }
+    let mut warn = |used: bool, text: &str| {
+        if used {
+            warnings.once(text);
+        }
+    };
+    warn(
+        !root.animations.is_empty(),
+        "animations are not supported: the static transforms of the nodes are used",
+    );
+    warn(!root.skins.is_empty(), "skins are not supported: skinned meshes keep their own shape and place");
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    warn(
+        primitives.any(|primitive| primitive.targets.is_some()),
+        "morph targets are not supported and ignored",
+    );
+    let mut attributes = root
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .flat_map(|primitive| primitive.attributes.keys());
+    warn(
+        attributes.any(|attribute| attribute.starts_with("COLOR_")),
+        "vertex colours (COLOR_0) are not supported and ignored",
+    );
+    warn(
+        root.materials.iter().any(|material| material.normal_texture.is_some()),
+        "normal maps (normalTexture) are not supported and ignored",
+    );
+    warn(
+        root.materials.iter().any(|material| material.occlusion_texture.is_some()),
+        "occlusion maps (occlusionTexture) are not supported and ignored: occlusion is computed",
+    );
+    Ok(())
+}

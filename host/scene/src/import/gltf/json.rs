@@ -1,0 +1,321 @@
+//! The part of a glTF file's JSON that is read.
+//!
+//! Numbers are f64, as in JSON. Indices and ranges are checked where they are used. A document
+//! takes little more memory than its text, because lists whose members may be `{}` are bounded and
+//! rare members are boxed.
+
+use super::super::source_location::SourceLocation;
+use super::version;
+use crate::error::SceneError;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
+use std::collections::BTreeMap;
+use std::fmt::{Formatter, Result as FmtResult};
+use std::marker::PhantomData;
+
+/// Maximum number of materials, textures, samplers, images, cameras, lights and scenes.
+const FEW: usize = 1 << 16;
+/// Maximum number of nodes.
+const MANY: usize = 1 << 22;
+
+/// Parses a document.
+pub fn parse(text: &str, name: &str) -> Result<Root, SceneError> {
+    let site = SourceLocation::new(name, "asset.version");
+    let root: Root = match serde_json::from_str(text) {
+        Ok(root) => root,
+        Err(_) if version::is_first(text) => return Err(version::convert(&site)),
+        Err(error) => {
+            let message = error.to_string();
+            let message = message.split(" at line ").next().unwrap_or_default();
+            return Err(SceneError::at(name, text, error.line(), error.column(), message.to_owned()));
+        }
+    };
+    let version = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
+    if root.asset.version.split('.').next() == Some("1") {
+        return Err(version::convert(&site));
+    }
+    if root.asset.version.split('.').next() != Some("2") || version.split('.').next() != Some("2") {
+        let version = super::super::source_location::shown(version);
+        return Err(site.unsupported(format!("glTF version \"{version}\""), "export glTF 2.0"));
+    }
+    Ok(root)
+}
+
+/// Reads a list of at most `MAX` members.
+fn at_most<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
+    source: D,
+) -> Result<Vec<T>, D::Error> {
+    struct List<T, const MAX: usize>(PhantomData<T>);
+
+    impl<'de, T: Deserialize<'de>, const MAX: usize> Visitor<'de> for List<T, MAX> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, formatter: &mut Formatter) -> FmtResult {
+            write!(formatter, "a list of at most {MAX}")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
+            let mut members = Vec::new();
+            while let Some(member) = list.next_element()? {
+                if members.len() == MAX {
+                    return Err(A::Error::custom(format!("a list of more than {MAX} members")));
+                }
+                members.push(member);
+            }
+            Ok(members)
+        }
+    }
+
+    source.deserialize_seq(List::<T, MAX>(PhantomData))
+}
+
+/// Defines structs whose fields have the names of JSON members, which are in camel case there.
+macro_rules! objects {
+    ($($(#[$struct_meta:meta])* $name:ident { $($(#[$meta:meta])* $field:ident: $type:ty,)* })*) => {$(
+        $(#[$struct_meta])*
+        #[derive(Debug, Deserialize)]
+        #[serde(rename_all = "camelCase")]
+        pub struct $name { $($(#[$meta])* pub $field: $type,)* }
+    )*};
+}
+
+objects! {
+    Root {
+        asset: Asset,
+        #[serde(default)] extensions_used: Vec<String>,
+        #[serde(default)] extensions_required: Vec<String>,
+        #[serde(default)] accessors: Vec<Accessor>,
+        #[serde(default)] animations: Vec<IgnoredAny>,
+        #[serde(default)] buffers: Vec<Buffer>,
+        #[serde(default)] buffer_views: Vec<BufferView>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] cameras: Vec<Camera>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] images: Vec<Image>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] materials: Vec<Material>,
+        #[serde(default)] meshes: Vec<Mesh>,
+        #[serde(default, deserialize_with = "at_most::<MANY, _, _>")] nodes: Vec<Node>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] samplers: Vec<Sampler>,
+        scene: Option<u32>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] scenes: Vec<Scene>,
+        #[serde(default)] skins: Vec<IgnoredAny>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] textures: Vec<Texture>,
+        #[serde(default)] extensions: RootExtensions,
+    }
+    Asset {
+        version: String,
+        min_version: Option<String>,
+    }
+    #[derive(Default)]
+    RootExtensions {
+        #[serde(rename = "KHR_lights_punctual")] lights: Option<LightList>,
+    }
+    LightList {
+        #[serde(deserialize_with = "at_most::<FEW, _, _>")] lights: Vec<Light>,
+    }
+    Light {
+        #[serde(rename = "type")] kind: String,
+        #[serde(default = "white")] color: [f64; 3],
+        #[serde(default = "one")] intensity: f64,
+        range: Option<f64>,
+        spot: Option<Spot>,
+    }
+    Spot {
+        #[serde(default)] inner_cone_angle: f64,
+        #[serde(default = "quarter_pi")] outer_cone_angle: f64,
+    }
+    Accessor {
+        buffer_view: Option<u32>,
+        #[serde(default)] byte_offset: u64,
+        component_type: u32,
+        #[serde(default)] normalized: bool,
+        count: u64,
+        #[serde(rename = "type")] kind: String,
+        sparse: Option<Box<Sparse>>,
+    }
+    Sparse {
+        count: u64,
+        indices: SparseIndices,
+        values: SparseValues,
+    }
+    SparseIndices {
+        buffer_view: u32,
+        #[serde(default)] byte_offset: u64,
+        component_type: u32,
+    }
+    SparseValues {
+        buffer_view: u32,
+        #[serde(default)] byte_offset: u64,
+    }
+    BufferView {
+        buffer: u32,
+        #[serde(default)] byte_offset: u64,
+        byte_length: u64,
+        byte_stride: Option<u64>,
+    }
+    Buffer {
+        uri: Option<String>,
+        byte_length: u64,
+        #[serde(default)] extensions: Option<Box<BufferExtensions>>,
+    }
+    BufferExtensions {
+        #[serde(rename = "EXT_meshopt_compression")] ext_meshopt: Option<IgnoredAny>,
+        #[serde(rename = "KHR_meshopt_compression")] khr_meshopt: Option<IgnoredAny>,
+    }
+    Camera {
+        name: Option<Box<str>>,
+        #[serde(rename = "type")] kind: String,
+        perspective: Option<Perspective>,
+    }
+    Perspective {
+        yfov: f64,
+    }
+    Image {
+        uri: Option<Box<str>>,
+        buffer_view: Option<u32>,
+    }
+    Material {
+        name: Option<Box<str>>,
+        pbr_metallic_roughness: Option<Box<MetallicRoughness>>,
+        normal_texture: Option<IgnoredAny>,
+        occlusion_texture: Option<IgnoredAny>,
+        emissive_texture: Option<Box<TextureInfo>>,
+        #[serde(default)] emissive_factor: [f64; 3],
+        alpha_mode: Option<Box<str>>,
+        alpha_cutoff: Option<f64>,
+        #[serde(default)] double_sided: bool,
+        #[serde(default)] extensions: Option<Box<MaterialExtensions>>,
+    }
+    MetallicRoughness {
+        #[serde(default = "opaque_white")] base_color_factor: [f64; 4],
+        base_color_texture: Option<Box<TextureInfo>>,
+        #[serde(default = "one")] metallic_factor: f64,
+        #[serde(default = "one")] roughness_factor: f64,
+        metallic_roughness_texture: Option<Box<TextureInfo>>,
+    }
+    MaterialExtensions {
+        #[serde(rename = "KHR_materials_emissive_strength")] emissive_strength: Option<EmissiveStrength>,
+        #[serde(rename = "KHR_materials_ior")] ior: Option<Ior>,
+        #[serde(rename = "KHR_materials_transmission")] transmission: Option<Transmission>,
+    }
+    EmissiveStrength {
+        #[serde(default = "one")] emissive_strength: f64,
+    }
+    Ior {
+        #[serde(default = "glass")] ior: f64,
+    }
+    Transmission {
+        #[serde(default)] transmission_factor: f64,
+        transmission_texture: Option<Box<TextureInfo>>,
+    }
+    TextureInfo {
+        index: u32,
+        #[serde(default)] tex_coord: u32,
+        extensions: Option<TextureInfoExtensions>,
+    }
+    TextureInfoExtensions {
+        #[serde(rename = "KHR_texture_transform")] transform: Option<TextureTransform>,
+    }
+    TextureTransform {
+        #[serde(default)] offset: [f64; 2],
+        #[serde(default)] rotation: f64,
+        #[serde(default = "unscaled")] scale: [f64; 2],
+        tex_coord: Option<u32>,
+    }
+    Mesh {
+        name: Option<Box<str>>,
+        primitives: Vec<Primitive>,
+    }
+    Primitive {
+        attributes: BTreeMap<Box<str>, u32>,
+        indices: Option<u32>,
+        material: Option<u32>,
+        #[serde(default = "triangles")] mode: u32,
+        targets: Option<IgnoredAny>,
+        #[serde(default)] extensions: Option<Box<PrimitiveExtensions>>,
+    }
+    PrimitiveExtensions {
+        #[serde(rename = "KHR_draco_mesh_compression")] draco: Option<IgnoredAny>,
+    }
+    Node {
+        name: Option<Box<str>>,
+        #[serde(default)] children: Vec<u32>,
+        matrix: Option<Box<[f64; 16]>>,
+        translation: Option<Box<[f64; 3]>>,
+        rotation: Option<Box<[f64; 4]>>,
+        scale: Option<Box<[f64; 3]>>,
+        camera: Option<u32>,
+        mesh: Option<u32>,
+        extensions: Option<Box<NodeExtensions>>,
+    }
+    NodeExtensions {
+        #[serde(rename = "KHR_lights_punctual")] light: Option<NodeLight>,
+    }
+    NodeLight {
+        light: u32,
+    }
+    Sampler {
+        mag_filter: Option<u32>,
+        #[serde(default = "repeat")] wrap_s: u32,
+        #[serde(default = "repeat")] wrap_t: u32,
+    }
+    #[derive(Default)]
+    Scene {
+        #[serde(default)] nodes: Vec<u32>,
+    }
+    Texture {
+        sampler: Option<u32>,
+        source: Option<u32>,
+        #[serde(default)] extensions: Option<Box<TextureExtensions>>,
+    }
+    TextureExtensions {
+        #[serde(rename = "KHR_texture_basisu")] ktx2: Option<IgnoredAny>,
+        #[serde(rename = "EXT_texture_webp")] webp: Option<IgnoredAny>,
+    }
+}
+
+// Sizes of the structs that `{}` in a list becomes.
+const _: () = assert!(size_of::<Node>() <= 96 && size_of::<Material>() <= 128);
+
+impl Default for MetallicRoughness {
+    fn default() -> Self {
+        Self {
+            base_color_factor: opaque_white(),
+            base_color_texture: None,
+            metallic_factor: one(),
+            roughness_factor: one(),
+            metallic_roughness_texture: None,
+        }
+    }
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn white() -> [f64; 3] {
+    [1.0; 3]
+}
+
+fn opaque_white() -> [f64; 4] {
+    [1.0; 4]
+}
+
+fn unscaled() -> [f64; 2] {
+    [1.0; 2]
+}
+
+/// Returns the default index of refraction.
+pub fn glass() -> f64 {
+    1.5
+}
+
+fn quarter_pi() -> f64 {
+    std::f64::consts::FRAC_PI_4
+}
+
+fn triangles() -> u32 {
+    super::primitive::TRIANGLES
+}
+
+fn repeat() -> u32 {
+    super::texture::REPEAT
+}

@@ -1,0 +1,216 @@
+//! Reads the materials that glTF primitives use.
+
+use super::super::images::Curve;
+use super::super::source_location::{SourceLocation, shown};
+use super::super::warnings::Warnings;
+use super::json::{self, MetallicRoughness, TextureInfo};
+use super::texture;
+use super::{Document, Output};
+use crate::description::{Alpha, Material, Surface, TextureUse};
+use crate::error::SceneError;
+use crate::values::MAX_MAGNITUDE;
+use glam::{DVec3, DVec4};
+use std::collections::HashMap;
+
+/// Indices of refraction that are used as they are.
+const IOR: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+
+/// Materials in use, by their index in the document; `None` is the material of primitives that name
+/// none.
+#[derive(Debug, Default)]
+pub struct Materials(HashMap<Option<u32>, Known>);
+
+/// A material of the description.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Index into the description's materials.
+    pub index: usize,
+    /// Set of texture coordinates that the textures use; 0 without textures.
+    pub set: u32,
+    /// True if the material has textures.
+    pub textured: bool,
+}
+
+impl Materials {
+    /// Returns the material that a primitive names, and adds it to the description at its first
+    /// use.
+    pub fn get(
+        &mut self,
+        document: &Document,
+        output: &mut Output,
+        index: Option<u32>,
+        user: &SourceLocation,
+    ) -> Result<Known, SceneError> {
+        if let Some(known) = self.0.get(&index) {
+            return Ok(*known);
+        }
+        let (material, set) = match index {
+            None => (plain("default"), None),
+            Some(index) => read(document, output, index, user)?,
+        };
+        output.description.materials.push(material);
+        let known = Known {
+            index: output.description.materials.len() - 1,
+            set: set.unwrap_or_default(),
+            textured: set.is_some(),
+        };
+        self.0.insert(index, known);
+        Ok(known)
+    }
+}
+
+/// Returns a material with the specification's defaults.
+fn plain(name: &str) -> Material {
+    let MetallicRoughness {
+        base_color_factor: [r, g, b, opacity], metallic_factor, roughness_factor, ..
+    } = MetallicRoughness::default();
+    Material {
+        name: name.to_owned(),
+        surface: Surface::MetallicRoughness {
+            metallic: metallic_factor,
+            roughness: roughness_factor,
+            metallic_roughness_texture: None,
+            ior: json::glass(),
+            transmission: 0.0,
+            transmission_texture: None,
+        },
+        base_color: DVec3::new(r, g, b),
+        base_color_texture: None,
+        emission: DVec3::ZERO,
+        emission_texture: None,
+        emits_both_sides: false,
+        opacity,
+        alpha: Alpha::Opaque,
+    }
+}
+
+/// Reads a material, and the set of texture coordinates that its textures use (`None` without
+/// textures).
+fn read(
+    document: &Document,
+    output: &mut Output,
+    index: u32,
+    user: &SourceLocation,
+) -> Result<(Material, Option<u32>), SceneError> {
+    let source = super::buffers::get(&document.root.materials, index, "materials", user)?;
+    let site = document.site(format!("materials[{index}]"));
+    let name = source.name.as_deref().map_or_else(|| site.place.clone(), shown);
+
+    // Sets of texture coordinates, in order of precedence.
+    let mut sets = Vec::new();
+    let mut texture = |output: &mut Output,
+                       info: Option<&TextureInfo>,
+                       curve: Curve,
+                       place: &str|
+     -> Result<Option<TextureUse>, SceneError> {
+        let Some(info) = info else { return Ok(None) };
+        let read = texture::read(document, output, info, curve, &site.member(place))?;
+        Ok(read.map(|(texture, set)| {
+            sets.push(set);
+            texture
+        }))
+    };
+
+    let defaults = MetallicRoughness::default();
+    let pbr = source.pbr_metallic_roughness.as_deref().unwrap_or(&defaults);
+    let [base, emissive, rough, transmitted] = [
+        "pbrMetallicRoughness.baseColorTexture",
+        "emissiveTexture",
+        "pbrMetallicRoughness.metallicRoughnessTexture",
+        "extensions.KHR_materials_transmission.transmissionTexture",
+    ];
+    let base_color_texture = texture(output, pbr.base_color_texture.as_deref(), Curve::Srgb, base)?;
+    let metallic_roughness_texture =
+        texture(output, pbr.metallic_roughness_texture.as_deref(), Curve::Linear, rough)?;
+
+    let extensions = source.extensions.as_deref();
+    let strength = extensions.and_then(|extensions| extensions.emissive_strength.as_ref());
+    let strength = strength.map_or(1.0, |extension| extension.emissive_strength);
+    let emission = DVec3::from(source.emissive_factor) * strength;
+    if !emission.cmple(DVec3::splat(MAX_MAGNITUDE)).all() || !emission.cmpge(DVec3::ZERO).all() {
+        return Err(
+            site.malformed(format!("it emits {emission}"), "emission must be 0 or more and at most 1e18")
+        );
+    }
+    let emission_texture = if emission == DVec3::ZERO {
+        None // without emission, its texture has no effect
+    } else {
+        texture(output, source.emissive_texture.as_deref(), Curve::Srgb, emissive)?
+    };
+    let transmission = extensions.and_then(|extensions| extensions.transmission.as_ref());
+    let transmission_texture = match transmission {
+        Some(extension) if extension.transmission_factor > 0.0 => {
+            texture(output, extension.transmission_texture.as_deref(), Curve::Linear, transmitted)?
+        }
+        _ => None,
+    };
+
+    if sets.iter().any(|set| Some(set) != sets.first()) {
+        output.warnings.tally(
+            "materials whose textures use different sets of texture coordinates, read with the first texture's",
+            1,
+            &site.place,
+        );
+    }
+    let Output { warnings, .. } = output;
+    let factor = share(DVec4::from(pbr.base_color_factor), &site, warnings);
+    let [metallic, roughness, transmission, _] = share(
+        DVec4::new(
+            pbr.metallic_factor,
+            pbr.roughness_factor,
+            transmission.map_or(0.0, |extension| extension.transmission_factor),
+            0.0,
+        ),
+        &site,
+        warnings,
+    )
+    .to_array();
+    let alpha = match source.alpha_mode.as_deref() {
+        None | Some("OPAQUE") => Alpha::Opaque,
+        Some("MASK") => {
+            let cutoff = DVec4::splat(source.alpha_cutoff.unwrap_or(0.5));
+            Alpha::Mask { cutoff: share(cutoff, &site, warnings).x }
+        }
+        Some("BLEND") => Alpha::Blend,
+        Some(other) => {
+            let problem = format!("alphaMode is \"{}\"", shown(other));
+            return Err(site.malformed(problem, "it must be OPAQUE, MASK or BLEND"));
+        }
+    };
+    let ior = extensions.and_then(|extensions| extensions.ior.as_ref()).map(|extension| extension.ior);
+    let ior = match ior {
+        Some(ior) if !IOR.contains(&ior) => {
+            warnings.tally("indices of refraction outside 1 to 1000, taken as 1.5", 1, &site.place);
+            json::glass()
+        }
+        ior => ior.unwrap_or(json::glass()),
+    };
+    let surface = Surface::MetallicRoughness {
+        metallic,
+        roughness,
+        metallic_roughness_texture,
+        ior,
+        transmission,
+        transmission_texture,
+    };
+    let material = Material {
+        name,
+        surface,
+        base_color: factor.truncate(),
+        base_color_texture,
+        emission,
+        emission_texture,
+        emits_both_sides: source.double_sided,
+        opacity: factor.w,
+        alpha,
+    };
+    Ok((material, sets.first().copied()))
+}
+
+/// Clamps factors to 0 to 1, with a warning if one changes.
+fn share(factors: DVec4, site: &SourceLocation, warnings: &mut Warnings) -> DVec4 {
+    let clamped = factors.clamp(DVec4::ZERO, DVec4::ONE);
+    let changed = u64::from(clamped != factors);
+    warnings.tally("material factors outside 0 to 1, clamped", changed, &site.place);
+    clamped
+}

@@ -1,0 +1,110 @@
+//! Reads glTF 2.0: `.gltf` with buffers in data URIs or files beside it, and `.glb`.
+//!
+//! [`parse`] turns a file into a [`Description`]; docs/reference/scene-format/models.md lists the
+//! supported features for users.
+
+mod accessor;
+mod buffers;
+mod camera;
+mod container;
+mod features;
+mod json;
+mod light;
+mod material;
+mod primitive;
+mod scene;
+mod texture;
+mod transform;
+mod version;
+
+use super::budget::Budget;
+use super::files::Files;
+use super::images::Images;
+use super::source_location::SourceLocation;
+use super::warnings::Warnings;
+use crate::description::Description;
+use crate::error::SceneError;
+use buffers::Buffers;
+use container::Container;
+use json::Root;
+
+/// Reads glTF 2.0 from `bytes`, JSON or GLB; `name` stands for the file in messages.
+///
+/// Supported are:
+///
+/// * meshes of triangles, strips and fans, indexed or not, interleaved, sparse or quantised
+///   (KHR_mesh_quantization)
+/// * nodes, in the default scene, or from all roots if the file names no scene
+/// * perspective cameras and KHR_lights_punctual
+/// * the metallic-roughness material with KHR_materials_emissive_strength, KHR_materials_ior and
+///   KHR_materials_transmission
+/// * PNG and JPEG textures with samplers and KHR_texture_transform
+///
+/// Meshes and materials that nothing in the scene uses are left out, and with them their images.
+/// glTF's units are taken as those of the renderer: a candela is 1 in a light's intensity, a lux 1
+/// in its irradiance, and an emissive factor is a radiance. A primitive's texture coordinates are
+/// those of the set that its material's textures use. The rotation of KHR_texture_transform is
+/// counter-clockwise with v down, as in its example and in other programs; the GLSL in its text has
+/// the inverse (KhronosGroup/glTF issue 1563).
+///
+/// # Errors
+///
+/// * [`SceneError::Invalid`] for text that is not the JSON of a glTF file
+/// * [`SceneError::Malformed`] for violations of the specification that cannot be shown
+/// * [`SceneError::Unsupported`] for features that the file requires and the renderer does not have
+/// * [`SceneError::Resource`] and [`SceneError::Outside`] for buffers and images that `files` does
+///   not give
+/// * [`SceneError::TooLarge`] for data beyond the limits
+pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
+    let Container { json, chunk, aligned } = match bytes.starts_with(container::MAGIC) {
+        true => container::split(bytes, name)?,
+        false => Container { json: bytes, chunk: None, aligned: true },
+    };
+    let text = str::from_utf8(json).map_err(|error| {
+        let place = format!("byte {} of the JSON", error.valid_up_to());
+        SourceLocation::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
+    })?;
+    let root = json::parse(text, name)?;
+    let mut warnings = Warnings::default();
+    if !aligned {
+        warnings.once("the chunks of the GLB are not aligned to 4 bytes, and read where they are");
+    }
+    features::check(&root, name, &mut warnings)?;
+    let mut budget = Budget::new(bytes.len());
+    let buffers = Buffers::read(&root, name, chunk, files, &mut budget)?;
+    let document = Document { name, root, buffers };
+    let mut output =
+        Output { description: Description::default(), images: Images::default(), warnings, budget, files };
+    scene::read(&document, &mut output)?;
+    let Output { mut description, images, warnings, .. } = output;
+    description.images = images.all;
+    description.warnings = warnings.finish();
+    Ok(description)
+}
+
+/// A document with its buffers: the input of the readers.
+struct Document<'a> {
+    name: &'a str,
+    root: Root,
+    buffers: Buffers<'a>,
+}
+
+impl<'a> Document<'a> {
+    fn site(&self, place: impl Into<String>) -> SourceLocation<'a> {
+        SourceLocation::new(self.name, place)
+    }
+}
+
+/// The output of the readers, with their warnings and limits.
+struct Output<'a> {
+    description: Description,
+    images: Images,
+    warnings: Warnings,
+    budget: Budget,
+    files: &'a mut dyn Files,
+}
+
+#[cfg(test)]
+mod scene_tests;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,226 @@
+//! Reads a glTF primitive as a mesh of the description.
+
+use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finish};
+use super::super::source_location::{SourceLocation, shown};
+use super::accessor::{Component, Elements, Expected};
+use super::features::DECOMPRESS;
+use super::json::Primitive;
+use super::material::Known;
+use super::{Document, Output};
+use crate::description::Mesh;
+use crate::error::SceneError;
+
+/// OpenGL's codes for the mode of a primitive: triangles, strips and fans.
+pub const TRIANGLES: u32 = 4;
+const TRIANGLE_STRIP: u32 = 5;
+const TRIANGLE_FAN: u32 = 6;
+
+use Component::{F32, I8, I16, U8, U16, U32};
+
+const INDICES: Expected = Expected { kind: "SCALAR", components: &[U8, U16, U32] };
+const POSITION: Expected = Expected { kind: "VEC3", components: &[F32, I8, U8, I16, U16] };
+const NORMAL: Expected = Expected { kind: "VEC3", components: &[F32, I8, I16] };
+const TEXCOORD: Expected = Expected { kind: "VEC2", components: &[F32, I8, U8, I16, U16] };
+
+/// Reads a primitive; `None` if it has no triangles.
+pub fn read(
+    document: &Document,
+    output: &mut Output,
+    primitive: &Primitive,
+    name: String,
+    material: Known,
+    site: &SourceLocation,
+) -> Result<Option<Mesh>, SceneError> {
+    if !(TRIANGLES..=TRIANGLE_FAN).contains(&primitive.mode) {
+        output.warnings.once(match primitive.mode {
+            0 => "points (mode 0) are not supported and left out",
+            1 => "lines (mode 1) are not supported and left out",
+            2 => "line loops (mode 2) are not supported and left out",
+            3 => "line strips (mode 3) are not supported and left out",
+            other => {
+                return Err(site.malformed(format!("mode is {other}"), "it must be between 0 and 6"));
+            }
+        });
+        return Ok(None);
+    }
+    let Some(&accessor) = primitive.attributes.get("POSITION") else {
+        output.warnings.tally("primitives without POSITION, left out", 1, &site.place);
+        return Ok(None);
+    };
+    let draco = primitive.extensions.as_ref().is_some_and(|extensions| extensions.draco.is_some());
+    if draco
+        && [Some(accessor), primitive.indices].into_iter().flatten().any(|index| is_empty(document, index))
+    {
+        return Err(site
+            .member("extensions.KHR_draco_mesh_compression")
+            .unsupported("a mesh whose only data is Draco data", DECOMPRESS));
+    }
+    let positions = Elements::open(
+        document,
+        &mut output.budget,
+        accessor,
+        POSITION,
+        &site.member("attributes.POSITION"),
+    )?;
+    let attribute = |output: &mut Output, name: &str, expected| {
+        let Some(&index) = primitive.attributes.get(name) else { return Ok(None) };
+        let site = site.member(&format!("attributes.{name}"));
+        let elements = Elements::open(document, &mut output.budget, index, expected, &site)?;
+        if elements.count != positions.count {
+            let problem = format!("it has {} elements, and POSITION {}", elements.count, positions.count);
+            return Err(site.malformed(problem, "attributes of a primitive must have the same count"));
+        }
+        Ok(Some(elements))
+    };
+    let normals = attribute(output, "NORMAL", NORMAL)?;
+    let uvs = attribute(output, &format!("TEXCOORD_{}", material.set), TEXCOORD)?;
+    if uvs.is_none() && material.textured {
+        output.warnings.tally(
+            "meshes without the texture coordinates that their material's textures use",
+            1,
+            &site.place,
+        );
+    }
+
+    let corners = corners(document, output, primitive, positions.count, site)?;
+    let most = if primitive.mode == TRIANGLES { corners.len() / 3 } else { corners.len() };
+    output.budget.take(mesh::bytes(0, most as u64), site)?;
+    let mut triangles = triangles(&corners, primitive.mode, output, site);
+    drop(corners);
+    let used = compact(&mut triangles, positions.count);
+    output.budget.take(mesh::bytes(used.len() as u64, 0), site)?;
+
+    let mut mesh = Mesh { name, material: material.index, triangles, ..Mesh::default() };
+    mesh.positions.reserve_exact(used.len());
+    for &vertex in &used {
+        let position = check_position(positions.floats(vertex).map(f64::from)).map_err(|problem| {
+            let user = document.site(format!("{} ({}.attributes.POSITION)", positions.place, site.place));
+            user.malformed(format!("vertex {vertex} at {problem}"), POSITION_REMEDY)
+        })?;
+        mesh.positions.push(position.map(|x| x as f32));
+    }
+    if let Some(normals) = normals {
+        mesh.normals = used.iter().map(|&vertex| normals.floats(vertex)).collect();
+    }
+    if let Some(uvs) = uvs {
+        mesh.uvs = used.iter().map(|&vertex| uvs.floats(vertex)).collect();
+        check_uvs(&mut mesh.uvs, site, &mut output.warnings);
+    }
+    Ok(finish(mesh, site, &mut output.warnings))
+}
+
+/// Returns whether an accessor has no data of its own.
+fn is_empty(document: &Document, accessor: u32) -> bool {
+    let accessor = document.root.accessors.get(accessor as usize);
+    accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+}
+
+/// Returns the vertices in the order in which they form triangles; each is below `count`.
+fn corners(
+    document: &Document,
+    output: &mut Output,
+    primitive: &Primitive,
+    count: u32,
+    site: &SourceLocation,
+) -> Result<Vec<u32>, SceneError> {
+    let Some(index) = primitive.indices else {
+        output.budget.take(4 * u64::from(count), site)?;
+        return Ok((0..count).collect());
+    };
+    let site = site.member("indices");
+    let indices = Elements::open(document, &mut output.budget, index, INDICES, &site)?;
+    output.budget.take(4 * u64::from(indices.count), &site)?;
+    let mut corners = Vec::with_capacity(indices.count as usize);
+    for element in 0..indices.count {
+        let vertex = indices.integer(element);
+        if vertex >= count {
+            let place = format!("{} ({})", indices.place, site.place);
+            return Err(document.site(place).malformed(
+                format!("element {element} is {vertex}, and there are {count} vertices"),
+                "indices must be below the count of the attributes",
+            ));
+        }
+        corners.push(vertex);
+    }
+    Ok(corners)
+}
+
+/// Forms triangles from corners by the mode, all with the front on the same side.
+fn triangles(corners: &[u32], mode: u32, output: &mut Output, site: &SourceLocation) -> Vec<[u32; 3]> {
+    match mode {
+        TRIANGLE_STRIP => {
+            let odd = |place: usize| place % 2 == 1;
+            let turn =
+                |(place, &[a, b, c]): (usize, &[u32; 3])| if odd(place) { [b, a, c] } else { [a, b, c] };
+            corners.array_windows().enumerate().map(turn).collect()
+        }
+        TRIANGLE_FAN => match corners {
+            [first, others @ ..] => others.array_windows().map(|&[a, b]| [*first, a, b]).collect(),
+            [] => Vec::new(),
+        },
+        _ => {
+            let (triangles, left) = corners.as_chunks();
+            output.warnings.tally(
+                "vertices after the last whole triangle, ignored",
+                left.len() as u64,
+                &site.place,
+            );
+            triangles.to_vec()
+        }
+    }
+}
+
+/// Renumbers the vertices that triangles use from 0 on, in their order, and returns their old
+/// numbers.
+///
+/// Unused vertices are dropped, because many primitives may share attributes of which each uses a
+/// part.
+fn compact(triangles: &mut [[u32; 3]], count: u32) -> Vec<u32> {
+    const NONE: u32 = u32::MAX; // not a vertex: all are below `count`
+    let corners = triangles.as_flattened_mut();
+    if (count as usize) / 8 <= corners.len() {
+        let mut numbers = vec![NONE; count as usize];
+        for &mut corner in corners.iter_mut() {
+            numbers[corner as usize] = 0;
+        }
+        let mut used = Vec::new();
+        for (vertex, number) in (0..count).zip(&mut numbers) {
+            if *number == 0 {
+                *number = used.len() as u32;
+                used.push(vertex);
+            }
+        }
+        for corner in corners {
+            *corner = numbers[*corner as usize];
+        }
+        return used;
+    }
+    let mut used = corners.to_vec();
+    used.sort_unstable();
+    used.dedup();
+    for corner in corners {
+        *corner = used.partition_point(|vertex| vertex < corner) as u32;
+    }
+    used
+}
+
+/// Returns a primitive's name: that of its mesh, with its index if there are several.
+pub fn name(mesh: Option<&str>, mesh_index: u32, primitive: usize, primitives: usize) -> String {
+    let mesh = mesh.map_or_else(|| format!("meshes[{mesh_index}]"), shown);
+    if primitives == 1 { mesh } else { format!("{mesh}.primitives[{primitive}]") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_in_use_are_renumbered_in_order() {
+        for count in [10, 1_000_000] {
+            let mut triangles = [[9, 2, 4], [2, 9, 7]];
+            assert_eq!(compact(&mut triangles, count), [2, 4, 7, 9]);
+            assert_eq!(triangles, [[3, 0, 1], [0, 3, 2]]);
+        }
+        assert!(compact(&mut [], 0).is_empty());
+    }
+}

@@ -1,0 +1,243 @@
+//! Reads the statements of MTL files, without converting their materials.
+
+use super::super::budget::Budget;
+use super::super::files::{Files, readable};
+use super::super::source_location::{SourceLocation, shown};
+use super::super::warnings::Warnings;
+use super::lines::{Source, Statement};
+use crate::error::SceneError;
+use glam::{DVec2, DVec3};
+use std::collections::{HashMap, HashSet};
+use std::io::ErrorKind;
+
+/// Materials of the libraries that have been read, by name.
+#[derive(Debug, Default)]
+pub struct Libraries {
+    pub entries: HashMap<String, Entry>,
+    /// Paths of the files that have been read.
+    known: HashSet<String>,
+}
+
+/// The statements of an MTL file about a material, with the numbers of the file.
+#[derive(Debug, Default)]
+pub struct Entry {
+    /// File of the material, for messages; `line` is that of its newmtl.
+    pub file: String,
+    pub line: usize,
+    pub diffuse: Option<DVec3>,
+    pub specular: Option<DVec3>,
+    pub emission: Option<DVec3>,
+    pub filter: Option<DVec3>,
+    pub exponent: Option<f64>,
+    pub ior: Option<f64>,
+    pub dissolve: Option<f64>,
+    pub transparency: Option<f64>,
+    pub illumination: Option<f64>,
+    pub roughness: Option<f64>,
+    pub metallic: Option<f64>,
+    pub diffuse_map: Option<Map>,
+    pub emission_map: Option<Map>,
+}
+
+/// An image and its placement.
+#[derive(Clone, Debug)]
+pub struct Map {
+    /// File name, relative to the OBJ file's folder.
+    pub path: String,
+    pub scale: DVec2,
+    pub offset: DVec2,
+    pub clamp: bool,
+}
+
+impl Libraries {
+    /// Adds the materials of the libraries that `mtllib` names: one name, which may contain spaces,
+    /// or several names.
+    pub fn read(
+        &mut self,
+        names: &str,
+        site: &SourceLocation,
+        files: &mut dyn Files,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<(), SceneError> {
+        let whole = portable(names);
+        if self.known.contains(&whole) {
+            return Ok(());
+        }
+        match files.read(&whole, readable()) {
+            Ok(bytes) => self.add(&whole, &bytes, budget, warnings),
+            Err(error) if error.kind() == ErrorKind::NotFound && names.contains(char::is_whitespace) => {
+                names.split_whitespace().try_for_each(|name| {
+                    let path = portable(name);
+                    if self.known.contains(&path) {
+                        return Ok(());
+                    }
+                    let bytes =
+                        files.read(&path, readable()).map_err(|source| site.resource(name, source))?;
+                    self.add(&path, &bytes, budget, warnings)
+                })
+            }
+            Err(source) => Err(site.resource(names, source)),
+        }
+    }
+
+    fn add(
+        &mut self,
+        path: &str,
+        bytes: &[u8],
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<(), SceneError> {
+        budget.extend(bytes.len());
+        self.known.insert(path.to_owned());
+        let source = Source::new(path, bytes);
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let mut current: Option<(String, Entry)> = None;
+        for statement in source.statements() {
+            if statement.keyword() == "newmtl" {
+                self.entries.extend(current.take());
+                let site = SourceLocation::new(path, format!("line {}", statement.line));
+                budget.take(2 * size_of::<(String, Entry)>() as u64, &site)?; // a map may be half empty
+                let entry = Entry { file: shown(path), line: statement.line, ..Entry::default() };
+                current = Some((statement.rest().to_owned(), entry));
+                continue;
+            }
+            let Some((_, entry)) = &mut current else {
+                // The file may be anything, so messages must not show its text.
+                let site = SourceLocation::new(path, format!("line {}", statement.line));
+                let problem = "no newmtl comes before this statement";
+                return Err(site.malformed(problem, "mtllib must name a material library (MTL)"));
+            };
+            entry.set(&statement, folder, warnings)?;
+        }
+        self.entries.extend(current);
+        Ok(())
+    }
+}
+
+impl Entry {
+    fn set(
+        &mut self,
+        statement: &Statement,
+        folder: &str,
+        warnings: &mut Warnings,
+    ) -> Result<(), SceneError> {
+        let number = |slot: &mut Option<f64>| -> Result<(), SceneError> {
+            let [number] = statement.numbers(1)?;
+            if !number.is_finite() {
+                return Err(statement.error("", format!("{number} is not finite")));
+            }
+            *slot = Some(number);
+            Ok(())
+        };
+        match statement.keyword() {
+            "Kd" => self.diffuse = colour(statement, warnings)?,
+            "Ks" => self.specular = colour(statement, warnings)?,
+            "Ke" => self.emission = colour(statement, warnings)?,
+            "Tf" => self.filter = colour(statement, warnings)?,
+            "Ns" => number(&mut self.exponent)?,
+            "Ni" => number(&mut self.ior)?,
+            "d" if statement.arguments().next() == Some("-halo") => {
+                warnings.once("the MTL option \"d -halo\" is not supported and ignored");
+            }
+            "d" => number(&mut self.dissolve)?,
+            "Tr" => number(&mut self.transparency)?,
+            "illum" => number(&mut self.illumination)?,
+            "Pr" => number(&mut self.roughness)?,
+            "Pm" => number(&mut self.metallic)?,
+            "map_Kd" => self.diffuse_map = map(statement, folder, warnings)?,
+            "map_Ke" => self.emission_map = map(statement, folder, warnings)?,
+            "Ka" => {} // ambient light is computed
+            other => {
+                warnings.once(format!("the MTL statement \"{}\" is not supported and ignored", shown(other)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Parses red, green and blue, or one number for all of them.
+fn colour(statement: &Statement, warnings: &mut Warnings) -> Result<Option<DVec3>, SceneError> {
+    if let Some(kind @ ("spectral" | "xyz")) = statement.arguments().next() {
+        warnings.once(format!("MTL colours by \"{kind}\" are not supported and ignored"));
+        return Ok(None);
+    }
+    let numbers = if statement.arguments().nth(1).is_none() {
+        let [grey] = statement.numbers(1)?;
+        [grey; 3]
+    } else {
+        statement.numbers(3)?
+    };
+    let colour = DVec3::from(numbers);
+    if colour.is_finite() {
+        return Ok(Some(colour));
+    }
+    Err(statement.error("", format!("the colour {colour} is not finite")))
+}
+
+/// Parses options and a file name, which may contain spaces.
+fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<Option<Map>, SceneError> {
+    let mut map = Map { path: String::new(), scale: DVec2::ONE, offset: DVec2::ZERO, clamp: false };
+    let mut rest = statement.rest();
+    let word = |rest: &mut &str| -> String {
+        let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((*rest, ""));
+        let word = word.to_owned();
+        *rest = after.trim_start();
+        word
+    };
+    while rest.starts_with('-') {
+        let start = rest;
+        let option = word(&mut rest);
+        let mut numbers = DVec3::new(1.0, 1.0, 1.0);
+        let count = match option.as_str() {
+            "-s" | "-o" | "-t" => 3,
+            "-mm" => 2,
+            "-blendu" | "-blendv" | "-boost" | "-bm" | "-cc" | "-clamp" | "-imfchan" | "-texres"
+            | "-type" => 1,
+            _ => {
+                rest = start; // a file name that begins with -
+                break;
+            }
+        };
+        if count == 1 {
+            let value = word(&mut rest);
+            if option == "-clamp" {
+                map.clamp = value == "on";
+                continue;
+            }
+        } else {
+            if option == "-o" {
+                numbers = DVec3::ZERO;
+            }
+            // The second and third number are optional.
+            for axis in 0..count {
+                let Ok(number) = rest.split_whitespace().next().unwrap_or_default().parse::<f64>() else {
+                    break;
+                };
+                numbers[axis] = number;
+                word(&mut rest);
+            }
+        }
+        match option.as_str() {
+            "-s" => map.scale = numbers.truncate(),
+            "-o" => map.offset = numbers.truncate(),
+            other => {
+                warnings.once(format!("the option \"{other}\" of MTL maps is not supported and ignored"))
+            }
+        }
+    }
+    if !(map.scale.is_finite() && map.offset.is_finite()) {
+        return Err(statement.error("", "the options -s and -o take finite numbers".to_owned()));
+    }
+    if rest.is_empty() {
+        return Err(statement.error("", format!("{} names no file", statement.keyword())));
+    }
+    let file = portable(rest);
+    map.path = if folder.is_empty() { file } else { format!("{folder}/{file}") };
+    Ok(Some(map))
+}
+
+/// Returns a path with `/` between folders, where Windows programs write `\`.
+fn portable(path: &str) -> String {
+    path.replace('\\', "/")
+}

@@ -1,0 +1,190 @@
+//! Tests of whole OBJ files.
+
+use super::super::testing::{FAR, Memory, ROUNDED, error_in_space, far_vertices, png, rounded_in_world};
+use super::*;
+use crate::description::{Alpha, ConductorFresnel, Material, Surface};
+use crate::import::NoFiles;
+use glam::{DVec2, DVec3};
+
+fn read(text: &str) -> Description {
+    parse(text.as_bytes(), "a.obj", &mut NoFiles).unwrap()
+}
+
+fn error(text: &str) -> String {
+    parse(text.as_bytes(), "a.obj", &mut NoFiles).unwrap_err().to_string()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.25\nvn 0 0 2\n";
+
+#[test]
+fn polygons_become_fans_and_corners_vertices() {
+    let scene = read(&format!("# square\n{SQUARE}o one\nf 1/1/1 2/2/1 \\\n3/2/1 -1/1/-1 # end\r\n"));
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.name, "one");
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(mesh.positions[2], [1.0, 1.0, 0.0]);
+    assert_eq!(mesh.uvs, [[0.0, 1.0], [1.0, 0.75], [1.0, 0.75], [0.0, 1.0]]);
+    assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
+    assert_eq!(scene.materials[0].base_color, DVec3::splat(0.8));
+    assert_eq!((scene.instances.len(), scene.warnings.len()), (1, 0));
+}
+
+#[test]
+fn faces_with_and_without_normals_are_apart() {
+    let scene = read(&format!("{SQUARE}s 1\nf 1//1 2//1 3//1\nf 1 3 4\nf 1//1 3 4\nf 1 2\nl 1 2\n"));
+    assert_eq!(scene.meshes.len(), 2);
+    assert_eq!(scene.meshes[0].normals.len(), 3);
+    assert!(scene.meshes[1].normals.is_empty());
+    assert_eq!(scene.meshes[1].triangles.len(), 2);
+    assert_eq!(
+        scene.warnings,
+        [
+            "smoothing groups (s) are not supported: faces without vn are flat",
+            "the OBJ statement \"l\" is not supported and ignored",
+            "faces with fewer than three vertices, dropped: 1, the first in line 12"
+        ]
+    );
+}
+
+#[test]
+fn errors_name_line_and_column() {
+    for (text, expected) in [
+        ("v 0 0\n", "a.obj:1:1: v has 2 numbers, it takes 3"),
+        ("\nv 0 0 x\n", "a.obj:2:7: \"x\" is not a number"),
+        ("v 0 nan 0\n", "a.obj:1:1: (0e0, NaN, 0e0) is not finite"),
+        ("v 0 2e18 0\n", "is beyond 1e18"),
+        ("v 0 0 0\nf 1 1 2\n", "a.obj:2:7: v 2 does not exist, there are 1 before this line"),
+        ("v 0 0 0\nf 0 1 1\n", "v 0 does not exist"),
+        ("v 0 0 0\nf 1 1 -2\n", "v -2 does not exist"),
+        ("v 0 0 0\nf 1/1 1 1\n", "a.obj:2:3: vt 1 does not exist, there are 0"),
+        ("f a\n", "\"a\" is not a vertex"),
+        ("mtllib none.mtl\n", "a.obj: line 1, mtllib: cannot read \"none.mtl\""),
+    ] {
+        let message = error(text);
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+/// Returns the materials of an MTL file, in order, and the scene that uses them.
+fn materials(library: &str) -> (Vec<Material>, Description) {
+    let mut obj = format!("mtllib my lib.mtl\n{SQUARE}");
+    for line in library.lines() {
+        if let Some(name) = line.strip_prefix("newmtl ") {
+            obj += &format!("usemtl {name}\nf 1/1 2/2 3/1\n");
+        }
+    }
+    let image = png(1, 1, &[[1, 2, 3, 4]]);
+    let mut files = Memory([("my lib.mtl", library.as_bytes().to_vec()), ("maps/a b.png", image)].into());
+    let scene = parse(obj.as_bytes(), "a.obj", &mut files).unwrap();
+    (scene.materials.clone(), scene)
+}
+
+#[test]
+fn mtl_materials() {
+    let (all, scene) = materials(
+        "newmtl diffuse\nKd 0.1 0.2 0.3\nKs 1 1 1\nillum 2\nd 0.5\n\
+         newmtl light\nKe 4 5 6\n\
+         newmtl glass\nillum 7\nNi 1.33\nd 0.1\n\
+         newmtl tinted\nTf 1 0 0\nTr 0.25\nNi 1.2\n\
+         newmtl mirror\nillum 3\nKs 0.9 0.8 0.7\nNs 6\n\
+         newmtl pbr\nKd 0.5\nPr 0.25\nPm 1\nbump x.png\n\
+         newmtl mapped\nmap_Kd -s 2 4 -o 0.5 0.25 -clamp on -bm 1 maps\\a b.png\n",
+    );
+    let [diffuse, light, glass, tinted, mirror, pbr, mapped] = &all[..] else { panic!() };
+    assert_eq!((&diffuse.surface, diffuse.base_color), (&Surface::Lambertian, DVec3::new(0.1, 0.2, 0.3)));
+    assert_eq!((diffuse.opacity, diffuse.alpha), (0.5, Alpha::Blend));
+    assert_eq!((light.emission, light.emits_both_sides), (DVec3::new(4.0, 5.0, 6.0), true));
+    assert_eq!((&glass.surface, glass.alpha), (&Surface::Dielectric { ior: 1.33 }, Alpha::Opaque));
+    assert_eq!(tinted.surface, Surface::Dielectric { ior: 1.2 });
+    let Surface::Conductor { fresnel: ConductorFresnel::Schlick, roughness } = mirror.surface else {
+        panic!()
+    };
+    assert!((roughness - 0.5f64.sqrt()).abs() < 1e-12);
+    assert_eq!(mirror.base_color, DVec3::new(0.9, 0.8, 0.7));
+    assert!(matches!(
+        pbr.surface,
+        Surface::MetallicRoughness { metallic: 1.0, roughness: 0.25, ior: 1.5, .. }
+    ));
+    assert_eq!(mapped.base_color, DVec3::ONE);
+    let map = mapped.base_color_texture.as_ref().unwrap();
+    // The bottom left, (0, 1) in the description, moves to (0.5, 0.25) from the bottom left.
+    assert!(map.transform.transform_point2(DVec2::Y).abs_diff_eq(DVec2::new(0.5, 0.75), 1e-12));
+    assert!(map.transform.transform_point2(DVec2::X).abs_diff_eq(DVec2::new(2.5, -3.25), 1e-12));
+    assert_eq!(scene.images[0].name, "maps/a b.png");
+    assert_eq!(
+        scene.warnings,
+        [
+            "the MTL statement \"bump\" is not supported and ignored",
+            "the option \"-bm\" of MTL maps is not supported and ignored",
+            "coloured glass (Tf) is not supported: glass is clear",
+            "diffuse materials whose highlights (Ks, Ns) are not rendered; Pr and Pm in the MTL file make them glossy: 1, \
+             the first in line 1, newmtl diffuse",
+        ]
+    );
+}
+
+/// One warning counts all such materials. Materials with black Ks, or whose Pr says how glossy they
+/// are, do not count.
+#[test]
+fn highlights_that_are_not_rendered() {
+    let warnings = |library: &str| materials(library).1.warnings;
+    let found = warnings("newmtl a\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 250\nillum 2\nnewmtl b\nKs 0.1\nillum 3\n");
+    assert!(found.len() == 1 && found[0].contains(": 2, the first in line 1, newmtl a"), "{found:?}");
+    let none = "newmtl a\nKd 1 0 0\nKs 0 0 0\nNs 250\nillum 2\nnewmtl b\nKs 1 1 1\nPr 0.1\nnewmtl c\nKs 1\nillum 7\n";
+    assert!(warnings(none).is_empty(), "{:?}", warnings(none));
+}
+
+/// A file that is not a library may contain anything, such as secrets.
+#[test]
+fn text_of_other_files_is_not_quoted() {
+    let mut files = Memory([("a.mtl", b"root:secret".to_vec())].into());
+    let text =
+        parse(format!("mtllib a.mtl\n{SQUARE}").as_bytes(), "a.obj", &mut files).unwrap_err().to_string();
+    assert!(text.contains("a.mtl: line 1: no newmtl") && !text.contains("secret"), "{text}");
+}
+
+#[test]
+fn materials_in_no_library_are_grey() {
+    let scene = read(&format!("{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nf 1 2 2\n"));
+    assert_eq!(scene.materials.len(), 2);
+    assert_eq!(
+        scene.warnings[0],
+        "materials that no library (mtllib) has, diffuse grey: 2, the first in usemtl a"
+    );
+    assert!(
+        scene.warnings[1].starts_with("triangles without area or with a vertex twice, dropped: 1"),
+        "{:?}",
+        scene.warnings
+    );
+}
+
+#[test]
+fn models_far_from_the_origin_keep_their_shape() {
+    let scene = read(&format!("v 0 0 0\n{}f 2 3 4 5\n", far_vertices("v ")));
+    let error = error_in_space(scene.clone());
+    assert!(error <= ROUNDED, "{error:e}");
+    let control = error_in_space(rounded_in_world(scene));
+    assert!(control > 0.1, "{control:e}");
+}
+
+#[test]
+fn meshes_of_a_file_share_an_origin() {
+    let scene = read(&format!("{}o a\nf 1 2 3\no b\nf 1 3 4\n", far_vertices("v ")));
+    let [a, b] = &scene.instances[..] else { panic!() };
+    assert_eq!(a.transform, b.transform);
+    assert!(a.transform.translation.abs_diff_eq(FAR, 1e-3));
+    let corners =
+        |mesh: usize| scene.meshes[mesh].triangles[0].map(|i| scene.meshes[mesh].positions[i as usize]);
+    let ([a1, _, a3], [b1, b3, _]) = (corners(0), corners(1));
+    assert_eq!((a1, a3), (b1, b3));
+}
+
+/// Includes a small part of a model that is at the origin.
+#[test]
+fn models_near_the_origin_keep_their_bits() {
+    let scene =
+        read("v 0.1 -0 0\nv 10.1 0.3 0\nv 10.1001 0.3 0\nv 10.1 0.3001 -0\no a\nf 1 2 3\no b\nf 2 3 4\n");
+    assert!(scene.instances.iter().all(|instance| instance.transform == DAffine3::IDENTITY));
+    assert_eq!(scene.meshes[1].positions, [[10.1, 0.3, 0.0], [10.1001, 0.3, 0.0], [10.1, 0.3001, 0.0]]);
+    assert_eq!(scene.meshes[0].positions[0].map(f32::to_bits), [0.1f32, -0.0, 0.0].map(f32::to_bits));
+}

@@ -1,0 +1,205 @@
+//! Scenes: reading, validation and device records.
+//!
+//! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`], and
+//! `lower` makes a [`Scene`] of device records from it.
+
+pub mod alias;
+mod camera_path;
+pub mod description;
+mod error;
+mod format;
+mod image_settings;
+pub mod import;
+mod include;
+mod lower;
+mod memory_budget;
+mod model;
+mod own_light;
+pub mod precision;
+mod records;
+mod resolve;
+mod ron_edit;
+mod scene_document;
+mod space;
+mod validate;
+mod values;
+mod warnings;
+
+pub use camera_path::CameraPath;
+pub use error::SceneError;
+pub(crate) use format::Camera;
+pub use image_settings::{Fresnel, ImageSettings};
+pub use import::Includes;
+pub use import::is_model;
+pub(crate) use ron_edit::{camera_value, insert_camera, insert_space, point};
+pub use scene_document::SceneDocument;
+pub use space::Rebase;
+pub(crate) use space::triple;
+
+use description::Description;
+use glam::DVec3;
+use std::path::Path;
+use trisect_shared::environment::EnvironmentTexel;
+use trisect_shared::features::{EMITTERS, ENVIRONMENT, Features, MICROFACETS, PLANAR, TEXTURES, TRIANGLES};
+use trisect_shared::light::Light;
+use trisect_shared::material::{BLENDED, DIELECTRIC, MASKED, Material};
+use trisect_shared::math::max_component;
+use trisect_shared::planar::Planar;
+use trisect_shared::sky::Sky;
+use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
+use trisect_shared::triangle::{Triangle, TriangleShading};
+
+/// A thin-lens camera in the world; lengths in scene units, angles in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraPose {
+    /// Centre of the lens.
+    pub look_from: DVec3,
+    /// A point on the optical axis.
+    pub look_at: DVec3,
+    /// Up direction of the image; not along the axis.
+    pub up: DVec3,
+    /// Vertical angle of the whole image, in (0, π).
+    pub vertical_fov: f64,
+    /// Cone angle from a point in focus to the lens, in [0, π); 0 for a pinhole.
+    pub defocus_angle: f64,
+    /// Distance from the lens to the plane in focus.
+    pub focus_distance: f64,
+}
+
+impl CameraPose {
+    /// Checks that the camera is valid.
+    ///
+    /// # Errors
+    ///
+    /// A message that says what would be valid.
+    pub fn check(&self) -> Result<(), String> {
+        let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
+        let far = values::MAX_MAGNITUDE;
+        if ![look_from, look_at, up].iter().all(|v| v.abs().cmple(DVec3::splat(far)).all()) {
+            return Err(format!("look_from, look_at and up must be numbers within {far:e}"));
+        }
+        let angle = |a: f64| (0.0..std::f64::consts::PI).contains(&a);
+        if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
+            return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
+        }
+        if !(values::MIN_MAGNITUDE..=far).contains(&focus_distance) {
+            return Err(format!("focus_distance must lie between {:e} and {far:e}", values::MIN_MAGNITUDE));
+        }
+        format::check_camera(self)
+    }
+}
+
+/// A panorama (environment map).
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Rotation about +y in radians, counter-clockwise seen from above.
+    pub rotation: f64,
+    /// `width * height` texels with their alias table.
+    pub texels: Vec<EnvironmentTexel>,
+}
+
+/// A validated scene: every number is finite and in range, and every index is in range.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// File of the scene, or the name that stands for it, for messages.
+    pub name: String,
+    /// Camera of the image.
+    pub camera: CameraPose,
+    /// Radiance from infinity if there is no panorama.
+    pub sky: Sky,
+    /// Panorama; replaces `sky`.
+    pub environment: Option<Environment>,
+    /// Spheres in the file's order. Their indices are their primitive ids.
+    pub spheres: Vec<Sphere>,
+    /// Quads and discs; their primitive ids follow those of the spheres.
+    pub flats: Vec<Planar>,
+    /// Triangles; their primitive ids follow those of the quads and discs.
+    pub triangles: Vec<Triangle>,
+    /// Shading record of each triangle.
+    pub shading: Vec<TriangleShading>,
+    /// Materials, indexed by primitives.
+    pub materials: Vec<Material>,
+    /// Textures, indexed by materials.
+    pub textures: Vec<Texture>,
+    /// Texels of all textures.
+    pub texels: Vec<Texel>,
+    /// Lights without extent, before their rows of the alias table are filled in.
+    pub lights: Vec<Light>,
+    /// Warnings for people: what was left out or changed.
+    pub warnings: Vec<String>,
+    /// Image settings that the scene states; the command line overrides them.
+    pub image: ImageSettings,
+}
+
+impl Scene {
+    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`). A model without a camera
+    /// gets one that shows all of it, and a model whose own lights do not carry the image gets a
+    /// sky.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_in(path, Rebase::IDENTITY)
+    }
+
+    /// Reads a scene as [`Self::load`] does, then moves and scales it to `space`, after the space
+    /// that the file itself states. The image stays (see [`Rebase`]): the intensity of point and
+    /// spot lights scales with the square of lengths, while emitted radiance, the irradiance of
+    /// directional lights, the sky and panoramas stay as they are.
+    pub fn load_in(path: &Path, space: Rebase) -> Result<Self, SceneError> {
+        SceneDocument::load(path)?.lower(space)
+    }
+
+    /// Reads a scene from text; `name` stands for the file in messages. Files that it names are
+    /// relative to the current folder.
+    pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
+        Self::parse_in(text, name, Rebase::IDENTITY)
+    }
+
+    /// Reads a scene from text as [`Self::parse`] does, then moves and scales it to `space` as
+    /// [`Self::load_in`] does.
+    pub fn parse_in(text: &str, name: &str, space: Rebase) -> Result<Self, SceneError> {
+        SceneDocument::parse(text, name)?.lower(space)
+    }
+
+    /// Makes a scene of a model that was read from elsewhere. As with [`Self::load`], it gets the
+    /// camera and the sky that it lacks.
+    pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
+        SceneDocument::from_model(model, name)?.lower(Rebase::IDENTITY)
+    }
+
+    /// Returns the built-in scene, `scenes/three_spheres.ron`.
+    pub fn hello_world() -> Result<Self, SceneError> {
+        SceneDocument::hello_world()?.lower(Rebase::IDENTITY)
+    }
+
+    /// Returns the number of primitives of all kinds.
+    pub fn primitives(&self) -> usize {
+        self.spheres.len() + self.flats.len() + self.triangles.len()
+    }
+
+    /// Returns the features that a kernel needs to render the scene.
+    pub fn features(&self) -> Features {
+        let mut features = 0;
+        let mut needs = |feature: Features, needed: bool| features |= if needed { feature } else { 0 };
+        needs(PLANAR, !self.flats.is_empty());
+        needs(TRIANGLES, !self.triangles.is_empty());
+        needs(ENVIRONMENT, self.environment.is_some());
+        needs(EMITTERS, !self.lights.is_empty());
+        for material in &self.materials {
+            needs(EMITTERS, max_component(material.emission) > 0.0);
+            needs(MICROFACETS, material.kind > DIELECTRIC);
+            let textures = [
+                material.albedo_texture,
+                material.metallic_roughness_texture,
+                material.emission_texture,
+                material.transmission_texture,
+            ];
+            needs(TEXTURES, textures.iter().any(|&texture| texture != NO_TEXTURE));
+            needs(TEXTURES, material.flags & (MASKED | BLENDED) != 0);
+        }
+        features
+    }
+}

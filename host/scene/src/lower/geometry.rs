@@ -1,0 +1,220 @@
+//! Lowers shapes, and bakes mesh instances into world space.
+//!
+//! Baking takes 112 bytes and a BVH node of 64 bytes for each triangle of each instance; traversal
+//! then needs no transforms.
+
+use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
+use super::super::memory_budget::MemoryBudget;
+use super::super::values::MAX_MAGNITUDE;
+use super::unit;
+use glam::{DMat3, DVec3, Vec3};
+use trisect_shared::planar::{DISC, Planar, QUAD};
+use trisect_shared::sphere::Sphere;
+use trisect_shared::triangle::{Triangle, TriangleShading};
+
+/// Maximum coordinate of a vertex: products of three coordinates, which the triangle test computes,
+/// stay finite in f32.
+const MAX_VERTEX: f64 = 1e12;
+
+#[derive(Default)]
+pub(super) struct Geometry {
+    pub spheres: Vec<Sphere>,
+    pub flats: Vec<Planar>,
+    pub triangles: Vec<Triangle>,
+    pub shading: Vec<TriangleShading>,
+    pub warnings: Vec<String>,
+}
+
+pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
+    let mut geometry = Geometry::default();
+    for shape in &description.shapes {
+        geometry.shape(shape);
+    }
+    check_memory(description)?;
+    for (number, instance) in (0..).zip(&description.instances) {
+        geometry.mesh(mesh(description, instance)?, instance, number)?;
+    }
+    Ok(geometry)
+}
+
+fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mesh, String> {
+    let (index, count) = (instance.mesh, description.meshes.len());
+    description
+        .meshes
+        .get(index)
+        .ok_or_else(|| format!("an instance refers to mesh {index}, but there are {count} meshes"))
+}
+
+/// Checks that there is memory for all triangles. This comes before the triangles are read, which
+/// may take long.
+pub(crate) fn check_memory(description: &Description) -> Result<(), String> {
+    let mut room = MemoryBudget::default();
+    description.instances.iter().try_for_each(|instance| room.place(mesh(description, instance)?))
+}
+
+impl Geometry {
+    fn shape(&mut self, shape: &Shape) {
+        let material = shape.material as u32;
+        match &shape.kind {
+            ShapeKind::Sphere { center, radius } => self.spheres.push(Sphere {
+                center: center.as_vec3(),
+                radius: *radius as f32,
+                material,
+                pad: [0; 3],
+            }),
+            ShapeKind::Quad { corner, u, v } => self.flats.push(flat(QUAD, *corner, *u, *v, material)),
+            ShapeKind::Disc { center, normal, radius } => {
+                let (u, v) = normal.normalize().any_orthonormal_pair();
+                // The handedness of `any_orthonormal_pair` is not documented.
+                let v = if u.cross(v).dot(*normal) > 0.0 { v } else { -v };
+                self.flats.push(flat(DISC, *center, u * *radius, v * *radius, material));
+            }
+        }
+    }
+
+    fn mesh(&mut self, mesh: &Mesh, instance: &Instance, number: u32) -> Result<(), String> {
+        let matrix = instance.transform.matrix3;
+        let mirrored = matrix.determinant() < 0.0;
+        let turn_normals = normal_matrix(matrix);
+        let mut positions = Vec::with_capacity(mesh.positions.len());
+        for (i, p) in mesh.positions.iter().enumerate() {
+            let world = instance.transform.transform_point3(Vec3::from(*p).as_dvec3());
+            if !world.is_finite() || world.abs().max_element() > MAX_VERTEX {
+                return Err(format!(
+                    "mesh \"{}\": vertex {i} is at {world} in the world; coordinates must be at most {MAX_VERTEX:e}",
+                    mesh.name
+                ));
+            }
+            positions.push(world.as_vec3());
+        }
+        let normals: Vec<Vec3> =
+            mesh.normals.iter().map(|n| unit(turn_normals * Vec3::from(*n).as_dvec3())).collect();
+        let mut flat = 0usize;
+        self.triangles.reserve(mesh.triangles.len());
+        self.shading.reserve(mesh.triangles.len());
+        for corners in &mesh.triangles {
+            let [a, mut b, mut c] = corners.map(|i| i as usize);
+            if mirrored {
+                std::mem::swap(&mut b, &mut c); // keeps the front
+            }
+            let (Some(&pa), Some(&pb), Some(&pc)) = (positions.get(a), positions.get(b), positions.get(c))
+            else {
+                return Err(format!(
+                    "mesh \"{}\": a triangle has vertex {}, but there are {} vertices",
+                    mesh.name,
+                    a.max(b).max(c),
+                    positions.len()
+                ));
+            };
+            let material = mesh.material as u32;
+            let triangle = Triangle { a: pa, material, b: pb, instance: number, c: pc, pad1: 0 };
+            // Tested with the kernels' own arithmetic, because they divide by this length. It does
+            // not depend on the triangle's size.
+            let square = triangle.normal().length_squared();
+            if !(square > Triangle::MIN_SQUARE && square.is_finite()) {
+                flat += 1;
+                continue;
+            }
+            let normal = |i: usize| normals.get(i).copied().unwrap_or(Vec3::ZERO);
+            let uv = |i: usize| mesh.uvs.get(i).copied().unwrap_or([0.0; 2]);
+            let (uv_a, uv_b, uv_c) = (uv(a), uv(b), uv(c));
+            self.triangles.push(triangle);
+            self.shading.push(TriangleShading {
+                normal_a: normal(a),
+                u_a: uv_a[0],
+                normal_b: normal(b),
+                u_b: uv_b[0],
+                normal_c: normal(c),
+                u_c: uv_c[0],
+                v_a: uv_a[1],
+                v_b: uv_b[1],
+                v_c: uv_c[1],
+                pad: 0,
+            });
+        }
+        if flat > 0 {
+            self.warnings.push(format!(
+                "mesh \"{}\": {flat} triangles have no area in single precision and were dropped",
+                mesh.name
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Returns the matrix that transforms normals where `matrix` transforms points: its inverse
+/// transpose up to a positive factor, from cofactors, which singular matrices have too.
+fn normal_matrix(matrix: DMat3) -> DMat3 {
+    let (x, y, z) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    if matrix.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
+}
+
+/// Returns the record of a quad or disc; `corner` is a disc's centre. The edges are f64, so that
+/// only the record is rounded.
+fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Planar {
+    let normal = u.cross(v);
+    let square = normal.length_squared();
+    let area = square.sqrt() * if kind == DISC { std::f64::consts::PI } else { 1.0 };
+    Planar {
+        origin: corner.as_vec3(),
+        material,
+        normal: unit(normal),
+        kind,
+        dual_u: (v.cross(normal) / square).as_vec3(),
+        pad0: 0,
+        dual_v: (normal.cross(u) / square).as_vec3(),
+        pad1: 0,
+        edge_u: u.as_vec3(),
+        area: area.min(MAX_MAGNITUDE * MAX_MAGNITUDE) as f32,
+        edge_v: v.as_vec3(),
+        pad2: 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn duals_give_coordinates() {
+        let (corner, u, v) =
+            (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.0, 1.0, -3.0));
+        let f = flat(QUAD, corner, u, v, 0);
+        let (a, b) = f.coordinates((corner + u * 0.25 + v * 0.75).as_vec3());
+        assert!((a - 0.25).abs() < 1e-6 && (b - 0.75).abs() < 1e-6, "{a} {b}");
+        assert!((f.normal.as_dvec3() - u.cross(v).normalize()).length() < 1e-6);
+    }
+
+    #[test]
+    fn a_plane_is_a_disc_without_end() {
+        let mut g = Geometry::default();
+        let kind = ShapeKind::Disc { center: DVec3::ZERO, normal: DVec3::Y, radius: MAX_MAGNITUDE };
+        g.shape(&Shape { kind, material: 0 });
+        let f = g.flats[0];
+        assert!(f.dual_u.is_finite() && f.dual_v.is_finite() && f.edge_u.is_finite() && f.area.is_finite());
+        assert_eq!(f.distance(Vec3::new(1e9, 2.0, -1e9), Vec3::NEG_Y), 2.0);
+        assert!((f.normal - Vec3::Y).length() < 1e-6);
+    }
+
+    #[test]
+    fn mirrored_meshes_keep_their_front() {
+        let mesh = Mesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            triangles: vec![[0, 1, 2], [0, 0, 1]],
+            ..Mesh::default()
+        };
+        for (scale, z) in
+            [(DVec3::ONE, 1.0), (DVec3::new(-1.0, 1.0, 1.0), 1.0), (DVec3::new(1.0, 1.0, -2.0), -1.0)]
+        {
+            let mut g = Geometry::default();
+            let transform = glam::DAffine3::from_scale(scale);
+            g.mesh(&mesh, &Instance { mesh: 0, transform }, 3).unwrap();
+            assert_eq!(g.triangles[0].instance, 3);
+            assert_eq!((g.triangles.len(), g.warnings.len()), (1, 1));
+            let n = g.triangles[0].normal().normalize();
+            assert_eq!((n.z, g.shading[0].normal_a.z), (z, z), "{scale}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Lowers a description to the device records of a [`Scene`]: applies transforms, packs images, and
+//! rounds f64 to f32.
+
+mod environment;
+mod geometry;
+mod light;
+mod material;
+mod texture;
+
+pub(super) use geometry::check_memory;
+
+use super::ImageSettings;
+use super::description::{self, Description};
+use super::error::SceneError;
+use super::{CameraPose, Scene};
+use glam::{DVec3, Vec3};
+use trisect_shared::sky::Sky;
+
+/// Makes the records of a description; its first camera is used. `name` stands for the file in
+/// messages.
+pub(super) fn lower(
+    description: &Description,
+    image: &ImageSettings,
+    name: &str,
+) -> Result<Scene, SceneError> {
+    let inconsistent = |message: String| SceneError::Inconsistent { file: name.to_owned(), message };
+    let Some((_, camera)) = description.cameras.first() else {
+        return Err(inconsistent("no camera; add one".to_owned()));
+    };
+    let (sky, environment) = match &description.sky {
+        None => (uniform(Vec3::ZERO), None),
+        Some(description::Sky::Gradient { bottom, top }) => {
+            (Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }, None)
+        }
+        Some(description::Sky::Image { image, scale, rotation }) => {
+            let environment = environment::lower(image, *scale, *rotation).map_err(inconsistent)?;
+            (uniform(Vec3::ZERO), Some(environment))
+        }
+    };
+    let mut textures = texture::Packer::default();
+    let mut materials = Vec::with_capacity(description.materials.len());
+    for material in &description.materials {
+        materials.push(material::lower(material, &description.images, &mut textures).map_err(inconsistent)?);
+    }
+    let geometry = geometry::lower(description).map_err(inconsistent)?;
+    let mut warnings = description.warnings.clone();
+    warnings.extend(geometry.warnings);
+    let scene = Scene {
+        name: name.to_owned(),
+        camera: *camera,
+        sky,
+        environment,
+        spheres: geometry.spheres,
+        flats: geometry.flats,
+        triangles: geometry.triangles,
+        shading: geometry.shading,
+        materials,
+        textures: textures.textures,
+        texels: textures.texels,
+        lights: description.lights.iter().map(light::lower).collect(),
+        warnings,
+        image: *image,
+    };
+    scene.validate()?;
+    Ok(scene)
+}
+
+fn uniform(radiance: Vec3) -> Sky {
+    Sky { bottom: radiance, pad0: 0, top: radiance, pad1: 0 }
+}
+
+/// Returns the unit vector along `v`, in f32.
+fn unit(v: DVec3) -> Vec3 {
+    v.normalize_or_zero().as_vec3()
+}
+
+/// Returns a camera that sees a whole ball from above and in front.
+pub(super) fn camera_for(center: DVec3, radius: f64) -> CameraPose {
+    let vertical_fov = 40f64.to_radians();
+    let distance = 1.1 * radius / (0.5 * vertical_fov).sin();
+    CameraPose {
+        look_from: center + DVec3::new(0.35, 0.3, 1.0).normalize() * distance,
+        look_at: center,
+        up: DVec3::Y,
+        vertical_fov,
+        defocus_angle: 0.0,
+        focus_distance: distance,
+    }
+}

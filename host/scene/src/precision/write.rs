@@ -1,0 +1,145 @@
+//! Writes a copy of a scene file with another `space` or camera. Used by `trisect check --write`
+//! and by the viewer.
+
+use crate::{
+    CameraPose, Rebase, SceneDocument, SceneError, camera_value, insert_camera, insert_space, is_model, point,
+};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use trisect_system::atomic_file::{is_same, write_atomic_or_in_place};
+use trisect_system::input;
+
+/// Reason why a copy of a scene cannot be written.
+#[derive(Debug, Error)]
+pub enum WriteError {
+    /// Names of other files in a scene are relative to its folder, so the copy must be in the same
+    /// folder.
+    #[error(
+        "{}: the scene names other files relative to its folder, so a copy must be in that folder; write to {}",
+        path.display(), instead.display()
+    )]
+    OtherFolder {
+        /// Requested path of the copy.
+        path: PathBuf,
+        /// Path at which a copy can be written.
+        instead: PathBuf,
+    },
+    /// The copy would replace the original.
+    #[error("{}: this is the scene itself; give the copy another name", path.display())]
+    SameFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The name of the copy does not end in `.ron`.
+    #[error("{}: the copy is a scene file in RON; let its name end in .ron", path.display())]
+    NotRon {
+        /// Requested path of the copy.
+        path: PathBuf,
+    },
+    /// The name of the model is not UTF-8, so a scene file cannot contain it.
+    #[error("{}: this name is not UTF-8, so a scene file cannot contain it; rename the file", path.display())]
+    Name {
+        /// The model.
+        path: PathBuf,
+    },
+    /// A file could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Error of the file system.
+        source: std::io::Error,
+    },
+    /// The original can no longer be read.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// Field that differs in a copy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// Space in which the scene is computed.
+    Space(Rebase),
+    /// Camera, in the scene's own units.
+    Camera(CameraPose),
+}
+
+/// Writes a copy of the scene file `from`, which `scene` was read from, to `to`, with the changed
+/// field. All other text stays, comments included. For a model, writes a scene file that shows the
+/// model as `trisect render` shows it.
+///
+/// # Errors
+///
+/// [`WriteError`] with the reason. Nothing was written then, unless the file system failed while
+/// writing.
+pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> Result<(), WriteError> {
+    let io = |path: &Path| {
+        let path = path.to_owned();
+        move |source| WriteError::Io { path, source }
+    };
+    if !to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron")) {
+        return Err(WriteError::NotRon { path: to.to_owned() });
+    }
+    let folder = |path: &Path| match path.parent() {
+        Some(parent) if parent != Path::new("") => parent.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    let folders = [folder(from), folder(to)];
+    let same_folder =
+        folders[0].canonicalize().map_err(io(from))? == folders[1].canonicalize().map_err(io(to))?;
+    if is_same(from, to) {
+        return Err(WriteError::SameFile { path: to.to_owned() });
+    }
+    let (text, names_files) = if is_model(from) {
+        (around_model(from, scene, change)?, true)
+    } else {
+        let text = input::read_text(from).map_err(io(from))?;
+        match change {
+            Change::Space(space) => insert_space(&text, &scene.name, &field(space))?,
+            Change::Camera(camera) => insert_camera(&text, &scene.name, &camera)?,
+        }
+    };
+    if names_files && !same_folder {
+        let instead = folders[0].join(to.file_name().unwrap_or_default());
+        return Err(WriteError::OtherFolder { path: to.to_owned(), instead });
+    }
+    write_atomic_or_in_place(to, text.as_bytes()).map_err(io(to))
+}
+
+/// Returns the value of the field `space`. Rust's debug format of an f64 reads back to the same
+/// bits.
+fn field(space: Rebase) -> String {
+    format!("(origin: {}, scale: {:?})", point(space.origin), space.scale)
+}
+
+/// Returns the text of a scene file that contains the model, and the camera and sky that the model
+/// lacks.
+fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<String, WriteError> {
+    let Some(name) = from.file_name().and_then(|name| name.to_str()) else {
+        return Err(WriteError::Name { path: from.to_owned() });
+    };
+    let image = &scene.image;
+    let own = scene.description.cameras.first().map(|(_, camera)| *camera);
+    let (space, camera, by) = match change {
+        Change::Space(space) => (space, own, "check --write"),
+        Change::Camera(camera) => (scene.space, Some(camera), "view"),
+    };
+    let mut text = format!(
+        "// Shows {}. Written by `trisect {by}`.\nScene(\n    version: 1,\n    space: {},\n    \
+         image: (width: {}, height: {}, samples: {}, depth: {}),\n",
+        name.escape_debug(),
+        field(space),
+        image.width,
+        image.height,
+        image.samples,
+        image.depth
+    );
+    if let Some(camera) = camera {
+        text += &format!("    camera: {},\n", camera_value(&camera));
+    }
+    if let Some(crate::description::Sky::Gradient { bottom, top }) = &scene.description.sky {
+        text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", point(*bottom), point(*top));
+    }
+    text += &format!("    materials: {{}},\n    objects: [Mesh(file: \"{}\")],\n)\n", name.escape_default());
+    Ok(text)
+}

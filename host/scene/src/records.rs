@@ -1,0 +1,186 @@
+//! A scene as bytes, to send it to another process and to identify it by a digest.
+
+use super::{CameraPose, Environment, ImageSettings, Scene, SceneError};
+use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_collect_to_vec};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use trisect_shared::sky::Sky;
+
+/// The parts of a scene that are encoded as JSON.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    name: String,
+    warnings: Vec<String>,
+    image: ImageSettings,
+    /// Width and height of the panorama, in texels.
+    environment: Option<(u32, u32)>,
+}
+
+/// The numbers of camera and panorama, encoded so that they keep their bits.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Numbers {
+    look_from: [f64; 3],
+    look_at: [f64; 3],
+    up: [f64; 3],
+    vertical_fov: f64,
+    defocus_angle: f64,
+    focus_distance: f64,
+    environment_rotation: f64,
+}
+
+/// The bytes that have not been read yet.
+struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (part, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(part)
+    }
+
+    fn array<T: Pod>(&mut self) -> Option<Vec<T>> {
+        let count: u64 = bytemuck::pod_read_unaligned(self.take(8)?);
+        let length = usize::try_from(count).ok()?.checked_mul(size_of::<T>())?;
+        Some(pod_collect_to_vec(self.take(length)?))
+    }
+}
+
+fn put<T: Pod>(bytes: &mut Vec<u8>, array: &[T]) {
+    bytes.extend_from_slice(&(array.len() as u64).to_ne_bytes());
+    bytes.extend_from_slice(cast_slice(array));
+}
+
+impl Scene {
+    /// Returns the whole scene as bytes, for a process of the same version on a machine of the same
+    /// byte order.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let header = Header {
+            name: self.name.clone(),
+            warnings: self.warnings.clone(),
+            image: self.image,
+            environment: self.environment.as_ref().map(|environment| (environment.width, environment.height)),
+        };
+        let mut bytes = Vec::new();
+        put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
+        self.put_records(&mut bytes);
+        bytes
+    }
+
+    /// Appends everything that decides the image, except settings.
+    fn put_records(&self, bytes: &mut Vec<u8>) {
+        let CameraPose { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = self.camera;
+        let environment = self.environment.as_ref();
+        let numbers = Numbers {
+            look_from: look_from.to_array(),
+            look_at: look_at.to_array(),
+            up: up.to_array(),
+            vertical_fov,
+            defocus_angle,
+            focus_distance,
+            environment_rotation: environment.map_or(0.0, |environment| environment.rotation),
+        };
+        bytes.extend_from_slice(bytes_of(&numbers));
+        bytes.extend_from_slice(bytes_of(&self.sky));
+        put(bytes, environment.map_or(&[], |environment| environment.texels.as_slice()));
+        put(bytes, &self.spheres);
+        put(bytes, &self.flats);
+        put(bytes, &self.triangles);
+        put(bytes, &self.shading);
+        put(bytes, &self.materials);
+        put(bytes, &self.textures);
+        put(bytes, &self.texels);
+        put(bytes, &self.lights);
+    }
+
+    /// Decodes a scene from the bytes of [`to_bytes`](Self::to_bytes).
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for any other bytes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
+        let scene = Self::read_bytes(bytes).ok_or_else(|| SceneError::Inconsistent {
+            file: "the scene that was sent".to_owned(),
+            message: "it is truncated, or from another version of the program".to_owned(),
+        })?;
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn read_bytes(bytes: &[u8]) -> Option<Self> {
+        let mut reader = Reader(bytes);
+        let header: Header = serde_json::from_slice(&reader.array::<u8>()?).ok()?;
+        let numbers: Numbers = bytemuck::pod_read_unaligned(reader.take(size_of::<Numbers>())?);
+        let sky: Sky = bytemuck::pod_read_unaligned(reader.take(size_of::<Sky>())?);
+        let texels = reader.array()?;
+        let environment = header.environment.map(|(width, height)| Environment {
+            width,
+            height,
+            rotation: numbers.environment_rotation,
+            texels,
+        });
+        if environment
+            .as_ref()
+            .is_some_and(|e| e.texels.len() as u64 != u64::from(e.width) * u64::from(e.height))
+        {
+            return None;
+        }
+        Some(Self {
+            name: header.name,
+            camera: CameraPose {
+                look_from: DVec3::from_array(numbers.look_from),
+                look_at: DVec3::from_array(numbers.look_at),
+                up: DVec3::from_array(numbers.up),
+                vertical_fov: numbers.vertical_fov,
+                defocus_angle: numbers.defocus_angle,
+                focus_distance: numbers.focus_distance,
+            },
+            sky,
+            environment,
+            spheres: reader.array()?,
+            flats: reader.array()?,
+            triangles: reader.array()?,
+            shading: reader.array()?,
+            materials: reader.array()?,
+            textures: reader.array()?,
+            texels: reader.array()?,
+            lights: reader.array()?,
+            warnings: header.warnings,
+            image: header.image,
+        })
+    }
+
+    /// Returns the SHA-256 of everything that decides the image, except settings.
+    pub fn digest(&self) -> [u8; 32] {
+        let mut bytes = Vec::new();
+        self.put_records(&mut bytes);
+        Sha256::digest(&bytes).into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn a_scene_survives_the_way() {
+        for name in ["three_spheres.ron", "materials.ron", "light_punctual.ron", "next_week.ron"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+            let Ok(scene) = Scene::load(&path) else { panic!("{}", path.display()) };
+            let bytes = scene.to_bytes();
+            let other = Scene::from_bytes(&bytes).unwrap();
+            assert_eq!(format!("{scene:?}"), format!("{other:?}"));
+            assert_eq!((scene.digest(), other.to_bytes()), (other.digest(), bytes.clone()));
+            for end in [0, 7, 8, bytes.len() / 2, bytes.len() - 1] {
+                assert!(Scene::from_bytes(&bytes[..end]).is_err(), "{name}: {end}");
+            }
+            let mut brighter = scene.clone();
+            brighter.materials[0].albedo.x += 1e-7;
+            assert_ne!(brighter.digest(), scene.digest());
+        }
+    }
+}

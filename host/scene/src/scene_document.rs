@@ -1,0 +1,136 @@
+//! A scene as it was read, in f64, with its image settings: the stage between the file and the
+//! device records.
+
+use super::description::{Description, TextureImage};
+use super::import::{Folder, Includes};
+use super::resolve::{self, Loader};
+use super::{ImageSettings, Rebase, Scene, SceneError, format, import, lower, model, warnings};
+use std::path::Path;
+use trisect_image::{Image, ImageError};
+use trisect_system::input;
+
+/// The built-in scene, a copy of the one in `scenes`, which a published crate does not contain.
+const HELLO_WORLD: &str = include_str!("../assets/three_spheres.ron");
+
+/// A scene as its author describes it, before anything is rounded to f32. [`Self::lower`] makes a
+/// [`Scene`] of it.
+#[derive(Clone, Debug)]
+pub struct SceneDocument {
+    /// File of the scene, or the name that stands for it, for messages.
+    pub name: String,
+    /// Content of the scene, in its own units. The first camera is the one to use.
+    pub description: Description,
+    /// Image settings of the scene; the command line overrides them.
+    pub image: ImageSettings,
+    /// Space that the file states; the renderer computes in it.
+    pub space: Rebase,
+    /// Decisions about a model without a scene file, for people.
+    pub notes: Vec<String>,
+}
+
+/// A loader that reads from the file system the files that a scene in this folder names.
+struct FromDisk<'a>(&'a Folder);
+
+impl Loader for FromDisk<'_> {
+    fn model(&mut self, path: &Path) -> Result<Description, SceneError> {
+        import::load_below(path, self.0)
+    }
+
+    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
+        Image::read(path).map_err(|error| match error {
+            ImageError::Io { path, source } => SceneError::Read { path, source },
+            ImageError::Codec { message, .. } => {
+                SceneError::Inconsistent { file: path.display().to_string(), message }
+            }
+            other => {
+                let (file, text) = (path.display().to_string(), other.to_string());
+                let message = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
+                SceneError::Inconsistent { file, message }
+            }
+        })
+    }
+
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
+        import::texture(path, linear)
+    }
+}
+
+impl SceneDocument {
+    /// Reads a scene file, or a model; see [`Scene::load`].
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::load_including(path, Includes::Below)
+    }
+
+    /// Reads a scene file, or a model, which may name the files that `includes` allows.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the file and the place.
+    pub fn load_including(path: &Path, includes: Includes) -> Result<Self, SceneError> {
+        let name = path.display().to_string();
+        let folder = Folder::of(path).including(includes);
+        if import::is_model(path) {
+            return Self::from_model(import::load_below(path, &folder)?, &name);
+        }
+        // Files without an extension, such as `/dev/stdin`, are scene files.
+        if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
+            return Err(SceneError::UnknownFormat { path: path.to_owned() });
+        }
+        let text =
+            input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+        Self::read(&text, &name, &folder)
+    }
+
+    /// Reads a scene from text; see [`Scene::parse`].
+    pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
+        Self::parse_including(text, name, Includes::Below)
+    }
+
+    /// Reads a scene from text, which may name the files that `includes` allows, relative to the
+    /// current folder.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the place.
+    pub fn parse_including(text: &str, name: &str, includes: Includes) -> Result<Self, SceneError> {
+        Self::read(text, name, &Folder::new("".into()).including(includes))
+    }
+
+    /// Returns the built-in scene; see [`Scene::hello_world`].
+    pub fn hello_world() -> Result<Self, SceneError> {
+        Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
+    }
+
+    /// Makes a scene of a model, with the camera and the sky that it lacks; see
+    /// [`Scene::from_model`].
+    pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
+        let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
+        lower::check_memory(&model).map_err(refused)?;
+        let model::Completed { description, image, notes } = model::complete(model);
+        Ok(Self { name: name.to_owned(), description, image, space: Rebase::IDENTITY, notes })
+    }
+
+    fn read(text: &str, name: &str, folder: &Folder) -> Result<Self, SceneError> {
+        let file = format::parse(text, name)?;
+        let (description, image) = resolve::describe(&file, folder, &mut FromDisk(folder))?;
+        let notes = Vec::new();
+        Ok(Self { name: name.to_owned(), description, image, space: file.space.space, notes })
+    }
+
+    /// Returns the warnings: data that was left out or changed while reading, and probable mistakes
+    /// in the scene.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.description.warnings.clone();
+        warnings.extend(warnings::warnings(&self.description));
+        warnings
+    }
+
+    /// Makes the device records, in the file's space and then `space`.
+    pub fn lower(mut self, space: Rebase) -> Result<Scene, SceneError> {
+        // Warnings are about the author's own numbers, which a space may move out of range.
+        self.description.warnings = self.warnings();
+        let moved = self.description.move_to(self.space.then(space));
+        moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;
+        lower::lower(&self.description, &self.image, &self.name)
+    }
+}

@@ -1,0 +1,68 @@
+//! Checks what kernels rely on when they read without bounds checks.
+
+use super::{Scene, SceneError};
+use trisect_shared::bvh::Child;
+use trisect_shared::texture::NO_TEXTURE;
+
+impl Scene {
+    /// Checks every index that a kernel follows: each primitive's material, each material's
+    /// textures, each texture's texels and the panorama's aliases. Also checks that each triangle
+    /// has a shading record. A loaded scene passes; one that was changed since may not.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.broken()
+            .map_or(Ok(()), |message| Err(SceneError::Inconsistent { file: self.name.clone(), message }))
+    }
+
+    fn broken(&self) -> Option<String> {
+        let materials = self.materials.len();
+        let used = self.spheres.iter().map(|s| s.material);
+        let used = used.chain(self.flats.iter().map(|f| f.material));
+        let mut used = used.chain(self.triangles.iter().map(|t| t.material)).enumerate();
+        if let Some((index, material)) = used.find(|&(_, material)| material as usize >= materials) {
+            return Some(format!(
+                "primitive {index} has material {material}, but there are {materials} materials"
+            ));
+        }
+        if self.primitives() > Child::MAX_INDEX as usize {
+            return Some(format!("{} primitives; at most {} fit", self.primitives(), Child::MAX_INDEX));
+        }
+        if self.shading.len() != self.triangles.len() {
+            return Some(format!(
+                "{} shading records for {} triangles",
+                self.shading.len(),
+                self.triangles.len()
+            ));
+        }
+        let textures = self.textures.len();
+        for (index, m) in self.materials.iter().enumerate() {
+            let named =
+                [m.albedo_texture, m.metallic_roughness_texture, m.emission_texture, m.transmission_texture];
+            if let Some(texture) = named.iter().find(|&&t| t != NO_TEXTURE && t as usize >= textures) {
+                return Some(format!(
+                    "material {index} has texture {texture}, but there are {textures} textures"
+                ));
+            }
+        }
+        for (index, t) in self.textures.iter().enumerate() {
+            let end = u64::from(t.first) + u64::from(t.width) * u64::from(t.height);
+            // Sizes are at most 2³⁰, because kernels compute with twice the size.
+            let sizes = 1..=1 << 30;
+            if !sizes.contains(&t.width) || !sizes.contains(&t.height) || end > self.texels.len() as u64 {
+                return Some(format!("texture {index} ends at texel {end} of {}", self.texels.len()));
+            }
+        }
+        if self.texels.len() > u32::MAX as usize {
+            return Some(format!("{} texels; at most {} fit", self.texels.len(), u32::MAX));
+        }
+        let environment = self.environment.as_ref()?;
+        let count = u64::from(environment.width) * u64::from(environment.height);
+        let aliases = environment.texels.iter().all(|texel| u64::from(texel.alias) < count);
+        if count == 0 || count > 1 << 30 || count != environment.texels.len() as u64 || !aliases {
+            return Some(format!(
+                "the panorama has {} texels for a size of {count} (at most 2^30), or its alias table is invalid",
+                environment.texels.len()
+            ));
+        }
+        None
+    }
+}
