@@ -44,13 +44,13 @@ fn run() -> ExitCode {
         Err(usage) => return terminal::print_usage(&usage),
     };
     let outcome = match command {
-        cli::Command::Render(arguments) => commands::render::run(&arguments),
-        cli::Command::Resume(arguments) => commands::resume::run(&arguments),
+        cli::Command::Render(arguments) => commands::dispatch::render(&arguments),
+        cli::Command::Resume(arguments) => commands::dispatch::resume(&arguments),
         cli::Command::Merge(arguments) => commands::resume::merge(&arguments),
-        cli::Command::Bench(arguments) => commands::bench::run(&arguments, start),
+        cli::Command::Bench(arguments) => commands::dispatch::bench(&arguments, start),
         cli::Command::Tradeoff(arguments) => commands::tradeoff::run(&arguments),
         cli::Command::Converge(arguments) => commands::tradeoff::follow(&arguments),
-        cli::Command::View(arguments) => commands::view::run(&arguments),
+        cli::Command::View(arguments) => commands::dispatch::view(&arguments),
         cli::Command::Compare(arguments) => commands::compare::run(&arguments),
         cli::Command::Check(arguments) => commands::check::run(&arguments),
         cli::Command::Info(arguments) => commands::info::run(&arguments),

@@ -5,7 +5,6 @@
 
 use super::ClusterError;
 use super::means::{ChunkSum, DoubleSum, MeanSum, counts_of};
-use super::reduce::Strip;
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_collect_to_vec};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -125,6 +124,16 @@ impl Rendered<'_> {
 
 /// Cost of an image part: device seconds, host seconds, submissions.
 pub(super) type Cost = (f64, f64, u32);
+
+/// Strip to which this rank and all ranks below it have added their sums.
+pub(super) struct Strip {
+    pub rows: RowSet,
+    pub phase: u32,
+    /// Samples per pixel.
+    pub samples: u32,
+    pub sums: Vec<MeanSum>,
+    pub counts: (FilmCounts, u32),
+}
 
 impl ImagePart {
     /// Encodes the `rendered` sums of `rows` of an image of `width` pixels, with the sample indices

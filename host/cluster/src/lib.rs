@@ -27,12 +27,6 @@ mod render_image;
 mod render_thread;
 mod root;
 mod series;
-#[cfg(feature = "mpi")]
-mod shared_memory;
-#[cfg(feature = "mpi")]
-mod transfer;
-#[cfg(feature = "mpi")]
-mod window;
 mod work;
 mod work_item;
 

@@ -4,10 +4,10 @@
 //! Averages, strips and phases are described in `plan`, the tree in [`plan::parent`].
 
 use super::ClusterError;
-use super::image_part::{ImagePart, WireFormat};
+use super::image_part::{ImagePart, Strip, WireFormat};
 use super::means::MeanSum;
 use super::plan;
-use trisect::film::{FilmCounts, RowSet};
+use trisect::film::FilmCounts;
 use trisect::render::Settings;
 
 /// Sums of strips that wait for the sums of the children. Each phase has its own strips.
@@ -22,16 +22,6 @@ pub(super) struct Reduce {
     counts: Vec<(FilmCounts, u32, u32)>,
     pub parent: Option<u32>,
     pub children: u32,
-}
-
-/// Strip to which this rank and all ranks below it have added their sums.
-pub(super) struct Strip {
-    pub rows: RowSet,
-    pub phase: u32,
-    /// Samples per pixel.
-    pub samples: u32,
-    pub sums: Vec<MeanSum>,
-    pub counts: (FilmCounts, u32),
 }
 
 impl Reduce {

@@ -59,7 +59,7 @@ impl Finished {
     ///
     /// # Errors
     ///
-    /// [`Error::Settings`] if the root's renderer has no kernel for these settings.
+    /// [`trisect::Error::Settings`] if the root's renderer has no kernel for these settings.
     pub fn stats(&self, renderer: &Renderer, settings: &Settings) -> Result<RenderStats, Error> {
         let mut stats = renderer.statistics(settings)?;
         stats.submissions = self.submissions;

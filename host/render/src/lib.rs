@@ -1,9 +1,8 @@
 //! Trisect: a path tracer whose kernels are written once in Rust and run on the CPU, through wgpu
 //! and through CUDA.
 //!
-//! This library is the program `trisect` without its command line and its window. It reads a scene,
-//! renders it on a backend into a film of exact sums, and denoises, writes, measures or compares
-//! the image. The kernels are in `trisect_shared`; `trisect_kernels` has them compiled for GPUs.
+//! This library reads a scene, renders it on a backend into a film of exact sums, and denoises,
+//! writes or compares the image. The kernels are in `trisect_shared`; `trisect_kernels` has them compiled for GPUs.
 //!
 //! ```
 //! use trisect::{device, render, scene};
@@ -38,20 +37,18 @@
 //! | [`adaptive`] | renders to a target error or time, with more samples in noisy tiles |
 //! | [`denoise`] | à-trous and SVGF filters, and the history of live frames |
 //! | [`image`] | images in memory, read from files |
-//! | [`output`] | image files: PNG, EXR, PFM, HDR; AOV layers, exposure |
+//! | [`output`] | image files: PNG, EXR, PFM, HDR; exposure |
+//! | [`layers`] | AOVs as layers of EXR files |
 //! | [`checkpoint`] | files from which a render resumes to the same bits |
-//! | [`cluster`] | one image over several processes (MPI) |
 //! | [`view`] | camera navigation and camera paths for live frames |
 //! | [`metrics`] | differences of two images: relMSE, RMSE, PSNR, FLIP |
-//! | [`statistics`] | confidence intervals and tests for few repetitions |
 //! | [`stats`] | times and counts of a render, as text and versioned JSON |
-//! | [`mod@bench`] | benchmarks, and a report with charts |
-//! | [`tradeoff`] | the lab: measures time, noise and bias of each speed option |
 //! | [`memory`] | available memory |
 //! | [`threads`] | threads, with an error where the system refuses them |
 //! | [`error`] | [`Error`] and the program's exit codes |
 //!
-//! Cargo features: `window` (default) adds the window of `trisect view`, `mpi` adds `--distribute`.
+//! Above this crate are `trisect_cluster` (one image over several processes, by MPI), `trisect_lab`
+//! (benchmarks and the trade-off lab) and the program, `trisect-cli`.
 //!
 //! # Rendering a scene file on a chosen device
 //!
@@ -154,6 +151,7 @@ pub mod film;
 pub mod layers;
 pub mod lights;
 pub mod render;
+pub mod settings;
 pub mod stats;
 pub mod view;
 

@@ -1,16 +1,19 @@
 //! Statistics of a render, for people and as versioned JSON (`--stats`).
 
 mod ranks;
+mod sampling;
 
 pub use ranks::{BLOCK_SHIFT, Balance, ClusterPlan, ClusterReport, DistributionMode, RankReport};
 
-use crate::adaptive::Sampling;
+pub use sampling::{FilterTrial, Noise, Sampling, Strategy, Trial};
+
 use crate::denoise::DenoiseSettings;
 use crate::film::FilmCounts;
-use crate::render::{Schedule, Settings, Traversal};
+use crate::settings::Settings;
 use serde::Serialize;
 use std::time::Duration;
 use trisect_device::Device;
+use trisect_device::{Schedule, Traversal};
 use trisect_kernels::Variant;
 
 /// Version of the JSON that `--stats` writes. It is raised when a field changes its meaning or is

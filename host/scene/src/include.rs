@@ -3,10 +3,11 @@
 use super::CameraPose;
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Surface, TextureUse};
 use super::error::SceneError;
-use super::format::{self, Name, Object, SceneFile, Source};
+use super::format::{Name, Object, SceneFile, Source};
 use super::import::Folder;
+use super::limits;
+use super::loader::Loader;
 use super::memory_budget::MemoryBudget;
-use super::resolve::Loader;
 use super::values::{MAX_MAGNITUDE, unit};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
@@ -161,10 +162,10 @@ impl Model {
         let mut flat = 0;
         for instance in &self.instances {
             let transform = *transform * instance.transform;
-            if !format::in_range(&transform) {
+            if !limits::in_range(&transform) {
                 return Err("a mesh goes beyond 1e18".to_owned());
             }
-            if format::is_singular(&transform) {
+            if limits::is_singular(&transform) {
                 flat += 1;
                 continue;
             }
@@ -248,6 +249,6 @@ fn move_camera(camera: &CameraPose, transform: &DAffine3) -> Result<CameraPose, 
         focus_distance: camera.focus_distance * transform.transform_vector3(axis).length() / axis.length(),
         ..*camera
     };
-    format::check_camera(&moved)?;
+    limits::check_camera(&moved)?;
     Ok(moved)
 }

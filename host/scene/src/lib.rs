@@ -11,10 +11,13 @@ mod format;
 mod image_settings;
 pub mod import;
 mod include;
+mod limits;
+mod loader;
 mod lower;
 mod memory_budget;
 mod model;
 mod own_light;
+mod part_names;
 pub mod precision;
 mod records;
 mod resolve;
@@ -86,7 +89,7 @@ impl CameraPose {
         if !(values::MIN_MAGNITUDE..=far).contains(&focus_distance) {
             return Err(format!("focus_distance must lie between {:e} and {far:e}", values::MIN_MAGNITUDE));
         }
-        format::check_camera(self)
+        limits::check_camera(self)
     }
 }
 

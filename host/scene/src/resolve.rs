@@ -3,33 +3,21 @@
 use super::ImageSettings;
 use super::description::{
     Alpha, ConductorFresnel, Description, Filter, Material, PunctualLight, Shape, ShapeKind, Sky, Surface,
-    TextureImage, TextureUse, Wrap,
+    TextureUse, Wrap,
 };
 use super::error::SceneError;
 use super::format::{self, Camera, Index, Light, Name, Object, SceneFile, Source};
 use super::import::Folder;
 use super::include::Models;
+use super::loader::Loader;
 use super::values::{MAX_MAGNITUDE, sin_cos_degrees, vector};
 use crate::Fresnel;
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use trisect_image::Image;
+use std::path::PathBuf;
 
 #[cfg(test)]
 mod tests;
-
-/// Reads the files that a scene file names.
-pub trait Loader {
-    /// Reads a model: glTF, OBJ or PLY by its extension, in upper or lower case.
-    fn model(&mut self, path: &Path) -> Result<Description, SceneError>;
-
-    /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.
-    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError>;
-
-    /// Reads a texture. Unless `linear`, red, green and blue of an integer format are sRGB-encoded.
-    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError>;
-}
 
 /// Returns the description and the image settings of a parsed scene file. `folder` is that of the
 /// scene file; names of other files are relative to it. The first camera is the one to use.

@@ -3,7 +3,8 @@
 
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes};
-use super::resolve::{self, Loader};
+use super::loader::Loader;
+use super::resolve;
 use super::{ImageSettings, Rebase, Scene, SceneError, format, import, lower, model, warnings};
 use std::path::Path;
 use trisect_image::{Image, ImageError};

@@ -4,7 +4,7 @@
 
 use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind};
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
-use super::{CameraPose, format};
+use super::{CameraPose, limits};
 use glam::{DAffine3, DVec3};
 use serde::{Serialize, Serializer};
 
@@ -134,7 +134,7 @@ impl Description {
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
             let inside =
                 in_world(camera.look_from) && in_world(camera.look_at) && is_length(camera.focus_distance);
-            let checked = if inside { format::check_camera(camera) } else { Err(beyond()) };
+            let checked = if inside { limits::check_camera(camera) } else { Err(beyond()) };
             checked.map_err(|reason| fault(format!("the camera \"{name}\" is invalid: {reason}")))?;
         }
         for (index, shape) in self.shapes.iter_mut().enumerate() {
@@ -143,10 +143,10 @@ impl Description {
         for Instance { mesh, transform } in &mut self.instances {
             *transform = space.place(transform);
             let name = || self.meshes.get(*mesh).map_or("", |mesh| mesh.name.as_str());
-            if !format::in_range(transform) {
+            if !limits::in_range(transform) {
                 return Err(fault(format!("the mesh \"{}\" goes beyond 1e18", name())));
             }
-            if format::is_singular(transform) {
+            if limits::is_singular(transform) {
                 return Err(fault(format!("the mesh \"{}\" is scaled to nothing", name())));
             }
         }
@@ -175,7 +175,7 @@ impl Shape {
                 if !(in_world(*u) && in_world(*v)) {
                     return Err("goes beyond 1e18");
                 }
-                format::has_area(*u, *v)
+                limits::has_area(*u, *v)
                     .map_err(|_| "has sides that are too short, or too near to parallel")?;
                 (corner, 1.0)
             }

@@ -5,7 +5,7 @@ mod glass;
 mod tests;
 
 use super::description::{Description, Material, Sky};
-use crate::precision::names;
+use crate::part_names as names;
 
 /// Returns a line for each kind of mistake.
 pub(super) fn warnings(scene: &Description) -> Vec<String> {

@@ -2,9 +2,9 @@
 //! `main`.
 
 use crate::error::Error;
+use crate::package::Package;
 use crate::toolchain::Toolchain;
 use crate::{ptx, spirv};
-use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -31,21 +31,6 @@ pub struct Artifact {
     pub kind: Kind,
     /// Content of the file.
     pub bytes: Vec<u8>,
-}
-
-/// Crate with entry points: the render kernels, or the probes of the tests.
-pub(crate) struct Package {
-    pub name: &'static str,
-    /// Folder of the crate, from the workspace.
-    pub folder: &'static str,
-}
-
-impl Package {
-    /// Returns the folder of its SPIR-V, from the workspace: a file for each entry point, and
-    /// nothing else.
-    fn spirv_folder(&self) -> String {
-        format!("{}/prebuilt/spirv", self.folder)
-    }
 }
 
 const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
@@ -133,8 +118,4 @@ fn timed<T>(what: &str, compile: impl FnOnce() -> Result<T, Error>) -> Result<T,
     let result = compile()?;
     eprintln!("compiled {what} in {:.0} s", start.elapsed().as_secs_f64());
     Ok(result)
-}
-
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })
 }

@@ -5,6 +5,7 @@ pub mod compile;
 pub mod contraction;
 pub mod error;
 pub mod manifest;
+mod package;
 pub mod ptx;
 pub mod spirv;
 pub mod toolchain;

@@ -1,7 +1,7 @@
 //! Compiles a crate to PTX, by rustc with LLVM.
 
-use crate::compile::{Package, read};
 use crate::error::Error;
+use crate::package::{Package, read};
 use crate::toolchain::{Toolchain, output_of};
 use std::path::Path;
 use std::process::Command;

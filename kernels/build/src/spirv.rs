@@ -1,9 +1,9 @@
 //! Compiles a crate to SPIR-V: rust-gpu, then [`contraction`], then spirv-opt.
 
-use crate::compile::{Package, read};
 use crate::contraction;
 use crate::error::Error;
-use crate::toolchain::{Toolchain, output_of};
+use crate::package::{Package, read};
+use crate::toolchain::{SPIRV_OPT, Toolchain, output_of};
 use spirv_builder::{SpirvBuilder, SpirvMetadata};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,10 +11,6 @@ use std::process::Command;
 
 /// Target of rust-gpu: Vulkan 1.2, which wgpu requires of a device for SPIR-V 1.5.
 pub const TARGET: &str = "spirv-unknown-vulkan1.2";
-
-/// Optimiser that runs once `NoContraction` is in place. (rust-gpu's own run would come before, and
-/// turn x / c into x (1 / c).)
-pub const SPIRV_OPT: &str = "spirv-opt";
 
 /// Compiles the crate to a module for each of its entry points; returns their names and files.
 pub(crate) fn modules(

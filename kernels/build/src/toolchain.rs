@@ -1,10 +1,13 @@
 //! Finds the compilers, and runs tools.
 
 use crate::error::Error;
-use crate::spirv::SPIRV_OPT;
 use std::env;
 use std::path::PathBuf;
 use std::process::Command;
+
+/// Optimiser that runs once `NoContraction` is in place. (rust-gpu's own run would come before, and
+/// turn x / c into x (1 / c).)
+pub const SPIRV_OPT: &str = "spirv-opt";
 
 /// Kernel toolchain: a folder with `bin/cargo`, `bin/rustc` and `lib/librustc_codegen_spirv.so`.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! Goals of a render other than a number of samples: `--budget`, `--target-error`, `--quality`.
 
-use super::{JobArgs, RenderArgs};
+use super::{DenoiseArgs, JobArgs};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
 use trisect::adaptive::{Adaptive, Free, Goal, Request};
@@ -77,16 +77,15 @@ impl GoalArgs {
     }
 }
 
-impl RenderArgs {
-    /// Returns the goal with the settings that it may choose, or `None` without a goal.
+impl GoalArgs {
+    /// Returns the goal with the settings of `job` that it may choose, or `None` without a goal.
     ///
     /// # Errors
     ///
     /// [`DenoiseError`] for invalid parameters of the filter.
-    pub fn request(&self) -> Result<Option<Request>, DenoiseError> {
-        let args = &self.goal;
-        let error = |target| Goal::Error { target, max_samples: args.max_spp.unwrap_or(DEFAULT_MAX_SAMPLES) };
-        let goal = match (args.budget, args.target_error, args.quality) {
+    pub fn request(&self, job: &JobArgs, filter: &DenoiseArgs) -> Result<Option<Request>, DenoiseError> {
+        let error = |target| Goal::Error { target, max_samples: self.max_spp.unwrap_or(DEFAULT_MAX_SAMPLES) };
+        let goal = match (self.budget, self.target_error, self.quality) {
             (Some(time), _, _) => Goal::Time(time),
             (_, Some(target), _) => error(target),
             (_, _, Some(QualityGoal::Draft)) => Goal::Time(Duration::from_secs(1)),
@@ -94,22 +93,22 @@ impl RenderArgs {
             (_, _, Some(QualityGoal::Final)) => error(0.01),
             (None, None, None) => return Ok(None),
         };
-        let adaptive = match args.adaptive.unwrap_or(AdaptiveArg::Auto) {
+        let adaptive = match self.adaptive.unwrap_or(AdaptiveArg::Auto) {
             AdaptiveArg::Off => Adaptive::Off,
             AdaptiveArg::On => Adaptive::On,
             AdaptiveArg::Auto => Adaptive::Auto,
         };
-        let JobArgs { roulette, roulette_depth, sampler, .. } = &self.job;
+        let JobArgs { roulette, roulette_depth, sampler, .. } = job;
         let timed = matches!(goal, Goal::Time(_));
         let free = Free {
             roulette: roulette.is_none(),
             roulette_depth: roulette_depth.is_none(),
             sampler: sampler.is_none(),
-            denoise: timed && self.denoise.denoise.is_none(),
+            denoise: timed && filter.denoise.is_none(),
         };
         let denoise = match free.denoise {
             true => Some(DenoiseSettings::new(Filter::Svgf)),
-            false => self.denoise.denoise()?,
+            false => filter.denoise()?,
         };
         Ok(Some(Request { goal, adaptive, free, denoise }))
     }

@@ -3,6 +3,8 @@
 use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
+use trisect::adaptive::Request;
+use trisect::denoise::DenoiseError;
 use trisect::layers::Aov;
 use trisect::output::exposure::Exposure;
 
@@ -49,6 +51,15 @@ pub struct RenderArgs {
 }
 
 impl RenderArgs {
+    /// Returns the goal with the settings that it may choose, or `None` without a goal.
+    ///
+    /// # Errors
+    ///
+    /// [`DenoiseError`] for invalid parameters of the filter.
+    pub fn request(&self) -> Result<Option<Request>, DenoiseError> {
+        self.goal.request(&self.job, &self.denoise)
+    }
+
     /// Returns the choice of the exposure of the image file.
     pub fn exposure(&self) -> Exposure {
         self.job.exposure(self.exposure)

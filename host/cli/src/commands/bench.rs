@@ -1,7 +1,7 @@
 //! `trisect bench`: measures the frame times of one scene, prints a table and writes JSON.
 
 use super::{Session, data};
-use crate::cli::{BenchArgs, BenchCommand};
+use crate::cli::BenchArgs;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trisect::device::DeviceKind;
@@ -18,14 +18,6 @@ const SETTLE: Duration = Duration::from_millis(500);
 
 /// Renders a scene several times and prints the times of a frame. The program started at `start`.
 pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
-    match &arguments.command {
-        Some(BenchCommand::Report(arguments)) => return super::report::run(arguments),
-        #[cfg(feature = "mpi")]
-        Some(BenchCommand::Cluster(arguments)) => return super::cluster::bench::run(arguments),
-        #[cfg(not(feature = "mpi"))]
-        Some(BenchCommand::Cluster(_)) => return Err(trisect_cluster::ClusterError::NotBuilt.into()),
-        None => {}
-    }
     super::refuse_ranks_that_measure()?;
     if let Some(path) = &arguments.json {
         data::probe(path)?;

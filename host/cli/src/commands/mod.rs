@@ -3,24 +3,25 @@
 //! `main` calls a command with its parsed arguments and gets an exit code or an error.
 //! [`Loaded`] is a scene with its settings, [`Session`] the same on an open backend.
 
-pub mod bench;
+mod bench;
 pub mod check;
 mod checkpointing;
 #[cfg(feature = "mpi")]
-pub mod cluster;
+mod cluster;
 pub mod compare;
 mod data;
+pub mod dispatch;
 pub mod doctor;
 mod fallback_path;
 pub mod info;
 mod lab;
-pub mod render;
-pub mod report;
+mod render;
+mod report;
 pub mod resume;
 pub mod shell;
 mod signals;
 pub mod tradeoff;
-pub mod view;
+mod view;
 
 pub use crate::terminal::{eprint, print};
 

@@ -27,22 +27,11 @@ use trisect::output::exposure::{Exposed, Exposure};
 use trisect::output::{Format, Outputs};
 use trisect::render::Settings;
 use trisect::stats::RenderStats;
-use trisect_cluster::ClusterError;
 use trisect_lab::Error;
 
 /// Renders a scene to an image file.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let start = Instant::now();
-    if arguments.cluster.distribute.is_some() {
-        if arguments.request()?.is_some() {
-            let what = "--budget, --target-error and --quality are for one process".to_owned();
-            return Err(ClusterError::Unsupported { what, remedy: "name --spp".to_owned() }.into());
-        }
-        #[cfg(feature = "mpi")]
-        return super::cluster::render::run(arguments);
-        #[cfg(not(feature = "mpi"))]
-        return Err(ClusterError::NotBuilt.into());
-    }
     super::refuse_ranks(&arguments.cluster)?;
     for line in arguments.goal.without_effect() {
         eprint(&format!("warning: {line}"));

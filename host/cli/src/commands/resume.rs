@@ -16,12 +16,6 @@ use trisect_lab::Error;
 
 /// Continues a render from its checkpoint.
 pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
-    if arguments.cluster.distribute.is_some() {
-        #[cfg(feature = "mpi")]
-        return super::cluster::resume::run(arguments);
-        #[cfg(not(feature = "mpi"))]
-        return Err(trisect_cluster::ClusterError::NotBuilt.into());
-    }
     super::refuse_ranks(&arguments.cluster)?;
     let start = Instant::now();
     start_shared(arguments.threads.map(|threads| threads as usize))?;

@@ -4,7 +4,7 @@
 //! Measuring is separate from summarising, so that everything but the time itself can be tested.
 
 pub mod cluster;
-mod error;
+
 mod fit;
 mod frames;
 mod live;
@@ -13,7 +13,7 @@ pub mod report;
 mod spheres;
 mod summary;
 
-pub use error::BenchError;
+pub use crate::error::BenchError;
 pub use fit::Line;
 pub use frames::{FirstSubmission, FrameStats, WarmUp, measure};
 pub use live::{measure_live, rows_of_timings};

@@ -3,7 +3,7 @@
 
 use super::chart::{Bars, Chart, Plot, Series};
 use super::ticks::{Ticks, number};
-use crate::bench::BenchError;
+use crate::error::BenchError;
 use plotters::chart::ChartBuilder;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};

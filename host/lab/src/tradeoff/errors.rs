@@ -2,14 +2,14 @@
 //! noise from the bias that any number of samples would leave. Method:
 //! docs/explanation/noise-and-bias.md.
 
-use super::reference::{Reference, Truth};
+use super::reference::{Reference, Truth, view};
 use super::supervisor::{Supervisor, check};
 use crate::Error;
 use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trisect::image::Image;
-use trisect::metrics::{ImageView, MetricsError, REL_MSE_EPSILON as EPSILON};
+use trisect::metrics::{MetricsError, REL_MSE_EPSILON as EPSILON};
 
 /// Minimum edge, in pixels, of the blocks whose means are compared.
 const MIN_BLOCK: u32 = 16;
@@ -227,10 +227,6 @@ pub(super) fn flips(
         Ok(truth.seen.flip(&view(image))?.mean)
     };
     images.iter().take(count).map(of).collect()
-}
-
-pub(super) fn view(image: &Image) -> ImageView<'_> {
-    ImageView { width: image.width as usize, height: image.height as usize, pixels: &image.pixels }
 }
 
 /// Returns the sum over each block of an image and the number of its finite values, block rows from

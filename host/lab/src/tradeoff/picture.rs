@@ -1,8 +1,8 @@
 //! Thumbnails of images and of their errors, for the report page.
 
-use super::errors::view;
 use super::point::Point;
 use super::reference::Truth;
+use super::reference::view;
 use crate::Error;
 use trisect::image::Image;
 use trisect::metrics::srgb;

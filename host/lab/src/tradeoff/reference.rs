@@ -2,7 +2,6 @@
 //! folder under a hash of scene, kernels and settings.
 
 use super::TradeoffError;
-use super::errors::view;
 use crate::Error;
 use bytemuck::cast_slice;
 use rayon::prelude::*;
@@ -14,8 +13,8 @@ use trisect::adaptive::{self, Adaptive, DualBuffers, Goal};
 use trisect::bvh::BvhQuality;
 use trisect::film::PixelTotals;
 use trisect::image::Image;
-use trisect::metrics::MetricsError;
 use trisect::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
+use trisect::metrics::{ImageView, MetricsError};
 use trisect::render::{Fingerprint, MathMode, RenderObserver, Renderer, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_system::checksummed_file::{self, ChecksummedFileError, Contents};
@@ -247,4 +246,9 @@ impl Reference {
         let parts: Vec<&[u8]> = planes.iter().map(Vec::as_slice).collect();
         checksummed_file::write(&path, MAGIC, &header, &parts).map_err(io)
     }
+}
+
+/// Returns an image as FLIP reads it.
+pub(super) fn view(image: &Image) -> ImageView<'_> {
+    ImageView { width: image.width as usize, height: image.height as usize, pixels: &image.pixels }
 }

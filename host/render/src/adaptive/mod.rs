@@ -15,12 +15,12 @@ mod noise_map;
 mod pass_cost;
 mod renderer;
 mod strategy;
-mod tiles;
 
+pub use crate::error::SamplingError;
+pub use crate::film::{TILE, Tiles};
+pub use crate::stats::{FilterTrial, Noise, Sampling, Strategy, Trial};
 pub use dual_buffers::DualBuffers;
 pub use mean::mean_and_error;
-pub use noise_map::Noise;
-pub use tiles::{TILE, Tiles};
 
 use crate::Error;
 use crate::denoise::DenoiseSettings;
@@ -28,9 +28,7 @@ use crate::film::Film;
 use crate::render::{RenderObserver, Renderer, Sampler, Settings};
 use crate::stats::RenderStats;
 use renderer::AdaptiveRenderer;
-use serde::Serialize;
 use std::time::{Duration, Instant};
-use thiserror::Error as ThisError;
 use trisect_image::Image;
 
 /// Goal that ends a render.
@@ -82,99 +80,6 @@ pub struct Request {
     /// Settings that may be chosen; [`Goal::Error`] ignores them.
     pub free: Free,
     /// Denoiser to use, or to try if [`Free::denoise`] is set; [`Goal::Error`] ignores it.
-    pub denoise: Option<DenoiseSettings>,
-}
-
-/// Error of a goal that is out of range, or of a render that used all samples of a seed.
-#[derive(Clone, Debug, PartialEq, Eq, ThisError)]
-pub enum SamplingError {
-    /// The target error is out of range.
-    #[error("--target-error is {target}; it must be above 0 and below 100 %")]
-    Target {
-        /// Requested error in percent.
-        target: String,
-    },
-    /// A pixel has had all samples of a seed.
-    #[error("a pixel has had all 4294967295 samples of a seed: render parts with other seeds (--seed)")]
-    TooMany,
-    /// The time is out of range.
-    #[error("--budget is {seconds} s; it must be from 1 ms to 1000000 s")]
-    Time {
-        /// Requested time in seconds.
-        seconds: String,
-    },
-}
-
-/// Trial of a sampling strategy on some rows.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Trial {
-    /// Strategy, in words.
-    pub way: String,
-    /// Samples per pixel.
-    pub samples: u32,
-    /// Device time, in seconds.
-    pub seconds: f64,
-    /// Root of the estimated relMSE, as in [`Noise::error`].
-    pub error: f64,
-    /// error² × seconds relative to the first strategy, from this trial and the prior knowledge of
-    /// such strategies. The lowest is best.
-    pub cost: f64,
-}
-
-/// Expected effect of the denoiser, from the two halves of the image during the render.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FilterTrial {
-    /// Expected root of the relMSE at the end, denoised.
-    pub filtered: f64,
-    /// Expected root of the relMSE at the end, not denoised.
-    pub plain: f64,
-}
-
-/// Report of how the samples were taken, and of the error to expect.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Sampling {
-    /// Kind of the goal: `error` or `time`.
-    pub goal: &'static str,
-    /// Requested error as a fraction, or time in seconds.
-    pub asked: f64,
-    /// True if the goal was met: an error at most the target, or a time within 5 %.
-    pub met: bool,
-    /// True if the observer ended the render before the goal was met.
-    pub ended: bool,
-    /// Estimated noise of the samples.
-    pub noise: Noise,
-    /// Expected root of the relMSE of the image as it was written.
-    pub expected_error: f64,
-    /// Mean samples per pixel.
-    pub mean_samples: f64,
-    /// Minimum samples of a pixel.
-    pub least_samples: u32,
-    /// Maximum samples of a pixel.
-    pub most_samples: u32,
-    /// True if samples were distributed by noise.
-    pub adaptive: bool,
-    /// Estimated work of uniform sampling over that of adaptive sampling for the same error.
-    pub adaptive_gain: f64,
-    /// Strategy that was chosen.
-    pub way: Strategy,
-    /// Expected effect of the denoiser, if there was a trial.
-    pub filter: Option<FilterTrial>,
-    /// Trials of strategies.
-    pub trials: Vec<Trial>,
-    /// Seconds from the first sample to the image; with [`Goal::Error`], of the whole render.
-    pub seconds: f64,
-    /// Seconds before the first sample, to compile kernels; 0 with [`Goal::Error`].
-    pub preparing_seconds: f64,
-}
-
-/// Strategy of sampling and denoising.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Strategy {
-    /// Sampler.
-    pub sampler: Sampler,
-    /// True if Russian roulette was on.
-    pub roulette: bool,
-    /// Denoiser, if the image was denoised.
     pub denoise: Option<DenoiseSettings>,
 }
 

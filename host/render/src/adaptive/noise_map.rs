@@ -2,19 +2,9 @@
 
 use super::{DualBuffers, Tiles};
 use crate::film::{PixelTotals, TASK};
+use crate::stats::Noise;
 use rayon::prelude::*;
-use serde::Serialize;
 use trisect_image::metrics::REL_MSE_EPSILON as EPSILON;
-
-/// Noise of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Noise {
-    /// Root of the estimated relMSE: of the mean over pixels and channels of variance / (mean² +
-    /// 0.01).
-    pub error: f64,
-    /// Error that 99 of 100 pixels are below.
-    pub percentile_99: f64,
-}
 
 /// Noise of a tile; arrays are by half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,10 +3,10 @@
 //! Checkpoints store it; `resume` and `merge` compare it.
 
 use crate::bvh::BvhQuality;
+use crate::error::Difference;
 use crate::render::{Fingerprint, MathMode, Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::fmt;
 use trisect_device::Device;
 
 /// Separator between the arithmetics of a film that several devices rendered.
@@ -29,29 +29,6 @@ pub struct Identity {
     pub arithmetic: String,
     /// Settings that the image depends on.
     pub settings: Value,
-}
-
-/// First field in which two identities differ.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Difference {
-    /// Name of the field.
-    pub field: String,
-    /// Value of the first identity.
-    pub one: String,
-    /// Value of the other identity.
-    pub other: String,
-}
-
-impl Difference {
-    pub(super) fn new(field: &str, one: &impl ToString, other: &impl ToString) -> Self {
-        Self { field: field.to_owned(), one: one.to_string(), other: other.to_string() }
-    }
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(to, "{} is {} in this file, but {} here", self.field, self.other, self.one)
-    }
 }
 
 /// Returns the name of a device's arithmetic: devices that round alike have the same name.

@@ -6,12 +6,11 @@
 //! that of an uninterrupted render
 //! ([`Renderer::render_missing`](crate::render::Renderer::render_missing)).
 
-mod error;
 mod identity;
 mod place;
 mod saver;
 
-pub use error::CheckpointError;
+pub use crate::error::{CheckpointError, Difference};
 pub use identity::{Identity, arithmetic};
 pub use place::Place;
 pub use saver::{SaveInterval, Saver};
@@ -112,7 +111,11 @@ impl Checkpoint {
         let Contents { header, data } = contents;
         let format: Format = serde_json::from_slice(&header).map_err(|error| wrong(error.to_string()))?;
         if format.format != FORMAT {
-            return Err(CheckpointError::Format { path: path.to_owned(), format: format.format });
+            return Err(CheckpointError::Format {
+                path: path.to_owned(),
+                format: format.format,
+                reads: FORMAT,
+            });
         }
         let stored: Stored = serde_json::from_slice(&header).map_err(|error| wrong(error.to_string()))?;
         let film = film(&stored, &data).map_err(wrong)?;
@@ -141,7 +144,7 @@ impl Checkpoint {
             .check(&other.header.identity)
             .map_err(|difference| CheckpointError::Differs { path: path(), difference })?;
         if self.header.spp != other.header.spp {
-            let difference = identity::Difference::new("spp", &self.header.spp, &other.header.spp);
+            let difference = Difference::new("spp", &self.header.spp, &other.header.spp);
             return Err(CheckpointError::Differs { path: path(), difference });
         }
         self.film.add(&other.film).map_err(|source| CheckpointError::Film { path: path(), source })?;

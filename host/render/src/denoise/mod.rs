@@ -9,10 +9,11 @@ mod temporal;
 mod view;
 
 pub use error::DenoiseError;
-pub(crate) use passes::{FrameView, passes, reach, store_pass};
+pub(crate) use passes::{passes, reach, store_pass};
 pub(crate) use temporal::TemporalInputs;
 pub use temporal::TemporalSettings;
 pub use trisect_device::{DisplayLaunch, Kernel, Pass};
+pub(crate) use view::FrameView;
 
 use crate::film::{Film, TASK};
 use rayon::prelude::*;

@@ -2,53 +2,14 @@
 //! parameters. A renderer makes them, and a backend runs them.
 
 use super::temporal::TemporalInputs;
-use super::{DenoiseSettings, Filter, LEVELS, stop_factor, view};
+use super::view::FrameView;
+use super::{DenoiseSettings, Filter, LEVELS, stop_factor};
 use std::ops::Range;
 use trisect_device::{Kernel, MAX_PASSES, Pass};
-use trisect_shared::camera::Camera;
-use trisect_shared::denoise::{DenoiseParams, NEIGHBOURHOOD_RADIUS, PinholeView, STOP_FACTORS};
+use trisect_shared::denoise::{DenoiseParams, NEIGHBOURHOOD_RADIUS};
 
 // Three passes come before the levels, and one after them.
 const _: () = assert!(*LEVELS.end() + 4 <= MAX_PASSES);
-
-/// Size of a frame's image, and the view that it shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FrameView {
-    pub view: PinholeView,
-    pub width: u32,
-    pub height: u32,
-}
-
-impl FrameView {
-    /// Returns the image that a camera shows.
-    pub fn by(camera: &Camera, width: u32, height: u32) -> Self {
-        Self { view: view::of(camera), width, height }
-    }
-
-    /// Returns launch parameters without a filter: colours stop nothing, normals and depths stop as
-    /// by default in SVGF.
-    pub(super) fn params(&self) -> DenoiseParams {
-        DenoiseParams {
-            view: self.view,
-            width: self.width,
-            height: self.height,
-            step: 1,
-            first_row: 0,
-            color_factor: STOP_FACTORS.0,
-            normal_factor: stop_factor(1.0 - f64::from(30.0f32).to_radians().cos()),
-            depth_factor: stop_factor(f64::from(0.02f32).powi(2)).sqrt(),
-            trusted_samples: MIN_VARIANCE_SAMPLES,
-            previous_view: self.view,
-            max_history: 0.0,
-            expired_history: 0.0,
-            clamp_deviations: STOP_FACTORS.1,
-            accumulate: 0,
-        }
-    }
-}
-
-/// Minimum number of samples for which a pixel's own variance is used, as in SVGF.
-const MIN_VARIANCE_SAMPLES: u32 = 4;
 
 /// Returns the passes over rows of an image, in order, with inputs from earlier frames. Without a
 /// filter, the image is not smoothed.

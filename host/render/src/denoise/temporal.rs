@@ -1,6 +1,6 @@
 //! History of live frames: its settings, and the inputs of a frame from earlier ones.
 
-use super::passes::FrameView;
+use super::view::FrameView;
 use super::{DenoiseError, number_or_inf};
 use serde::Serialize;
 use trisect_shared::denoise::{PinholeView, STOP_FACTORS};

@@ -6,10 +6,12 @@
 mod aovs;
 mod coverage;
 mod sum;
+mod tiles;
 
 pub use aovs::AovTotals;
 pub use coverage::{Overlap, SampleBlock, SampleCoverage};
 pub use sum::ExactSum;
+pub use tiles::{TILE, Tiles};
 pub use trisect_device::{FrameMemory, HostFrame, HostMemory, HostRecords, RowSet, RowTarget};
 
 use bytemuck::{Pod, Zeroable};

@@ -1,14 +1,15 @@
 //! Rendering of one chunk: at most 256 samples of each pixel of some rows, summed on the device and
 //! copied to the host. The pipeline, adaptive sampling and the cluster use it.
 
-use super::chunk_pipeline::resize_records;
 use super::device_calls;
 use super::submissions::{Submission, Submissions};
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
-use crate::film::RowSet;
+use crate::film::{HostRecords, RowSet};
+use bytemuck::{Pod, Zeroable};
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
+use trisect_device::Backend;
 use trisect_kernels::Variant;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
@@ -152,4 +153,16 @@ impl Renderer {
         self.submission_sizer.learn(taken, wall.elapsed().max(time));
         Ok(time)
     }
+}
+
+/// Resizes memory to records for `pixels` pixels. Memory that is too small is unpinned first.
+pub(super) fn resize_records<T: Pod + Zeroable>(
+    backend: &mut dyn Backend,
+    records: &mut HostRecords<T>,
+    pixels: usize,
+) {
+    if records.memory().bytes() < pixels * size_of::<T>() {
+        backend.unpin(records.memory());
+    }
+    records.resize(pixels);
 }

@@ -1,14 +1,13 @@
 //! Pipeline of chunks: the host adds one to the film while the device renders the next.
 
-use super::chunk::{ChunkResult, ChunkTiming};
+use super::chunk::{ChunkResult, ChunkTiming, resize_records};
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::film::{HostRecords, RowSet};
-use bytemuck::{Pod, Zeroable};
 use std::ops::{ControlFlow, Range};
 use std::thread::ScopedJoinHandle;
 use std::time::{Duration, Instant};
-use trisect_device::{Backend, DeviceKind};
+use trisect_device::DeviceKind;
 use trisect_kernels::Variant;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
@@ -72,18 +71,6 @@ impl<T> ConsumerState<'_, T> {
             Self::Running(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
         }
     }
-}
-
-/// Resizes memory to records for `pixels` pixels. Memory that is too small is unpinned first.
-pub(super) fn resize_records<T: Pod + Zeroable>(
-    backend: &mut dyn Backend,
-    records: &mut HostRecords<T>,
-    pixels: usize,
-) {
-    if records.memory().bytes() < pixels * size_of::<T>() {
-        backend.unpin(records.memory());
-    }
-    records.resize(pixels);
 }
 
 impl Renderer {

@@ -1,7 +1,7 @@
 //! Denoising of a film, and live frames: frames of a viewer, which may be denoised and stay on the
 //! device.
 
-use super::chunk_pipeline::resize_records;
+use super::chunk::resize_records;
 use super::device_calls;
 use super::submissions::Submissions;
 use super::{Renderer, Settings};

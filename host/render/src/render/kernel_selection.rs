@@ -1,7 +1,7 @@
 //! Selection of the kernel: by the features that the scene needs, and by the traversal, the
 //! schedule or the kernel variant that the settings name.
 
-use super::settings::{Settings, SettingsError};
+use crate::settings::{Settings, SettingsError};
 use trisect_device::{Schedule, Traversal};
 use trisect_kernels::{VARIANTS, Variant, variant, variant_by_name};
 use trisect_shared::features::{

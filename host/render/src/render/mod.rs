@@ -15,19 +15,18 @@ mod interactive;
 mod kernel_selection;
 mod resume;
 mod scene_params;
-mod settings;
 mod submissions;
 mod tile_entry_cache;
 mod tile_samples;
 
 pub use crate::film::SampleBlock;
+pub use crate::settings::{MAX_DEPTH, Sampler, Settings, SettingsError};
 pub use chunk::{ChunkResult, chunks};
 pub use fallback::FallbackFactory;
 pub use fingerprint::Fingerprint;
 pub use frame::DisplayTiming;
 pub use interactive::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES};
 pub use resume::FilmObserver;
-pub use settings::{MAX_DEPTH, Sampler, Settings, SettingsError};
 pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 

@@ -2,11 +2,11 @@
 //! sampling uses them.
 
 use super::chunk::ChunkResult;
-use super::chunk_pipeline::resize_records;
+use super::chunk::resize_records;
 use super::device_calls;
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
-use crate::adaptive::Tiles;
+use crate::film::Tiles;
 use crate::film::{RowSet, TASK};
 use rayon::prelude::*;
 use std::time::Duration;

@@ -1,6 +1,7 @@
 //! The camera of a scene file, with its checks.
 
 use crate::CameraPose;
+use crate::limits::check_camera;
 use crate::values::{Coordinate, Defocus, FieldOfView, Length, Point, vector};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -41,7 +42,7 @@ fn default_focus() -> Length {
 impl<'de> Deserialize<'de> for Camera {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let camera = Self::deserialize(deserializer)?; // the inherent function of serde's derive
-        check(&camera.pose()).map_err(|fault| D::Error::custom(format!("camera: {fault}")))?;
+        check_camera(&camera.pose()).map_err(|fault| D::Error::custom(format!("camera: {fault}")))?;
         Ok(camera)
     }
 }
@@ -58,26 +59,4 @@ impl Camera {
             focus_distance: self.focus_distance.0,
         }
     }
-}
-
-/// Checks values of a camera that are valid on their own but may not be together.
-pub fn check(camera: &CameraPose) -> Result<(), String> {
-    let axis = camera.look_at - camera.look_from;
-    if axis.length() == 0.0 {
-        return Err("look_from and look_at are the same point; move one of them".to_owned());
-    }
-    let sine = axis.normalize().cross(camera.up.normalize_or_zero()).length();
-    if sine.is_nan() || sine < 1e-6 {
-        return Err("up points along the view (or is zero); choose another direction".to_owned());
-    }
-    // The rays of a lens are differences of vectors of this length, and their squares must stay
-    // finite in f32.
-    let widest = (0.5 * camera.vertical_fov).tan().max((0.5 * camera.defocus_angle).tan()).max(1.0);
-    if camera.defocus_angle > 0.0 && camera.focus_distance * widest > 1e15 {
-        return Err(format!(
-            "focus_distance {} is too large for these angles; it times the tangent of half an angle must be at most 1e15",
-            camera.focus_distance
-        ));
-    }
-    Ok(())
 }

@@ -14,12 +14,11 @@ mod transform;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, check as check_camera};
+pub use camera::Camera;
 pub use light::Light;
 pub use material::{ColorSpace, ConductorFresnel, Filter, Material, Texture, Wrap};
 pub use name::{Index, Name, Source};
-pub use object::{Object, has_area, sides};
-pub use transform::{in_range, is_singular};
+pub use object::{Object, sides};
 
 use super::error::SceneError;
 use super::values::{Angle, Colour, Count, Gain};

@@ -2,7 +2,8 @@
 
 use super::name::{Name, some};
 use super::transform::Transform;
-use crate::values::{Direction, Length, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, vector};
+use crate::limits::has_area;
+use crate::values::{Direction, Length, MAX_MAGNITUDE, Point, vector};
 use glam::{DAffine3, DVec3};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -124,19 +125,6 @@ impl<'a> Object<'a> {
             }
             _ => Ok(()),
         }
-    }
-}
-
-/// Checks that a parallelogram still has an area after rounding to f32.
-pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
-    let (u, v) = (u.as_vec3().as_dvec3(), v.as_vec3().as_dvec3());
-    let least = 0.999 * MIN_MAGNITUDE; // rounding may shorten a side of the minimum length
-    if u.length() < least || v.length() < least {
-        Err("u and v must be at least 1e-18 long".to_owned())
-    } else if u.cross(v).length() < least * least {
-        Err("u and v are parallel: u × v is 0 (or shorter than 1e-36)".to_owned())
-    } else {
-        Ok(())
     }
 }
 

@@ -1,8 +1,7 @@
 //! The transforms of objects in a scene file.
 
-use crate::values::{
-    Angle, Coordinate, Direction, Factor, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, sin_cos_degrees, vector,
-};
+use crate::limits::{in_range, is_singular};
+use crate::values::{Angle, Coordinate, Direction, Factor, Point, sin_cos_degrees, vector};
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
 
@@ -82,20 +81,4 @@ impl TryFrom<Vec<Step>> for Transform {
             Ok(Self(all))
         }
     }
-}
-
-/// Returns whether all numbers of a map are within the range of coordinates.
-pub fn in_range(map: &DAffine3) -> bool {
-    map.to_cols_array().iter().all(|number| number.abs() <= MAX_MAGNITUDE)
-}
-
-/// Returns whether a map flattens space. A thin slab, scaled along one axis, is not flat: either
-/// its columns or its rows are far from a common plane.
-pub fn is_singular(map: &DAffine3) -> bool {
-    let flat = |m: DMat3| {
-        let lengths = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
-        let units = DMat3::from_cols(m.x_axis / lengths[0], m.y_axis / lengths[1], m.z_axis / lengths[2]);
-        lengths.iter().any(|&length| length < 0.999 * MIN_MAGNITUDE) || units.determinant().abs() < 1e-12
-    };
-    flat(map.matrix3) && flat(map.matrix3.transpose())
 }

@@ -6,8 +6,9 @@
 //! nothing of it is left. Measured errors of spheres agree (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Triangles, Unit};
-use super::{RELATIVE, ROUNDING, names};
+use super::{RELATIVE, ROUNDING};
 use crate::description::ShapeKind;
+use crate::part_names as names;
 use crate::{Rebase, SceneDocument};
 use glam::{DVec3, Vec3};
 use trisect_shared::triangle::Triangle;

@@ -6,9 +6,10 @@
 //! 1.08e-19 the squares are subnormal, off by 2⁻¹⁵⁰ each, and 0 on a device that flushes them.
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
-use super::{ROUNDING, closest, geometry, names};
+use super::{ROUNDING, closest, geometry};
 use crate::SceneDocument;
 use crate::description::{PunctualLight, Sky};
+use crate::part_names as names;
 use std::f64::consts::PI;
 use trisect_shared::film::CHUNK_SAMPLES;
 

@@ -7,9 +7,10 @@
 //! 1 - n² sin², by 3 n² u. Measured errors agree (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
-use super::{RELATIVE, ROUNDING, names};
+use super::{RELATIVE, ROUNDING};
 use crate::SceneDocument;
 use crate::description::Surface;
+use crate::part_names as names;
 
 const NEAR_ONE: &str =
     "leave the object out, or give it an ior of exactly 1: at normal incidence it reflects less than 2e-9";

@@ -14,7 +14,6 @@ mod finding;
 mod geometry;
 mod light;
 mod material;
-pub(crate) mod names;
 mod remedy;
 mod samples;
 mod surface;

@@ -7,9 +7,10 @@
 //! (docs/reference/supported-ranges.md).
 
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
-use super::{RELATIVE, ROUNDING, geometry, names};
+use super::{RELATIVE, ROUNDING, geometry};
 use crate::SceneDocument;
 use crate::description::ShapeKind;
+use crate::part_names as names;
 use glam::DVec3;
 
 const SPHERE: &str = "use a `Plane` (or a `Quad`) as ground instead of a large sphere, or keep the eye and small objects away from it";

@@ -1,7 +1,10 @@
 use super::super::CameraPose;
 use super::super::description::{Instance, Mesh, Texels};
 use super::*;
+use crate::description::TextureImage;
 use glam::DAffine3;
+use std::path::Path;
+use trisect_image::Image;
 
 /// Stands for the file system; records the files that were requested.
 #[derive(Default)]

@@ -6,7 +6,7 @@
 //! objects between light and glass are ignored.
 
 use crate::description::{Alpha, Description, Instance, Material, Mesh, PunctualLight, ShapeKind, Surface};
-use crate::precision::names;
+use crate::part_names as names;
 use glam::{DMat3, DVec3, Vec3};
 use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 

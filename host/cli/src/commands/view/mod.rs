@@ -55,12 +55,6 @@ pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> 
 
 /// Shows a scene in a window, or renders its frames without one.
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
-    if arguments.cluster.distribute.is_some() {
-        #[cfg(feature = "mpi")]
-        return super::cluster::view::run(arguments);
-        #[cfg(not(feature = "mpi"))]
-        return Err(trisect_cluster::ClusterError::NotBuilt.into());
-    }
     super::refuse_ranks(&arguments.cluster)?;
     arguments.history().check()?;
     let outputs = headless::check(arguments)?;

@@ -13,6 +13,12 @@ use std::collections::BTreeMap;
 use std::fmt::{Formatter, Result as FmtResult};
 use std::marker::PhantomData;
 
+/// OpenGL's code of a sampler that repeats its image, the default.
+pub const REPEAT: u32 = 10497;
+
+/// OpenGL's code of a primitive of triangles, the default.
+pub const TRIANGLES: u32 = 4;
+
 /// Maximum number of materials, textures, samplers, images, cameras, lights and scenes.
 const FEW: usize = 1 << 16;
 /// Maximum number of nodes.
@@ -313,9 +319,9 @@ fn quarter_pi() -> f64 {
 }
 
 fn triangles() -> u32 {
-    super::primitive::TRIANGLES
+    TRIANGLES
 }
 
 fn repeat() -> u32 {
-    super::texture::REPEAT
+    REPEAT
 }

@@ -4,14 +4,12 @@ use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finis
 use super::super::source_location::{SourceLocation, shown};
 use super::accessor::{Component, Elements, Expected};
 use super::features::DECOMPRESS;
-use super::json::Primitive;
+use super::json::{Primitive, TRIANGLES};
 use super::material::Known;
 use super::{Document, Output};
 use crate::description::Mesh;
 use crate::error::SceneError;
 
-/// OpenGL's codes for the mode of a primitive: triangles, strips and fans.
-pub const TRIANGLES: u32 = 4;
 const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 

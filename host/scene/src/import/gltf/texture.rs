@@ -3,15 +3,13 @@
 use super::super::images::Curve;
 use super::super::source_location::SourceLocation;
 use super::buffers::{get, read_uri};
-use super::json::{TextureInfo, TextureTransform};
+use super::json::{REPEAT, TextureInfo, TextureTransform};
 use super::{Document, Output};
 use crate::description::{Filter, TextureUse, Wrap};
 use crate::error::SceneError;
 use glam::{DAffine2, DMat2, DVec2};
 use std::borrow::Cow;
 
-/// OpenGL's codes for the settings of samplers.
-pub const REPEAT: u32 = 10497;
 const CLAMP_TO_EDGE: u32 = 33071;
 const MIRRORED_REPEAT: u32 = 33648;
 const NEAREST: u32 = 9728;

@@ -5,8 +5,8 @@
 //! (docs/notebook/cluster.md has the rates).
 #![allow(unsafe_code, reason = "other processes read what this writes; each block says why it is sound")]
 
-use super::ClusterError;
 use super::window::Window;
+use crate::ClusterError;
 use ::mpi::topology::{Communicator, SimpleCommunicator};
 use ::mpi::traits::CommunicatorCollectives;
 use rayon::prelude::*;

@@ -1,8 +1,7 @@
 //! Errors of reading, writing, merging and continuing checkpoints.
 
-use super::FORMAT;
-use super::identity::Difference;
 use crate::film::FilmError;
+use std::fmt;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -28,7 +27,7 @@ pub enum CheckpointError {
     },
     /// The checkpoint was written by another version of the program.
     #[error(
-        "{}: a checkpoint of format {format}, but this program reads format {FORMAT}; use the version of the program that wrote it",
+        "{}: a checkpoint of format {format}, but this program reads format {reads}; use the version of the program that wrote it",
         path.display()
     )]
     Format {
@@ -36,6 +35,8 @@ pub enum CheckpointError {
         path: PathBuf,
         /// Format of the file.
         format: u32,
+        /// Format that this program reads.
+        reads: u32,
     },
     /// The checkpoint belongs to another image.
     #[error("{}: {difference}; only parts of the same image can be continued or merged", path.display())]
@@ -84,4 +85,27 @@ pub enum CheckpointError {
         /// The file.
         path: PathBuf,
     },
+}
+
+/// First field in which two identities differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Name of the field.
+    pub field: String,
+    /// Value of the first identity.
+    pub one: String,
+    /// Value of the other identity.
+    pub other: String,
+}
+
+impl Difference {
+    pub(crate) fn new(field: &str, one: &impl ToString, other: &impl ToString) -> Self {
+        Self { field: field.to_owned(), one: one.to_string(), other: other.to_string() }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{} is {} in this file, but {} here", self.field, self.other, self.one)
+    }
 }

@@ -1,6 +1,6 @@
 //! Records of the transfers of `mpi`: their content, requests and tags.
 
-use super::network::Tag;
+use crate::network::Tag;
 use ::mpi::ffi::MPI_Request;
 
 /// Content of a message.

@@ -4,19 +4,23 @@
 //! rsmpi ties a buffer to a scope, and here a buffer must live until its transfer ends.
 #![allow(unsafe_code, reason = "calls MPI; each block says why it is sound")]
 
-use super::ClusterError;
-use super::network::{Message, Network, Tag};
-use super::shared_memory::{MessageSlot, SharedMemoryTransport};
-use super::transfer::{Content, MessageKind, Received, Sent};
-use super::window::Window;
+mod shared_memory;
+mod transfer;
+mod window;
+
+use crate::ClusterError;
+use crate::network::{Message, Network, Tag};
 use ::mpi::collective::SystemOperation;
 use ::mpi::environment::Universe;
 use ::mpi::ffi::{self, MPI_Request, MPI_Status};
 use ::mpi::topology::{Color, Communicator, SimpleCommunicator};
 use ::mpi::traits::{AsRaw, CommunicatorCollectives, Root};
+use shared_memory::{MessageSlot, SharedMemoryTransport};
 use std::collections::VecDeque;
 use std::mem::MaybeUninit;
+use transfer::{Content, MessageKind, Received, Sent};
 use trisect::film::{FrameMemory, HostMemory};
+use window::Window;
 
 /// Network of all processes that `mpirun` started.
 pub struct Mpi {

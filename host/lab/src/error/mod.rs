@@ -1,7 +1,11 @@
 //! Error of benchmarks and of the trade-off lab.
 
-use crate::bench::BenchError;
-use crate::tradeoff::TradeoffError;
+mod bench;
+mod tradeoff;
+
+pub use bench::BenchError;
+pub use tradeoff::TradeoffError;
+
 use thiserror::Error as ThisError;
 use trisect::adaptive::SamplingError;
 use trisect::checkpoint::CheckpointError;

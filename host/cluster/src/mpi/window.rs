@@ -2,8 +2,8 @@
 //! (`shared_memory`) and for the frames of a series (`mpi`).
 #![allow(unsafe_code, reason = "calls MPI; each block says why it is sound")]
 
-use super::ClusterError;
-use super::mpi::check;
+use super::check;
+use crate::ClusterError;
 use ::mpi::collective::SystemOperation;
 use ::mpi::ffi;
 use ::mpi::topology::{Communicator, SimpleCommunicator};

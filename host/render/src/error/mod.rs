@@ -1,11 +1,15 @@
 //! Error of the library, which wraps the errors of its modules, and the program's exit code for
 //! each of them. The crates above have errors of their own that wrap this one.
 
-use crate::adaptive::SamplingError;
-use crate::checkpoint::CheckpointError;
+mod checkpoint;
+mod sampling;
+
+pub use checkpoint::{CheckpointError, Difference};
+pub use sampling::SamplingError;
+
 use crate::denoise::DenoiseError;
 use crate::film::FilmError;
-use crate::render::SettingsError;
+use crate::settings::SettingsError;
 use thiserror::Error;
 use trisect_device::BackendError;
 use trisect_image::ImageError;

@@ -1,0 +1,18 @@
+//! Reader of the files that a scene file names: the file system, or what a test gives.
+
+use super::description::{Description, TextureImage};
+use super::error::SceneError;
+use std::path::Path;
+use trisect_image::Image;
+
+/// Reads the files that a scene file names.
+pub trait Loader {
+    /// Reads a model: glTF, OBJ or PLY by its extension, in upper or lower case.
+    fn model(&mut self, path: &Path) -> Result<Description, SceneError>;
+
+    /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.
+    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError>;
+
+    /// Reads a texture. Unless `linear`, red, green and blue of an integer format are sRGB-encoded.
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError>;
+}
