@@ -229,7 +229,7 @@ fn modules_form_no_circle() {
 }
 
 /// Negative controls: circles of two and three modules, through names that another module brings
-/// in, and inside a folder; a use of the parent alone is none.
+/// into scope, and inside a folder. A module and its parent form no circle.
 #[test]
 fn circles_are_found() {
     let of = |files: &[(&str, &str)]| {

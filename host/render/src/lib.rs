@@ -2,7 +2,8 @@
 //! and through CUDA.
 //!
 //! This library reads a scene, renders it on a backend into a film of exact sums, and denoises,
-//! writes or compares the image. The kernels are in `trisect_shared`; `trisect_kernels` has them compiled for GPUs.
+//! writes or compares the image. The kernels are in `trisect_shared`; `trisect_kernels` has them
+//! compiled for GPUs.
 //!
 //! ```
 //! use trisect::{device, render, scene};

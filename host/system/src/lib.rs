@@ -1,5 +1,5 @@
-//! Memory, threads and files of the operating system: how much is free, threads that may be refused,
-//! and files that are opened and replaced safely.
+//! Memory, threads and files of the operating system: how much memory is free, threads that may be
+//! refused, and files that are opened and replaced safely.
 
 pub mod atomic_file;
 pub mod checksummed_file;
