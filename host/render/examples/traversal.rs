@@ -2,7 +2,7 @@
 //! of Trisect and of obvhs.
 //!
 //! ```text
-//! cargo run --release --example mesh_ply -- scenes/generated/asteroid_500k.ply 158
+//! cargo generate-scene mesh_ply scenes/generated/asteroid_500k.ply 158
 //! cargo run --release -p trisect --example traversal -- scenes/generated/asteroid_500k.ply \
 //!     [fast|medium|high] [FOLDER]
 //! ```

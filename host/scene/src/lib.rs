@@ -4,7 +4,9 @@
 //! `lower` makes a [`Scene`] of device records from it.
 
 pub mod alias;
+pub mod builder;
 mod camera_path;
+mod check;
 pub mod description;
 mod error;
 mod format;

@@ -130,6 +130,8 @@ impl SceneDocument {
     pub fn lower(mut self, space: Rebase) -> Result<Scene, SceneError> {
         // Warnings are about the author's own numbers, which a space may move out of range.
         self.description.warnings = self.warnings();
+        let inconsistent = |message| SceneError::Inconsistent { file: self.name.clone(), message };
+        self.description.check().map_err(inconsistent)?;
         let moved = self.description.move_to(self.space.then(space));
         moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;
         lower::lower(&self.description, &self.image, &self.name)

@@ -19,7 +19,7 @@ pub struct Identity {
     pub version: String,
     /// First half of the SHA-256 of the loaded scene, with all that it refers to.
     pub scene: String,
-    /// First half of the SHA-256 of the kernels' manifest.
+    /// First half of the SHA-256 of the compiled kernels' hashes.
     pub kernels: String,
     /// CRC-32 of the data that the host prepares from the scene, which depends on libraries:
     /// camera, BVHs and lights.

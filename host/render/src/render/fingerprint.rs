@@ -13,7 +13,8 @@ use sha2::{Digest, Sha256};
 pub struct Fingerprint {
     /// Version of the program.
     pub version: String,
-    /// Hash of the kernels, hexadecimal.
+    /// Hash of the compiled kernels, hexadecimal. Their sources do not count, so that a comment
+    /// changes no fingerprint.
     pub kernels: String,
     /// Hash of the scene and all that it refers to, hexadecimal.
     pub scene: String,
@@ -65,7 +66,7 @@ impl Fingerprint {
         ];
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            kernels: hex(&Sha256::digest(trisect_kernels::MANIFEST)),
+            kernels: hex(&Sha256::digest(artifacts(trisect_kernels::MANIFEST))),
             scene: hex(scene),
             settings: settings.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
         }
@@ -86,6 +87,14 @@ impl Fingerprint {
     }
 }
 
+/// Returns the names and hashes of the compiled kernels that a manifest lists, a line each.
+fn artifacts(manifest: &str) -> String {
+    let manifest: Value = serde_json::from_str(manifest).unwrap_or_default();
+    let all = manifest["artifacts"].as_object().into_iter().flatten();
+    let kernels = all.filter(|(name, _)| name.starts_with("kernels/"));
+    kernels.map(|(name, hash)| format!("{name} {hash}\n")).collect()
+}
+
 /// Returns the JSON value of an enum without data.
 fn value(of: &impl Serialize) -> Value {
     serde_json::to_value(of).unwrap_or_default()
@@ -100,6 +109,19 @@ fn hex(hash: &[u8]) -> String {
 mod tests {
     use super::*;
     use trisect_scene::Scene;
+
+    #[test]
+    fn kernels_count_and_their_sources_do_not() {
+        let manifest = trisect_kernels::MANIFEST;
+        let all = artifacts(manifest);
+        assert!(all.lines().count() > 30 && all.contains("render_all.spv"), "{all}");
+        let mut other: Value = serde_json::from_str(manifest).unwrap_or_default();
+        other["sources"]["shared/src/path/mod.rs"] = "a comment".into();
+        other["artifacts"]["tests/probes/prebuilt/probes.precise.ptx"] = "another probe".into();
+        assert_eq!(artifacts(&other.to_string()), all);
+        other["artifacts"]["kernels/prebuilt/spirv/render_all.spv"] = "another kernel".into();
+        assert_ne!(artifacts(&other.to_string()), all);
+    }
 
     #[test]
     fn another_scene_is_another_image() {

@@ -2,7 +2,7 @@
 //! colour.
 //!
 //! ```text
-//! cargo run --release --example many_lights -- 1000 > scenes/many_lights.ron
+//! cargo generate-scene many_lights 1000 > scenes/many_lights.ron
 //! ```
 //!
 //! The count may be 1 to 1,000,000. The area of a lamp shrinks as their number grows, so all lamps
@@ -81,7 +81,7 @@ fn scene(count: u32) -> Result<String, std::fmt::Error> {
     let lights = if count == 1 { "light" } else { "lights" };
     Ok(format!(
         r#"// Many small lights: how well they are chosen from. Made for this project; CC0-1.0.
-// Written by host/examples/many_lights.rs with the count {count}; do not edit.
+// Written by cargo generate-scene many_lights with the count {count}; do not edit.
 Scene(
     version: 1,
     about: "A hall with {count} {lights}.",

@@ -1,7 +1,7 @@
 //! Writes a dense mesh as binary PLY: a sphere displaced by fractal noise, with smooth normals.
 //!
 //! ```text
-//! cargo run --release --example mesh_ply -- scenes/generated/asteroid.ply [frequency]
+//! cargo generate-scene mesh_ply scenes/generated/asteroid.ply [frequency]
 //! ```
 //!
 //! Each edge of an icosahedron is cut into `frequency` parts, which gives 20 · frequency²

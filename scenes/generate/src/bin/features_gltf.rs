@@ -2,9 +2,11 @@
 //! with the files `features.bin` and `features_tiles.png`, and as `features.glb`.
 //!
 //! ```text
-//! cargo run --release --example features_gltf -- scenes/gltf
+//! cargo generate-scene features_gltf scenes/gltf
 //! ```
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use glam::{DMat3, DMat4, DQuat, DVec3, Vec2, Vec3, dvec3, vec2, vec3};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde_json::{Value, json};
@@ -150,7 +152,7 @@ fn scene(files: bool) -> Result<(Value, Vec<u8>), Box<dyn Error>> {
 
     let tiles_image = if files { json!({ "uri": "features_tiles.png" }) } else { buffer.png(&tiles()?) };
     let glow_image = if files {
-        json!({ "uri": format!("data:image/png;base64,{}", base64(&glow()?)) })
+        json!({ "uri": format!("data:image/png;base64,{}", STANDARD.encode(glow()?)) })
     } else {
         buffer.png(&glow()?)
     };
@@ -618,19 +620,4 @@ fn png(bytes: &[u8], size: u32, color: ExtendedColorType) -> Result<Vec<u8>, Box
     let mut file = Vec::new();
     PngEncoder::new(&mut file).write_image(bytes, size, size, color)?;
     Ok(file)
-}
-
-/// Returns the bytes as base64 (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for group in bytes.chunks(3) {
-        let bits =
-            group.iter().enumerate().fold(0u32, |sum, (i, byte)| sum | u32::from(*byte) << (16 - 8 * i));
-        for i in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * i) & 63) as usize];
-            text.push(if i <= group.len() { digit as char } else { '=' });
-        }
-    }
-    text
 }

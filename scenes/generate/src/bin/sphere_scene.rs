@@ -2,7 +2,7 @@
 //! scene file.
 //!
 //! ```text
-//! cargo run --release --example sphere_scene -- 10000 > scenes/generated/spheres_10000.ron
+//! cargo generate-scene sphere_scene 10000 > scenes/generated/spheres_10000.ron
 //! ```
 
 use std::fmt::Write;
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (_, camera) = description.cameras.first().ok_or("no camera")?;
     let Some(Sky::Gradient { bottom, top }) = &description.sky else { return Err("no gradient".into()) };
     let mut text = String::new();
-    writeln!(text, "// {count} spheres; written by host/examples/sphere_scene.rs, do not edit.")?;
+    writeln!(text, "// {count} spheres; written by cargo generate-scene sphere_scene, do not edit.")?;
     writeln!(text, "Scene(\n    version: 1,")?;
     let image = scene.image;
     writeln!(

@@ -1,7 +1,7 @@
 //! Writes `scenes/rtiow_final.ron` from the spheres and the camera that the book's program printed.
 //!
 //! ```text
-//! cargo run --release --example rtiow_scene \
+//! cargo generate-scene rtiow_scene \
 //!     < scenes/source/rtiow_final.json > scenes/rtiow_final.ron
 //! ```
 //!
@@ -86,7 +86,7 @@ fn convert(book: &Book) -> Result<String, Box<dyn std::error::Error>> {
     let camera = &book.camera;
     Ok(format!(
         r#"// The final scene of "Ray Tracing in One Weekend" (Shirley, Black, Hollasch; CC0-1.0).
-// Written by host/examples/rtiow_scene.rs from scenes/source/rtiow_final.json; do not edit.
+// Written by cargo generate-scene rtiow_scene from scenes/source/rtiow_final.json; do not edit.
 Scene(
     version: 1,
     about: "{}",

@@ -1,7 +1,7 @@
 //! Writes the texture images of the scenes into a folder.
 //!
 //! ```text
-//! cargo run --release --example textures -- scenes/textures
+//! cargo generate-scene textures scenes/textures
 //! ```
 //!
 //! * `planet.png`: 256x128, sRGB: seas, land and ice of a planet, for a sphere

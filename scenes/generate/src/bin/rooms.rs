@@ -2,8 +2,8 @@
 //! around a mesh, and a mesh under the sun.
 //!
 //! ```text
-//! cargo run --release --example mesh_ply -- scenes/generated/asteroid_500k.ply 158
-//! cargo run --release --example rooms -- scenes/generated
+//! cargo generate-scene mesh_ply scenes/generated/asteroid_500k.ply 158
+//! cargo generate-scene rooms scenes/generated
 //! ```
 //!
 //! Files in the folder:
