@@ -14,16 +14,16 @@ mod shell;
 mod tradeoff;
 mod view;
 
-pub use bench::{BenchArgs, BenchCommand, ReportArgs};
 #[cfg(feature = "mpi")]
-pub use bench::{ClusterBenchArgs, SyncArg};
+pub use bench::ClusterBenchArgs;
+pub use bench::{BenchArgs, BenchCommand, ReportArgs};
 pub use checkpointing::{CheckpointArgs, FallbackArg, MergeArgs, ResumeArgs, Samples};
 #[cfg(feature = "mpi")]
 pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
-pub use job::{BackendArg, IncludeArgs, JobArgs, MathArg, QualityArg};
+pub use job::{IncludeArgs, JobArgs};
 pub use render::RenderArgs;
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};

@@ -6,6 +6,7 @@ use trisect::device::{Choice, DeviceKind, cuda, wgpu};
 
 /// Action of a rank if its host has no GPU left for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum NoGpuPolicy {
     /// End the job.
     Refuse,

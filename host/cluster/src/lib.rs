@@ -22,6 +22,7 @@ mod means;
 pub mod mpi;
 mod network;
 pub mod plan;
+mod rank_render;
 mod reduce;
 mod render_image;
 mod render_thread;

@@ -6,9 +6,11 @@ use trisect_shared::features::{Features, LINEAR, PERSISTENT, REGENERATE, WIDE};
 /// Math build of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MathMode {
-    /// No contraction, and on CUDA correctly rounded operations. The bits are those of the CPU: on
-    /// CUDA, and on Vulkan where the driver's division and square root are correctly rounded too.
+    /// Each operation is rounded separately; CUDA gives the bits of the CPU.
+    ///
+    /// Vulkan gives them too where the driver's division and square root are correctly rounded.
     Precise,
     /// Fused multiply-add, and on CUDA approximate division and square root; not on the CPU.
     Fast,
@@ -17,24 +19,26 @@ pub enum MathMode {
 /// Method of finding the closest hit. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Traversal {
     /// Test of each primitive.
     Linear,
     /// Binary BVH, with a stack for each ray.
     Stack,
-    /// Wide BVH.
+    /// Wide BVH, on the CPU only.
     Wide,
 }
 
 /// Assignment of pixels and samples to the lanes of a device. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Schedule {
-    /// A pixel, one sample after the other: the lanes of a warp wait for its longest path.
+    /// One pixel per lane, one sample after the other; lanes of a warp wait for its longest path.
     Pixel,
-    /// A pixel; a lane whose path ended starts its next sample at once.
+    /// One pixel per lane; its next sample starts as soon as a path ends.
     Regenerate,
-    /// Pixels from a queue, taken by as many lanes as the device holds.
+    /// All lanes that the device holds; each takes pixels from a queue.
     Persistent,
 }
 

@@ -4,14 +4,15 @@ use super::{Backend, BackendError, Device, cpu, cuda, wgpu};
 
 /// Backend that the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Choice {
-    /// Fastest that works: CUDA, then a hardware wgpu adapter, then the CPU.
+    /// CUDA, else a hardware wgpu adapter, else the CPU.
     Auto,
     /// Threads of this machine's CPU.
     Cpu,
-    /// Vulkan, Metal or Direct3D 12, through wgpu.
+    /// GPU through Vulkan, Metal or Direct3D 12.
     Wgpu,
-    /// CUDA.
+    /// NVIDIA GPU through CUDA.
     Cuda,
 }
 

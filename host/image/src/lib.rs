@@ -116,6 +116,15 @@ pub enum ImageError {
 }
 
 impl Image {
+    /// Writes the image in the format that the extension names: PNG, EXR, HDR or PFM.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError`] for an unknown extension, or a file that cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ImageError> {
+        output::write(self, path.as_ref())
+    }
+
     /// Reads PNG (sRGB, decoded to linear), EXR, HDR or PFM, by extension.
     ///
     /// # Errors

@@ -65,6 +65,7 @@ pub struct Settings {
 /// Source of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Sampler {
     /// Hash: all numbers are independent of each other.
     Independent,
@@ -215,6 +216,12 @@ impl From<ImageSettings> for Settings {
 }
 
 impl Settings {
+    /// Returns settings for an image of `width` by `height` pixels: 64 samples per pixel, and the
+    /// program's defaults for all others.
+    pub fn new(width: u32, height: u32) -> Self {
+        ImageSettings { width, height, samples: 64, depth: 50, fresnel: Fresnel::Exact }.into()
+    }
+
     /// Returns the settings that a scene states, with the program's defaults for all others.
     pub fn of(scene: &Scene) -> Self {
         scene.image.into()

@@ -76,7 +76,8 @@ impl SceneBuilder {
         self.shape(ShapeKind::Sphere { center: center.into(), radius }, material)
     }
 
-    /// Adds a parallelogram of the edges `u` and `v` from a corner; its front is where u × v points.
+    /// Adds a parallelogram with a corner and the edges `u` and `v`. Its front is where u × v
+    /// points.
     pub fn quad(
         &mut self,
         corner: impl Into<DVec3>,
@@ -329,8 +330,8 @@ impl Camera {
         Self(CameraPose { vertical_fov: angle.to_radians(), ..self.0 })
     }
 
-    /// Returns the camera with a lens that is seen from a point in focus under this angle. The plane
-    /// in focus is at this distance.
+    /// Returns the camera with a lens that is seen from a point in focus under this angle, and with
+    /// the plane in focus at this distance.
     #[must_use]
     pub fn lens_degrees(self, angle: f64, focus_distance: f64) -> Self {
         Self(CameraPose { defocus_angle: angle.to_radians(), focus_distance, ..self.0 })

@@ -1,10 +1,10 @@
 //! Arguments of `trisect bench`, `trisect bench report` and `trisect bench cluster`.
 
-use super::{
-    BackendArg, DenoiseArgs, IncludeArgs, JobArgs, MathArg, RankArgs, parse_count, parse_resolution,
-};
+use super::{DenoiseArgs, IncludeArgs, JobArgs, RankArgs, parse_count, parse_resolution};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+use trisect::device::{Choice, MathMode};
+use trisect_lab::bench::cluster::GatherMethod;
 
 /// Arguments of `trisect bench`.
 #[derive(Debug, Args)]
@@ -75,7 +75,7 @@ pub struct ClusterBenchArgs {
 
     /// Methods of gathering the pixels of all ranks, separated by commas.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "gather,allreduce")]
-    pub sync: Vec<SyncArg>,
+    pub sync: Vec<GatherMethod>,
 
     /// Number of measured frames, after a warm-up of five frames.
     #[arg(long, value_name = "N", default_value = "30", value_parser = clap::value_parser!(u32).range(2..=100_000))]
@@ -84,16 +84,6 @@ pub struct ClusterBenchArgs {
     /// Folder for charts and data; created if it does not exist.
     #[arg(short, long, value_name = "DIR", default_value = "cluster")]
     pub out: PathBuf,
-}
-
-/// Method of gathering the pixels of several ranks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum SyncArg {
-    /// Ranks send their pixels to the root, as in `render`.
-    Gather,
-    /// All-reduce of the whole image in f32, the method of "Parallelizing Ray Tracing"; for
-    /// comparison.
-    Allreduce,
 }
 
 /// Arguments of `trisect bench report`.
@@ -107,8 +97,8 @@ pub struct ReportArgs {
     pub includes: IncludeArgs,
 
     /// Backend to measure.
-    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
-    pub backend: BackendArg,
+    #[arg(long, value_enum, default_value_t = Choice::Auto)]
+    pub backend: Choice,
 
     /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu (default: the
     /// first, for wgpu the best GPU).
@@ -121,8 +111,8 @@ pub struct ReportArgs {
     pub threads: Option<u32>,
 
     /// Build of the kernels; fast is available on cuda and wgpu.
-    #[arg(long, value_enum, default_value_t = MathArg::Precise)]
-    pub math: MathArg,
+    #[arg(long, value_enum, default_value_t = MathMode::Precise)]
+    pub math: MathMode,
 
     /// Folder for charts and data; created if it does not exist.
     #[arg(short, long, value_name = "DIR", default_value = "report")]

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 use trisect::checkpoint::SaveInterval;
+use trisect::device::Choice;
 
 /// Options of checkpoints and of the end of a render.
 #[derive(Clone, Debug, Default, Args)]
@@ -99,7 +100,7 @@ pub struct ResumeArgs {
 
     /// Backend to render on; it must round as the first one did (default: as the first command).
     #[arg(long, value_enum)]
-    pub backend: Option<super::BackendArg>,
+    pub backend: Option<Choice>,
 
     /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu.
     #[arg(long, value_name = "N", requires = "backend")]

@@ -3,8 +3,10 @@
 //! A build without MPI parses them, to refuse them with the reason, and hides them in its help.
 
 use clap::{Args, ValueEnum};
+use trisect_cluster::Balance;
+use trisect_cluster::devices::NoGpuPolicy;
 #[cfg(feature = "mpi")]
-use trisect_cluster::{Balance, ClusterPlan, DistributionMode, devices::NoGpuPolicy};
+use trisect_cluster::{ClusterPlan, DistributionMode};
 
 /// Options of renders over several processes.
 #[derive(Clone, Debug, Args)]
@@ -16,8 +18,8 @@ pub struct ClusterArgs {
     pub distribute: Option<DistributeArg>,
 
     /// With --distribute rows: assignment of rows to ranks.
-    #[arg(long, value_enum, default_value_t = BalanceArg::Static, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
-    pub balance: BalanceArg,
+    #[arg(long, value_enum, default_value_t = Balance::Static, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
+    pub balance: Balance,
 
     /// If a rank is lost or the job is told to end, write the part of the image that is complete.
     #[arg(long, requires = "distribute", hide = cfg!(not(feature = "mpi")))]
@@ -38,7 +40,7 @@ pub struct RankArgs {
 
     /// Action of a rank if its host has more ranks than GPUs (default: refuse).
     #[arg(long, value_enum, hide = cfg!(not(feature = "mpi")))]
-    pub spare: Option<SpareArg>,
+    pub spare: Option<NoGpuPolicy>,
 
     /// Read the scene on rank 0 and send it to the others, for hosts without a common file system
     /// (default: each rank reads it).
@@ -54,7 +56,7 @@ impl ClusterArgs {
     /// Returns a warning if `--balance` has no effect.
     #[cfg(feature = "mpi")]
     pub fn without_effect(&self) -> Option<&'static str> {
-        (self.distribute == Some(DistributeArg::Average) && self.balance == BalanceArg::Dynamic).then_some(
+        (self.distribute == Some(DistributeArg::Average) && self.balance == Balance::Dynamic).then_some(
             "--balance dynamic has no effect with --distribute average, where each rank has a fixed share",
         )
     }
@@ -83,26 +85,6 @@ pub enum DistributeArg {
     Auto,
 }
 
-/// Values of `--balance`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BalanceArg {
-    /// Interleaved blocks, fixed at the start.
-    Static,
-    /// Rank 0 hands out rows on demand, for ranks of different speed.
-    Dynamic,
-}
-
-/// Values of `--spare`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SpareArg {
-    /// End the job.
-    Refuse,
-    /// Use the CPU.
-    Cpu,
-    /// Share a GPU with another rank.
-    Share,
-}
-
 #[cfg(feature = "mpi")]
 impl ClusterArgs {
     /// Returns the plan for the library: by rows if `auto` has still to choose.
@@ -112,10 +94,7 @@ impl ClusterArgs {
                 Some(DistributeArg::Average) => DistributionMode::Average,
                 Some(DistributeArg::Rows | DistributeArg::Auto) | None => DistributionMode::Rows,
             },
-            balance: match self.balance {
-                BalanceArg::Static => Balance::Static,
-                BalanceArg::Dynamic => Balance::Dynamic,
-            },
+            balance: self.balance,
             block_shift: self.ranks.block_shift(),
         }
     }
@@ -130,11 +109,7 @@ impl RankArgs {
 
     /// Returns the policy for a rank without a GPU.
     pub fn spare(&self) -> NoGpuPolicy {
-        match self.spare {
-            Some(SpareArg::Refuse) | None => NoGpuPolicy::Refuse,
-            Some(SpareArg::Cpu) => NoGpuPolicy::Cpu,
-            Some(SpareArg::Share) => NoGpuPolicy::Share,
-        }
+        self.spare.unwrap_or(NoGpuPolicy::Refuse)
     }
 
     /// Returns the time without a message after which a rank counts as lost.

@@ -27,7 +27,7 @@ pub struct GoalArgs {
     /// With --budget, --target-error or --quality: distribution of samples over the image (default:
     /// auto).
     #[arg(long, value_enum)]
-    pub adaptive: Option<AdaptiveArg>,
+    pub adaptive: Option<Adaptive>,
 
     /// With --target-error or --quality final: maximum mean samples per pixel; the last pass may
     /// exceed it by one sample or a few percent (default: docs/how-to/samples-and-budgets.md).
@@ -44,17 +44,6 @@ pub enum QualityGoal {
     Preview,
     /// Short for --target-error 1%.
     Final,
-}
-
-/// Values of `--adaptive`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum AdaptiveArg {
-    /// Equal number of samples for each pixel.
-    Off,
-    /// More samples in tiles with more noise.
-    On,
-    /// On if the noise so far says that it pays.
-    Auto,
 }
 
 /// Maximum mean samples per pixel, unless `--max-spp` is given.
@@ -93,11 +82,7 @@ impl GoalArgs {
             (_, _, Some(QualityGoal::Final)) => error(0.01),
             (None, None, None) => return Ok(None),
         };
-        let adaptive = match self.adaptive.unwrap_or(AdaptiveArg::Auto) {
-            AdaptiveArg::Off => Adaptive::Off,
-            AdaptiveArg::On => Adaptive::On,
-            AdaptiveArg::Auto => Adaptive::Auto,
-        };
+        let adaptive = self.adaptive.unwrap_or(Adaptive::Auto);
         let JobArgs { roulette, roulette_depth, sampler, .. } = job;
         let timed = matches!(goal, Goal::Time(_));
         let free = Free {
@@ -139,7 +124,7 @@ mod tests {
     fn options_without_effect_are_named() {
         let none =
             GoalArgs { budget: None, target_error: None, quality: None, adaptive: None, max_spp: None };
-        let both = GoalArgs { adaptive: Some(AdaptiveArg::On), max_spp: Some(8), ..none.clone() };
+        let both = GoalArgs { adaptive: Some(Adaptive::On), max_spp: Some(8), ..none.clone() };
         assert_eq!(both.without_effect().len(), 2);
         let timed = GoalArgs { quality: Some(QualityGoal::Draft), ..both.clone() };
         assert!(matches!(timed.without_effect()[..], [line] if line.starts_with("--max-spp")));

@@ -21,8 +21,8 @@ pub struct JobArgs {
     pub includes: IncludeArgs,
 
     /// Backend to render on.
-    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
-    pub backend: BackendArg,
+    #[arg(long, value_enum, default_value_t = Choice::Auto)]
+    pub backend: Choice,
 
     /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu (default: the
     /// first, for wgpu the best GPU).
@@ -77,7 +77,7 @@ pub struct JobArgs {
 
     /// Source of random numbers (default: independent; with --budget: the better one).
     #[arg(long, value_enum)]
-    pub sampler: Option<SamplerArg>,
+    pub sampler: Option<Sampler>,
 
     /// Connect paths to lights (next-event estimation with multiple importance sampling). Off,
     /// paths find lights by chance, and lights without extent stay dark.
@@ -91,17 +91,17 @@ pub struct JobArgs {
 
     /// Effort of building the BVH (default: high up to 100,000 primitives, else medium).
     #[arg(long, value_enum)]
-    pub bvh_quality: Option<QualityArg>,
+    pub bvh_quality: Option<BvhQuality>,
 
     /// Method of finding the closest hit; does not affect the image (default: the fastest on the
     /// backend).
     #[arg(long, value_enum)]
-    pub traversal: Option<TraversalArg>,
+    pub traversal: Option<Traversal>,
 
     /// Assignment of samples to the lanes of the device; does not affect the image (default: the
     /// fastest on the backend).
     #[arg(long, value_enum)]
-    pub schedule: Option<ScheduleArg>,
+    pub schedule: Option<Schedule>,
 
     /// Tile size in pixels for camera-ray BVH pruning: a power of two from 4 to 1024, or 0 for
     /// none; does not affect the image (default: 8 from 64 samples per pixel on, else 16; none with
@@ -116,8 +116,8 @@ pub struct JobArgs {
     pub variant: Option<&'static str>,
 
     /// Build of the kernels; fast is available on cuda and wgpu.
-    #[arg(long, value_enum, default_value_t = MathArg::Precise)]
-    pub math: MathArg,
+    #[arg(long, value_enum, default_value_t = MathMode::Precise)]
+    pub math: MathMode,
 }
 
 /// Option `--allow-outside`.
@@ -136,19 +136,6 @@ impl IncludeArgs {
     }
 }
 
-/// Values of `--backend`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BackendArg {
-    /// cuda, else a hardware wgpu adapter, else cpu.
-    Auto,
-    /// Threads of this machine.
-    Cpu,
-    /// GPU through Vulkan, Metal or Direct3D 12.
-    Wgpu,
-    /// NVIDIA GPU through CUDA.
-    Cuda,
-}
-
 /// Switch of an option: `on` or `off`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
@@ -156,112 +143,6 @@ pub enum Switch {
     On,
     /// Disabled.
     Off,
-}
-
-/// Values of `--sampler`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SamplerArg {
-    /// Hash: all numbers are independent.
-    Independent,
-    /// Owen-scrambled Sobol sequence.
-    Sobol,
-}
-
-/// Values of `--bvh-quality`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum QualityArg {
-    /// Fastest to build.
-    Fast,
-    /// Compromise between both.
-    Medium,
-    /// Fastest to trace.
-    High,
-}
-
-impl QualityArg {
-    /// Returns the library's value.
-    pub fn quality(self) -> BvhQuality {
-        match self {
-            Self::Fast => BvhQuality::Fast,
-            Self::Medium => BvhQuality::Medium,
-            Self::High => BvhQuality::High,
-        }
-    }
-}
-
-/// Values of `--traversal`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TraversalArg {
-    /// Test of each primitive.
-    Linear,
-    /// Binary BVH, with a stack for each ray.
-    Stack,
-    /// Wide BVH, on the CPU only.
-    Wide,
-}
-
-/// Values of `--schedule`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ScheduleArg {
-    /// One pixel per lane, one sample after the other; lanes of a warp wait for its longest path.
-    Pixel,
-    /// One pixel per lane; its next sample starts as soon as a path ends.
-    Regenerate,
-    /// All lanes that the device holds; each takes pixels from a queue.
-    Persistent,
-}
-
-impl TraversalArg {
-    /// Returns the library's value.
-    pub fn traversal(self) -> Traversal {
-        match self {
-            Self::Linear => Traversal::Linear,
-            Self::Stack => Traversal::Stack,
-            Self::Wide => Traversal::Wide,
-        }
-    }
-}
-
-impl ScheduleArg {
-    /// Returns the library's value.
-    pub fn schedule(self) -> Schedule {
-        match self {
-            Self::Pixel => Schedule::Pixel,
-            Self::Regenerate => Schedule::Regenerate,
-            Self::Persistent => Schedule::Persistent,
-        }
-    }
-}
-
-/// Values of `--math`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MathArg {
-    /// Each operation is rounded separately; cuda gives the bits of the CPU.
-    Precise,
-    /// Fused multiply-add; on cuda also approximate division and square root.
-    Fast,
-}
-
-impl MathArg {
-    /// Returns the library's value.
-    pub fn mode(self) -> MathMode {
-        match self {
-            Self::Precise => MathMode::Precise,
-            Self::Fast => MathMode::Fast,
-        }
-    }
-}
-
-impl BackendArg {
-    /// Returns the library's value.
-    pub fn choice(self) -> Choice {
-        match self {
-            Self::Auto => Choice::Auto,
-            Self::Cpu => Choice::Cpu,
-            Self::Wgpu => Choice::Wgpu,
-            Self::Cuda => Choice::Cuda,
-        }
-    }
 }
 
 impl JobArgs {
@@ -300,15 +181,12 @@ impl JobArgs {
             seed: self.seed.unwrap_or(scene.seed),
             roulette: self.roulette == Some(Switch::On),
             roulette_depth: self.roulette_depth.unwrap_or(scene.roulette_depth),
-            sampler: match self.sampler.unwrap_or(SamplerArg::Independent) {
-                SamplerArg::Independent => Sampler::Independent,
-                SamplerArg::Sobol => Sampler::Sobol,
-            },
+            sampler: self.sampler.unwrap_or(Sampler::Independent),
             light_sampling: self.light_sampling == Switch::On,
             clamp: self.clamp,
-            math: self.math.mode(),
-            traversal: self.traversal.map(TraversalArg::traversal),
-            schedule: self.schedule.map(ScheduleArg::schedule),
+            math: self.math,
+            traversal: self.traversal,
+            schedule: self.schedule,
             tile: self.tile,
             variant: self.variant,
             ..scene

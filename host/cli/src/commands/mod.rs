@@ -25,9 +25,9 @@ mod view;
 
 pub use crate::terminal::{eprint, print};
 
-use crate::cli::{BackendArg, CheckpointArgs, ClusterArgs, FallbackArg, JobArgs};
+use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs};
 use std::time::Instant;
-use trisect::device::{self, Selection};
+use trisect::device::{self, Choice, Selection};
 use trisect::output::Outputs;
 use trisect::precision;
 use trisect::render::{MathMode, Renderer, Settings};
@@ -125,7 +125,7 @@ impl Loaded {
         job: &JobArgs,
     ) -> Result<Session, trisect::Error> {
         let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
-        let quality = job.bvh_quality.map(crate::cli::QualityArg::quality);
+        let quality = job.bvh_quality;
         let renderer = Renderer::with_quality(selection.backend, scene, quality)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
         let notes = self.notes.clone();
@@ -147,7 +147,7 @@ impl Loaded {
     /// Uploads the scene to the CPU backend; options of `job` for another device are ignored.
     pub fn on_cpu(&self, job: &JobArgs) -> Result<Session, trisect::Error> {
         let start = Instant::now();
-        let selection = open(BackendArg::Cpu, None, job.threads)?;
+        let selection = open(Choice::Cpu, None, job.threads)?;
         let mut session = self.on(selection, start.elapsed().as_secs_f64(), job)?;
         fit_to_cpu(&mut session.settings);
         Ok(session)
@@ -231,14 +231,14 @@ fn several_ranks() -> Option<u32> {
 
 /// Opens the backend that the command line names, and starts the shared thread pool.
 pub fn open(
-    backend: BackendArg,
+    backend: Choice,
     device: Option<usize>,
     threads: Option<u32>,
 ) -> Result<Selection, trisect::Error> {
-    if backend == BackendArg::Auto && device.is_some() {
+    if backend == Choice::Auto && device.is_some() {
         return Err(trisect::render::SettingsError::DeviceWithoutBackend.into());
     }
     let threads = threads.map(|threads| threads as usize);
     start_shared(threads)?;
-    Ok(device::open(backend.choice(), device, threads)?)
+    Ok(device::open(backend, device, threads)?)
 }

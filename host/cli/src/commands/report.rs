@@ -28,7 +28,7 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
         super::eprint(&selection.why);
     }
     let mut plan = ReportPlan::new(selection.backend.device().kind, arguments.quick).up_to(arguments.spheres);
-    plan.math = arguments.math.mode();
+    plan.math = arguments.math;
     if let Some(resolution) = arguments.resolution {
         (plan.width, plan.height) = resolution;
     }

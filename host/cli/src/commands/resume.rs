@@ -1,12 +1,13 @@
 //! `trisect resume` continues a render from its checkpoint; `trisect merge` combines checkpoints.
 
 use super::{Session, eprint, render};
-use crate::cli::{BackendArg, Cli, Command, MathArg, MergeArgs, RenderArgs, ResumeArgs, Samples};
+use crate::cli::{Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header, Place};
+use trisect::device::{Choice, MathMode};
 use trisect::film::{Film, SampleBlock};
 use trisect::image::ImageError;
 use trisect::output::exposure::Exposure;
@@ -75,9 +76,9 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
         // The image does not depend on these, and another backend may not have them.
         (command.job.variant, command.job.schedule, command.job.traversal, command.job.tile) =
             (None, None, None, None);
-        if backend == BackendArg::Cpu {
+        if backend == Choice::Cpu {
             // The CPU has no other math. The checkpoint's identity is checked against it later.
-            command.job.math = MathArg::Precise;
+            command.job.math = MathMode::Precise;
         }
     }
     command.job.threads = arguments.threads.or(command.job.threads);

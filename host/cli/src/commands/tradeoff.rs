@@ -3,7 +3,7 @@
 
 use super::lab::{LabSupervisor, exit_code};
 use super::{Loaded, eprint, open, print};
-use crate::cli::{ConvergeArgs, JobArgs, QualityArg, ReferenceArgs, TradeoffArgs};
+use crate::cli::{ConvergeArgs, JobArgs, ReferenceArgs, TradeoffArgs};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -48,7 +48,7 @@ impl LabSetup {
         loaded.warn();
         let selection = open(job.backend, job.device, job.threads)?;
         let fast = selection.backend.device().backend != "cpu";
-        let base = Configuration::base(&loaded.settings, job.bvh_quality.map(QualityArg::quality));
+        let base = Configuration::base(&loaded.settings, job.bvh_quality);
         Ok(Self { scene: loaded.scene, base, fast, backend: selection.backend })
     }
 

@@ -48,12 +48,13 @@ pub enum Goal {
 
 /// Distribution of samples over pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Adaptive {
-    /// Equally many samples for each pixel.
+    /// Equal number of samples for each pixel.
     Off,
-    /// More samples where there is more noise.
+    /// More samples in tiles with more noise.
     On,
-    /// Samples by noise, if the image's own noise predicts clearly less work.
+    /// On if the noise so far says that it pays.
     Auto,
 }
 

@@ -27,6 +27,7 @@ use trisect_system::memory::available;
 /// Quality of the BVH: a better one is faster to trace and slower to build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum BvhQuality {
     /// Fastest to build.
     Fast,

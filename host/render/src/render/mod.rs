@@ -44,6 +44,7 @@ use submissions::SubmissionSizer;
 use tile_entry_cache::TileEntryCache;
 pub(crate) use tile_samples::TileSamples;
 use trisect_device::{Backend, FilmDesc};
+use trisect_image::Image;
 use trisect_kernels::Variant;
 use trisect_scene::{CameraPose, SceneError};
 use trisect_shared::aovs::AovSums;
@@ -83,6 +84,13 @@ pub struct Frame {
     pub film: Film,
     /// Times and counts.
     pub stats: RenderStats,
+}
+
+impl Frame {
+    /// Returns the image: the mean radiance of each pixel.
+    pub fn image(&self) -> Image {
+        self.film.image()
+    }
 }
 
 /// Scene on a backend, ready for any number of frames.

@@ -16,10 +16,11 @@ pub enum DistributionMode {
 /// Balance of the rows among ranks, in mode `Rows`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Balance {
-    /// Interleaved blocks, known from the start.
+    /// Interleaved blocks, fixed at the start.
     Static,
-    /// The root hands out rows on demand, in smaller and smaller blocks.
+    /// Rank 0 hands out rows on demand, for ranks of different speed.
     Dynamic,
 }
 

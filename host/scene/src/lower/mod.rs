@@ -12,6 +12,7 @@ pub(super) use geometry::check_memory;
 use super::ImageSettings;
 use super::description::{self, Description};
 use super::error::SceneError;
+use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, Scene};
 use glam::{DVec3, Vec3};
 use trisect_shared::sky::Sky;
@@ -84,6 +85,7 @@ pub(super) fn camera_for(center: DVec3, radius: f64) -> CameraPose {
         up: DVec3::Y,
         vertical_fov,
         defocus_angle: 0.0,
-        focus_distance: distance,
+        // A pinhole has everything in focus.
+        focus_distance: distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE),
     }
 }

@@ -1,21 +1,14 @@
 //! `trisect bench cluster`: measures renders over different numbers of ranks.
 
 use super::ClusterSession;
-use crate::cli::{ClusterBenchArgs, SyncArg};
+use crate::cli::ClusterBenchArgs;
 use std::process::ExitCode;
 use trisect::device::{Device, DeviceKind};
 use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect_lab::Error;
 use trisect_lab::bench::BenchError;
-use trisect_lab::bench::cluster::{self, ClusterBench, ClusterBenchPlan, GatherMethod};
-
-fn way(sync: SyncArg) -> GatherMethod {
-    match sync {
-        SyncArg::Gather => GatherMethod::Gather,
-        SyncArg::Allreduce => GatherMethod::AllReduce,
-    }
-}
+use trisect_lab::bench::cluster::{self, ClusterBench, ClusterBenchPlan};
 
 /// Measures how renders scale with ranks, writes charts and data, and prints a summary.
 pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
@@ -55,7 +48,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
         average: arguments.average_spp,
         noise: arguments.noise_spp,
         block_shift: arguments.ranks.block_shift(),
-        ways: arguments.sync.iter().map(|sync| way(*sync)).collect(),
+        ways: arguments.sync.clone(),
         spins: session.renderer.backend().device().kind == DeviceKind::Gpu,
     };
     let root = crew.link.is_root();

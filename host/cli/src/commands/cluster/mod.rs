@@ -7,12 +7,12 @@ pub mod view;
 
 use super::signals::noted;
 use super::{Loaded, Session};
-use crate::cli::{BackendArg, JobArgs, QualityArg, RankArgs};
+use crate::cli::{JobArgs, RankArgs};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use trisect::device::{self, Device};
+use trisect::device::{self, Choice, Device};
 use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect::scene::Scene;
@@ -192,17 +192,17 @@ impl ClusterSession {
     ) -> Result<Result<(Session, FingerprintFields), Error>, Abort> {
         let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local_rank());
         let open = move || {
-            if job.backend == BackendArg::Auto && job.device.is_some() {
+            if job.backend == Choice::Auto && job.device.is_some() {
                 return Err(trisect::render::SettingsError::DeviceWithoutBackend.into());
             }
             let start = Instant::now();
-            let (choice, device) = devices::for_rank(job.backend.choice(), job.device, local, spare)?;
+            let (choice, device) = devices::for_rank(job.backend, job.device, local, spare)?;
             let selection = device::open(choice, device, job.threads.map(|threads| threads as usize))?;
             let mut settings = loaded.settings.clone();
             let more = adjust(&mut settings, selection.backend.device())?;
             settings.check()?;
             let digest = loaded.scene.digest();
-            let quality = job.bvh_quality.map(QualityArg::quality);
+            let quality = job.bvh_quality;
             let mut facts = fingerprint(&digest, &settings, quality);
             facts.extend(more);
             let session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;

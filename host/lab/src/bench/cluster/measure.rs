@@ -17,10 +17,13 @@ use trisect_cluster::{
 /// Method of assembling pixels from all ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum GatherMethod {
-    /// This program's method: rows or averages are gathered on the root.
+    /// Ranks send their pixels to the root, as in `render`.
     Gather,
-    /// The report's method: an all-reduce of the whole image in f32, after all ranks have rendered.
+    /// All-reduce of the whole image in f32, the method of "Parallelizing Ray Tracing"; for
+    /// comparison.
+    #[cfg_attr(feature = "clap", value(name = "allreduce"))]
     AllReduce,
 }
 

@@ -9,15 +9,16 @@ mod save;
 mod worker;
 
 use super::Session;
-use crate::cli::{BackendArg, ViewArgs};
+use crate::cli::ViewArgs;
 use egui::{Color32, ColorImage, Sense, TextureHandle, TextureOptions};
 use graph::Graph;
 use layout::{Layout, controls, window_size};
 use output::Output;
-use panel::{Choice, Pressed, State};
+use panel::{DeviceChoice, Pressed, State};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use trisect::device::Choice;
 use trisect::device::{self, BackendError};
 use trisect::scene::Rebase;
 use trisect::view::{FrameTiming, Navigator, ViewOptions};
@@ -85,11 +86,11 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
 }
 
 /// Returns all available devices.
-fn choices() -> Vec<Choice> {
+fn choices() -> Vec<DeviceChoice> {
     let argument = |name| match name {
-        "cuda" => BackendArg::Cuda,
-        "wgpu" => BackendArg::Wgpu,
-        _ => BackendArg::Cpu,
+        "cuda" => Choice::Cuda,
+        "wgpu" => Choice::Wgpu,
+        _ => Choice::Cpu,
     };
     let all = device::list().into_iter().flat_map(|(name, devices)| {
         let devices = devices.unwrap_or_default().into_iter();
@@ -116,8 +117,8 @@ struct App<'a> {
     /// Resolution of the image from the command line; `None`: the image follows the window.
     resolution: Option<(u32, u32)>,
     navigator: Navigator,
-    backend: (BackendArg, Option<usize>, u32),
-    choices: Vec<Choice>,
+    backend: (Choice, Option<usize>, u32),
+    choices: Vec<DeviceChoice>,
     worker: Worker,
     window: Option<Open>,
     frame: Option<Frame>,

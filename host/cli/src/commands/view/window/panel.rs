@@ -1,9 +1,9 @@
 //! Controls of the window.
 
 use super::graph::Graph;
-use crate::cli::BackendArg;
 use egui::{ComboBox, Label, RichText, Slider, SliderClamping, Ui};
 use trisect::denoise::{DenoiseSettings, Filter, LEVELS, TemporalSettings};
+use trisect::device;
 use trisect::render::DisplayOptions;
 use trisect::view::{FrameTiming, MIN_SCALE, NavigationMode, Navigator, ViewOptions};
 
@@ -11,7 +11,7 @@ use trisect::view::{FrameTiming, MIN_SCALE, NavigationMode, Navigator, ViewOptio
 const MAX_SAMPLES: u32 = 64;
 
 /// Device to choose: its label, backend and index.
-pub type Choice = (String, BackendArg, Option<usize>);
+pub type DeviceChoice = (String, device::Choice, Option<usize>);
 
 /// Buttons that were pressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,8 +27,8 @@ pub struct State<'a> {
     pub look: &'a mut ViewOptions,
     pub navigator: &'a mut Navigator,
     /// Backend, device index, and the number of requests for it: a new number opens it again.
-    pub backend: &'a mut (BackendArg, Option<usize>, u32),
-    pub choices: &'a [Choice],
+    pub backend: &'a mut (device::Choice, Option<usize>, u32),
+    pub choices: &'a [DeviceChoice],
     pub scene: &'a str,
     pub device: &'a str,
     pub timing: Option<&'a FrameTiming>,

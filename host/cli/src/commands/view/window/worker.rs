@@ -2,9 +2,10 @@
 //! takes.
 
 use super::super::super::Session;
-use crate::cli::{BackendArg, JobArgs};
+use crate::cli::JobArgs;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use trisect::device::Choice;
 use trisect::output::Outputs;
 use trisect::scene::{CameraPose, Rebase};
 use trisect::threads::{self, ThreadError};
@@ -18,7 +19,7 @@ pub struct ViewRequest {
     /// Pose of the camera.
     pub pose: CameraPose,
     /// Backend, device index, and a number; if the number changes, the device is opened again.
-    pub backend: (BackendArg, Option<usize>, u32),
+    pub backend: (Choice, Option<usize>, u32),
     /// True if the thread should end.
     pub stop: bool,
 }
@@ -118,7 +119,7 @@ struct RenderLoop<W> {
     job: JobArgs,
     wake: W,
     /// Backend, device index and number of the last request that a viewer was opened for.
-    backend: (BackendArg, Option<usize>, u32),
+    backend: (Choice, Option<usize>, u32),
     space: Rebase,
 }
 
