@@ -27,6 +27,7 @@ mod reduce;
 mod render_image;
 mod render_thread;
 mod root;
+mod route;
 mod series;
 mod work;
 mod work_item;

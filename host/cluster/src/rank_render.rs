@@ -9,6 +9,7 @@ use super::plan::{self, Balance, DistributionMode};
 use super::reduce::Reduce;
 use super::render_thread::RenderThread;
 use super::root::{ResumableFilm, Root};
+use super::route::{Route, deliver};
 use super::work::{Failure, Finished, Work};
 use super::work_item::{Source, WorkItem, WorkerState, assign, render};
 use crate::Error;
@@ -18,14 +19,6 @@ use trisect::device::{Device, DeviceKind};
 use trisect::film::SampleBlock;
 use trisect::render::{PartSizer, RenderObserver, Renderer, Settings};
 use trisect::stats::{ClusterReport, RankReport};
-
-/// Destination of image parts.
-enum Route {
-    /// The root.
-    Direct,
-    /// The parent in the tree of ranks.
-    Tree(Reduce),
-}
 
 /// Maximum time that an interrupted rank waits for the root to end the job.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(60);
@@ -369,52 +362,4 @@ fn encode(report: &RankOutcome) -> Vec<u8> {
 
 fn decode(bytes: &[u8]) -> Result<RankOutcome, String> {
     serde_json::from_slice(bytes).map_err(|error| format!("an invalid report: {error}"))
-}
-
-/// Passes an image part of this rank or another one to its destination.
-fn deliver<N: Network>(
-    link: &mut Heartbeat<N>,
-    route: &mut Route,
-    root: Option<&mut Root<'_>>,
-    from: u32,
-    piece: ImagePart,
-    work: &Work,
-) -> Result<(), Error> {
-    let own = from == link.rank();
-    let mut root = root;
-    if let Some(root) = root.as_mut() {
-        root.count(&piece);
-    }
-    match route {
-        Route::Tree(reduce) => {
-            let Settings { width, .. } = work.settings;
-            match (reduce.parent, root) {
-                (Some(parent), _) if reduce.children == 0 => {
-                    // A leaf's sums are sent unchanged.
-                    reduce.count(from, &piece)?;
-                    link.send(parent, Tag::ImagePart, piece.into_bytes())?;
-                }
-                (Some(parent), _) => {
-                    if let Some(strip) = reduce.add(from, piece)? {
-                        link.send(parent, Tag::ImagePart, ImagePart::of_strip(&strip, width).into_bytes())?;
-                    }
-                }
-                (None, Some(root)) => {
-                    reduce.count(from, &piece)?;
-                    root.assembler.add(from, &piece)?;
-                }
-                (None, None) => {}
-            }
-            Ok(())
-        }
-        Route::Direct => match root {
-            Some(root) => root.take(from, &piece),
-            None if own => Ok(link.send(0, Tag::ImagePart, piece.into_bytes())?),
-            None => Err(ClusterError::Protocol {
-                rank: from,
-                message: "an image part to a rank that is not the root".to_owned(),
-            }
-            .into()),
-        },
-    }
 }

@@ -1,0 +1,124 @@
+//! Errors of settings.
+
+use super::MAX_DEPTH;
+use std::ops::Range;
+use thiserror::Error;
+use trisect_shared::film::CHUNK_SAMPLES;
+use trisect_system::memory;
+
+/// Error of settings that cannot be rendered.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum SettingsError {
+    /// A number that must be at least 1 is 0.
+    #[error("{name} is 0; it must be 1 or more")]
+    Zero {
+        /// Name of the setting.
+        name: &'static str,
+    },
+    /// Paths are longer than a film can count: 256 samples of [`MAX_DEPTH`] segments fit 32 bits.
+    #[error("depth is {depth}; it must be at most {MAX_DEPTH}")]
+    TooDeep {
+        /// Requested depth.
+        depth: u32,
+    },
+    /// The edge of a tile is out of range, or no power of two.
+    #[error("tiles of {edge} pixels are not supported; choose 0, or a power of two from 4 to 1024")]
+    NoSuchTile {
+        /// Requested edge in pixels.
+        edge: u32,
+    },
+    /// The clamp is not a positive number.
+    #[error("--clamp is {clamp}; it must be a number above 0")]
+    NoClamp {
+        /// Requested clamp.
+        clamp: String,
+    },
+    /// The image has more pixels than 32-bit indices can number.
+    #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
+    TooManyPixels {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
+    /// The image needs more memory than is free.
+    #[error(
+        "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller --resolution",
+        memory::display(*needed), memory::display(*available)
+    )]
+    TooLarge {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+        /// Bytes that the image needs.
+        needed: u64,
+        /// Bytes that are free.
+        available: u64,
+    },
+    /// Rows or samples are empty, or beyond the frame.
+    #[error(
+        "rows {} to {} and samples {} to {} are not part of an image of {height} rows and {of} samples; choose at least one of each, all within the image",
+        rows.start, rows.end, samples.start, samples.end
+    )]
+    NoSuchPart {
+        /// Requested rows.
+        rows: Range<u32>,
+        /// Requested samples.
+        samples: Range<u32>,
+        /// Number of rows of the image.
+        height: u32,
+        /// Samples per pixel of the image.
+        of: u32,
+    },
+    /// A part splits a chunk, whose f32 sum would then be rounded differently.
+    #[error(
+        "samples {} to {} of {of} split a chunk; a part begins at a multiple of {CHUNK_SAMPLES} and ends at one or at the last sample",
+        samples.start, samples.end
+    )]
+    SplitsChunk {
+        /// Requested samples.
+        samples: Range<u32>,
+        /// Samples per pixel of the image.
+        of: u32,
+    },
+    /// A live frame has more samples than a chunk.
+    #[error(
+        "a frame that is denoised on the device has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower --spp, or render it to a file"
+    )]
+    TooManyLive {
+        /// Requested samples per pixel.
+        samples: u32,
+    },
+    /// `--variant` names a kernel that does not exist.
+    #[error("--variant: unknown kernel variant {name}; available: {known}")]
+    NoSuchVariant {
+        /// Requested name.
+        name: String,
+        /// Names of all variants.
+        known: String,
+    },
+    /// `--variant` names a kernel that would not render the scene correctly.
+    #[error("--variant {name} lacks {missing}; variants that support this render: {able}")]
+    VariantLacks {
+        /// Name of the kernel.
+        name: String,
+        /// Features that it lacks.
+        missing: String,
+        /// Names of the variants that support the render.
+        able: String,
+    },
+    /// No kernel was built for this combination.
+    #[error(
+        "no kernel variant combines {needed}; leave --traversal and --schedule out, or choose those of one of these variants: {able}"
+    )]
+    NoVariant {
+        /// Features that the kernel would need.
+        needed: String,
+        /// Names of the variants that support the scene by other methods.
+        able: String,
+    },
+    /// `--device` without `--backend`.
+    #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
+    DeviceWithoutBackend,
+}
