@@ -15,7 +15,7 @@ fn the_named_backend_is_opened(subject: BackendUnderTest) {
         BackendUnderTest::Cuda => Choice::Cuda,
     };
     let selection = open(choice, Some(0), None).unwrap();
-    assert_eq!(selection.backend.device().backend, subject.name());
+    assert_eq!(selection.device.info().backend, subject.name());
     assert_eq!(selection.why, "", "nothing was chosen for the user");
 }
 

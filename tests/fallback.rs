@@ -3,7 +3,7 @@
 
 use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
 use trisect::device::cpu::Cpu;
-use trisect::device::{Backend, BackendError, Device};
+use trisect::device::{BackendError, Device, DeviceInfo};
 use trisect::film::Film;
 use trisect::render::{MathMode, Renderer, Settings};
 use trisect::{Error, scene::Scene};
@@ -96,11 +96,11 @@ fn a_device_that_is_lost() {
 fn roundings_of_several_devices() {
     let scene = scene("three_spheres.ron");
     let device = |backend: &'static str, name: &str| {
-        let cpu = Cpu::open(None).unwrap().device().clone();
-        Device { backend, name: name.to_owned(), ..cpu }
+        let cpu = Cpu::open(None).unwrap().info().clone();
+        DeviceInfo { backend, name: name.to_owned(), ..cpu }
     };
     let renderer = renderer(&scene);
-    let of = |device: &Device| {
+    let of = |device: &DeviceInfo| {
         let any = Identity::new(&scene.digest(), &Settings::of(&scene), None, &renderer);
         Identity { arithmetic: arithmetic(device, MathMode::Precise), ..any }
     };

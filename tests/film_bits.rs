@@ -77,7 +77,7 @@ fn live_crc(renderer: &mut Renderer, settings: &Settings) -> u32 {
 
 /// Returns the CRC-32 of each kind of result of a scene, by name.
 fn results(renderer: &mut Renderer, settings: &Settings) -> Vec<(&'static str, u32)> {
-    let gpu = renderer.backend().device().kind != DeviceKind::Cpu;
+    let gpu = renderer.device().info().kind != DeviceKind::Cpu;
     let guides = Settings { guides: true, ..settings.clone() };
     let sobol = Settings { sampler: Sampler::Sobol, roulette: true, clamp: Some(4.0), ..settings.clone() };
     let with_aovs = film(renderer, &guides);
@@ -107,13 +107,13 @@ fn settings(scene: &Scene) -> Settings {
 fn add(record: &mut Record, subject: BackendUnderTest) {
     let hello = Scene::hello_world().unwrap();
     let Some(mut renderer) = subject.renderer(&hello) else { return };
-    if renderer.backend().device().kind == DeviceKind::Gpu {
+    if renderer.device().info().kind == DeviceKind::Gpu {
         eprintln!("SKIPPED for {subject:?}: the record has the bits of the CPU and of a software adapter");
         return;
     }
     for path in scene_files() {
         let scene = Scene::load(&path).unwrap();
-        renderer = Renderer::new(renderer.into_backend(), &scene).unwrap();
+        renderer = Renderer::new(renderer.into_device(), &scene).unwrap();
         for (name, crc) in results(&mut renderer, &settings(&scene)) {
             let scene = path.file_name().unwrap().display();
             record.insert(format!("{scene}, {}, {name}", subject.name()), format!("{crc:08x}"));

@@ -4,17 +4,11 @@
 
 use std::path::Path;
 use std::time::Duration;
-use trisect::denoise::{DisplayLaunch, Pass};
 use trisect::device::cpu::Cpu;
-use trisect::device::{Backend, BackendError, Device, FilmDesc, Launch, SceneRecords};
-use trisect::film::{RowSet, RowTarget};
+use trisect::device::{BackendError, Buffer, Command, Device, DeviceInfo, MathMode};
 use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
-use trisect_shared::aovs::AovSums;
-use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::FilteredPixel;
-use trisect_shared::film::PixelSums;
-use trisect_shared::path::FirstHit;
+use trisect_kernels::EntryPoint;
 use trisect_tests::renders::{brighter, differing, film};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
@@ -66,65 +60,35 @@ fn one_image_by_each_method(subject: BackendUnderTest) {
     }
 }
 
-/// A backend without memory for tile entries.
-struct OutOfTileMemory(Box<dyn Backend>);
+/// A device without memory for tile entries.
+struct OutOfTileMemory(Box<dyn Device>);
 
-impl Backend for OutOfTileMemory {
-    fn device(&self) -> &Device {
-        self.0.device()
+impl Device for OutOfTileMemory {
+    fn info(&self) -> &DeviceInfo {
+        self.0.info()
     }
 
-    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
-        self.0.upload(scene)
+    fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
+        match what {
+            "the BVH's tile entries" => {
+                Err(BackendError::TooLarge { backend: "full", what, needed: bytes, limit: 0 })
+            }
+            _ => self.0.allocate(bytes, what),
+        }
     }
 
-    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
-        let needed = size_of_val(nodes) as u64;
-        Err(BackendError::TooLarge { backend: "full", what: "the view", needed, limit: 0 })
+    fn write(&mut self, to: &Buffer, first: u64, bytes: &[u8]) -> Result<(), BackendError> {
+        self.0.write(to, first, bytes)
     }
 
-    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
-        self.0.begin_film(job)
-    }
-
-    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
-        self.0.render(launch)
-    }
-
-    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError> {
-        self.0.read_film(rows, film)
-    }
-
-    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
-        self.0.read_aovs(rows, guides)
-    }
-
-    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
-        self.0.write_film(film, guides)
+    fn compile(&mut self, entry_point: EntryPoint, math: MathMode) -> Result<(), BackendError> {
+        self.0.compile(entry_point, math)
     }
 
     #[allow(unsafe_code, reason = "the contract of the trait")]
-    unsafe fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+    unsafe fn run(&mut self, commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError> {
         // SAFETY: the caller's promise.
-        unsafe { self.0.denoise(passes) }
-    }
-
-    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
-        self.0.read_denoised(image, pixels)
-    }
-
-    #[allow(unsafe_code, reason = "the contract of the trait")]
-    unsafe fn display(
-        &mut self,
-        frame: &DisplayLaunch,
-        to: &mut RowTarget<'_>,
-    ) -> Result<Duration, BackendError> {
-        // SAFETY: the caller's promise.
-        unsafe { self.0.display(frame, to) }
-    }
-
-    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        self.0.first_hits(launch, hits)
+        unsafe { self.0.run(commands) }
     }
 }
 

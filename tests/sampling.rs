@@ -46,7 +46,7 @@ fn own_samples_are_the_cpus(subject: BackendUnderTest) {
         let counts: Vec<u64> = want.pixels.iter().map(|pixel| pixel.samples).collect();
         assert!(counts.iter().min() < counts.iter().max(), "{name}: all pixels have as many samples");
         assert_eq!(got.counts().unwritten + got.counts().rejected, 0);
-        let kind = renderer.backend().device().kind;
+        let kind = renderer.device().info().kind;
         if subject == BackendUnderTest::Cuda
             || subject == BackendUnderTest::Wgpu && kind == DeviceKind::SoftwareGpu
         {
@@ -79,7 +79,7 @@ fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
     assert_ne!(differing(&free, &low), 0, "negative control not detected");
     let most = |film: &Film| film.pixels.iter().flat_map(|pixel| pixel.mean()).fold(0.0, f64::max);
     assert!(most(&low) <= 1.0 + 1e-6 && most(&free) > 2.0, "{} {}", most(&low), most(&free));
-    let kind = renderer.backend().device().kind;
+    let kind = renderer.device().info().kind;
     let want = film(&mut cpu(&scene), &clamped(Some(1.0)));
     if subject == BackendUnderTest::Cuda
         || subject == BackendUnderTest::Wgpu && kind == DeviceKind::SoftwareGpu

@@ -2,8 +2,9 @@
 //! shared crate.
 //!
 //! Compiled for a device, this crate is the entry points in `spirv` or `ptx`. Compiled for the
-//! host, it is their result: the prebuilt artifacts and their names, from which the backends take
-//! kernels. Both come from one list, `for_each_variant`.
+//! host, it has the result, the prebuilt artifacts and their names, from which GPUs take kernels,
+//! and in `native` the entry points for the CPU. All come from the same lists, such as
+//! `for_each_variant`.
 //!
 //! # Bindings of render kernels
 //!
@@ -173,6 +174,8 @@ pub mod ptx;
 #[cfg(target_arch = "spirv")]
 pub mod spirv;
 
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub mod native;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod prebuilt;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]

@@ -26,7 +26,7 @@ pub mod ulp;
 
 use std::path::{Path, PathBuf};
 use trisect::device::wgpu::{Route, Wgpu};
-use trisect::device::{Backend, BackendError, cpu::Cpu, cuda::Cuda};
+use trisect::device::{BackendError, Device, cpu::Cpu, cuda::Cuda};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
 
@@ -53,8 +53,8 @@ impl BackendUnderTest {
         }
     }
 
-    fn open(self) -> Result<Box<dyn Backend>, BackendError> {
-        let wgpu = |route| -> Result<Box<dyn Backend>, BackendError> {
+    fn open(self) -> Result<Box<dyn Device>, BackendError> {
+        let wgpu = |route| -> Result<Box<dyn Device>, BackendError> {
             Ok(Box::new(Wgpu::open(Some(self.index()), route)?))
         };
         match self {
@@ -77,7 +77,7 @@ impl BackendUnderTest {
             Ok(renderer) => {
                 // If the CPU had been opened in place of this backend, a comparison with the CPU
                 // would compare an image with itself.
-                assert_eq!(renderer.backend().device().backend, self.name(), "{self:?} is another backend");
+                assert_eq!(renderer.device().info().backend, self.name(), "{self:?} is another backend");
                 Some(renderer)
             }
             Err(error) => panic!("{self:?}: {error}"),

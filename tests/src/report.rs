@@ -10,7 +10,7 @@
 
 use crate::BackendUnderTest;
 use std::sync::OnceLock;
-use trisect::device::{Device, DeviceKind, cpu, cuda, wgpu};
+use trisect::device::{DeviceInfo, DeviceKind, cpu, cuda, wgpu};
 
 /// Outcome of a test on a backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,9 +25,9 @@ pub enum Outcome {
 
 /// Returns the device that tests of a backend run on. Devices are listed once, because a driver may
 /// fail if they are listed often.
-fn device(subject: BackendUnderTest) -> Option<&'static Device> {
-    static DEVICES: [OnceLock<Option<Device>>; 3] = [const { OnceLock::new() }; 3];
-    let (slot, find): (usize, fn() -> Option<Device>) = match subject {
+fn device(subject: BackendUnderTest) -> Option<&'static DeviceInfo> {
+    static DEVICES: [OnceLock<Option<DeviceInfo>>; 3] = [const { OnceLock::new() }; 3];
+    let (slot, find): (usize, fn() -> Option<DeviceInfo>) = match subject {
         BackendUnderTest::Cpu => (0, || Some(cpu::describe(1))),
         BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => (1, || {
             let devices = wgpu::devices().ok()?;

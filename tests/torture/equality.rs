@@ -29,10 +29,12 @@ fn forbidden(ptx: &str) -> Option<&str> {
 
 #[test]
 fn t17_ptx() {
-    for ptx in [trisect_kernels::PTX_PRECISE, trisect_probes::PTX_PRECISE] {
+    let precise = trisect_kernels::entry_points().filter_map(|name| trisect_kernels::ptx(name, false));
+    for ptx in precise.chain([trisect_probes::PTX_PRECISE]) {
         assert_eq!(forbidden(ptx), None);
     }
-    assert!(forbidden(trisect_kernels::PTX_FAST).is_some(), "negative control not detected");
+    let fast = trisect_kernels::ptx("render_all", true).unwrap();
+    assert!(forbidden(fast).is_some(), "negative control not detected");
     report(
         17,
         BackendUnderTest::Cuda,

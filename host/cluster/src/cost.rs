@@ -179,7 +179,7 @@ const BURST_MESSAGES: u32 = 64;
 fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Error> {
     let row = u64::from(settings.width);
     let rows =
-        (trial_samples(renderer.backend().device().kind) / row).clamp(1, u64::from(settings.height)) as u32;
+        (trial_samples(renderer.device().info().kind) / row).clamp(1, u64::from(settings.height)) as u32;
     let rows = RowSet::interleaved(settings.height, 0, 0, settings.height.div_ceil(rows));
     let most = settings.samples.min(32);
     // The first render compiles kernels and allocates memory.

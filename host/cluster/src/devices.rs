@@ -35,7 +35,7 @@ pub fn for_rank(
     }
     let of_cuda = || cuda::devices().map(|devices| devices.into_iter().map(|device| device.index).collect());
     let of_wgpu = || {
-        let hardware = |devices: Vec<trisect::device::Device>| {
+        let hardware = |devices: Vec<trisect::device::DeviceInfo>| {
             let gpus = devices.into_iter().filter(|device| device.kind == DeviceKind::Gpu);
             gpus.map(|device| device.index).collect::<Vec<usize>>()
         };

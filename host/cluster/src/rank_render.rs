@@ -15,7 +15,7 @@ use super::work_item::{Source, WorkItem, WorkerState, assign, render};
 use crate::Error;
 use std::ops::Range;
 use std::time::{Duration, Instant};
-use trisect::device::{Device, DeviceKind};
+use trisect::device::{DeviceInfo, DeviceKind};
 use trisect::film::SampleBlock;
 use trisect::render::{PartSizer, RenderObserver, Renderer, Settings};
 use trisect::stats::{ClusterReport, RankReport};
@@ -63,7 +63,7 @@ fn samples(work: &Work, rank: u32, averaging: u32) -> Range<u32> {
 }
 
 /// Returns the source of a rank's work items.
-fn source(work: &Work, device: &Device, rank: u32, ranks: u32, samples: Range<u32>) -> Source {
+fn source(work: &Work, device: &DeviceInfo, rank: u32, ranks: u32, samples: Range<u32>) -> Source {
     let Work { settings, plan, .. } = work;
     let averages = plan.mode == DistributionMode::Average;
     if !averages && plan.balance == Balance::Dynamic {
@@ -101,7 +101,7 @@ impl<'a> RankRender<'a> {
         let Work { settings, plan, wire_format, .. } = work;
         settings.check()?;
         let (rank, ranks) = (link.rank(), link.ranks());
-        let device = renderer.backend().device().clone();
+        let device = renderer.device().info().clone();
         let averages = plan.mode == DistributionMode::Average;
         let averaging = plan::averaging(settings.samples, ranks);
         let tree = averages && matches!(wire_format, WireFormat::Chunk | WireFormat::Mean);

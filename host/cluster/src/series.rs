@@ -157,7 +157,7 @@ impl Root<'_, '_> {
             // SAFETY: these rows belong to the rank that sent them, and the frame is not complete:
             // no one else uses them.
             let target = unsafe { self.frames.target(first + index as u32, rows) };
-            target.ok_or_else(wrong)?.copy_from(&words);
+            target.ok_or_else(wrong)?.copy_from(bytemuck::cast_slice(&words));
         }
         *missing -= 1;
         let mut whole = 0;

@@ -1,51 +1,33 @@
-//! CPU backend: runs the shared crate's code natively, on a pool of threads.
+//! CPU device: runs the kernels natively, on a pool of threads.
 
-mod denoise;
 mod instructions;
 
 pub use instructions::InstructionSet;
 
-use super::{Backend, BackendError, Device, DeviceKind, FilmDesc, Launch, SceneRecords};
-use crate::{DisplayLaunch, Pass};
-use crate::{MathMode, Schedule, Traversal};
-use crate::{RowSet, RowTarget};
-use instructions::Kernel;
+use crate::command::{check_range, check_rows, handle, handles, misuse};
+use crate::{BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind, Dispatch, HostMemory};
+use crate::{MathMode, RowTarget, Schedule, Traversal};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
-use trisect_shared::aovs::AovSums;
-use trisect_shared::buffer::SharedSlice;
-use trisect_shared::bvh::BvhNode;
-use trisect_shared::denoise::FilteredPixel;
-use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{AOVS, Features, WIDE, has};
-use trisect_shared::film::{Compensation, PixelSums};
-use trisect_shared::light::Light;
-use trisect_shared::material::Material;
-use trisect_shared::path::{self, FirstHit};
-use trisect_shared::planar::Planar;
-use trisect_shared::scene::Scene;
-use trisect_shared::sphere::Sphere;
-use trisect_shared::texture::{Texel, Texture};
-use trisect_shared::triangle::{Triangle, TriangleShading};
-use trisect_shared::wide::{SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
+use trisect_kernels::EntryPoint;
+use trisect_kernels::native::{Arguments, Array, Kernel, native};
+use trisect_shared::features::Features;
 
-/// Number of pixels in a task of the thread pool.
-const TASK: usize = 64;
+/// Name of the backend.
+const NAME: &str = "cpu";
 
-/// CPU of this machine, with a thread pool and the film of the current render.
+/// Number of threads of a launch, next to each other in a row, that make a task of the pool.
+const TASK: u32 = 64;
+
+/// Number of bytes that a task of the pool fills.
+const FILL: usize = 1 << 20;
+
+/// CPU of this machine, with a thread pool.
 pub struct Cpu {
-    device: Device,
+    info: DeviceInfo,
     instructions: InstructionSet,
     pool: ThreadPool,
-    scene: SceneCopy,
-    kernel: Kernel,
-    film: Vec<PixelSums>,
-    /// Rounding errors of each pixel's unfinished chunk.
-    compensations: Vec<Compensation>,
-    /// AOV sums of each pixel; empty if the kernel does not write them.
-    aovs: Vec<AovSums>,
-    denoiser: denoise::Denoiser,
 }
 
 impl Cpu {
@@ -65,98 +47,67 @@ impl Cpu {
         instructions: InstructionSet,
     ) -> Result<Self, BackendError> {
         if !instructions.is_available() {
-            return Err(failed(&format!("this processor has no {}", instructions.name())));
+            let message = format!("this processor has no {}", instructions.name());
+            return Err(BackendError::Device { backend: NAME, action: "opening the device", message });
         }
         let pool = trisect_system::threads::pool(threads, "trisect-cpu")?;
-        let device = describe_with(pool.current_num_threads(), instructions);
-        Ok(Self {
-            device,
-            instructions,
-            pool,
-            scene: SceneCopy::default(),
-            kernel: instructions::render_pixel::<0>,
-            film: Vec::new(),
-            compensations: Vec::new(),
-            aovs: Vec::new(),
-            denoiser: denoise::Denoiser::default(),
-        })
-    }
-}
-
-/// Copy of a scene's arrays.
-#[derive(Default)]
-struct SceneCopy {
-    spheres: Vec<Sphere>,
-    nodes: Vec<BvhNode>,
-    /// Number of the scene's own nodes; nodes of tile entries follow them.
-    scene_nodes: usize,
-    materials: Vec<Material>,
-    flats: Vec<Planar>,
-    triangles: Vec<Triangle>,
-    shading: Vec<TriangleShading>,
-    lights: Vec<Light>,
-    textures: Vec<Texture>,
-    texels: Vec<Texel>,
-    environment: Vec<EnvironmentTexel>,
-    wide_root: Option<WideChild>,
-    wide_nodes: Vec<WideNode>,
-    sphere_packets: Vec<SpherePacket>,
-    triangle_packets: Vec<TrianglePacket>,
-}
-
-impl SceneCopy {
-    fn copy(scene: Scene) -> Self {
-        Self {
-            spheres: scene.spheres.to_vec(),
-            nodes: scene.nodes.to_vec(),
-            scene_nodes: scene.nodes.len(),
-            materials: scene.materials.to_vec(),
-            flats: scene.planars.to_vec(),
-            triangles: scene.triangles.to_vec(),
-            shading: scene.shading.to_vec(),
-            lights: scene.lights.to_vec(),
-            textures: scene.textures.to_vec(),
-            texels: scene.texels.to_vec(),
-            environment: scene.environment.to_vec(),
-            wide_root: Some(scene.wide.root),
-            wide_nodes: scene.wide.nodes.to_vec(),
-            sphere_packets: scene.wide.spheres.to_vec(),
-            triangle_packets: scene.wide.triangles.to_vec(),
-        }
+        let info = describe_with(pool.current_num_threads(), instructions);
+        Ok(Self { info, instructions, pool })
     }
 
-    fn borrow(&self) -> Scene<'_> {
-        Scene {
-            spheres: &self.spheres,
-            nodes: &self.nodes,
-            materials: &self.materials,
-            planars: &self.flats,
-            triangles: &self.triangles,
-            shading: &self.shading,
-            lights: &self.lights,
-            textures: &self.textures,
-            texels: &self.texels,
-            environment: &self.environment,
-            wide: WideTree {
-                root: self.wide_root.unwrap_or(WideChild::EMPTY),
-                nodes: &self.wide_nodes,
-                spheres: &self.sphere_packets,
-                triangles: &self.triangle_packets,
-            },
+    /// Returns the kernel of an entry point: for the device's instruction set if it traces the wide
+    /// BVH, else for the baseline.
+    fn kernel(&self, entry_point: EntryPoint) -> Result<Kernel, BackendError> {
+        let native = native(entry_point.name).ok_or_else(|| misuse(NAME, "there is no such kernel"))?;
+        if entry_point.extra == 0 {
+            return Ok(native.baseline);
         }
+        match self.instructions {
+            InstructionSet::Baseline => None,
+            InstructionSet::Avx2 => native.avx2,
+            InstructionSet::Avx512 => native.avx512,
+        }
+        .ok_or_else(|| misuse(NAME, "no kernel for this processor traces the wide BVH"))
+    }
+
+    /// Runs a launch. Returns its time.
+    ///
+    /// # Safety
+    ///
+    /// As [`Device::run`].
+    #[allow(unsafe_code, reason = "kernels answer for nothing that their caller hands them")]
+    unsafe fn dispatch(&self, launch: &Dispatch<'_>) -> Result<Duration, BackendError> {
+        let start = Instant::now();
+        launch.check(NAME)?;
+        let kernel = self.kernel(launch.entry_point)?;
+        let arrays: Vec<Array> = launch
+            .arrays
+            .iter()
+            .zip(handles::<HostMemory>(launch, NAME)?)
+            .map(|(buffer, memory)| Array { first: memory.first(), bytes: buffer.bytes() as usize })
+            .collect();
+        let arguments = Arguments { params: launch.params, arrays: &arrays };
+        let (across, down) = launch.threads;
+        let of_row = across.div_ceil(TASK);
+        (0..u64::from(of_row) * u64::from(down)).into_par_iter().for_each(|task| {
+            let (y, first) = ((task / u64::from(of_row)) as u32, (task % u64::from(of_row)) as u32 * TASK);
+            // SAFETY: the caller's promise; each thread of the launch is part of one task.
+            unsafe { kernel(&arguments, first..across.min(first.saturating_add(TASK)), y) };
+        });
+        Ok(start.elapsed())
     }
 }
 
 /// Describes this machine's processor, with the best of its instruction sets.
-pub fn describe(threads: usize) -> Device {
+pub fn describe(threads: usize) -> DeviceInfo {
     describe_with(threads, InstructionSet::best())
 }
 
-fn describe_with(threads: usize, instructions: InstructionSet) -> Device {
+fn describe_with(threads: usize, instructions: InstructionSet) -> DeviceInfo {
     let mut system = sysinfo::System::new();
     system.refresh_cpu_list(sysinfo::CpuRefreshKind::nothing());
     let name = system.cpus().first().map(|cpu| cpu.brand().trim().to_owned()).filter(|name| !name.is_empty());
-    Device {
+    DeviceInfo {
         backend: "cpu",
         index: 0,
         name: name.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
@@ -166,52 +117,21 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> Device {
     }
 }
 
-/// AOV sums that all tasks write, each those of its own pixels.
-#[derive(Clone, Copy)]
-struct SharedAovs {
-    first: *mut AovSums,
-    length: usize,
+/// Lends bytes of a buffer.
+///
+/// # Safety
+///
+/// The buffer has these bytes, and nothing else accesses them meanwhile.
+#[allow(unsafe_code, reason = "buffers are addresses")]
+#[allow(clippy::mut_from_ref, reason = "the caller's promise")]
+unsafe fn bytes<'a>(memory: &'a HostMemory, first: u64, count: u64) -> &'a mut [u8] {
+    // SAFETY: the caller's promise; the memory was zeros when it was allocated.
+    unsafe { std::slice::from_raw_parts_mut(memory.first().add(first as usize), count as usize) }
 }
 
-// SAFETY: callers of `slots` promise that no two threads touch the same pixel.
-#[allow(unsafe_code, reason = "a pointer for several threads")]
-unsafe impl Sync for SharedAovs {}
-
-#[allow(unsafe_code, reason = "see trisect_shared::buffer")]
-impl SharedAovs {
-    /// # Safety
-    ///
-    /// No two threads touch the same pixel at the same time, and the vector outlives the slice.
-    unsafe fn slots<'a>(&self) -> SharedSlice<'a, AovSums> {
-        // SAFETY: the caller's promise.
-        unsafe { SharedSlice::new(self.first, self.length) }
-    }
-}
-
-/// Moves rows of an image's per-pixel records to `to`, packed, and fills their place with
-/// `nothing`.
-fn take<T: Copy>(rows: &RowSet, of: &mut [T], to: &mut [T], nothing: T) -> Result<(), BackendError> {
-    let width = to.len() / (rows.len() as usize).max(1);
-    let mut done = 0;
-    for block in rows.blocks() {
-        let from = of.get_mut(block.start as usize * width..block.end as usize * width);
-        let (Some(from), Some(to)) = (from, to.get_mut(done..done + block.len() * width)) else {
-            return Err(failed("the rows are outside the prepared film"));
-        };
-        to.copy_from_slice(from);
-        from.fill(nothing);
-        done += to.len();
-    }
-    Ok(())
-}
-
-fn failed(message: &str) -> BackendError {
-    BackendError::Device { backend: "cpu", action: "rendering", message: message.to_owned() }
-}
-
-impl Backend for Cpu {
-    fn device(&self) -> &Device {
-        &self.device
+impl Device for Cpu {
+    fn info(&self) -> &DeviceInfo {
+        &self.info
     }
 
     fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
@@ -222,118 +142,75 @@ impl Backend for Cpu {
         (traversal, Schedule::Regenerate)
     }
 
-    fn upload(&mut self, scene: &SceneRecords) -> Result<(), BackendError> {
-        self.scene = SceneCopy::copy(scene.scene());
-        Ok(())
+    fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
+        let too_large = |_| BackendError::TooLarge { backend: NAME, what, needed: bytes, limit: MAX_BYTES };
+        let count = usize::try_from(bytes).map_err(too_large)?;
+        Ok(Buffer::new(HostMemory::new(count), bytes))
     }
 
-    fn upload_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
-        self.scene.nodes.truncate(self.scene.scene_nodes);
-        self.scene.nodes.extend_from_slice(nodes);
-        Ok(())
-    }
-
-    fn begin_film(&mut self, job: &FilmDesc) -> Result<(), BackendError> {
-        if job.math == MathMode::Fast {
-            return Err(BackendError::NoFastMath { backend: "cpu" });
-        }
-        let instructions =
-            if has(job.variant.features, WIDE) { self.instructions } else { InstructionSet::Baseline };
-        let kernel = instructions::kernel(job.variant.name, instructions);
-        self.kernel = kernel.ok_or_else(|| failed("no such kernel"))?;
-        self.film.clear();
-        self.film.resize(job.pixels(), PixelSums::UNWRITTEN);
-        self.compensations.resize(job.pixels(), Compensation::ZERO);
-        self.aovs.clear();
-        if has(job.variant.features, AOVS) {
-            self.aovs.resize(job.pixels(), AovSums::UNWRITTEN);
-        }
-        Ok(())
-    }
-
-    #[allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
-    fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
-        let start = Instant::now();
-        let params = launch.params();
-        let (scene, render) = (self.scene.borrow(), self.kernel);
-        let width = params.width as usize;
-        let height = self.film.len() / width.max(1);
-        let mut wanted = (0..params.rows).map(|index| params.row(index)).peekable();
-        let rows = self.film.chunks_mut(width.max(1)).zip(self.compensations.chunks_mut(width.max(1)));
-        let rows = (0u32..).zip(rows).filter(|(y, _)| wanted.next_if_eq(y).is_some());
-        let tasks: Vec<_> = rows
-            .flat_map(|(y, (film, carries))| {
-                let parts = film.chunks_mut(TASK).zip(carries.chunks_mut(TASK));
-                (0u32..).step_by(TASK).zip(parts).map(move |(x, part)| (x, y, part))
-            })
-            .collect();
-        if wanted.next().is_some() {
-            return Err(failed(&format!("the launch has rows beyond the film's {height}")));
-        }
-        let guides = SharedAovs { first: self.aovs.as_mut_ptr(), length: self.aovs.len() };
+    #[allow(unsafe_code, reason = "buffers are addresses")]
+    fn write(&mut self, to: &Buffer, first: u64, from: &[u8]) -> Result<(), BackendError> {
+        check_range(NAME, to, first, from.len() as u64)?;
+        // SAFETY: the range was checked, and no launch runs outside of `run`.
+        let to = unsafe { bytes(handle(to, NAME)?, first, from.len() as u64) };
         self.pool.install(|| {
-            tasks.into_par_iter().for_each(|(first, y, (pixels, carries))| {
-                // SAFETY: a task touches the AOV sums of its own pixels only.
-                let mut guides = unsafe { guides.slots() };
-                for (slot, x) in (0u32..).zip(first..).take(pixels.len()) {
-                    // SAFETY: scene and launch come from a renderer, which checked the indices.
-                    unsafe { render(params, scene, x, y, pixels, carries, slot, &mut guides) };
+            to.par_chunks_mut(FILL).zip(from.par_chunks(FILL)).for_each(|(to, from)| to.copy_from_slice(from))
+        });
+        Ok(())
+    }
+
+    fn compile(&mut self, entry_point: EntryPoint, math: MathMode) -> Result<(), BackendError> {
+        match math {
+            MathMode::Precise => self.kernel(entry_point).map(|_| ()),
+            MathMode::Fast => Err(BackendError::NoFastMath { backend: NAME }),
+        }
+    }
+
+    #[allow(unsafe_code, reason = "the contract of the trait")]
+    unsafe fn run(&mut self, commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError> {
+        self.pool.install(|| {
+            let mut times = Vec::new();
+            for command in commands {
+                match command {
+                    Command::Fill { buffer, first, bytes: count, ones } => {
+                        check_range(NAME, buffer, first, count)?;
+                        // SAFETY: the range was checked, and commands run one after another.
+                        let bytes = unsafe { bytes(handle(buffer, NAME)?, first, count) };
+                        let value = if ones { u8::MAX } else { 0 };
+                        bytes.par_chunks_mut(FILL).for_each(|part| part.fill(value));
+                    }
+                    Command::Copy { from, to, bytes: count } => {
+                        check_range(NAME, from, 0, count)?;
+                        check_range(NAME, to, 0, count)?;
+                        let (from, to) = (handle::<HostMemory>(from, NAME)?, handle::<HostMemory>(to, NAME)?);
+                        // SAFETY: the ranges were checked, and `copy` allows that they overlap.
+                        unsafe { std::ptr::copy(from.first(), to.first(), count as usize) };
+                    }
+                    Command::Dispatch(launch) => {
+                        // SAFETY: the caller's promise.
+                        times.push(unsafe { self.dispatch(&launch) }?);
+                    }
+                    Command::Read { from, to } => read(from, to)?,
                 }
-            });
-        });
-        Ok(start.elapsed())
+            }
+            Ok(times)
+        })
     }
+}
 
-    fn read_film(&mut self, rows: &RowSet, film: &mut [PixelSums]) -> Result<(), BackendError> {
-        take(rows, &mut self.film, film, PixelSums::UNWRITTEN)
-    }
+/// Maximum number of bytes of a buffer.
+const MAX_BYTES: u64 = isize::MAX as u64;
 
-    fn read_aovs(&mut self, rows: &RowSet, guides: &mut [AovSums]) -> Result<(), BackendError> {
-        take(rows, &mut self.aovs, guides, AovSums::UNWRITTEN)
-    }
-
-    fn write_film(&mut self, film: &[PixelSums], guides: &[AovSums]) -> Result<(), BackendError> {
-        if film.len() != self.film.len() || guides.len() != self.aovs.len() {
-            return Err(failed("the sums are for an image of another size"));
-        }
-        self.film.copy_from_slice(film);
-        self.aovs.copy_from_slice(guides);
-        Ok(())
-    }
-
-    #[allow(unsafe_code, reason = "the contract of the trait")]
-    unsafe fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
-        if self.aovs.len() != self.film.len() {
-            return Err(failed("the film was prepared without AOV sums"));
-        }
-        let Self { pool, film, aovs: guides, denoiser, .. } = self;
-        pool.install(|| denoiser.run(passes, film, guides))
-    }
-
-    fn read_denoised(&mut self, image: usize, pixels: &mut [FilteredPixel]) -> Result<(), BackendError> {
-        self.denoiser.read(image, pixels)
-    }
-
-    #[allow(unsafe_code, reason = "the contract of the trait")]
-    unsafe fn display(
-        &mut self,
-        frame: &DisplayLaunch,
-        to: &mut RowTarget<'_>,
-    ) -> Result<Duration, BackendError> {
-        let Self { pool, film, denoiser, .. } = self;
-        pool.install(|| denoiser.display(frame, film, to))
-    }
-
-    #[allow(unsafe_code, reason = "calls the shared crate, which reads without bounds checks")]
-    fn first_hits(&mut self, launch: &Launch, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        let (scene, params) = (self.scene.borrow(), launch.params());
-        self.pool.install(|| {
-            hits.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(pixel, hit)| {
-                let (x, y) = (pixel as u32 % params.width, pixel as u32 / params.width);
-                // SAFETY: scene and launch come from a renderer, which checked the indices.
-                *hit = unsafe { path::first_hit(params, scene, x, y) };
-            });
-        });
-        Ok(())
-    }
+/// Copies rows from a buffer.
+#[allow(unsafe_code, reason = "buffers are addresses")]
+fn read(from: &Buffer, mut to: RowTarget<'_>) -> Result<(), BackendError> {
+    check_rows(NAME, from, &to)?;
+    // SAFETY: no command that writes runs meanwhile.
+    let bytes: &[u8] = unsafe { bytes(handle(from, NAME)?, 0, from.bytes()) };
+    let row = to.row_bytes();
+    to.each_row().into_par_iter().for_each(|(y, to)| {
+        let first = y as usize * row;
+        to.copy_from_slice(&bytes[first..first + row]);
+    });
+    Ok(())
 }

@@ -8,7 +8,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 /// Bytes at an address that does not change, so that a device may [copy there
-/// directly](crate::Backend::pin). This type itself does not access the bytes: those who
+/// directly](crate::Device::pin). This type itself does not access the bytes: those who
 /// share the memory agree on who reads and writes.
 #[derive(Debug)]
 pub struct HostMemory {
@@ -98,7 +98,7 @@ impl<T: Pod + Zeroable> HostRecords<T> {
         self.count = count;
     }
 
-    /// Returns the memory, for [`Backend::pin`](crate::Backend::pin). Only the owner of
+    /// Returns the memory, for [`Device::pin`](crate::Device::pin). Only the owner of
     /// the records may write to it.
     pub fn memory(&self) -> &Arc<HostMemory> {
         &self.memory

@@ -1,6 +1,6 @@
 //! Selection of a backend and a device.
 
-use super::{Backend, BackendError, Device, cpu, cuda, wgpu};
+use super::{BackendError, Device, DeviceInfo, cpu, cuda, wgpu};
 
 /// Backend that the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,10 +16,10 @@ pub enum Choice {
     Cuda,
 }
 
-/// Backend that was opened, with the reason for its choice.
+/// Device that was opened, with the reason for its choice.
 pub struct Selection {
-    /// Backend, ready for a scene.
-    pub backend: Box<dyn Backend>,
+    /// Device, ready for a scene.
+    pub device: Box<dyn Device>,
     /// Reason, for people; empty if the user named the backend.
     pub why: String,
 }
@@ -32,7 +32,7 @@ pub fn open(
     device: Option<usize>,
     threads: Option<usize>,
 ) -> Result<Selection, BackendError> {
-    let named = |backend: Box<dyn Backend>| Selection { backend, why: String::new() };
+    let named = |device: Box<dyn Device>| Selection { device, why: String::new() };
     match choice {
         Choice::Cpu => match device {
             None | Some(0) => Ok(named(Box::new(cpu::Cpu::open(threads)?))),
@@ -46,19 +46,19 @@ pub fn open(
 
 fn auto(threads: Option<usize>) -> Result<Selection, BackendError> {
     let cuda = match cuda::Cuda::open(None) {
-        Ok(backend) => {
-            return Ok(Selection { backend: Box::new(backend), why: "auto: cuda comes first".to_owned() });
+        Ok(device) => {
+            return Ok(Selection { device: Box::new(device), why: "auto: cuda comes first".to_owned() });
         }
         Err(error) => first_line(&error),
     };
     let wgpu = match wgpu::Wgpu::open(None, wgpu::Route::PassThrough) {
-        Ok(backend) => {
-            return Ok(Selection { backend: Box::new(backend), why: format!("auto: {cuda}") });
+        Ok(device) => {
+            return Ok(Selection { device: Box::new(device), why: format!("auto: {cuda}") });
         }
         Err(error) => first_line(&error),
     };
-    let backend = cpu::Cpu::open(threads)?;
-    Ok(Selection { backend: Box::new(backend), why: format!("auto: {cuda}; {wgpu}") })
+    let device = cpu::Cpu::open(threads)?;
+    Ok(Selection { device: Box::new(device), why: format!("auto: {cuda}; {wgpu}") })
 }
 
 fn first_line(error: &BackendError) -> String {
@@ -66,7 +66,7 @@ fn first_line(error: &BackendError) -> String {
 }
 
 /// Returns every backend with its devices, or why it has none.
-pub fn list() -> Vec<(&'static str, Result<Vec<Device>, BackendError>)> {
+pub fn list() -> Vec<(&'static str, Result<Vec<DeviceInfo>, BackendError>)> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     vec![("cuda", cuda::devices()), ("wgpu", wgpu::devices()), ("cpu", Ok(vec![cpu::describe(threads)]))]
 }

@@ -1,24 +1,24 @@
-//! Host memory that a device copies rows of displayed pixels to: packed rows, or whole frames.
+//! Host memory that a device copies rows of an image to: packed rows, or whole frames.
 #![allow(
     unsafe_code,
     reason = "frames are filled by several processes at once; each block says why it is sound"
 )]
 
 use super::{HostMemory, RowSet};
+use bytemuck::Pod;
 use rayon::prelude::*;
 use std::marker::PhantomData;
-use std::ops::Range;
 use std::sync::Arc;
 
-/// Host memory for rows of an image, 4 bytes a pixel: packed, or at their places in the whole
-/// image.
+/// Host memory for rows of an image: packed, or at their places in the whole image.
 #[derive(Debug)]
 pub struct RowTarget<'a> {
-    first: *mut u32,
-    width: usize,
+    first: *mut u8,
+    /// Bytes of a row.
+    row: usize,
     rows: RowSet,
     packed: bool,
-    memory: PhantomData<&'a mut [u32]>,
+    memory: PhantomData<&'a mut [u8]>,
 }
 
 // SAFETY: nothing else reaches its rows, as with a `&mut [u32]` of each.
@@ -69,18 +69,32 @@ impl CopyRect {
     }
 }
 
+/// Number of bytes from which on another thread takes part in a copy.
+const MIN_COPY: usize = 1 << 16;
+
 impl<'a> RowTarget<'a> {
     /// Returns a target that packs rows of `width` pixels into `pixels`, which is resized to hold
     /// just these.
     pub fn packed(pixels: &'a mut Vec<u32>, width: u32, rows: &RowSet) -> Self {
-        let width = width as usize;
-        pixels.resize(width * rows.len() as usize, 0);
-        Self { first: pixels.as_mut_ptr(), width, rows: rows.clone(), packed: true, memory: PhantomData }
+        pixels.resize(width as usize * rows.len() as usize, 0);
+        Self::records(pixels, rows)
     }
 
-    /// Returns the number of pixels across.
-    pub fn width(&self) -> usize {
-        self.width
+    /// Returns a target that packs rows of records, equally many each, into `records`.
+    pub fn records<T: Pod>(records: &'a mut [T], rows: &RowSet) -> Self {
+        let row = size_of_val(records) / (rows.len() as usize).max(1);
+        let first = records.as_mut_ptr().cast();
+        Self { first, row, rows: rows.clone(), packed: true, memory: PhantomData }
+    }
+
+    /// Returns the same target for a shorter time.
+    pub fn reborrow(&mut self) -> RowTarget<'_> {
+        RowTarget { rows: self.rows.clone(), memory: PhantomData, ..*self }
+    }
+
+    /// Returns the number of bytes of a row.
+    pub fn row_bytes(&self) -> usize {
+        self.row
     }
 
     /// Returns the rows of the target.
@@ -91,33 +105,33 @@ impl<'a> RowTarget<'a> {
     /// Returns the address of the first row of a rectangle of [these rows](Self::rows), and the
     /// number of rows there from the start of a block to the start of the next. `before` is the
     /// number of the target's rows before the rectangle.
-    pub(crate) fn place(&mut self, grid: &CopyRect, before: u32) -> (*mut u32, u32) {
+    pub(crate) fn place(&mut self, grid: &CopyRect, before: u32) -> (*mut u8, u32) {
         let row = if self.packed { before } else { grid.start };
         let step = if self.packed { grid.length } else { grid.step };
         // SAFETY: the row is one of the target's, or one past its last if the rectangle is empty.
-        (unsafe { self.first.add(row as usize * self.width) }, step)
+        (unsafe { self.first.add(row as usize * self.row) }, step)
     }
 
-    /// Returns the index and the pixels of each row, in order.
-    pub fn each_row(&mut self) -> Vec<(u32, &mut [u32])> {
-        let (first, width, packed) = (self.first, self.width, self.packed);
+    /// Returns the index and the bytes of each row, in order.
+    pub fn each_row(&mut self) -> Vec<(u32, &mut [u8])> {
+        let (first, bytes, packed) = (self.first, self.row, self.packed);
         let rows = self.rows.iter().zip(0u32..);
         rows.map(|(row, index)| {
-            let at = if packed { index } else { row } as usize * width;
+            let at = if packed { index } else { row } as usize * bytes;
             // SAFETY: the memory has this row, which differs from all others; `self` stays borrowed
             // as long as any of them is used.
-            (row, unsafe { std::slice::from_raw_parts_mut(first.add(at), width) })
+            (row, unsafe { std::slice::from_raw_parts_mut(first.add(at), bytes) })
         })
         .collect()
     }
 
     /// Copies packed rows to the target.
-    pub fn copy_from(&mut self, pixels: &[u32]) {
-        let width = self.width.max(1);
+    pub fn copy_from(&mut self, bytes: &[u8]) {
+        let row = self.row.max(1);
         let rows = self.each_row();
         rows.into_par_iter()
-            .zip(pixels.par_chunks_exact(width))
-            .with_min_len(32)
+            .zip(bytes.par_chunks_exact(row))
+            .with_min_len(MIN_COPY.div_ceil(row))
             .for_each(|((_, to), from)| to.copy_from_slice(from));
     }
 }
@@ -170,8 +184,8 @@ impl FrameMemory {
     /// Nothing else reads or writes these rows of the frame as long as the target is used.
     pub unsafe fn target(&self, number: u32, rows: &RowSet) -> Option<RowTarget<'_>> {
         (rows.end() <= self.height && self.frames > 0).then(|| RowTarget {
-            first: self.frame(number),
-            width: self.width as usize,
+            first: self.frame(number).cast(),
+            row: self.width as usize * size_of::<u32>(),
             rows: rows.clone(),
             packed: false,
             memory: PhantomData,
@@ -192,7 +206,7 @@ impl FrameMemory {
     }
 }
 
-/// One frame in memory that can be [pinned](crate::Backend::pin), so that a device copies
+/// One frame in memory that can be [pinned](crate::Device::pin), so that a device copies
 /// to it directly.
 #[derive(Debug)]
 pub struct HostFrame(FrameMemory);
@@ -208,7 +222,7 @@ impl HostFrame {
         (self.0.width, self.0.height)
     }
 
-    /// Returns the memory, for [`Backend::pin`](crate::Backend::pin).
+    /// Returns the memory, for [`Device::pin`](crate::Device::pin).
     pub fn memory(&self) -> &Arc<HostMemory> {
         self.0.memory()
     }
@@ -218,8 +232,8 @@ impl HostFrame {
         // Whoever else holds the memory promises not to touch what this lends, and `&mut self`
         // lends it once at a time.
         RowTarget {
-            first: self.0.frame(0),
-            width: self.0.width as usize,
+            first: self.0.frame(0).cast(),
+            row: self.0.width as usize * size_of::<u32>(),
             rows: RowSet::from(0..self.0.height),
             packed: false,
             memory: PhantomData,
@@ -232,11 +246,6 @@ impl HostFrame {
         // beside `&self`.
         unsafe { self.0.read(0) }
     }
-}
-
-/// Returns the rows of the image that a display launch writes: from `first` to the end of `rows`.
-pub(crate) fn span(first: u32, rows: &RowSet) -> Range<u32> {
-    first..rows.end().max(first)
 }
 
 #[cfg(test)]
@@ -277,10 +286,11 @@ mod tests {
             // SAFETY: one target is used after the other.
             let mut target = unsafe { memory.target(5, share) }.unwrap();
             let pixels: Vec<u32> = share.iter().flat_map(|row| [value + row; 3]).collect();
-            target.copy_from(&pixels);
+            target.copy_from(bytemuck::cast_slice(&pixels));
             let mut packed = Vec::new();
             let mut target = RowTarget::packed(&mut packed, 3, share);
-            target.each_row().into_iter().for_each(|(row, to)| to.fill(value + row));
+            let rows = target.each_row().into_iter();
+            rows.for_each(|(row, to)| bytemuck::cast_slice_mut(to).fill(value + row));
             assert_eq!(packed, pixels);
         }
         // SAFETY: nothing writes.
@@ -301,7 +311,7 @@ mod tests {
         // SAFETY: nothing else has the memory.
         let whole = unsafe { memory.target(0, &rows) }.unwrap();
         for mut target in [RowTarget::packed(&mut pixels, 2, &rows), whole] {
-            let expected: Vec<(u32, *mut u32)> =
+            let expected: Vec<(u32, *mut u8)> =
                 target.each_row().into_iter().map(|(row, to)| (row, to.as_mut_ptr())).collect();
             let mut found = Vec::new();
             let mut before = 0;
@@ -310,7 +320,7 @@ mod tests {
                 before += grid.rows();
                 for block in 0..grid.count {
                     for row in 0..grid.length {
-                        let at = (block * step + row) as usize * 2;
+                        let at = (block * step + row) as usize * 2 * size_of::<u32>();
                         found.push((grid.start + block * grid.step + row, first.wrapping_add(at)));
                     }
                 }

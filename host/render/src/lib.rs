@@ -10,8 +10,8 @@
 //!
 //! let scene = scene::Scene::hello_world()?;
 //! let settings = render::Settings::of(&scene).size(32, 18).spp(4);
-//! let backend = device::cpu::Cpu::open(None)?;
-//! let mut renderer = render::Renderer::new(Box::new(backend), &scene)?;
+//! let cpu = device::cpu::Cpu::open(None)?;
+//! let mut renderer = render::Renderer::new(Box::new(cpu), &scene)?;
 //! let frame = renderer.render(&settings, &mut ())?;
 //! let image = frame.film.image();
 //! assert_eq!((image.width, image.height), (32, 18));
@@ -22,7 +22,7 @@
 //!
 //! A frame flows one way: scene file → [`scene`] → [`bvh`] and [`lights`] → [`render`], on a
 //! [`device`] → [`film`] → [`denoise`] → [`output`]. A [`render::Renderer`] drives a
-//! [`device::Backend`]: it uploads the scene once, launches the kernels over rows and chunks of
+//! [`device::Device`]: it uploads the scene once, launches the kernels over rows and chunks of
 //! samples, and adds the chunks to the film.
 //!
 //! | module | contents |
@@ -64,10 +64,10 @@
 //! # if !path.exists() { return Ok(()) } // a published crate has no scenes
 //! let scene = scene::Scene::load(path)?;
 //! let selection = device::open(device::Choice::Auto, None, None)?;
-//! let device = selection.backend.device();
-//! println!("{}: {} {}", device.backend, device.name, selection.why);
+//! let info = selection.device.info();
+//! println!("{}: {} {}", info.backend, info.name, selection.why);
 //! let settings = render::Settings::of(&scene).size(48, 27).spp(16);
-//! let frame = render::Renderer::new(selection.backend, &scene)?.render(&settings, &mut ())?;
+//! let frame = render::Renderer::new(selection.device, &scene)?.render(&settings, &mut ())?;
 //! let out = std::env::temp_dir().join(format!("trisect-example-{}.png", std::process::id()));
 //! output::write(&frame.film.image(), &out)?;
 //! # std::fs::remove_file(&out).ok();
@@ -151,6 +151,7 @@ pub mod error;
 pub mod film;
 pub mod layers;
 pub mod lights;
+mod passes;
 pub mod render;
 pub mod settings;
 pub mod stats;

@@ -12,7 +12,7 @@ use crate::film::FilmCounts;
 use crate::settings::Settings;
 use serde::Serialize;
 use std::time::Duration;
-use trisect_device::Device;
+use trisect_device::DeviceInfo;
 use trisect_device::{Schedule, Traversal};
 use trisect_kernels::Variant;
 
@@ -55,7 +55,7 @@ pub struct RenderStats {
     /// Name of the scene.
     pub scene: String,
     /// Device that rendered the image.
-    pub device: Device,
+    pub device: DeviceInfo,
     /// Reason for the backend, if the program chose it; otherwise empty.
     pub choice: String,
     /// Name of the kernel.
@@ -107,7 +107,7 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
-    pub(crate) fn new(device: &Device, settings: &Settings, variant: Variant, phases: Phases) -> Self {
+    pub(crate) fn new(device: &DeviceInfo, settings: &Settings, variant: Variant, phases: Phases) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),

@@ -1,6 +1,7 @@
 //! Compiles the crates with entry points for both targets, with `ptx` and `spirv`; called by
 //! `main`.
 
+use crate::entries::split;
 use crate::error::Error;
 use crate::package::Package;
 use crate::toolchain::Toolchain;
@@ -22,7 +23,7 @@ pub enum Kind {
     PtxFast,
 }
 
-/// Compiled module: in SPIR-V of one entry point, in PTX of all entry points of a crate.
+/// Compiled module of one entry point; of the probes' PTX, of all entry points.
 #[derive(Debug)]
 pub struct Artifact {
     /// Path of the file, from the workspace.
@@ -36,10 +37,10 @@ pub struct Artifact {
 const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
 const PROBES: Package = Package { name: "trisect-probes", folder: "tests/probes" };
 
-/// Returns the folders of SPIR-V, from the workspace: a file for each entry point, and nothing
-/// else.
-pub fn spirv_folders() -> [String; 2] {
-    [KERNELS, PROBES].map(|package| package.spirv_folder())
+/// Returns the folders, from the workspace, with a file for each entry point, and nothing else.
+pub fn entry_point_folders() -> [String; 4] {
+    let [kernels, probes] = [KERNELS, PROBES].map(|package| package.spirv_folder());
+    [kernels, probes, KERNELS.ptx_folder(false), KERNELS.ptx_folder(true)]
 }
 
 /// Compiles SPIR-V, precise PTX and, for the kernels, fast PTX. rust-gpu and spirv-opt are
@@ -57,17 +58,30 @@ pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
         std::env::set_var("CARGO_PROFILE_RELEASE_LTO", "off");
         std::env::remove_var("RUSTUP_TOOLCHAIN");
     }
-    let to_ptx = |name: &str, kind, package| {
-        let bytes = || ptx::module(root, toolchain, package, kind == Kind::PtxFast);
-        timed(name, bytes).map(|bytes| Artifact { name: name.to_owned(), kind, bytes })
+    let to_ptx = |kind, package: &Package| {
+        let fast = kind == Kind::PtxFast;
+        let what = format!("{} to {} PTX", package.name, if fast { "fast" } else { "precise" });
+        timed(&what, || ptx::module(root, toolchain, package, fast))
+    };
+    // A module for each entry point, because the driver compiles all of a module at once.
+    let kernels = |kind| -> Result<Vec<Artifact>, Error> {
+        let module = to_ptx(kind, &KERNELS)?;
+        let folder = KERNELS.ptx_folder(kind == Kind::PtxFast);
+        let file = |(name, text): (String, String)| Artifact {
+            name: format!("{folder}/{name}.ptx"),
+            kind,
+            bytes: text.into_bytes(),
+        };
+        Ok(split(&String::from_utf8_lossy(&module)).into_iter().map(file).collect())
     };
     let (spirv, ptx) = thread::scope(|scope| {
         let ptx = scope.spawn(|| {
-            Ok::<_, Error>([
-                to_ptx("kernels/prebuilt/trisect.precise.ptx", Kind::PtxPrecise, &KERNELS)?,
-                to_ptx("kernels/prebuilt/trisect.fast.ptx", Kind::PtxFast, &KERNELS)?,
-                to_ptx("tests/probes/prebuilt/probes.precise.ptx", Kind::PtxPrecise, &PROBES)?,
-            ])
+            let mut all = kernels(Kind::PtxPrecise)?;
+            all.extend(kernels(Kind::PtxFast)?);
+            // Tests load all probes at once.
+            let (name, kind) = ("tests/probes/prebuilt/probes.precise.ptx".to_owned(), Kind::PtxPrecise);
+            all.push(Artifact { name, kind, bytes: to_ptx(kind, &PROBES)? });
+            Ok::<_, Error>(all)
         });
         let spirv = [KERNELS, PROBES].map(|package| {
             let modules =

@@ -3,6 +3,7 @@
 pub mod audit;
 pub mod compile;
 pub mod contraction;
+pub mod entries;
 pub mod error;
 pub mod manifest;
 mod package;

@@ -1,7 +1,7 @@
 //! Manifest of the prebuilt kernels: hashes of their sources and of their files, settings, and
 //! versions of packages and tools. `main` writes it, and compares it with the sources.
 
-use crate::compile::{Artifact, spirv_folders};
+use crate::compile::{Artifact, entry_point_folders};
 use crate::error::Error;
 use crate::toolchain::Toolchain;
 use crate::{ptx, spirv};
@@ -98,7 +98,7 @@ pub fn compare(root: &Path, artifacts: &[Artifact], fresh: &Manifest) -> Result<
 /// Returns the modules of entry points that no longer exist.
 fn stray_modules(root: &Path, artifacts: &[Artifact]) -> Result<Vec<PathBuf>, Error> {
     let mut found = Vec::new();
-    for folder in spirv_folders() {
+    for folder in entry_point_folders() {
         let folder = root.join(folder);
         let error = |source| Error::Io { path: folder.clone(), source };
         fs::create_dir_all(&folder).map_err(error)?;
@@ -156,6 +156,7 @@ fn sources(root: &Path) -> Result<BTreeMap<String, String>, Error> {
         // Modules of this crate that hold options of the compilers.
         root.join("kernels/build/src/compile.rs"),
         root.join("kernels/build/src/contraction.rs"),
+        root.join("kernels/build/src/entries.rs"),
         root.join("kernels/build/src/ptx.rs"),
         root.join("kernels/build/src/spirv.rs"),
     ];

@@ -26,7 +26,7 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
     let outputs = Outputs::default().file("--json", arguments.json.as_deref());
     let mut session = Session::open(&arguments.job, &outputs)?;
     let mut first = FirstSubmission::default();
-    let gpu = session.renderer.backend().device().kind == DeviceKind::Gpu;
+    let gpu = session.renderer.device().info().kind == DeviceKind::Gpu;
     let warm_up = WarmUp { frames: WARM_UP, time: if gpu { SETTLE } else { Duration::ZERO } };
     session.settings.guides = denoise.is_some();
     if denoise.is_some() {

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::io;
 use std::path::Path;
 use std::process::{Command, ExitCode};
-use trisect::device::{self, BackendError, Choice, Device};
+use trisect::device::{self, BackendError, Choice, DeviceInfo};
 use trisect::film::{Film, FilmCounts};
 use trisect::memory;
 use trisect::metrics::{ImageView, compare};
@@ -110,7 +110,7 @@ fn devices() -> Result<Vec<Finding>, Error> {
     let settings = Settings { width: 64, height: 36, samples: 16, ..Settings::of(&scene) };
     let render = |choice: Choice, index: Option<usize>| -> Result<Film, Error> {
         let selection = device::open(choice, index, None)?;
-        Ok(Renderer::new(selection.backend, &scene)?.render(&settings, &mut ())?.film)
+        Ok(Renderer::new(selection.device, &scene)?.render(&settings, &mut ())?.film)
     };
     let cpu = render(Choice::Cpu, None)?;
     let mut findings = Vec::new();
@@ -137,8 +137,8 @@ fn devices() -> Result<Vec<Finding>, Error> {
 }
 
 /// Returns the finding for a device by comparing its image with that of the CPU.
-fn judge(part: &str, device: &Device, film: &Film, cpu: &Film) -> Result<Finding, Error> {
-    let Device { name, details, .. } = device;
+fn judge(part: &str, device: &DeviceInfo, film: &Film, cpu: &Film) -> Result<Finding, Error> {
+    let DeviceInfo { name, details, .. } = device;
     if film.pixels == cpu.pixels {
         let says = format!("{name} ({details}): the image is the processor's, bit for bit");
         return Ok(Finding::works(part, says));
@@ -229,7 +229,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
     use super::*;
-    use trisect::device::Backend;
+    use trisect::device::Device;
     use trisect::device::cpu::Cpu;
 
     #[test]
@@ -239,7 +239,7 @@ mod tests {
         let of = |seed| Settings { width: 64, height: 36, samples: 16, seed, ..Settings::of(&scene) };
         let mut film = |seed| renderer.render(&of(seed), &mut ()).unwrap().film;
         let (cpu, mut near, other) = (film(0), film(0), film(1));
-        let device = Cpu::open(None).unwrap().device().clone();
+        let device = Cpu::open(None).unwrap().info().clone();
         let state = |film: &Film| judge("cpu 0", &device, film, &cpu).unwrap().state;
         assert_eq!(state(&cpu), State::Works);
         // A few samples took another path.

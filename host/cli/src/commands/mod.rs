@@ -126,7 +126,7 @@ impl Loaded {
     ) -> Result<Session, trisect::Error> {
         let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
         let quality = job.bvh_quality;
-        let renderer = Renderer::with_quality(selection.backend, scene, quality)?;
+        let renderer = Renderer::with_quality(selection.device, scene, quality)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
         let notes = self.notes.clone();
         Ok(Session {
@@ -183,7 +183,7 @@ impl Session {
             (opened, _) => opened?,
         };
         let spare =
-            keep.fallback.map(|_| loaded).filter(|_| session.renderer.backend().device().backend != "cpu");
+            keep.fallback.map(|_| loaded).filter(|_| session.renderer.device().info().backend != "cpu");
         Ok(Self { digest, fallback_scene: spare, ..session })
     }
 

@@ -82,7 +82,7 @@ pub fn render_film(
         fit_to_cpu(settings);
         let session = loaded.on_cpu(&arguments.job);
         if let Ok(session) = &session {
-            watch.add_rounding(&arithmetic(session.renderer.backend().device(), settings.math));
+            watch.add_rounding(&arithmetic(session.renderer.device().info(), settings.math));
         }
         watch.rescue(film, arguments.log.quiet);
         Some(session.map(|session| session.renderer))
@@ -222,7 +222,7 @@ pub fn goal_text(session: &Session, request: Option<&Request>) -> String {
 
 /// Prints scene, image size, goal and device.
 pub fn announce(session: &Session, aim: &str) {
-    let device = session.renderer.backend().device();
+    let device = session.renderer.device().info();
     eprint(&format!("{}: {}x{}, {aim}", session.name, session.settings.width, session.settings.height));
     eprint(&format!("{}: {} ({})", device.backend, device.name, device.details));
     if !session.choice.is_empty() {

@@ -27,7 +27,7 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     if !selection.why.is_empty() {
         super::eprint(&selection.why);
     }
-    let mut plan = ReportPlan::new(selection.backend.device().kind, arguments.quick).up_to(arguments.spheres);
+    let mut plan = ReportPlan::new(selection.device.info().kind, arguments.quick).up_to(arguments.spheres);
     plan.math = arguments.math;
     if let Some(resolution) = arguments.resolution {
         (plan.width, plan.height) = resolution;
@@ -35,7 +35,7 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     plan.limit = arguments.time_limit.unwrap_or(plan.limit);
     let one_thread = Box::new(Cpu::open(Some(1))?);
     let report =
-        Report::measure(selection.backend, one_thread, &plan, &scenes, &mut |line| super::eprint(line))?;
+        Report::measure(selection.device, one_thread, &plan, &scenes, &mut |line| super::eprint(line))?;
     for file in report.write(out)? {
         super::eprint(&format!("wrote {}", file.display()));
     }

@@ -39,7 +39,7 @@ struct LabSetup {
     scene: Scene,
     base: Configuration,
     fast: bool,
-    backend: Box<dyn trisect::device::Backend>,
+    backend: Box<dyn trisect::device::Device>,
 }
 
 impl LabSetup {
@@ -47,9 +47,9 @@ impl LabSetup {
         let loaded = Loaded::read(job, outputs)?;
         loaded.warn();
         let selection = open(job.backend, job.device, job.threads)?;
-        let fast = selection.backend.device().backend != "cpu";
+        let fast = selection.device.info().backend != "cpu";
         let base = Configuration::base(&loaded.settings, job.bvh_quality);
-        Ok(Self { scene: loaded.scene, base, fast, backend: selection.backend })
+        Ok(Self { scene: loaded.scene, base, fast, backend: selection.device })
     }
 
     fn configurations(&self, knobs: &[String]) -> Result<Vec<Configuration>, TradeoffError> {

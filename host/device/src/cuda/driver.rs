@@ -1,21 +1,12 @@
 //! NVIDIA's driver and its devices. The driver's library is loaded at run time.
 
-use crate::{BackendError, Device, DeviceKind};
-use bytemuck::Pod;
-use cudarc::driver::{CudaContext, DeviceRepr, DriverError, result, sys};
+use crate::{BackendError, DeviceInfo, DeviceKind};
+use cudarc::driver::{CudaContext, DriverError, result, sys};
 use trisect_system::memory;
 
 /// Minimum CUDA version that the driver must support, as 1000 · major + 10 · minor: the oldest with
 /// all functions that this program calls.
 const MIN_DRIVER: i32 = 12_000;
-
-/// Record that is passed to a kernel by value.
-#[repr(transparent)]
-#[derive(Clone, Copy)]
-pub(super) struct Argument<T>(pub T);
-
-// SAFETY: `Argument` is transparent and `T` is plain data. Launches pass the kernel's own type.
-unsafe impl<T: Pod> DeviceRepr for Argument<T> {}
 
 pub(super) fn failed(action: &'static str) -> impl Fn(DriverError) -> BackendError {
     move |error| {
@@ -67,11 +58,11 @@ pub(super) fn probe() -> Result<usize, BackendError> {
 }
 
 /// Returns all CUDA devices, or why there are none.
-pub fn devices() -> Result<Vec<Device>, BackendError> {
+pub fn devices() -> Result<Vec<DeviceInfo>, BackendError> {
     (0..probe()?).map(describe).collect()
 }
 
-pub(super) fn describe(index: usize) -> Result<Device, BackendError> {
+pub(super) fn describe(index: usize) -> Result<DeviceInfo, BackendError> {
     let device = result::device::get(index as i32).map_err(failed("opening the device"))?;
     let name = result::device::get_name(device).map_err(failed("asking for the name"))?;
     // SAFETY: `device` comes from the driver.
@@ -94,5 +85,5 @@ pub(super) fn describe(index: usize) -> Result<Device, BackendError> {
         version / 1000,
         version % 1000 / 10
     );
-    Ok(Device { backend: "cuda", index, name, kind: DeviceKind::Gpu, details, timer: "CUDA events" })
+    Ok(DeviceInfo { backend: "cuda", index, name, kind: DeviceKind::Gpu, details, timer: "CUDA events" })
 }

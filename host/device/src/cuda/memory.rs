@@ -1,48 +1,70 @@
-//! Allocation of device memory on CUDA.
+//! Memory of the device on CUDA.
 
-use super::Cuda;
 use super::driver::failed;
+use super::{Cuda, NAME};
 use crate::BackendError;
-use bytemuck::Pod;
-use cudarc::driver::{CudaSlice, DevicePtrMut, result};
+use crate::Buffer;
+use crate::command::{check_range, handle};
+use cudarc::driver::{CudaSlice, DevicePtr, result};
 
 impl Cuda {
     /// Allocates memory whose content is undefined, at least one byte. `what` names it in an error.
-    pub(super) fn allocate(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
-        let (free, _) = self.stream.context().mem_get_info().map_err(failed("asking for free memory"))?;
-        if bytes > free {
-            let (needed, limit) = (bytes as u64, free as u64);
-            return Err(BackendError::TooLarge { backend: "cuda", what, needed, limit });
-        }
-        // SAFETY: each byte is written before its value is used: by a copy, a fill or a kernel.
-        unsafe { self.stream.alloc(bytes.max(1)) }.map_err(failed("allocating memory"))
-    }
-
-    pub(super) fn zeros(&self, bytes: usize, what: &'static str) -> Result<CudaSlice<u8>, BackendError> {
-        let mut memory = self.allocate(bytes, what)?;
-        self.stream.memset_zeros(&mut memory).map_err(failed("allocating memory"))?;
-        Ok(memory)
-    }
-
-    pub(super) fn copy<T: Pod>(
+    pub(super) fn allocate_bytes(
         &self,
-        records: &[T],
+        bytes: u64,
         what: &'static str,
     ) -> Result<CudaSlice<u8>, BackendError> {
-        let bytes: &[u8] = bytemuck::cast_slice(records);
-        let mut memory = self.allocate(bytes.len(), what)?;
-        if !bytes.is_empty() {
-            self.stream.memcpy_htod(bytes, &mut memory).map_err(failed("copying the scene"))?;
-        }
-        Ok(memory)
+        let (free, _) = self.stream.context().mem_get_info().map_err(failed("asking for free memory"))?;
+        let count = usize::try_from(bytes).ok().filter(|&count| count <= free);
+        let Some(count) = count else {
+            return Err(BackendError::TooLarge { backend: NAME, what, needed: bytes, limit: free as u64 });
+        };
+        // SAFETY: each byte is written before its value is used: by a copy, a fill or a kernel.
+        unsafe { self.stream.alloc(count.max(1)) }.map_err(failed("allocating memory"))
     }
 
-    /// Sets each byte of a film's sums or AOV sums to 0xff, as in their `UNWRITTEN`.
-    pub(super) fn erase(&self, film: &mut CudaSlice<u8>) -> Result<(), BackendError> {
-        let bytes = film.len();
-        let (pointer, _guard) = film.device_ptr_mut(&self.stream);
-        // SAFETY: the pointer is valid for `bytes` bytes.
-        unsafe { result::memset_d8_async(pointer, 0xff, bytes, self.stream.cu_stream()) }
-            .map_err(failed("erasing the film"))
+    /// Copies bytes to a buffer, and waits until the host's memory is no longer read.
+    pub(super) fn write_bytes(&self, to: &Buffer, first: u64, bytes: &[u8]) -> Result<(), BackendError> {
+        check_range(NAME, to, first, bytes.len() as u64)?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let (to, _guard) = handle::<CudaSlice<u8>>(to, NAME)?.device_ptr(&self.stream);
+        // SAFETY: the range was checked, and the copy has ended when this function returns.
+        unsafe { result::memcpy_htod_async(to + first, bytes, self.stream.cu_stream()) }
+            .map_err(failed("copying to the device"))?;
+        self.stream.synchronize().map_err(failed("copying to the device"))
+    }
+
+    /// Starts setting bytes of a buffer.
+    pub(super) fn fill(
+        &self,
+        buffer: &Buffer,
+        first: u64,
+        bytes: u64,
+        value: u8,
+    ) -> Result<(), BackendError> {
+        check_range(NAME, buffer, first, bytes)?;
+        if bytes == 0 {
+            return Ok(());
+        }
+        let (at, _guard) = handle::<CudaSlice<u8>>(buffer, NAME)?.device_ptr(&self.stream);
+        // SAFETY: the range was checked.
+        unsafe { result::memset_d8_async(at + first, value, bytes as usize, self.stream.cu_stream()) }
+            .map_err(failed("filling memory"))
+    }
+
+    /// Starts copying bytes from the start of a buffer to the start of another.
+    pub(super) fn copy(&self, from: &Buffer, to: &Buffer, bytes: u64) -> Result<(), BackendError> {
+        check_range(NAME, from, 0, bytes)?;
+        check_range(NAME, to, 0, bytes)?;
+        if bytes == 0 {
+            return Ok(());
+        }
+        let (from, _read) = handle::<CudaSlice<u8>>(from, NAME)?.device_ptr(&self.stream);
+        let (to, _written) = handle::<CudaSlice<u8>>(to, NAME)?.device_ptr(&self.stream);
+        // SAFETY: the ranges were checked.
+        unsafe { result::memcpy_dtod_async(to, from, bytes as usize, self.stream.cu_stream()) }
+            .map_err(failed("copying on the device"))
     }
 }

@@ -1,10 +1,10 @@
 //! Copies from the device to host memory, which are faster if the memory is pinned (page-locked).
 
 use super::driver::failed;
-use super::{Cuda, not_prepared};
-use crate::BackendError;
+use super::{Cuda, NAME};
+use crate::command::{check_rows, handle};
 use crate::target::CopyRect;
-use crate::{HostMemory, RowSet, RowTarget};
+use crate::{BackendError, Buffer, HostMemory, RowTarget};
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, sys};
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -57,91 +57,48 @@ impl Drop for Pinned {
 }
 
 impl Cuda {
-    /// Copies rows of an image's per-pixel records from the device to `to`, packed.
-    pub(super) fn read_rows(
-        &self,
-        rows: &RowSet,
-        from: &CudaSlice<u8>,
-        to: &mut [u8],
-    ) -> Result<(), BackendError> {
-        let row = to.len() / (rows.len() as usize).max(1);
-        let mut rest = to;
-        self.read_grids(rows, from, row, |grid, _| {
-            let (part, after) = std::mem::take(&mut rest).split_at_mut(grid.rows() as usize * row);
-            rest = after;
-            (part.as_mut_ptr(), grid.length)
-        })
-    }
-
-    /// Copies rows of an image of 4 bytes a pixel from the device to their places in the target.
-    pub(super) fn read_target(
-        &self,
-        from: &CudaSlice<u8>,
-        to: &mut RowTarget<'_>,
-    ) -> Result<(), BackendError> {
-        let (rows, row) = (to.rows().clone(), to.width() * 4);
-        self.read_grids(&rows, from, row, |grid, before| {
-            let (first, step) = to.place(grid, before);
-            (first.cast(), step)
-        })
-    }
-
-    /// Copies the rectangles of `rows`, whose rows have `row` bytes. `place` gets a rectangle and
-    /// the number of rows before it; it returns the address of the rectangle's first byte on the
-    /// host, and the number of rows there from the start of a block of rows to the start of the
-    /// next.
-    fn read_grids(
-        &self,
-        rows: &RowSet,
-        from: &CudaSlice<u8>,
-        row: usize,
-        mut place: impl FnMut(&CopyRect, u32) -> (*mut u8, u32),
-    ) -> Result<(), BackendError> {
-        if from.len() < rows.end() as usize * row {
-            return Err(not_prepared());
-        }
+    /// Starts copying rows of an image's per-pixel records to the host. The target must live until
+    /// the stream was synchronised.
+    pub(super) fn read(&self, from: &Buffer, to: &mut RowTarget<'_>) -> Result<(), BackendError> {
+        check_rows(NAME, from, to)?;
+        let (rows, row) = (to.rows().clone(), to.row_bytes());
         let most = u32::try_from(MAX_PITCH / row.max(1)).unwrap_or(u32::MAX);
         let mut before = 0;
-        {
-            let (device, _guard) = from.device_ptr(&self.stream);
-            for grid in CopyRect::all(rows, most) {
-                let (to, step) = place(&grid, before);
-                before += grid.rows();
-                // A block of rows is copied as one row of the rectangle; a block longer than the
-                // maximum pitch is copied row by row.
-                let block = grid.length as usize * row;
-                let (width, height, pitches) = match block <= MAX_PITCH {
-                    true => (block, grid.count as usize, (grid.step as usize * row, step as usize * row)),
-                    false => (row, grid.length as usize, (row, row)),
-                };
-                let copy = sys::CUDA_MEMCPY2D {
-                    srcXInBytes: 0,
-                    srcY: 0,
-                    srcMemoryType: sys::CUmemorytype::CU_MEMORYTYPE_DEVICE,
-                    srcHost: std::ptr::null(),
-                    srcDevice: device + grid.start as u64 * row as u64,
-                    srcArray: std::ptr::null_mut(),
-                    srcPitch: pitches.0,
-                    dstXInBytes: 0,
-                    dstY: 0,
-                    dstMemoryType: sys::CUmemorytype::CU_MEMORYTYPE_HOST,
-                    dstHost: to.cast(),
-                    dstDevice: 0,
-                    dstArray: std::ptr::null_mut(),
-                    dstPitch: pitches.1,
-                    WidthInBytes: width,
-                    Height: height,
-                };
-                // SAFETY: the image has these rows, as was checked. The host memory has them by the
-                // contract of `place`, which lends it until the end of this function, when all
-                // copies have ended.
-                let started = unsafe { sys::cuMemcpy2DAsync_v2(&raw const copy, self.stream.cu_stream()) };
-                if let Err(error) = started.result() {
-                    let _ = self.stream.synchronize();
-                    return Err(failed("reading the film")(error));
-                }
-            }
+        let (device, _guard) = handle::<CudaSlice<u8>>(from, NAME)?.device_ptr(&self.stream);
+        for grid in CopyRect::all(&rows, most) {
+            let (first, step) = to.place(&grid, before);
+            before += grid.rows();
+            // A block of rows is copied as one row of the rectangle; a block longer than the
+            // maximum pitch is copied row by row.
+            let block = grid.length as usize * row;
+            let (width, height, pitches) = match block <= MAX_PITCH {
+                true => (block, grid.count as usize, (grid.step as usize * row, step as usize * row)),
+                false => (row, grid.length as usize, (row, row)),
+            };
+            let copy = sys::CUDA_MEMCPY2D {
+                srcXInBytes: 0,
+                srcY: 0,
+                srcMemoryType: sys::CUmemorytype::CU_MEMORYTYPE_DEVICE,
+                srcHost: std::ptr::null(),
+                srcDevice: device + grid.start as u64 * row as u64,
+                srcArray: std::ptr::null_mut(),
+                srcPitch: pitches.0,
+                dstXInBytes: 0,
+                dstY: 0,
+                dstMemoryType: sys::CUmemorytype::CU_MEMORYTYPE_HOST,
+                dstHost: first.cast(),
+                dstDevice: 0,
+                dstArray: std::ptr::null_mut(),
+                dstPitch: pitches.1,
+                WidthInBytes: width,
+                Height: height,
+            };
+            // SAFETY: the image has these rows, as was checked, and the target has places for them
+            // until the stream was synchronised.
+            unsafe { sys::cuMemcpy2DAsync_v2(&raw const copy, self.stream.cu_stream()) }
+                .result()
+                .map_err(failed("reading from the device"))?;
         }
-        self.stream.synchronize().map_err(failed("reading the film"))
+        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Adapters of wgpu, and the device opened on one, whose errors are kept instead of panicking.
 
-use crate::{BackendError, Device, DeviceKind};
+use crate::{BackendError, DeviceInfo, DeviceKind};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use wgpu::{
     Adapter, Backend, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor,
@@ -58,14 +58,14 @@ fn features(backend: Backend, offered: Features) -> Features {
     }
 }
 
-fn describe(index: usize, adapter: &Adapter) -> Device {
+fn describe(index: usize, adapter: &Adapter) -> DeviceInfo {
     let info = adapter.get_info();
     let kind = if info.device_type == DeviceType::Cpu { DeviceKind::SoftwareGpu } else { DeviceKind::Gpu };
     let details: Vec<String> = [format!("{:?}", info.backend), info.driver, info.driver_info]
         .into_iter()
         .filter(|part| !part.is_empty())
         .collect();
-    Device {
+    DeviceInfo {
         backend: "wgpu",
         index,
         name: info.name,
@@ -87,13 +87,13 @@ fn none() -> BackendError {
 }
 
 /// Returns all adapters, or why there are none.
-pub fn devices() -> Result<Vec<Device>, BackendError> {
-    let devices: Vec<Device> = adapters().iter().enumerate().map(|(i, a)| describe(i, a)).collect();
+pub fn devices() -> Result<Vec<DeviceInfo>, BackendError> {
+    let devices: Vec<DeviceInfo> = adapters().iter().enumerate().map(|(i, a)| describe(i, a)).collect();
     if devices.is_empty() { Err(none()) } else { Ok(devices) }
 }
 
 /// Opens the adapter with this index, or the best hardware one.
-pub(super) fn open(index: Option<usize>) -> Result<(Device, Gpu), BackendError> {
+pub(super) fn open(index: Option<usize>) -> Result<(DeviceInfo, Gpu), BackendError> {
     let adapters = adapters();
     if adapters.is_empty() {
         return Err(none());

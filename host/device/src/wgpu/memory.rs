@@ -1,85 +1,62 @@
-//! Buffers on the device, and copies between them.
+//! Buffers on the device, and those through which the host reads and writes them.
 
-use super::{Film, MIN_BUFFER, SCENE_USAGE, Wgpu};
+use super::adapter::Gpu;
+use super::{MIN_BUFFER, NAME};
 use crate::BackendError;
-use crate::RowSet;
-use bytemuck::Pod;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages};
 
-impl Wgpu {
+impl Gpu {
     /// Creates a buffer, after comparing its size with the adapter's limits.
-    pub(super) fn buffer(
+    pub fn buffer(
         &self,
         bytes: u64,
         usage: BufferUsages,
         what: &'static str,
     ) -> Result<Buffer, BackendError> {
-        let limits = self.gpu.device.limits();
+        let limits = self.device.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         if bytes > limit {
-            return Err(BackendError::TooLarge { backend: "wgpu", what, needed: bytes, limit });
+            return Err(BackendError::TooLarge { backend: NAME, what, needed: bytes, limit });
         }
-        let size = bytes.max(MIN_BUFFER);
-        let buffer = self.gpu.device.create_buffer(&BufferDescriptor {
-            label: Some(what),
-            size,
-            usage,
-            mapped_at_creation: false,
-        });
-        self.gpu.check("allocating memory")?;
+        let size = bytes.max(MIN_BUFFER).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let descriptor = BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
+        let buffer = self.device.create_buffer(&descriptor);
+        self.check("allocating memory")?;
         Ok(buffer)
     }
+}
 
-    pub(super) fn store<T: Pod>(&self, records: &[T], what: &'static str) -> Result<Buffer, BackendError> {
-        let bytes: &[u8] = bytemuck::cast_slice(records);
-        let buffer = self.buffer(bytes.len() as u64, SCENE_USAGE, what)?;
-        self.gpu.queue.write_buffer(&buffer, 0, bytes);
-        Ok(buffer)
+/// Number of buffers that a pool keeps: those of sums and AOV sums, of a denoised image, and of one
+/// for a display.
+const KEPT: usize = 4;
+
+/// Host-visible buffers of one usage. They are kept, because creating one takes longer than a copy.
+pub(super) struct Pool {
+    usage: BufferUsages,
+    /// Buffers that are not in use; the last was used last.
+    buffers: Vec<Buffer>,
+}
+
+impl Pool {
+    /// Creates an empty pool.
+    pub fn new(usage: BufferUsages) -> Self {
+        Self { usage, buffers: Vec::new() }
     }
 
-    pub(super) fn copy(&self, from: &Buffer, to: &Buffer, action: &'static str) -> Result<(), BackendError> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check(action)
+    /// Takes a buffer of at least `bytes` bytes, and at most twice as many, or creates one.
+    pub fn take(&mut self, gpu: &Gpu, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
+        let bytes = bytes.max(MIN_BUFFER);
+        let fits = |buffer: &Buffer| buffer.size() >= bytes && buffer.size() / 2 <= bytes;
+        match self.buffers.iter().position(fits) {
+            Some(index) => Ok(self.buffers.remove(index)),
+            None => gpu.buffer(bytes, self.usage, what),
+        }
     }
 
-    /// Copies rows of an image's per-pixel records, `bytes` bytes in all, packed to a staging
-    /// buffer.
-    pub(super) fn copy_rows(
-        &self,
-        rows: &RowSet,
-        from: &Buffer,
-        to: &Buffer,
-        bytes: usize,
-    ) -> Result<(), BackendError> {
-        let row = (bytes / (rows.len() as usize).max(1)) as u64;
-        if from.size() < u64::from(rows.end()) * row || to.size() < bytes as u64 {
-            return Err(self.misuse("the rows are outside the prepared film"));
-        }
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut done = 0;
-        for block in rows.blocks() {
-            let length = block.len() as u64 * row;
-            encoder.copy_buffer_to_buffer(from, u64::from(block.start) * row, to, done, length);
-            done += length;
-        }
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check("reading the film")
-    }
-
-    /// Resets the AOV sums to `UNWRITTEN`. Its bytes are 0xff, like those of the film's unwritten
-    /// sums, from which they are copied.
-    pub(super) fn erase_aovs(&self, film: &Film) -> Result<(), BackendError> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (ones, guides) = (&film.unwritten, &film.aovs.records);
-        let mut done = 0;
-        while done < guides.size() {
-            let part = ones.size().min(guides.size() - done);
-            encoder.copy_buffer_to_buffer(ones, 0, guides, done, part);
-            done += part;
-        }
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.check("erasing the AOV sums")
+    /// Gives buffers back.
+    pub fn put(&mut self, buffers: impl IntoIterator<Item = Buffer>) {
+        self.buffers.extend(buffers);
+        let surplus = self.buffers.len().saturating_sub(KEPT);
+        self.buffers.drain(..surplus);
     }
 }

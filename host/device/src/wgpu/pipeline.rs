@@ -1,33 +1,41 @@
 //! Compiles entry points of the SPIR-V kernels to wgpu compute pipelines, on first use, and binds
-//! their buffers. Rendering, the denoiser and the display each have [`Pipelines`] of their own,
-//! because their bind group layouts differ.
+//! their buffers. Entry points with the same numbers of arrays share a bind group layout.
 
-use super::Route;
 use super::adapter::Gpu;
-use crate::BackendError;
-use crate::MathMode;
+use super::{NAME, Route};
+use crate::command::handles;
+use crate::{BackendError, Dispatch, MathMode};
 use std::collections::HashMap;
-use trisect_kernels::{spirv, workgroup};
+use std::num::NonZero;
+use trisect_kernels::{EntryPoint, spirv, workgroup};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
-    BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline, ComputePipelineDescriptor,
-    Device, Features, PipelineLayout, PipelineLayoutDescriptor, ShaderModule, ShaderModuleDescriptor,
-    ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
+    BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBinding, BufferBindingType,
+    ComputePipeline, ComputePipelineDescriptor, Device, Features, PipelineLayout, PipelineLayoutDescriptor,
+    ShaderModule, ShaderModuleDescriptor, ShaderModuleDescriptorPassthrough, ShaderSource, ShaderStages,
 };
 
-/// Bind group layout that some entry points share, and the pipelines compiled so far, by entry
-/// point and math mode.
+/// Bytes from the launch parameters of one launch to those of the next, in their common buffer: at
+/// least any record's size, and a multiple of any device's alignment of uniforms.
+pub(super) const PARAMS_STRIDE: u64 = 512;
+
+/// Bind group layout, and the pipeline layout with only this group.
+struct Layout {
+    bindings: BindGroupLayout,
+    pipeline: PipelineLayout,
+}
+
+/// Layouts by numbers of arrays, and the pipelines compiled so far, by entry point and math mode.
 pub(super) struct Pipelines {
     route: Route,
-    bindings: BindGroupLayout,
-    layout: PipelineLayout,
+    layouts: HashMap<(usize, usize), Layout>,
     compiled: HashMap<(&'static str, MathMode), ComputePipeline>,
 }
 
-impl Pipelines {
+impl Layout {
     /// Creates a layout of launch parameters, `read` read-only arrays and `written` writable ones,
     /// in the order of their bindings.
-    pub fn new(gpu: &Gpu, route: Route, read: usize, written: usize) -> Result<Self, BackendError> {
+    fn new(device: &Device, read: usize, written: usize) -> Self {
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -38,16 +46,21 @@ impl Pipelines {
         let kinds =
             [BufferBindingType::Uniform].into_iter().chain(arrays(true, read)).chain(arrays(false, written));
         let entries: Vec<_> = (0u32..).zip(kinds).map(|(binding, kind)| entry(binding, kind)).collect();
-        let bindings = gpu
-            .device
-            .create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let layout = gpu.device.create_pipeline_layout(&PipelineLayoutDescriptor {
+        let bindings =
+            device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let pipeline = device.create_pipeline_layout(&PipelineLayoutDescriptor {
             label: None,
             bind_group_layouts: &[Some(&bindings)],
             ..Default::default()
         });
-        gpu.check("loading the kernels")?;
-        Ok(Self { route, bindings, layout, compiled: HashMap::new() })
+        Self { bindings, pipeline }
+    }
+}
+
+impl Pipelines {
+    /// Returns no pipelines yet.
+    pub fn new(route: Route) -> Self {
+        Self { route, layouts: HashMap::new(), compiled: HashMap::new() }
     }
 
     /// Returns whether the driver gets SPIR-V, without translation by naga.
@@ -56,41 +69,51 @@ impl Pipelines {
     }
 
     /// Compiles an entry point unless that was done before.
-    pub fn compile(&mut self, gpu: &Gpu, entry: &'static str, math: MathMode) -> Result<(), BackendError> {
-        if !self.compiled.contains_key(&(entry, math)) {
-            let module = module(&gpu.device, self.route, entry, math)?;
-            let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&self.layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            });
-            gpu.check("compiling the kernels")?;
-            self.compiled.insert((entry, math), pipeline);
+    pub fn compile(&mut self, gpu: &Gpu, of: EntryPoint, math: MathMode) -> Result<(), BackendError> {
+        if self.compiled.contains_key(&(of.name, math)) {
+            return Ok(());
         }
+        let layout = self
+            .layouts
+            .entry((of.reads, of.writes))
+            .or_insert_with(|| Layout::new(&gpu.device, of.reads, of.writes));
+        let module = module(&gpu.device, self.route, of.name, math)?;
+        let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: Some(of.name),
+            layout: Some(&layout.pipeline),
+            module: &module,
+            entry_point: Some(of.name),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        gpu.check("compiling the kernels")?;
+        self.compiled.insert((of.name, math), pipeline);
         Ok(())
     }
 
-    /// Returns a pipeline that [`Pipelines::compile`] made.
-    pub fn get(&self, entry: &'static str, math: MathMode) -> Result<&ComputePipeline, BackendError> {
-        self.compiled
-            .get(&(entry, math))
-            .ok_or_else(|| failed("rendering", format!("the kernel {entry} was not compiled")))
-    }
-
-    /// Binds the launch parameters and the arrays, in the order of their bindings.
-    pub fn bind<'a>(&self, device: &Device, buffers: impl IntoIterator<Item = &'a Buffer>) -> BindGroup {
+    /// Returns the pipeline of a launch, which [`Pipelines::compile`] made, and its bindings:
+    /// launch parameters at a place of `params`, then the arrays.
+    pub fn bind(
+        &self,
+        device: &Device,
+        launch: &Dispatch<'_>,
+        (params, place): (&Buffer, u64),
+    ) -> Result<(&ComputePipeline, BindGroup), BackendError> {
+        let of = launch.entry_point;
+        let compiled = self.compiled.get(&(of.name, launch.math));
+        let (Some(pipeline), Some(layout)) = (compiled, self.layouts.get(&(of.reads, of.writes))) else {
+            return Err(failed("rendering", format!("the kernel {} was not compiled", of.name)));
+        };
+        let size = NonZero::new(of.params as u64);
+        let params = BufferBinding { buffer: params, offset: place, size };
+        let arrays = handles::<Buffer>(launch, NAME)?;
+        let arrays = arrays.into_iter().map(Buffer::as_entire_binding).take(of.reads + of.writes);
         let entries: Vec<BindGroupEntry> = (0u32..)
-            .zip(buffers)
-            .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .zip([BindingResource::Buffer(params)].into_iter().chain(arrays))
+            .map(|(binding, resource)| BindGroupEntry { binding, resource })
             .collect();
-        device.create_bind_group(&BindGroupDescriptor {
-            label: None,
-            layout: &self.bindings,
-            entries: &entries,
-        })
+        let descriptor = BindGroupDescriptor { label: None, layout: &layout.bindings, entries: &entries };
+        Ok((pipeline, device.create_bind_group(&descriptor)))
     }
 }
 
@@ -137,8 +160,8 @@ fn module(
         }];
         // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded
         // bytes with the manifest; `contractible` only removes decorations. Callers of
-        // `Pipelines::new` give the numbers of bindings that the module declares. The host proves
-        // the indices that kernels use: see `trisect_shared::buffer`.
+        // `Pipelines::compile` give the numbers of bindings that the module declares. The host
+        // proves the indices that kernels use: see `trisect_shared::buffer`.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]
         let module = unsafe {
             device.create_shader_module_passthrough(ShaderModuleDescriptorPassthrough {

@@ -5,15 +5,10 @@ use super::adapter::Gpu;
 use crate::BackendError;
 use rayon::prelude::*;
 use std::sync::mpsc;
-use wgpu::{Buffer, BufferUsages, MapMode, WriteOnly};
+use wgpu::{Buffer, MapMode, WriteOnly};
 
 /// Number of bytes that a thread copies at a time.
 const PART: usize = 1 << 16;
-
-/// Buffer through which large writes go. It is kept, because creating it takes longer than the
-/// copy.
-#[derive(Default)]
-pub(super) struct Upload(Option<Buffer>);
 
 fn failed(action: &'static str, error: &dyn std::fmt::Display) -> BackendError {
     BackendError::Device { backend: "wgpu", action, message: error.to_string() }
@@ -79,25 +74,15 @@ fn fill(to: WriteOnly<'_, [u8]>, from: &[u8]) {
 }
 
 impl Wgpu {
-    /// Writes `bytes` to the start of the buffer `to`.
-    pub(super) fn write(
-        &self,
-        upload: &mut Upload,
+    /// Writes `bytes` to the buffer `to`, from its byte `first` on, through a mapped buffer.
+    pub(super) fn write_through(
+        &mut self,
         to: &Buffer,
+        first: u64,
         bytes: &[u8],
-        action: &'static str,
     ) -> Result<(), BackendError> {
-        let length = bytes.len() as u64;
-        if length == 0 {
-            return Ok(());
-        }
-        let through = match upload.0.take() {
-            Some(buffer) if buffer.size() == to.size() => buffer,
-            other => {
-                drop(other); // freed before the new one is allocated
-                self.buffer(to.size(), BufferUsages::MAP_WRITE | BufferUsages::COPY_SRC, "the film")?
-            }
-        };
+        let (action, length) = ("copying to the device", bytes.len() as u64);
+        let through = self.uploads.take(&self.gpu, length, "a copy to the device")?;
         self.gpu.make_mapped(&through, MapMode::Write, length, action)?;
         let mut view =
             through.slice(..length).get_mapped_range_mut().map_err(|error| failed(action, &error))?;
@@ -105,9 +90,9 @@ impl Wgpu {
         drop(view);
         through.unmap();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&through, 0, to, 0, length);
+        encoder.copy_buffer_to_buffer(&through, 0, to, first, length);
         self.gpu.queue.submit([encoder.finish()]);
-        upload.0 = Some(through);
+        self.uploads.put([through]);
         self.gpu.check(action)
     }
 }

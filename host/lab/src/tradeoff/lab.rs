@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 use trisect::adaptive::{self, Adaptive, Free, Goal, Request};
 use trisect::bvh::BvhQuality;
-use trisect::device::{Backend, BackendError};
+use trisect::device::{BackendError, Device};
 use trisect::image::Image;
 use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
@@ -29,7 +29,7 @@ const MIN_TIME_SHARE: f64 = 0.9;
 /// filter.
 pub struct Lab<'a> {
     pub(super) scene: &'a Scene,
-    backend: Option<Box<dyn Backend>>,
+    backend: Option<Box<dyn Device>>,
     built: Option<((Option<BvhQuality>, bool), Renderer)>,
 }
 
@@ -49,7 +49,7 @@ impl ImageTiming {
 
 impl<'a> Lab<'a> {
     /// Creates a lab for a scene on a device. Nothing is uploaded before the first render.
-    pub fn new(scene: &'a Scene, backend: Box<dyn Backend>) -> Self {
+    pub fn new(scene: &'a Scene, backend: Box<dyn Device>) -> Self {
         Self { scene, backend: Some(backend), built: None }
     }
 
@@ -61,7 +61,7 @@ impl<'a> Lab<'a> {
     pub fn renderer(&mut self, mode: &Configuration) -> Result<&mut Renderer, Error> {
         let wanted = (mode.quality, mode.nearest);
         if self.built.as_ref().is_none_or(|(built, _)| *built != wanted) {
-            let before = self.built.take().map(|(_, renderer)| renderer.into_backend());
+            let before = self.built.take().map(|(_, renderer)| renderer.into_device());
             let Some(backend) = before.or_else(|| self.backend.take()) else { return Err(lost()) };
             let renderer = match mode.nearest {
                 false => Renderer::with_quality(backend, self.scene, mode.quality)?,

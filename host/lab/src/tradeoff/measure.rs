@@ -67,7 +67,7 @@ impl Lab<'_> {
             );
         };
         let start = Instant::now();
-        let device = self.renderer(base)?.backend().device().clone();
+        let device = self.renderer(base)?.device().info().clone();
         let mut found = SweepResult {
             points: Vec::new(),
             absent: vec![None; sweep.configurations.len()],

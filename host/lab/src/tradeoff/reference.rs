@@ -140,7 +140,7 @@ impl Reference {
         let settings = settings_of(settings);
         let (halves, noise, seconds) =
             adaptive::render_dual_buffers(renderer, &settings, goal, Adaptive::Auto, observer)?;
-        let device = renderer.backend().device();
+        let device = renderer.device().info();
         let facts = ReferenceInfo {
             hash: hash(scene, &settings, quality),
             version: env!("CARGO_PKG_VERSION").to_owned(),

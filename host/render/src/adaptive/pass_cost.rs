@@ -62,7 +62,7 @@ pub(super) fn calibrate(
     mut halves: DualBuffers,
     observer: &mut dyn RenderObserver,
 ) -> Result<(DualBuffers, Option<Calibration>), Error> {
-    if renderer.backend().device().kind != DeviceKind::Gpu {
+    if renderer.device().info().kind != DeviceKind::Gpu {
         return Ok((halves, None));
     }
     renderer.pin_chunks(plain.pixels() as usize, with_guides.guides);

@@ -136,7 +136,7 @@ pub(super) fn warm_up(
 
 /// Returns rows for trials, evenly spread over the image.
 fn trial_rows(renderer: &Renderer, settings: &Settings) -> RowSet {
-    let least = match renderer.backend().device().kind {
+    let least = match renderer.device().info().kind {
         DeviceKind::Gpu => BUSY_PIXELS.div_ceil(u64::from(settings.width)) as u32,
         _ => MIN_TRIAL_ROWS,
     };

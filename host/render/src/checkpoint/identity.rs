@@ -7,7 +7,7 @@ use crate::error::Difference;
 use crate::render::{Fingerprint, MathMode, Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use trisect_device::Device;
+use trisect_device::DeviceInfo;
 
 /// Separator between the arithmetics of a film that several devices rendered.
 const AND: &str = " and ";
@@ -32,7 +32,7 @@ pub struct Identity {
 }
 
 /// Returns the name of a device's arithmetic: devices that round alike have the same name.
-pub fn arithmetic(device: &Device, math: MathMode) -> String {
+pub fn arithmetic(device: &DeviceInfo, math: MathMode) -> String {
     match (device.backend, math) {
         // The CPU's bits, on any device.
         ("cpu" | "cuda", MathMode::Precise) => "precise".to_owned(),
@@ -55,7 +55,7 @@ impl Identity {
         renderer: &Renderer,
     ) -> Self {
         let prepared = renderer.prepared_crc(settings.width, settings.height);
-        let arithmetic = arithmetic(renderer.backend().device(), settings.math);
+        let arithmetic = arithmetic(renderer.device().info(), settings.math);
         let Fingerprint { version, kernels, scene, mut settings } =
             Fingerprint::new(scene, settings, quality);
         // Part of the arithmetic, of which a film may have several.

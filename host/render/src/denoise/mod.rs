@@ -1,6 +1,6 @@
 //! Denoising: filters with their parameters, and the passes (kernel launches) that they consist of.
 //!
-//! A [`Renderer`](crate::render::Renderer) runs the passes on a backend, over a film or over live
+//! A [`Renderer`](crate::render::Renderer) runs the passes on a device, over a film or over live
 //! frames. The kernels are in [`trisect_shared::denoise`].
 
 mod error;
@@ -9,10 +9,10 @@ mod temporal;
 mod view;
 
 pub use error::DenoiseError;
+pub use passes::{Kernel, Pass};
 pub(crate) use passes::{passes, reach, store_pass};
 pub(crate) use temporal::TemporalInputs;
 pub use temporal::TemporalSettings;
-pub use trisect_device::{DisplayLaunch, Kernel, Pass};
 pub(crate) use view::FrameView;
 
 use crate::film::{Film, TASK};

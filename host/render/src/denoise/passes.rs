@@ -1,15 +1,92 @@
 //! Passes of the denoiser over an image: the kernel launches of a filter, in order, with their
-//! parameters. A renderer makes them, and a backend runs them.
+//! parameters. A renderer makes them, and a device runs them.
 
 use super::temporal::TemporalInputs;
 use super::view::FrameView;
-use super::{DenoiseSettings, Filter, LEVELS, stop_factor};
+use super::{DenoiseSettings, Filter, stop_factor};
 use std::ops::Range;
-use trisect_device::{Kernel, MAX_PASSES, Pass};
-use trisect_shared::denoise::{DenoiseParams, NEIGHBOURHOOD_RADIUS};
+use trisect_shared::denoise::{DenoiseParams, NEIGHBOURHOOD_RADIUS, PIXELS_PER_THREAD};
 
-// Three passes come before the levels, and one after them.
-const _: () = assert!(*LEVELS.end() + 4 <= MAX_PASSES);
+/// Kernel of the denoiser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kernel {
+    /// Adds the frame's sums to those of earlier frames.
+    Add,
+    /// Divides the mean radiance by the albedo, and writes the G-buffer.
+    Demodulate,
+    /// Estimates the variance from the neighbourhood.
+    Estimate,
+    /// Reprojects the history of earlier frames, and estimates the variance.
+    Reproject,
+    /// Filters one level with fixed edge stopping.
+    Atrous,
+    /// Filters one level with edge stopping by variance.
+    Svgf,
+    /// Multiplies by the albedo.
+    Remodulate,
+}
+
+impl Kernel {
+    /// Returns whether the kernel filters a level.
+    pub fn is_level(self) -> bool {
+        matches!(self, Self::Atrous | Self::Svgf)
+    }
+
+    /// Returns whether the kernel needs the buffers that frames keep for later ones.
+    pub fn is_temporal(self) -> bool {
+        matches!(self, Self::Add | Self::Reproject)
+    }
+
+    /// Returns the name of the entry point.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Add => "denoise_add",
+            Self::Demodulate => "denoise_gather",
+            Self::Estimate => "denoise_estimate",
+            Self::Reproject => "denoise_reproject",
+            Self::Atrous => "denoise_atrous",
+            Self::Svgf => "denoise_svgf",
+            Self::Remodulate => "denoise_finish",
+        }
+    }
+}
+
+/// Launch over rows of the image, from one of the denoiser's two images to the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pass {
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Launch parameters.
+    pub params: DenoiseParams,
+    /// Image to read, 0 or 1.
+    pub from: usize,
+    /// Image to write, the other one.
+    pub to: usize,
+    /// History to read, 0 or 1; the other one is written.
+    pub past: usize,
+    /// True if the pass reads the sums over frames, and not those of this frame; [`Kernel::Add`]
+    /// reads this frame's and writes the sums over frames.
+    pub accumulated: bool,
+    /// Rows to write; a level also writes some rows beside them.
+    pub rows: Range<u32>,
+}
+
+impl Pass {
+    /// Returns the number of threads across and down.
+    pub fn threads(&self) -> (u32, u32) {
+        (self.params.width, self.thread_rows().len() as u32)
+    }
+
+    /// Returns the rows of threads, among those of the whole image.
+    pub fn thread_rows(&self) -> Range<u32> {
+        if !self.kernel.is_level() {
+            return self.rows.clone();
+        }
+        let step = self.params.step;
+        self.rows.start / (PIXELS_PER_THREAD * step) * step
+            ..self.rows.end.div_ceil(PIXELS_PER_THREAD * step) * step
+    }
+}
 
 /// Returns the passes over rows of an image, in order, with inputs from earlier frames. Without a
 /// filter, the image is not smoothed.

@@ -1,7 +1,6 @@
 //! Construction of a renderer: builds the BVH and the light table, uploads the scene, and computes
 //! the checksum by which a checkpoint recognises what was built.
 
-use super::device_calls::ValidScene;
 use super::scene_params::SceneParams;
 use super::submissions::SubmissionSizer;
 use super::tile_entry_cache::TileEntryCache;
@@ -10,10 +9,11 @@ use crate::Error;
 use crate::bvh::{Bvh, BvhQuality, Wide};
 use crate::film::HostRecords;
 use crate::lights::Lights;
+use crate::passes::{DeviceScene, ValidScene};
 use crate::stats::Phases;
 use glam::Vec3;
 use std::time::Instant;
-use trisect_device::Backend;
+use trisect_device::Device;
 use trisect_scene::Scene;
 
 /// Returns the CRC-32 of BVH and light table.
@@ -33,21 +33,21 @@ fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
 
 impl Renderer {
     /// Creates a renderer: builds the BVH and the light table, and uploads the scene.
-    pub fn new(backend: Box<dyn Backend>, scene: &Scene) -> Result<Self, Error> {
-        Self::with_quality(backend, scene, None)
+    pub fn new(device: Box<dyn Device>, scene: &Scene) -> Result<Self, Error> {
+        Self::with_quality(device, scene, None)
     }
 
     /// Creates a renderer with a BVH of this quality; `None` chooses the quality by the number of
     /// primitives.
     pub fn with_quality(
-        mut backend: Box<dyn Backend>,
+        mut device: Box<dyn Device>,
         scene: &Scene,
         quality: Option<BvhQuality>,
     ) -> Result<Self, Error> {
         let start = Instant::now();
         let valid = ValidScene::new(scene)?;
         let mut bvh = Bvh::build(scene, quality)?;
-        let wide = match backend.best_method(scene.features(), MathMode::Precise).0 {
+        let wide = match device.best_method(scene.features(), MathMode::Precise).0 {
             Traversal::Wide => Wide::new(scene, &bvh)?,
             _ => None,
         };
@@ -57,12 +57,13 @@ impl Renderer {
         let made = structures_crc(&bvh, &lights);
         let bvh_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        backend.upload(&valid.records(&bvh, wide.as_ref(), &lights))?;
+        let arrays = valid.upload(device.as_mut(), &bvh, wide.as_ref(), &lights)?;
+        let uploaded = DeviceScene::new(device, arrays);
         let phases =
             Phases { bvh_seconds, upload_seconds: start.elapsed().as_secs_f64(), ..Phases::default() };
-        let pace = SubmissionSizer::new(backend.device().kind);
+        let pace = SubmissionSizer::new(uploaded.device().info().kind);
         Ok(Self {
-            backend,
+            uploaded,
             camera: scene.camera,
             features: scene.features(),
             wide: wide.is_some(),
@@ -93,10 +94,10 @@ impl Renderer {
     ///
     /// [`Error::Backend`] if the device fails.
     pub fn second_stream(&self) -> Result<Option<Self>, Error> {
-        let Some(backend) = self.backend.second_stream()? else { return Ok(None) };
+        let Some(uploaded) = self.uploaded.second_stream()? else { return Ok(None) };
         Ok(Some(Self {
-            submission_sizer: SubmissionSizer::new(backend.device().kind),
-            backend,
+            submission_sizer: SubmissionSizer::new(uploaded.device().info().kind),
+            uploaded,
             chunk: HostRecords::default(),
             spare: HostRecords::default(),
             aovs: HostRecords::default(),
@@ -105,7 +106,7 @@ impl Renderer {
             filtered: Vec::new(),
             phases: self.phases.clone(),
             instances: self.instances.clone(),
-            tile_entries: self.tile_entries.for_other_backend(),
+            tile_entries: self.tile_entries.for_other_stream(),
             live: None,
             ready: None,
             previous_frame: None,

@@ -1,7 +1,6 @@
 //! Rendering of one chunk: at most 256 samples of each pixel of some rows, summed on the device and
 //! copied to the host. The pipeline, adaptive sampling and the cluster use it.
 
-use super::device_calls;
 use super::submissions::{Submission, Submissions};
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
@@ -9,7 +8,7 @@ use crate::film::{HostRecords, RowSet};
 use bytemuck::{Pod, Zeroable};
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
-use trisect_device::Backend;
+use trisect_device::Device;
 use trisect_kernels::Variant;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
@@ -89,7 +88,7 @@ impl Renderer {
         let variant = self.prepare(settings)?;
         samples.iter().try_for_each(|samples| settings.check_rows(rows, samples))?;
         let camera = self.camera(settings);
-        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, settings, variant, false)?;
         Ok(variant)
     }
 
@@ -104,8 +103,8 @@ impl Renderer {
     ) -> Result<ChunkTiming, Error> {
         (self.ready, self.previous_frame) = (None, None);
         let pixels = settings.width as usize * rows.len() as usize;
-        resize_records(self.backend.as_mut(), &mut self.chunk, pixels);
-        resize_records(self.backend.as_mut(), &mut self.aovs, if settings.guides { pixels } else { 0 });
+        resize_records(self.uploaded.device_mut(), &mut self.chunk, pixels);
+        resize_records(self.uploaded.device_mut(), &mut self.aovs, if settings.guides { pixels } else { 0 });
         let mut took = ChunkTiming::default();
         let (mut done, count) = (0, samples.len() as u32);
         let mut submissions = Submissions::new(settings.width, rows.clone(), count);
@@ -118,10 +117,7 @@ impl Renderer {
             }
         }
         let read = Instant::now();
-        self.backend.read_film(rows, &mut self.chunk)?;
-        if settings.guides {
-            self.backend.read_aovs(rows, &mut self.aovs)?;
-        }
+        self.uploaded.read_film(rows, &mut self.chunk, &mut self.aovs)?;
         took.read = read.elapsed();
         self.ready = Some((settings.clone(), variant));
         Ok(took)
@@ -148,7 +144,7 @@ impl Renderer {
             params.flags |= FLAG_END_OF_CHUNK;
         }
         let wall = Instant::now();
-        let time = self.backend.render(&device_calls::launch(params))?;
+        let time = self.uploaded.render(&params)?;
         let taken = submission.samples(settings.width);
         self.submission_sizer.learn(taken, wall.elapsed().max(time));
         Ok(time)
@@ -157,12 +153,12 @@ impl Renderer {
 
 /// Resizes memory to records for `pixels` pixels. Memory that is too small is unpinned first.
 pub(super) fn resize_records<T: Pod + Zeroable>(
-    backend: &mut dyn Backend,
+    device: &mut dyn Device,
     records: &mut HostRecords<T>,
     pixels: usize,
 ) {
     if records.memory().bytes() < pixels * size_of::<T>() {
-        backend.unpin(records.memory());
+        device.unpin(records.memory());
     }
     records.resize(pixels);
 }

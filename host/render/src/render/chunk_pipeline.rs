@@ -123,7 +123,7 @@ impl Renderer {
         let mut all = PipelineTiming::default();
         let count = samples.len() * seeds.len();
         let samples = samples.iter().flat_map(|samples| seeds.iter().map(move |&seed| (seed, samples)));
-        if count < 2 || self.backend.device().kind != DeviceKind::Gpu {
+        if count < 2 || self.device().info().kind != DeviceKind::Gpu {
             let mut state = state;
             for (seed, samples) in samples.take_while(|_| goes_on()) {
                 let ChunkTiming { device, submissions, .. } = render(self, &mut all, seed, samples)?;
@@ -169,17 +169,17 @@ impl Renderer {
 
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
     pub fn pin_chunks(&mut self, pixels: usize, with_guides: bool) {
-        if self.backend.device().kind != DeviceKind::Gpu {
+        if self.device().info().kind != DeviceKind::Gpu {
             return;
         }
         for chunk in [&mut self.chunk, &mut self.spare] {
-            resize_records(self.backend.as_mut(), chunk, pixels);
-            self.backend.pin(chunk.memory());
+            resize_records(self.uploaded.device_mut(), chunk, pixels);
+            self.uploaded.device_mut().pin(chunk.memory());
         }
         for guides in [&mut self.aovs, &mut self.spare_aovs] {
             if with_guides {
-                resize_records(self.backend.as_mut(), guides, pixels);
-                self.backend.pin(guides.memory());
+                resize_records(self.uploaded.device_mut(), guides, pixels);
+                self.uploaded.device_mut().pin(guides.memory());
             }
         }
     }

@@ -1,12 +1,11 @@
 //! Frames for a display straight from the samples: without AOVs, filters or sums on the host.
 
-use super::device_calls;
 use super::interactive::display_params;
 use super::submissions::Submissions;
 use super::{DisplayOptions, Renderer, Settings};
 use crate::Error;
-use crate::denoise::DisplayLaunch;
 use crate::film::{RowSet, RowTarget};
+use crate::passes::DisplayPass;
 use std::time::Duration;
 
 /// Times of a frame.
@@ -65,7 +64,7 @@ impl Renderer {
         };
         self.ready = None;
         let camera = self.camera(settings);
-        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, settings, variant, false)?;
         let mut trace = Duration::ZERO;
         let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
         while let Some(submission) = submissions.next(&self.submission_sizer) {
@@ -74,8 +73,8 @@ impl Renderer {
         let size = (settings.width, settings.height);
         let first = rows.blocks().next().map_or(0, |block| block.start);
         let params = display_params(size, settings.width, screen.stops, first);
-        let shown = DisplayLaunch { params, image: None, accumulated: false };
-        let display = device_calls::display(self.backend.as_mut(), &shown, to)?;
+        let shown = DisplayPass { params, image: None, accumulated: false };
+        let display = self.uploaded.display(&shown, to.reborrow())?;
         self.previous_frame = Some((settings.clone(), variant));
         Ok(DisplayTiming { kernel: variant.name, trace, display })
     }

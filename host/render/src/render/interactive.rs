@@ -2,15 +2,14 @@
 //! device.
 
 use super::chunk::resize_records;
-use super::device_calls;
 use super::submissions::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{
-    self, DenoiseSettings, DisplayLaunch, FrameView, Kernel, TemporalInputs, TemporalSettings, passes, reach,
-    store_pass,
+    self, DenoiseSettings, FrameView, Kernel, TemporalInputs, TemporalSettings, passes, reach, store_pass,
 };
 use crate::film::{Film, HostMemory, RowSet, RowTarget};
+use crate::passes::DisplayPass;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
@@ -126,7 +125,7 @@ impl TemporalState {
 }
 
 impl Renderer {
-    /// Denoises a film of this scene on the backend. `settings` are those that rendered it, with
+    /// Denoises a film of this scene on the device. `settings` are those that rendered it, with
     /// AOVs. Returns the image and the time of each pass.
     ///
     /// # Errors
@@ -162,16 +161,20 @@ impl Renderer {
         // counted then.
         self.make_film(&settings)?;
         let count = settings.pixels() as usize;
-        resize_records(self.backend.as_mut(), &mut self.chunk, count);
-        resize_records(self.backend.as_mut(), &mut self.aovs, count);
+        resize_records(self.uploaded.device_mut(), &mut self.chunk, count);
+        resize_records(self.uploaded.device_mut(), &mut self.aovs, count);
         fill(&mut self.chunk, &mut self.aovs);
-        self.backend.write_film(&self.chunk, &self.aovs)?;
+        self.uploaded.write_film(&self.chunk, &self.aovs)?;
         let (width, height) = (settings.width, settings.height);
         let image = FrameView::by(&self.camera(&settings), width, height);
         let passes = passes(Some(denoise), &image, &TemporalInputs::none(&image), &(0..height));
-        let times = device_calls::denoise(self.backend.as_mut(), &passes)?;
+        let times = self.uploaded.denoise(&passes)?;
         self.filtered.resize(count, FilteredPixel::UNKNOWN);
-        self.backend.read_denoised(passes.last().map_or(0, |pass| pass.to), &mut self.filtered)?;
+        self.uploaded.read_denoised(
+            passes.last().map_or(0, |pass| pass.to),
+            (width, height),
+            &mut self.filtered,
+        )?;
         Ok((denoise::image(width, height, &self.filtered), times))
     }
 
@@ -232,12 +235,12 @@ impl Renderer {
         let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
         let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
         let moves = series.moves(&image);
-        self.tile_entries.update(self.backend.as_mut(), &camera, &settings, series.variant, moves)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, &settings, series.variant, moves)?;
         let frames = series.next(&image, history);
         let mut trace = Duration::ZERO;
         let goes_on = !frames.accumulated || series.accumulated <= MAX_ACCUMULATED_SAMPLES;
         if frames.accumulated && series.accumulated == 2 * settings.samples {
-            device_calls::denoise(self.backend.as_mut(), &[store_pass(&image, around.clone())])?;
+            self.uploaded.denoise(&[store_pass(&image, around.clone())])?;
         }
         if goes_on {
             let first = series.first_sample();
@@ -251,7 +254,7 @@ impl Renderer {
             series.accumulated -= settings.samples;
             passes.retain(|pass| pass.kernel != Kernel::Add);
         }
-        let times = device_calls::denoise(self.backend.as_mut(), &passes)?;
+        let times = self.uploaded.denoise(&passes)?;
         let live = LiveFrame {
             kernel: series.variant.name,
             samples: series.accumulated.max(settings.samples),
@@ -275,7 +278,7 @@ impl Renderer {
     pub fn read_live(&mut self, live: &LiveFrame) -> Result<Image, Error> {
         let (width, height) = live.size;
         let mut pixels = vec![FilteredPixel::UNKNOWN; width as usize * height as usize];
-        self.backend.read_denoised(live.image, &mut pixels)?;
+        self.uploaded.read_denoised(live.image, live.size, &mut pixels)?;
         Ok(denoise::image(width, height, &pixels))
     }
 
@@ -317,18 +320,18 @@ impl Renderer {
         }
         let split = (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32;
         let params = display_params((width, height), split, screen.stops, live.rows.start);
-        let shown = DisplayLaunch { params, image: Some(live.image), accumulated: live.accumulated };
-        Ok(device_calls::display(self.backend.as_mut(), &shown, to)?)
+        let shown = DisplayPass { params, image: Some(live.image), accumulated: live.accumulated };
+        Ok(self.uploaded.display(&shown, to.reborrow())?)
     }
 
     /// Pins this memory, so that the device copies frames to it directly, if that is possible.
     pub fn pin(&mut self, memory: &Arc<HostMemory>) {
-        self.backend.pin(memory);
+        self.uploaded.device_mut().pin(memory);
     }
 
     /// Undoes [`pin`](Self::pin).
     pub fn unpin(&mut self, memory: &Arc<HostMemory>) {
-        self.backend.unpin(memory);
+        self.uploaded.device_mut().unpin(memory);
     }
 }
 

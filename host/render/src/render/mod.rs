@@ -1,4 +1,4 @@
-//! Rendering of a scene on a backend.
+//! Rendering of a scene on a device.
 //!
 //! A [`Renderer`] divides the work into chunks and submissions, launches the kernels, and merges
 //! the chunks into a [`Film`] or shows them on a display. [`Settings`] say what to render.
@@ -7,7 +7,6 @@ mod build;
 mod camera;
 mod chunk;
 mod chunk_pipeline;
-mod device_calls;
 mod fallback;
 mod fingerprint;
 mod frame;
@@ -32,6 +31,7 @@ pub use trisect_scene::Fresnel;
 
 use crate::Error;
 use crate::film::{Film, HostRecords, RowSet};
+use crate::passes::{DeviceScene, FilmDesc};
 use crate::stats::{Phases, RenderStats};
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use glam::Vec3;
@@ -43,7 +43,7 @@ use std::time::Instant;
 use submissions::SubmissionSizer;
 use tile_entry_cache::TileEntryCache;
 pub(crate) use tile_samples::TileSamples;
-use trisect_device::{Backend, FilmDesc};
+use trisect_device::Device;
 use trisect_image::Image;
 use trisect_kernels::Variant;
 use trisect_scene::{CameraPose, SceneError};
@@ -93,12 +93,12 @@ impl Frame {
     }
 }
 
-/// Scene on a backend, ready for any number of frames.
+/// Scene on a device, ready for any number of frames.
 pub struct Renderer {
-    backend: Box<dyn Backend>,
+    uploaded: DeviceScene,
     camera: CameraPose,
     features: Features,
-    /// True if the backend has the wide BVH.
+    /// True if the device has the wide BVH.
     wide: bool,
     /// Launch parameters that the scene decides.
     scene: SceneParams,
@@ -122,7 +122,7 @@ pub struct Renderer {
     instances: Vec<u32>,
     /// State of the live frames before, if nothing else was rendered since.
     live: Option<TemporalState>,
-    /// Settings and kernel for which the backend's film is ready, with nothing written to it.
+    /// Settings and kernel for which the device's film is ready, with nothing written to it.
     ready: Option<(Settings, Variant)>,
     /// Settings and kernel of the display frame before, if nothing else was rendered since.
     previous_frame: Option<(Settings, Variant)>,
@@ -146,14 +146,14 @@ impl Renderer {
         self.submission_sizer.limit(samples);
     }
 
-    /// Returns the backend in use.
-    pub fn backend(&self) -> &dyn Backend {
-        self.backend.as_ref()
+    /// Returns the device in use.
+    pub fn device(&self) -> &dyn Device {
+        self.uploaded.device()
     }
 
-    /// Returns the backend itself, for another scene.
-    pub fn into_backend(self) -> Box<dyn Backend> {
-        self.backend
+    /// Returns the device itself, for another scene.
+    pub fn into_device(self) -> Box<dyn Device> {
+        self.uploaded.into_device()
     }
 
     /// Renders one frame.
@@ -224,11 +224,11 @@ impl Renderer {
     fn begin(&mut self, settings: &Settings, held: u64) -> Result<(Variant, RenderStats), Error> {
         let start = Instant::now();
         let variant = self.prepare_holding(settings, held)?;
-        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
+        let mut stats = RenderStats::new(self.device().info(), settings, variant, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let camera = self.camera(settings);
-        self.tile_entries.update(self.backend.as_mut(), &camera, settings, variant, false)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, settings, variant, false)?;
         stats.phases.view_seconds = start.elapsed().as_secs_f64();
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
@@ -264,13 +264,13 @@ impl Renderer {
         params.first_sample = sample;
         params.end_sample = sample.saturating_add(1);
         let mut hits = vec![<FirstHit as bytemuck::Zeroable>::zeroed(); settings.pixels() as usize];
-        self.backend.first_hits(&device_calls::launch(params), &mut hits)?;
+        self.uploaded.first_hits(&params, &mut hits)?;
         Ok(hits)
     }
 
     /// Returns the kernel that renders the scene with these settings.
     fn select_kernel(&self, settings: &Settings) -> Result<Variant, Error> {
-        let best = |kernel| self.backend.best_method(kernel, settings.math);
+        let best = |kernel| self.device().best_method(kernel, settings.math);
         Ok(kernel_selection::choose(self.features, settings, best, self.wide)?)
     }
 
@@ -281,24 +281,24 @@ impl Renderer {
     /// [`Error::Settings`] if no kernel has these settings.
     pub fn statistics(&self, settings: &Settings) -> Result<RenderStats, Error> {
         let variant = self.select_kernel(settings)?;
-        let mut stats = RenderStats::new(self.backend.device(), settings, variant, self.phases.clone());
+        let mut stats = RenderStats::new(self.device().info(), settings, variant, self.phases.clone());
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
         Ok(stats)
     }
 
-    /// Selects the kernel and makes the backend's film.
+    /// Selects the kernel and makes the device's film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
         (self.ready, self.previous_frame) = (None, None);
         let variant = self.select_kernel(settings)?;
         self.live = None;
         let Settings { width, height, math, .. } = *settings;
-        self.backend.begin_film(&FilmDesc { width, height, variant, math })?;
+        self.uploaded.begin_film(FilmDesc { width, height, variant, math })?;
         Ok(variant)
     }
 
     /// Checks the settings and the memory that they need, selects the kernel and makes the
-    /// backend's film.
+    /// device's film.
     fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
         self.prepare_holding(settings, 0)
     }

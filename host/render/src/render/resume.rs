@@ -103,7 +103,7 @@ impl Renderer {
         let before = film.counts();
         let missing = film.coverage.missing(samples);
         let total = missing.iter().map(SampleBlock::size).sum::<u64>() * u64::from(settings.width);
-        let whole_frames = self.backend.device().kind == DeviceKind::Gpu;
+        let whole_frames = self.device().info().kind == DeviceKind::Gpu;
         let mut speed = PartSizer::unknown(DeviceKind::Cpu, settings.pixels());
         let (mut done, mut took) = (0, PipelineTiming::default());
         for part in &missing {

@@ -1,10 +1,11 @@
 //! Cache of the tile entries (the BVH nodes at which the camera rays of each tile start) for the
-//! current camera, kept on the backend from frame to frame.
+//! current camera, kept on the device from frame to frame.
 
 use super::{Settings, Traversal};
 use crate::Error;
 use crate::bvh::{Bvh, build_tile_entries};
-use trisect_device::{Backend, BackendError};
+use crate::passes::DeviceScene;
+use trisect_device::BackendError;
 use trisect_kernels::Variant;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
@@ -16,14 +17,14 @@ use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 /// (docs/notebook/camera-ray-tiles.md).
 const FINE_FROM: u32 = 64;
 
-/// BVH that is pruned, and the image for which the backend has tile entries.
+/// BVH that is pruned, and the image for which the device has tile entries.
 pub(super) struct TileEntryCache {
     nodes: Vec<BvhNode>,
     root: Child,
     /// Width and height of that image, and the base-2 logarithm of the edge of its tiles; `None`
     /// without tile entries.
     built_for: Option<(u32, u32, u32)>,
-    /// Error of the backend when it last had no memory for tile entries.
+    /// Error of the device when it last had no memory for tile entries.
     refused: Option<String>,
 }
 
@@ -32,18 +33,18 @@ impl TileEntryCache {
         Self { nodes: bvh.nodes, root: bvh.root, built_for: None, refused: None }
     }
 
-    /// Returns a cache for another backend, which has no tile entries yet.
-    pub fn for_other_backend(&self) -> Self {
+    /// Returns a cache for another stream, which has no tile entries yet.
+    pub fn for_other_stream(&self) -> Self {
         Self { nodes: self.nodes.clone(), built_for: None, refused: None, ..*self }
     }
 
-    /// Gives the backend tile entries for the image of these settings, if the kernel can use them.
+    /// Gives the device tile entries for the image of these settings, if the kernel can use them.
     /// Without [`Settings::tile`], only kernels without [`HEAVY`] features get them, and only while
     /// the camera rests. If there is no memory for them, the image is rendered without them and is
     /// the same; [`TileEntryCache::refused`] then returns the reason.
     pub fn update(
         &mut self,
-        backend: &mut dyn Backend,
+        scene: &mut DeviceScene,
         camera: &Camera,
         settings: &Settings,
         variant: Variant,
@@ -65,7 +66,7 @@ impl TileEntryCache {
             if let Some(nodes) =
                 build_tile_entries(&self.nodes, self.root, camera, wanted.0, wanted.1, wanted.2)
             {
-                match backend.upload_tile_entries(&nodes) {
+                match scene.write_tile_entries(&nodes) {
                     Ok(()) => self.built_for = Some(wanted),
                     Err(error @ BackendError::TooLarge { .. }) => self.refused = Some(error.to_string()),
                     Err(error) => return Err(error.into()),

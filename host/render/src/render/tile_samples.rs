@@ -3,7 +3,6 @@
 
 use super::chunk::ChunkResult;
 use super::chunk::resize_records;
-use super::device_calls;
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::Tiles;
@@ -47,14 +46,14 @@ impl Renderer {
         let window = end - most..end;
         let variant = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
         (self.ready, self.previous_frame) = (None, None);
-        resize_records(self.backend.as_mut(), &mut self.chunk, settings.pixels() as usize);
+        resize_records(self.uploaded.device_mut(), &mut self.chunk, settings.pixels() as usize);
         let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
         let pixels = self.chunk.par_iter_mut().enumerate().with_min_len(TASK);
         pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
         let guides = if settings.guides { self.chunk.len() } else { 0 };
-        resize_records(self.backend.as_mut(), &mut self.aovs, guides);
+        resize_records(self.uploaded.device_mut(), &mut self.aovs, guides);
         self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
-        self.backend.write_film(&self.chunk, &self.aovs)?;
+        self.uploaded.write_film(&self.chunk, &self.aovs)?;
         let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
         // For each row of tiles: the number of samples, and of pixels that take any.
         let taking: Vec<u32> = counts.iter().map(|&count| count.min(1)).collect();
@@ -90,16 +89,13 @@ impl Renderer {
             params.flags |= FLAG_PER_PIXEL_RANGE | FLAG_END_OF_CHUNK;
             // The time says little about the device's speed: it depends on the pixels with the most
             // samples.
-            let time = self.backend.render(&device_calls::launch(params))?;
+            let time = self.uploaded.render(&params)?;
             (device, submissions, done) = (device + time, submissions + 1, done + samples);
             if observer.progress(done, total).is_break() {
                 return Err(Error::Cancelled);
             }
         }
-        self.backend.read_film(&rows, &mut self.chunk)?;
-        if settings.guides {
-            self.backend.read_aovs(&rows, &mut self.aovs)?;
-        }
+        self.uploaded.read_film(&rows, &mut self.chunk, &mut self.aovs)?;
         self.ready = Some((settings.clone(), variant));
         let (pixels, guides) = (&self.chunk, &self.aovs);
         Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })

@@ -3,7 +3,7 @@
 use super::ClusterSession;
 use crate::cli::ClusterBenchArgs;
 use std::process::ExitCode;
-use trisect::device::{Device, DeviceKind};
+use trisect::device::{DeviceInfo, DeviceKind};
 use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect_lab::Error;
@@ -31,7 +31,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
             arguments.frames
         )
     );
-    let adjust = move |_: &mut Settings, _: &Device| Ok(vec![("what is measured".to_owned(), asked)]);
+    let adjust = move |_: &mut Settings, _: &DeviceInfo| Ok(vec![("what is measured".to_owned(), asked)]);
     let session = match crew.assemble(&arguments.job, &arguments.ranks, check, adjust) {
         Ok(session) => session,
         Err(code) => return Ok(code),
@@ -49,7 +49,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
         noise: arguments.noise_spp,
         block_shift: arguments.ranks.block_shift(),
         ways: arguments.sync.clone(),
-        spins: session.renderer.backend().device().kind == DeviceKind::Gpu,
+        spins: session.renderer.device().info().kind == DeviceKind::Gpu,
     };
     let root = crew.link.is_root();
     let mut say = |line: &str| {

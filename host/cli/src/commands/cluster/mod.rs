@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use trisect::device::{self, Choice, Device};
+use trisect::device::{self, Choice, DeviceInfo};
 use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect::scene::Scene;
@@ -111,7 +111,7 @@ impl ClusterSession {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static,
     ) -> Result<Session, ExitCode> {
         match self.gather(job, ranks, check, adjust) {
             Ok(session) => Ok(session),
@@ -124,7 +124,7 @@ impl ClusterSession {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static,
     ) -> Result<Session, Abort> {
         // An error of this rank does not end it yet: the handshake reports it to the root.
         let ready = match self.load(job, ranks, check)? {
@@ -134,7 +134,7 @@ impl ClusterSession {
         let device = ready.as_ref().map_or_else(
             |_| String::new(),
             |(session, _)| {
-                let device = session.renderer.backend().device();
+                let device = session.renderer.device().info();
                 format!("{}: {}", device.backend, device.name)
             },
         );
@@ -188,7 +188,7 @@ impl ClusterSession {
         loaded: Loaded,
         job: &JobArgs,
         ranks: &RankArgs,
-        adjust: impl FnOnce(&mut Settings, &Device) -> Result<FingerprintFields, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static,
     ) -> Result<Result<(Session, FingerprintFields), Error>, Abort> {
         let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local_rank());
         let open = move || {
@@ -199,7 +199,7 @@ impl ClusterSession {
             let (choice, device) = devices::for_rank(job.backend, job.device, local, spare)?;
             let selection = device::open(choice, device, job.threads.map(|threads| threads as usize))?;
             let mut settings = loaded.settings.clone();
-            let more = adjust(&mut settings, selection.backend.device())?;
+            let more = adjust(&mut settings, selection.device.info())?;
             settings.check()?;
             let digest = loaded.scene.digest();
             let quality = job.bvh_quality;

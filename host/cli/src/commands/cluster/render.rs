@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trisect::Error::Cancelled;
 use trisect::checkpoint::{Checkpoint, Header, Place, arithmetic};
-use trisect::device::Device;
+use trisect::device::DeviceInfo;
 use trisect::image::Image;
 use trisect::output::{self, Format};
 use trisect::render::Settings;
@@ -52,7 +52,7 @@ pub fn render_film(
     let ranks = crew.link.ranks();
     let (own, checked) = (arguments.clone(), arguments.clone());
     let resumed = before.as_ref().map(|before| (before.header.spp, before.aovs));
-    let adjust = move |settings: &mut Settings, device: &Device| {
+    let adjust = move |settings: &mut Settings, device: &DeviceInfo| {
         let denoise = own.denoise.denoise()?;
         settings.guides = single::needs_aovs(&own, denoise.as_ref());
         if let Some((spp, guides)) = resumed {

@@ -6,7 +6,7 @@ use super::super::view::{look, metered};
 use super::{ClusterSession, Session};
 use crate::cli::{DistributeArg, ViewArgs};
 use std::process::ExitCode;
-use trisect::device::{Device, DeviceKind};
+use trisect::device::{DeviceInfo, DeviceKind};
 use trisect::film::{RowSet, RowTarget};
 use trisect::output::exposure::Exposure;
 use trisect::render::Settings;
@@ -28,7 +28,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     let cluster = &arguments.cluster;
     let mut crew = ClusterSession::start(&cluster.ranks, arguments.job.threads)?;
     let (own, checked) = (arguments.clone(), arguments.clone());
-    let adjust = move |settings: &mut Settings, _: &Device| {
+    let adjust = move |settings: &mut Settings, _: &DeviceInfo| {
         let look = look(&own, settings)?;
         *settings = look.settings.clone();
         Ok(vec![("what is shown".to_owned(), format!("{look:?}"))])
@@ -51,7 +51,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     let size = look.scaled();
     let rows: Vec<RowSet> = (0..ranks).map(|rank| plan::band(size.height, rank, ranks).into()).collect();
     let own = plan::band(size.height, rank, ranks);
-    let device = session.renderer.backend().device().clone();
+    let device = session.renderer.device().info().clone();
     let of = FrameSeries {
         width: size.width,
         height: size.height,

@@ -89,7 +89,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result
     // The first frame compiles kernels and allocates memory; it does not count.
     let counted = if shots.len() > 1 { &shots[1..] } else { &shots[..] };
     let rows = rows_of_timings(counted);
-    let device = viewer.renderer().backend().device();
+    let device = viewer.renderer().device().info();
     let (width, height) = last.size;
     let mut text = format!("scene     {}\n", session.name);
     text += &format!("device    {}: {} ({})\n", device.backend, device.name, device.details);
@@ -115,7 +115,7 @@ pub fn report(
     rows: &[Row],
 ) -> Result<(), Error> {
     let Some(path) = &arguments.json else { return Ok(()) };
-    let device = renderer.backend().device();
+    let device = renderer.device().info();
     let version = env!("CARGO_PKG_VERSION");
     let (backend, device) = (device.backend, device.name.as_str());
     let report =

@@ -102,7 +102,7 @@ impl ClusterBench {
             let remedy = "start more with mpirun -n, or name fewer with --ranks".to_owned();
             return Err(ClusterError::Unsupported { what, remedy }.into());
         }
-        let device = renderer.backend().device().clone();
+        let device = renderer.device().info().clone();
         let machine;
         let trial = Settings { samples: plan.spp.iter().copied().max().unwrap_or(1), ..settings.clone() };
         (renderer, machine) = trisect_cluster::cost::measure(link, renderer, &trial)?;

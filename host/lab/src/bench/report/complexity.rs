@@ -83,7 +83,7 @@ impl Complexity {
                     point(bench, renderer, &scene, count, method, &mut points, &mut left_out)?;
                 }
                 let settings = bench.plan.settings(Settings::of(&scene), bench.plan.samples);
-                conditions = Some(Conditions::new(renderer.backend().device(), &settings, bench.plan));
+                conditions = Some(Conditions::new(renderer.device().info(), &settings, bench.plan));
                 Ok(())
             })?;
         }

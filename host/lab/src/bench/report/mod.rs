@@ -22,7 +22,7 @@ use crate::plot::{self, Chart};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
-use trisect::device::{Backend, Device};
+use trisect::device::{Device, DeviceInfo};
 use trisect::render::{Renderer, Settings};
 use trisect::scene::{Rebase, Scene, SceneDocument};
 
@@ -57,7 +57,7 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    fn new(device: &Device, settings: &Settings, plan: &ReportPlan) -> Self {
+    fn new(device: &DeviceInfo, settings: &Settings, plan: &ReportPlan) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -101,8 +101,8 @@ impl Report {
     ///
     /// Errors of rendering, and [`BenchError`].
     pub fn measure(
-        backend: Box<dyn Backend>,
-        one_thread: Box<dyn Backend>,
+        backend: Box<dyn Device>,
+        one_thread: Box<dyn Device>,
         plan: &ReportPlan,
         scenes: &[SceneDocument],
         say: &mut dyn FnMut(&str),
@@ -190,7 +190,7 @@ fn csv<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]
 
 /// The device under test. It is kept from scene to scene, with the kernels that it compiled.
 struct Bench<'a> {
-    backend: Option<Box<dyn Backend>>,
+    backend: Option<Box<dyn Device>>,
     plan: &'a ReportPlan,
     say: &'a mut dyn FnMut(&str),
 }
@@ -212,7 +212,7 @@ impl Bench<'_> {
         };
         let mut renderer = Renderer::new(backend, scene)?;
         let result = work(self, &mut renderer);
-        self.backend = Some(renderer.into_backend());
+        self.backend = Some(renderer.into_device());
         result
     }
 

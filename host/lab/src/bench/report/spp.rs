@@ -60,7 +60,7 @@ impl Spp {
             }
             let settings = plan.settings(Settings::of(&scene), 1);
             Ok(Self::new(
-                Conditions::new(renderer.backend().device(), &settings, plan),
+                Conditions::new(renderer.device().info(), &settings, plan),
                 &scene.name,
                 kernel,
                 points,

@@ -11,7 +11,7 @@ pub(super) fn conditions() -> Conditions {
     Conditions::new(&device, &Settings::of(&scene), &ReportPlan::new(DeviceKind::Cpu, true))
 }
 
-fn cpu() -> Box<dyn Backend> {
+fn cpu() -> Box<dyn Device> {
     Box::new(Cpu::open(Some(1)).unwrap())
 }
 

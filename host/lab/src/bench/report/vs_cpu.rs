@@ -8,7 +8,7 @@ use crate::plot::number;
 use crate::plot::{Bars, Chart};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
-use trisect::device::Backend;
+use trisect::device::Device;
 use trisect::render::{MathMode, Settings};
 use trisect::scene::{Rebase, Scene, SceneDocument};
 
@@ -43,7 +43,7 @@ pub struct VsCpuPoint {
 impl VsCpu {
     pub(super) fn measure(
         bench: &mut Bench,
-        one_thread: Box<dyn Backend>,
+        one_thread: Box<dyn Device>,
         described: &[SceneDocument],
     ) -> Result<Self, Error> {
         let plan = bench.plan;
@@ -56,13 +56,13 @@ impl VsCpu {
             scenes.push((file.to_owned(), scene.clone().lower(Rebase::IDENTITY)?));
         }
         let (mut points, mut conditions) = (Vec::new(), None);
-        let cpu = one_thread.device().name.clone();
+        let cpu = one_thread.info().name.clone();
         let mut thread = Bench { backend: Some(one_thread), plan, say: &mut |_| () };
         for (name, scene) in &scenes {
             let settings = plan.settings(Settings::of(scene), plan.samples);
             let (frames, device) = bench.with(scene, |_, renderer| {
                 let frames = measure(renderer, &settings, WarmUp::of(plan.warm_up), plan.frames, &mut ())?;
-                Ok((frames.counted, renderer.backend().device().clone()))
+                Ok((frames.counted, renderer.device().info().clone()))
             })?;
             // One frame that takes minutes needs no warm-up, and the CPU has no fast build of the
             // kernels.

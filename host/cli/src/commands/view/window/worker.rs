@@ -106,7 +106,7 @@ impl Drop for Worker {
 }
 
 fn device(session: &Session) -> String {
-    let device = session.renderer.backend().device();
+    let device = session.renderer.device().info();
     format!("{}: {}", device.backend, device.name)
 }
 

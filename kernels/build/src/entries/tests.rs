@@ -3,7 +3,6 @@
 use super::*;
 use std::collections::HashSet;
 use std::process::Command;
-use trisect_kernels::{FIRST_HIT, PTX_FAST, PTX_PRECISE, VARIANTS};
 
 /// Module with constructs that the kernels lack: functions, variables with and without
 /// initialisers, declarations, and comments and strings with braces.
@@ -104,18 +103,24 @@ fn cut_anywhere() {
     }
 }
 
-/// Each kernel is extracted with all that it needs, and without other kernels.
+/// Returns a module of many entry points: the probes.
+fn probes() -> String {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/probes/prebuilt/probes.precise.ptx");
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// Each entry point is extracted with all that it needs, and without others.
 #[test]
-fn each_kernel_by_itself() {
-    for ptx in [PTX_PRECISE, PTX_FAST] {
-        for name in VARIANTS.iter().map(|variant| variant.name).chain([FIRST_HIT]) {
-            let module = entry(ptx, name).unwrap();
-            assert_eq!(entries(&module), [name]);
-            assert_eq!(missing(ptx, &module), Vec::<String>::new(), "{name}");
-            // The body is that of the original, and so is the machine code.
-            let body = statements(ptx).into_iter().find(|s| defined(*s) == [name]).unwrap();
-            assert!(module.contains(body.text), "{name}");
-        }
+fn each_entry_point_by_itself() {
+    let ptx = probes();
+    let modules = split(&ptx);
+    assert!(modules.len() > 5, "{}", modules.len());
+    for (name, module) in modules {
+        assert_eq!(entries(&module), [name.as_str()]);
+        assert_eq!(missing(&ptx, &module), Vec::<String>::new(), "{name}");
+        // The body is that of the original, and so is the machine code.
+        let body = statements(&ptx).into_iter().find(|s| defined(*s) == [name.as_str()]).unwrap();
+        assert!(module.contains(body.text), "{name}");
     }
 }
 
@@ -136,8 +141,7 @@ fn ptxas_assembles_them() {
         command.args(["-O0", "-arch=sm_90", "-o"]).arg(to).arg(from).output().unwrap().status.success()
     };
     // Two entry points only: the others have the same form, and all would take too long.
-    for name in [FIRST_HIT, "render_roulette"] {
-        let module = entry(PTX_PRECISE, name).unwrap();
+    for (name, module) in split(&probes()).into_iter().take(2) {
         assert!(assembles(&module), "{name}");
         assert!(!assembles(&module.replacen(".reg .b64", ".reg .b65", 1)), "ptxas refuses nothing");
     }

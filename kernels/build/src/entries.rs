@@ -1,8 +1,8 @@
-//! Extraction of one entry point from a PTX module, with the functions and variables that it needs.
+//! Division of a PTX module by entry points, each with the functions and variables that it needs.
 //!
-//! The driver compiles a whole module when it loads it (or finds all of it in its cache), but a
-//! frame uses one kernel of many. The grammar is that of NVIDIA's "PTX ISA": a module is a list of
-//! directives and statements, of which only the top level matters here.
+//! The driver compiles a whole module when it loads it, but a frame uses one kernel of many. The
+//! grammar is that of NVIDIA's "PTX ISA": a module is a list of directives and statements, of which
+//! only the top level matters here.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -26,10 +26,20 @@ enum Kind {
     Section,
 }
 
+/// Returns a module for each entry point of `ptx`, with the entry point's name.
+pub fn split(ptx: &str) -> Vec<(String, String)> {
+    let entries = statements(ptx).into_iter().filter(|statement| statement.kind == Kind::Entry);
+    let named = entries.filter_map(|statement| {
+        let name = *defined(statement).first()?;
+        Some((name.to_owned(), entry(ptx, name)?))
+    });
+    named.collect()
+}
+
 /// Returns the module `ptx` with the one entry point `name`, and the functions and variables that
 /// it reaches. Statements are copied verbatim, in their order, so the driver makes the same machine
 /// code. Returns `None` if there is no such entry point.
-pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
+fn entry(ptx: &str, name: &str) -> Option<String> {
     let statements = statements(ptx);
     // A function may be declared and then defined, so a symbol may have several statements.
     let mut places: HashMap<&str, Vec<usize>> = HashMap::new();
@@ -65,23 +75,6 @@ pub(super) fn entry(ptx: &str, name: &str) -> Option<String> {
         }
     }
     Some(text)
-}
-
-/// Returns the module with a maximum of registers per lane in its entry points. More lanes then fit
-/// the device, and values that do not fit the registers spill to memory.
-pub(super) fn limit_registers(ptx: &str, registers: u32) -> String {
-    let mut text = String::new();
-    for statement in statements(ptx) {
-        match statement.text.find('{') {
-            Some(body) if statement.kind == Kind::Entry => {
-                let (head, body) = statement.text.split_at(body);
-                text.push_str(&format!("{head}.maxnreg {registers}\n{body}"));
-            }
-            _ => text.push_str(statement.text),
-        }
-        text.push('\n');
-    }
-    text
 }
 
 /// Returns the statements at the top level. Text that ends within a statement counts as one; the

@@ -1,0 +1,24 @@
+//! Passes: the kernels that a device runs for a render, a denoised image and a display, with their
+//! buffers. They are written once, for all devices.
+//!
+//! A [`DeviceScene`] is a scene on a device. Kernels check no index, so what they get is checked
+//! here or comes from modules that answer for it; each unsafe block says which.
+#![allow(unsafe_code, reason = "each launch states why the promise of `Device::run` holds")]
+
+mod denoise;
+mod display;
+mod film;
+mod on_device;
+mod scene;
+
+pub(crate) use display::DisplayPass;
+pub(crate) use film::FilmDesc;
+pub(crate) use on_device::DeviceScene;
+pub(crate) use scene::ValidScene;
+
+use trisect_device::BackendError;
+
+/// Returns the error of a call that comes too early, or for an image of another size.
+fn misuse(message: &str) -> BackendError {
+    BackendError::Device { backend: "renderer", action: "running passes", message: message.to_owned() }
+}

@@ -1,0 +1,135 @@
+//! A scene on a device, with everything that passes keep there.
+
+use super::denoise::DenoiseBuffers;
+use super::display::DisplayPass;
+use super::film::{DeviceFilm, FilmDesc};
+use super::misuse;
+use super::scene::SceneArrays;
+use crate::denoise::Pass;
+use std::time::Duration;
+use trisect_device::{BackendError, Buffer, Device, RowSet, RowTarget};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::bvh::BvhNode;
+use trisect_shared::denoise::FilteredPixel;
+use trisect_shared::film::PixelSums;
+use trisect_shared::params::RenderParams;
+use trisect_shared::path::FirstHit;
+
+/// Scene on a device, with the film and the images that passes keep there between calls.
+///
+/// Calls come in this order: for each frame, [`begin_film`](Self::begin_film),
+/// [`write_tile_entries`](Self::write_tile_entries) if the launches use tile entries that are not
+/// there yet, and, for each chunk of samples, any number of [`render`](Self::render) and one
+/// [`read_film`](Self::read_film).
+pub(crate) struct DeviceScene {
+    device: Box<dyn Device>,
+    scene: SceneArrays,
+    film: Option<DeviceFilm>,
+    denoiser: Option<DenoiseBuffers>,
+    /// Image for a display, 4 bytes a pixel.
+    shown: Option<Buffer>,
+}
+
+/// Returns the film, or an error if there is none.
+fn made(film: Option<&DeviceFilm>) -> Result<&DeviceFilm, BackendError> {
+    film.ok_or_else(|| misuse("no film was prepared"))
+}
+
+impl DeviceScene {
+    /// Wraps a scene on a device.
+    pub fn new(device: Box<dyn Device>, scene: SceneArrays) -> Self {
+        Self { device, scene, film: None, denoiser: None, shown: None }
+    }
+
+    /// Returns the device.
+    pub fn device(&self) -> &dyn Device {
+        self.device.as_ref()
+    }
+
+    /// Returns the device, to change what does not concern the scene.
+    pub fn device_mut(&mut self) -> &mut dyn Device {
+        self.device.as_mut()
+    }
+
+    /// Returns the device itself, for another scene.
+    pub fn into_device(self) -> Box<dyn Device> {
+        self.device
+    }
+
+    /// Returns the same scene on a second stream of the device, or `None` if that gains nothing.
+    pub fn second_stream(&self) -> Result<Option<Self>, BackendError> {
+        Ok(self.device.second_stream()?.map(|device| Self::new(device, self.scene.clone())))
+    }
+
+    /// Writes the nodes of [tile entries](trisect_shared::tile_entry) after those of the scene, in
+    /// place of earlier ones.
+    pub fn write_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
+        self.scene.write_tile_entries(self.device.as_mut(), nodes)
+    }
+
+    /// Selects the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
+    pub fn begin_film(&mut self, of: FilmDesc) -> Result<(), BackendError> {
+        self.film = Some(DeviceFilm::begin(self.device.as_mut(), of, self.film.take())?);
+        Ok(())
+    }
+
+    /// Renders one submission into the film and waits for it. Returns the device's own measure of
+    /// its time. The parameters are those of the renderer that uploaded the scene.
+    pub fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
+        made(self.film.as_ref())?.render(self.device.as_mut(), &self.scene, params)
+    }
+
+    /// Copies these rows of the film, packed, to `sums`, and those of its AOV sums to `aovs`, which
+    /// is empty if they are not wanted. Resets these rows at least to [`PixelSums::UNWRITTEN`] and
+    /// [`AovSums::UNWRITTEN`].
+    pub fn read_film(
+        &mut self,
+        rows: &RowSet,
+        sums: &mut [PixelSums],
+        aovs: &mut [AovSums],
+    ) -> Result<(), BackendError> {
+        made(self.film.as_ref())?.read(self.device.as_mut(), rows, sums, aovs)
+    }
+
+    /// Writes the sums of all pixels to the film, and their AOV sums if the film's kernel writes
+    /// AOV sums; otherwise `aovs` is empty.
+    pub fn write_film(&mut self, sums: &[PixelSums], aovs: &[AovSums]) -> Result<(), BackendError> {
+        made(self.film.as_ref())?.write(self.device.as_mut(), sums, aovs)
+    }
+
+    /// Writes the first hit of each pixel's first sample of the launch to `hits`, which has a
+    /// record for each pixel of the film.
+    pub fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
+        made(self.film.as_ref())?.first_hits(self.device.as_mut(), &self.scene, params, hits)
+    }
+
+    /// Runs the passes of the denoiser over the film and its AOV sums, which stay as they are.
+    /// Returns the device's own measure of the time of each pass.
+    pub fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        let film = made(self.film.as_ref())?;
+        let (buffers, times) = DenoiseBuffers::run(self.device.as_mut(), film, self.denoiser.take(), passes)?;
+        self.denoiser = Some(buffers);
+        Ok(times)
+    }
+
+    /// Copies one of the denoiser's two images, after its passes, to `pixels`, which has a record
+    /// for each pixel of the image.
+    pub fn read_denoised(
+        &mut self,
+        image: usize,
+        size: (u32, u32),
+        pixels: &mut [FilteredPixel],
+    ) -> Result<(), BackendError> {
+        let buffers = self.denoiser.as_ref().ok_or_else(|| misuse("nothing was denoised"))?;
+        buffers.read(self.device.as_mut(), image, size, pixels)
+    }
+
+    /// Converts rows of the last frame's image for a display and copies them to the host. Returns
+    /// the device's own measure of the time of the conversion.
+    pub fn display(&mut self, pass: &DisplayPass, to: RowTarget<'_>) -> Result<Duration, BackendError> {
+        let from = (made(self.film.as_ref())?, self.denoiser.as_ref());
+        let (shown, time) = pass.run(self.device.as_mut(), from, self.shown.take(), to)?;
+        self.shown = Some(shown);
+        Ok(time)
+    }
+}

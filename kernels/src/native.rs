@@ -1,0 +1,464 @@
+//! Entry points for the host: the same list as for devices, compiled for the CPU.
+//!
+//! A call runs threads next to each other in one row of a launch. The render kernels also exist for
+//! instruction sets above the baseline, with which they trace the wide BVH.
+#![allow(unsafe_code, reason = "kernels take raw pointers, which their callers answer for")]
+
+use core::marker::PhantomData;
+use core::ops::{Deref, Range};
+use core::slice::{from_raw_parts, from_raw_parts_mut};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::buffer::SharedSlice;
+use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
+use trisect_shared::display::{self, DisplayParams};
+use trisect_shared::features::{
+    ALL, AOVS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
+    WIDE, has,
+};
+#[cfg(target_arch = "x86_64")]
+use trisect_shared::features::{AVX2, AVX512};
+use trisect_shared::film::{Compensation, PixelSums};
+use trisect_shared::params::RenderParams;
+use trisect_shared::path::{self, FirstHit};
+use trisect_shared::scene::Scene;
+use trisect_shared::wide::{WideChild, WideTree};
+
+/// Array of records that a kernel reads or writes.
+#[derive(Clone, Copy, Debug)]
+pub struct Array {
+    /// First byte, aligned for the records.
+    pub first: *mut u8,
+    /// Number of bytes.
+    pub bytes: usize,
+}
+
+// SAFETY: it is an address and a length; kernels that share it touch different records.
+unsafe impl Send for Array {}
+// SAFETY: as above.
+unsafe impl Sync for Array {}
+
+/// Arguments of a launch.
+#[derive(Clone, Copy, Debug)]
+pub struct Arguments<'a> {
+    /// Launch parameters, as the entry point's record.
+    pub params: &'a [u8],
+    /// Arrays, in the order of the entry point's bindings.
+    pub arrays: &'a [Array],
+}
+
+/// Runs threads `x` of row `y` of a launch.
+///
+/// # Safety
+///
+/// Parameters and arrays are those of the entry point; the arrays hold what the kernel reads, and
+/// have a place for what it writes. No other thread runs the same thread of the launch. The
+/// processor has the instruction set that the kernel is compiled for.
+pub type Kernel = unsafe fn(arguments: &Arguments<'_>, x: Range<u32>, y: u32);
+
+/// Entry point, by instruction set.
+#[derive(Clone, Copy, Debug)]
+pub struct NativeEntryPoint {
+    /// Name of the entry point.
+    pub name: &'static str,
+    /// Kernel for every processor of the architecture; traces the binary BVH.
+    pub baseline: Kernel,
+    /// Kernel for AVX2, which traces the wide BVH; only of render kernels, on x86-64.
+    pub avx2: Option<Kernel>,
+    /// Kernel for AVX-512, which traces the wide BVH; only of render kernels, on x86-64.
+    pub avx512: Option<Kernel>,
+}
+
+/// Returns the entry point with this name.
+pub fn native(name: &str) -> Option<&'static NativeEntryPoint> {
+    [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS]
+        .into_iter()
+        .flatten()
+        .find(|entry_point| entry_point.name == name)
+}
+
+impl Arguments<'_> {
+    /// Returns the launch parameters.
+    ///
+    /// # Safety
+    ///
+    /// They are of type `T`.
+    unsafe fn params<T: Copy>(&self) -> T {
+        debug_assert_eq!(self.params.len(), size_of::<T>());
+        // SAFETY: the caller's promise.
+        unsafe { self.params.as_ptr().cast::<T>().read_unaligned() }
+    }
+
+    /// Returns an array that no thread of the launch writes.
+    ///
+    /// # Safety
+    ///
+    /// The array holds records of type `T`.
+    unsafe fn read<T>(&self, binding: usize) -> &[T] {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let array = self.arrays.get_unchecked(binding);
+            from_raw_parts(array.first.cast(), array.bytes / size_of::<T>())
+        }
+    }
+
+    /// Returns an array that threads of the launch write, each its own records.
+    ///
+    /// # Safety
+    ///
+    /// The array holds records of type `T`.
+    unsafe fn written<T>(&self, binding: usize) -> Written<'_, T> {
+        // SAFETY: the caller's promise.
+        let array = unsafe { self.arrays.get_unchecked(binding) };
+        Written { first: array.first.cast(), length: array.bytes / size_of::<T>(), arrays: PhantomData }
+    }
+}
+
+/// Array of a launch whose threads write their own records, or read all.
+#[derive(Clone, Copy)]
+struct Written<'a, T> {
+    first: *mut T,
+    length: usize,
+    arrays: PhantomData<&'a mut [T]>,
+}
+
+/// All records, for a kernel that writes none of them.
+impl<T> Deref for Written<'_, T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        // SAFETY: `Arguments::written` got an array of this length.
+        unsafe { from_raw_parts(self.first, self.length) }
+    }
+}
+
+/// Array of which a thread loads its own record.
+trait Records<T> {
+    /// # Safety
+    ///
+    /// The array has the record.
+    unsafe fn record(self, index: u32) -> T;
+}
+
+impl<T: Copy> Records<T> for &[T] {
+    #[inline(always)]
+    unsafe fn record(self, index: u32) -> T {
+        // SAFETY: the caller's promise.
+        unsafe { *self.get_unchecked(index as usize) }
+    }
+}
+
+impl<T: Copy> Records<T> for &Written<'_, T> {
+    #[inline(always)]
+    unsafe fn record(self, index: u32) -> T {
+        debug_assert!((index as usize) < self.length);
+        // SAFETY: the caller's promise.
+        unsafe { *self.first.add(index as usize) }
+    }
+}
+
+/// Returns record `index`.
+///
+/// # Safety
+///
+/// The array has the record.
+#[inline(always)]
+unsafe fn load<T>(array: impl Records<T>, index: u32) -> T {
+    // SAFETY: the caller's promise.
+    unsafe { array.record(index) }
+}
+
+/// Writes record `index`.
+///
+/// # Safety
+///
+/// The array has the record, and no other thread accesses it.
+#[inline(always)]
+unsafe fn store<T>(array: &Written<'_, T>, index: u32, value: T) {
+    debug_assert!((index as usize) < array.length);
+    // SAFETY: the caller's promise.
+    unsafe { array.first.add(index as usize).write(value) }
+}
+
+/// The denoiser's functions, with levels that write pixel by pixel.
+mod denoise {
+    use super::{Written, store};
+    use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, PIXELS_PER_THREAD};
+    pub use trisect_shared::denoise::{
+        accumulate, atrous_level, demodulate, estimate_variance, remodulate, reproject,
+    };
+
+    /// Writes the pixels that a thread of a device writes. The bits are the same.
+    ///
+    /// # Safety
+    ///
+    /// The column lies inside the image, and each array has a record for each pixel.
+    #[inline(always)]
+    pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
+        params: &DenoiseParams,
+        from: &[FilteredPixel],
+        edges: &[GBufferTexel],
+        to: &Written<'_, FilteredPixel>,
+        x: u32,
+        row: u32,
+    ) {
+        let step = params.step.max(1);
+        let first = row / step * (PIXELS_PER_THREAD * step) + row % step;
+        for y in (0..PIXELS_PER_THREAD).map(|k| first + k * step).filter(|&y| y < params.height) {
+            // SAFETY: the pixel lies inside the image.
+            unsafe {
+                let pixel = atrous_level::<BY_VARIANCE>(params, from, edges, x, y);
+                store(to, y * params.width + x, pixel);
+            }
+        }
+    }
+}
+
+/// First binding of the arrays that render kernels write: output, compensations, counter, AOV sums.
+const WRITTEN: usize = 10;
+
+/// First binding of the wide BVH: root, nodes, packets of spheres and of triangles.
+const WIDE_TREE: usize = 14;
+
+/// Returns the scene of a render kernel. Its wide BVH is empty for the other kernels.
+///
+/// # Safety
+///
+/// The arguments are those of a render kernel.
+#[inline(always)]
+unsafe fn scene<'a, const FEATURES: Features>(of: &'a Arguments<'_>) -> Scene<'a> {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let wide = if const { has(FEATURES, WIDE) } {
+            WideTree {
+                root: WideChild(of.read::<u32>(WIDE_TREE)[0]),
+                nodes: of.read(WIDE_TREE + 1),
+                spheres: of.read(WIDE_TREE + 2),
+                triangles: of.read(WIDE_TREE + 3),
+            }
+        } else {
+            WideTree::NONE
+        };
+        Scene {
+            spheres: of.read(0),
+            nodes: of.read(1),
+            materials: of.read(2),
+            planars: of.read(3),
+            triangles: of.read(4),
+            shading: of.read(5),
+            lights: of.read(6),
+            textures: of.read(7),
+            texels: of.read(8),
+            environment: of.read(9),
+            wide,
+        }
+    }
+}
+
+/// Renders pixels next to each other.
+///
+/// # Safety
+///
+/// As [`Kernel`].
+#[inline(always)]
+unsafe fn render_span<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+    // SAFETY: the caller's promise; the guard keeps the pixels inside the film.
+    unsafe {
+        let params = of.params::<RenderParams>();
+        if y >= params.rows {
+            return;
+        }
+        let (scene, y) = (scene::<FEATURES>(of), params.row(y));
+        let film = of.written::<PixelSums>(WRITTEN);
+        let compensations = of.written::<Compensation>(WRITTEN + 1);
+        let aovs = of.written::<AovSums>(WRITTEN + 3);
+        let mut aovs = SharedSlice::new(aovs.first, aovs.length);
+        for x in x.start..x.end.min(params.width) {
+            let pixel = y as usize * params.width as usize + x as usize;
+            let sums = from_raw_parts_mut(film.first.add(pixel), 1);
+            let carries = from_raw_parts_mut(compensations.first.add(pixel), 1);
+            path::render_pixel::<FEATURES>(&params, scene, x, y, sums, carries, 0, &mut aovs);
+        }
+    }
+}
+
+/// [`render_span`] for the baseline.
+///
+/// # Safety
+///
+/// As [`Kernel`].
+unsafe fn render_baseline<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+    // SAFETY: the caller's promise.
+    unsafe { render_span::<FEATURES>(of, x, y) }
+}
+
+/// [`render_span`] for AVX2.
+///
+/// # Safety
+///
+/// As [`Kernel`].
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn render_avx2<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+    // SAFETY: the caller's promise.
+    unsafe { render_span::<FEATURES>(of, x, y) }
+}
+
+/// [`render_span`] for AVX-512.
+///
+/// # Safety
+///
+/// As [`Kernel`].
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+unsafe fn render_avx512<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+    // SAFETY: the caller's promise.
+    unsafe { render_span::<FEATURES>(of, x, y) }
+}
+
+macro_rules! render {
+    ($($name:ident $text:tt: $features:expr,)*) => {
+        &[$(NativeEntryPoint {
+            name: $text,
+            // Threads of a CPU take their pixels from the pool: a variant and its persistent form
+            // share a function.
+            baseline: render_baseline::<{ ($features) & !PERSISTENT }>,
+            // LINEAR is masked out, so that its variant is not compiled for each set.
+            #[cfg(target_arch = "x86_64")]
+            avx2: Some(render_avx2::<{ ($features) & !(LINEAR | PERSISTENT) | WIDE | AVX2 }>),
+            #[cfg(target_arch = "x86_64")]
+            avx512: Some(render_avx512::<{ ($features) & !(LINEAR | PERSISTENT) | WIDE | AVX512 }>),
+            #[cfg(not(target_arch = "x86_64"))]
+            avx2: None,
+            #[cfg(not(target_arch = "x86_64"))]
+            avx512: None,
+        },)*]
+    };
+}
+
+const RENDER: &[NativeEntryPoint] = for_each_variant!(render);
+
+/// Writes first hits of pixels next to each other.
+///
+/// # Safety
+///
+/// As [`Kernel`].
+unsafe fn first_hit(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+    // SAFETY: the caller's promise; the guard keeps the pixels inside the image.
+    unsafe {
+        let params = of.params::<RenderParams>();
+        if y >= params.rows {
+            return;
+        }
+        let (scene, y) = (scene::<0>(of), params.row(y));
+        let hits = of.written::<FirstHit>(WRITTEN);
+        for x in x.start..x.end.min(params.width) {
+            store(&hits, y * params.width + x, path::first_hit(&params, scene, x, y));
+        }
+    }
+}
+
+/// Returns an entry point that exists for the baseline only.
+const fn plain(name: &'static str, baseline: Kernel) -> NativeEntryPoint {
+    NativeEntryPoint { name, baseline, avx2: None, avx512: None }
+}
+
+const FIRST_HITS: &[NativeEntryPoint] = &[plain(crate::FIRST_HIT, first_hit)];
+
+/// Defines the kernel of a pass: `$body` gets the parameters, the arrays and the thread.
+macro_rules! kernel {
+    ($record:ty: |$params:ident, $arrays:ident, $x:ident, $y:ident| $body:block) => {{
+        unsafe fn run($arrays: &Arguments<'_>, x: Range<u32>, y: u32) {
+            // SAFETY: the caller's promise; guards keep the pixels inside the image.
+            unsafe {
+                let $params = &$arrays.params::<$record>();
+                let $y = $params.first_row + y;
+                for $x in x.start..x.end.min($params.width) {
+                    $body
+                }
+            }
+        }
+        run as Kernel
+    }};
+}
+
+/// Defines the kernel of a pass of the denoiser.
+macro_rules! pass {
+    (|$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
+        kernel!(DenoiseParams: |$params, arrays, $x, $y| {
+            #[allow(unused_variables, reason = "all passes have the same arrays")]
+            let ($sums, $aovs, $from, $to, $edges) = (
+                arrays.read::<PixelSums>(0),
+                arrays.read::<AovSums>(1),
+                arrays.read::<FilteredPixel>(2),
+                &arrays.written::<FilteredPixel>(3),
+                &arrays.written::<GBufferTexel>(4),
+            );
+            $body
+        })
+    };
+}
+
+macro_rules! passes {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
+        &[$(plain($text, pass!(|$params, $sums, $aovs, $from, $to, $edges, $x, $y| {
+            if $y < $params.height {
+                let $pixel = $y * $params.width + $x;
+                $body
+            }
+        })),)*]
+    };
+}
+
+const PASSES: &[NativeEntryPoint] = for_each_pass!(passes);
+
+macro_rules! levels {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {
+        &[$(plain($text, pass!(|$params, $sums, $aovs, $from, $to, $edges, $x, $row| $body)),)*]
+    };
+}
+
+const LEVELS: &[NativeEntryPoint] = for_each_level!(levels);
+
+macro_rules! temporal {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
+        &[$(plain($text, kernel!(DenoiseParams: |$params, arrays, $x, y| {
+            #[allow(unused_variables, reason = "all passes have the same arrays")]
+            let ($sums, $aovs, $from, $edges, $past) = (
+                arrays.read::<PixelSums>(0),
+                arrays.read::<AovSums>(1),
+                arrays.read::<FilteredPixel>(2),
+                arrays.read::<GBufferTexel>(3),
+                arrays.read::<HistoryPixel>(4),
+            );
+            #[allow(unused_variables, reason = "all passes have the same arrays")]
+            let ($to, $next, $kept, $seen) = (
+                &arrays.written::<FilteredPixel>(5),
+                &arrays.written::<HistoryPixel>(6),
+                &arrays.written::<PixelSums>(7),
+                &arrays.written::<AovSums>(8),
+            );
+            if y < $params.height {
+                #[allow(unused_variables, reason = "all passes have the same arguments")]
+                let ($y, $pixel) = (y, y * $params.width + $x);
+                $body
+            }
+        })),)*]
+    };
+}
+
+const TEMPORAL: &[NativeEntryPoint] = for_each_temporal!(temporal);
+
+macro_rules! displays {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $lit:ident, $to:ident, $x:ident, $pixel:ident| $body:block,)*) => {
+        &[$(plain($text, kernel!(DisplayParams: |$params, arrays, $x, y| {
+            let ($sums, $lit) = (arrays.read::<PixelSums>(0), arrays.read::<FilteredPixel>(1));
+            let $to = &arrays.written::<u32>(2);
+            if y < $params.height {
+                let $pixel = y * $params.width + $x;
+                $body
+            }
+        })),)*]
+    };
+}
+
+const DISPLAYS: &[NativeEntryPoint] = for_each_display!(displays);
