@@ -43,7 +43,7 @@ fn the_image_is_the_books(subject: BackendUnderTest) {
     let test = |scene: &Scene| {
         let mut renderer = subject.renderer(scene)?;
         let settings = Settings { width: 80, height: 45, samples: 1024, seed: 41, ..Settings::of(scene) };
-        Some(ZTest::new(&renderer.render(&settings, &mut ()).unwrap().film, &reference))
+        Some(ZTest::new(&renderer.render(&settings).unwrap().film, &reference))
     };
     // The global mean must agree within 0.1 %, several times its noise at these samples.
     let agrees = |test: &ZTest| test.passes() && test.relative.iter().all(|r| r.abs() < 1e-3);

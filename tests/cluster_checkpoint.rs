@@ -21,7 +21,7 @@ use trisect_tests::renders::StopAfterParts;
 use trisect_tests::{root, scene};
 
 fn renderer(scene: &Scene) -> Renderer {
-    Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
+    Renderer::new(Cpu::open(Some(1)).unwrap(), scene).unwrap()
 }
 
 /// Continues a film over `ranks` ranks until `pieces` pieces were added. The last rank has the
@@ -60,7 +60,7 @@ fn any_number_of_ranks_goes_on() {
         let settings =
             Settings { width: 12, height: 19, samples: 5000, depth: 8, guides, ..Settings::of(&scene) };
         let empty = || if guides { Film::with_aovs(12, 19) } else { Film::new(12, 19) };
-        let want = renderer(&scene).render(&settings, &mut ()).unwrap().film;
+        let want = renderer(&scene).render(&settings).unwrap().film;
         let (mut film, mut runs) = (empty(), 0);
         while !film.coverage.missing(&(0..5000)).is_empty() {
             film = grown(1 + runs % 4, [&scene; 2], &settings, film, 1);

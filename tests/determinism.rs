@@ -11,7 +11,7 @@ fn settings(renderer_scene: &trisect::scene::Scene) -> Settings {
 }
 
 fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
-    renderer.render(settings, &mut ()).unwrap().film
+    renderer.render(settings).unwrap().film
 }
 
 /// A frame does not depend on what an earlier frame left, neither in memory nor in the size of
@@ -44,7 +44,7 @@ fn submissions_do_not_matter(subject: BackendUnderTest) {
     let settings = settings(&scene);
     let mut cut = |samples| {
         renderer.limit_submissions(Some(samples));
-        renderer.render(&settings, &mut ()).unwrap()
+        renderer.render(&settings).unwrap()
     };
     let whole = cut(u64::MAX / 2);
     assert_eq!(whole.stats.submissions, 1);
@@ -87,12 +87,12 @@ fn threads_do_not_matter() {
     let films: Vec<Film> = [1, 2, 7]
         .map(|threads| {
             let backend = trisect::device::cpu::Cpu::open(Some(threads)).unwrap();
-            film(&mut Renderer::new(Box::new(backend), &scene).unwrap(), &settings)
+            film(&mut Renderer::new(backend, &scene).unwrap(), &settings)
         })
         .into();
     assert!(films.iter().all(|film| *film == films[0]));
     let backend = trisect::device::cpu::Cpu::open(Some(2)).unwrap();
     let other = Settings { seed: 1, ..settings };
-    let other = film(&mut Renderer::new(Box::new(backend), &scene).unwrap(), &other);
+    let other = film(&mut Renderer::new(backend, &scene).unwrap(), &other);
     assert_ne!(other, films[0], "negative control not detected");
 }

@@ -19,7 +19,7 @@ use trisect_cluster::{
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn renderer(scene: &Scene) -> Renderer {
-    Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), scene).unwrap()
+    Renderer::new(Cpu::open(Some(1)).unwrap(), scene).unwrap()
 }
 
 /// Renders the image over `ranks` ranks, each with the scene that `scene_of` returns for it.
@@ -43,7 +43,7 @@ fn work(settings: &Settings, plan: ClusterPlan, travels: WireFormat) -> Work {
 }
 
 fn whole(scene: &Scene, settings: &Settings) -> Film {
-    renderer(scene).render(settings, &mut ()).unwrap().film
+    renderer(scene).render(settings).unwrap().film
 }
 
 fn color(finished: Finished) -> Image {
@@ -237,7 +237,7 @@ fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
     let settings = Settings { width: 41, height: 29, samples: 3, ..Settings::of(&scene) };
     let width = settings.width as usize;
     let (mut screen, mut pixels) = (Vec::new(), Vec::new());
-    let film = renderer.render(&settings, &mut ()).unwrap().film;
+    let film = renderer.render(&settings).unwrap().film;
     let all = RowSet::from(0..settings.height);
     renderer.frame(&settings, &all, &DisplayOptions::default(), &mut screen).unwrap();
     for (shown, pixel) in screen.iter().zip(&film.image().pixels) {

@@ -12,7 +12,7 @@ use trisect_tests::program::{Temporary, check_failure, trisect};
 use trisect_tests::scene;
 
 fn renderer(scene: &Scene) -> Renderer {
-    Renderer::new(Box::new(Cpu::open(None).unwrap()), scene).unwrap()
+    Renderer::new(Cpu::open(None).unwrap(), scene).unwrap()
 }
 
 /// Returns a renderer on a backend that is lost after `left` launches.
@@ -25,7 +25,7 @@ fn failing(scene: &Scene, mut left: u32) -> Renderer {
         })?;
         Ok(())
     };
-    Renderer::new(Box::new(FaultInjectingBackend::new(lost)), scene).unwrap()
+    Renderer::new(FaultInjectingBackend::new(lost), scene).unwrap()
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn a_device_that_is_lost() {
         let settings =
             Settings { width: 32, height: 20, samples: 700, depth: 8, guides, ..Settings::of(&scene) };
         let empty = || if guides { Film::with_aovs(32, 20) } else { Film::new(32, 20) };
-        let whole = renderer(&scene).render(&settings, &mut ()).unwrap().film;
+        let whole = renderer(&scene).render(&settings).unwrap().film;
         for left in 0..4 {
             let (mut film, mut asked) = (empty(), Vec::new());
             let mut render = |elsewhere: &mut trisect::render::FallbackFactory<'_>| {

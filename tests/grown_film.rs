@@ -15,7 +15,7 @@ fn ends_do_not_show(subject: BackendUnderTest) {
         let settings =
             Settings { width: 40, height: 24, samples: 600, depth: 8, guides, ..Settings::of(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let whole = renderer.render(&settings, &mut ()).unwrap();
+        let whole = renderer.render(&settings).unwrap();
         let mut film = if guides { Film::with_aovs(40, 24) } else { Film::new(40, 24) };
         let mut runs = 0;
         while !film.coverage.missing(&(0..600)).is_empty() {
@@ -44,7 +44,7 @@ fn any_part_may_be_there(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..Settings::of(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let whole = renderer.render(&settings, &mut ()).unwrap().film;
+    let whole = renderer.render(&settings).unwrap().film;
     let mut film = Film::new(24, 32);
     for (rows, samples) in [(3..5, 0..256), (5..20, 256..512), (0..1, 0..512)] {
         let part = renderer.render_part(&settings, &SampleBlock { rows, samples }, &mut ()).unwrap();

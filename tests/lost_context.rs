@@ -66,7 +66,7 @@ fn lost() {
     let scene = scene("three_spheres.ron");
     let settings = Settings { width: 320, height: 200, samples: 2048, depth: 8, ..Settings::of(&scene) };
     let Some(mut renderer) = cuda(&scene) else { return };
-    let whole = renderer.render(&settings, &mut ()).unwrap().film;
+    let whole = renderer.render(&settings).unwrap().film;
 
     a_full_device(&scene);
 
@@ -123,11 +123,11 @@ fn a_full_device(scene: &trisect::scene::Scene) {
     drop(taken);
     stream.synchronize().unwrap();
     // With the memory released, rendering works again.
-    assert!(cuda(scene).unwrap().render(&Settings { samples: 16, ..settings }, &mut ()).is_ok());
+    assert!(cuda(scene).unwrap().render(&Settings { samples: 16, ..settings }).is_ok());
 }
 
 fn cuda_error(scene: &trisect::scene::Scene, settings: &Settings) -> Error {
     let opened = trisect::device::cuda::Cuda::open(None).map_err(Error::from);
-    let made = opened.and_then(|cuda| Renderer::new(Box::new(cuda), scene));
-    made.and_then(|mut renderer| renderer.render(settings, &mut ())).map(|_| ()).unwrap_err()
+    let made = opened.and_then(|cuda| Renderer::new(cuda, scene));
+    made.and_then(|mut renderer| renderer.render(settings)).map(|_| ()).unwrap_err()
 }

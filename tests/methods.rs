@@ -97,11 +97,11 @@ fn tiles_without_memory_are_named() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
     let scene = Scene::load(&path).unwrap();
     let settings = Settings { width: 36, height: 20, samples: 3, tile: Some(8), ..Settings::of(&scene) };
-    let open = || Box::new(Cpu::open(Some(1)).unwrap());
+    let open = || Cpu::open(Some(1)).unwrap();
     let settings = Settings { traversal: Some(Traversal::Stack), ..settings };
-    let mut full = Renderer::new(Box::new(OutOfTileMemory(open())), &scene).unwrap();
+    let mut full = Renderer::new(OutOfTileMemory(Box::new(open())), &scene).unwrap();
     let mut other = Renderer::new(open(), &scene).unwrap();
-    let [full, other] = [&mut full, &mut other].map(|r| r.render(&settings, &mut ()).unwrap());
+    let [full, other] = [&mut full, &mut other].map(|r| r.render(&settings).unwrap());
     assert_eq!(differing(&full.film, &other.film), 0);
     let [warning] = &full.stats.warnings()[..] else { panic!("{:?}", full.stats.warnings()) };
     assert!(warning.starts_with("rendered without tiles") && warning.contains("full allows 0"), "{warning}");
@@ -119,7 +119,7 @@ fn queues_of_parts(subject: BackendUnderTest) {
     let want = film(&mut renderer, &Settings { schedule: Some(Schedule::Regenerate), ..settings.clone() });
     let persistent = Settings { schedule: Some(Schedule::Persistent), ..settings };
     if subject == BackendUnderTest::WgpuNaga {
-        let refused = renderer.render(&persistent, &mut ()).map(|_| ()).map_err(|error| error.to_string());
+        let refused = renderer.render(&persistent).map(|_| ()).map_err(|error| error.to_string());
         assert!(refused.as_ref().is_err_and(|text| text.contains("--schedule persistent")), "{refused:?}");
         return;
     }

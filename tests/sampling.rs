@@ -261,7 +261,7 @@ fn the_end_is_not_waited_for_long() {
             } else {
                 FaultInjectingBackend::new(after)
             };
-            let mut renderer = Renderer::new(Box::new(device), &scene).unwrap();
+            let mut renderer = Renderer::new(device, &scene).unwrap();
             renderer.limit_submissions(Some(100_000));
             let request = request(Goal::Error { target: 0.05, max_samples: 100_000 }, adaptive);
             let found = adaptive::render(&mut renderer, &settings, &request, &mut EndsLater(&ended)).unwrap();

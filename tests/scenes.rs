@@ -56,7 +56,7 @@ fn every_scene_renders() {
         let scene = trisect::scene::Scene::load(&path).unwrap();
         let settings = Settings { width: 32, height: 18, samples: 2, ..Settings::of(&scene) };
         let mut renderer = trisect_tests::BackendUnderTest::Cpu.renderer(&scene).unwrap();
-        let film = renderer.render(&settings, &mut ()).unwrap().film;
+        let film = renderer.render(&settings).unwrap().film;
         assert_eq!(film.counts().samples, 32 * 18 * 2, "{}", path.display());
         count += 1;
     }

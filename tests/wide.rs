@@ -306,7 +306,7 @@ fn the_smallest_scenes() {
 
 fn film(scene: &Scene, set: InstructionSet, settings: &Settings) -> Film {
     let cpu = Cpu::with_instructions(None, set).unwrap();
-    Renderer::new(Box::new(cpu), scene).unwrap().render(settings, &mut ()).unwrap().film
+    Renderer::new(cpu, scene).unwrap().render(settings).unwrap().film
 }
 
 /// An image depends neither on the traversal nor on the instruction set.

@@ -25,7 +25,7 @@ pub fn cpu(scene: &Scene) -> Renderer {
 ///
 /// If the backend fails.
 pub fn film(renderer: &mut Renderer, settings: &Settings) -> Film {
-    match renderer.render(settings, &mut ()) {
+    match renderer.render(settings) {
         Ok(frame) => frame.film,
         Err(error) => panic!("{error}"),
     }

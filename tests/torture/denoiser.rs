@@ -227,7 +227,7 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
     let size = Settings { width: 64, height: 64, samples: 1, seed: 5, guides: true, ..Settings::of(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let sobol = Settings { samples: 2048, seed: 9, sampler: Sampler::Sobol, guides: false, ..size.clone() };
-    let reference = cpu(&scene).render(&sobol, &mut ()).unwrap().film.image();
+    let reference = cpu(&scene).render(&sobol).unwrap().film.image();
     let error = |image: &Image| compare(&view(image), &view(&reference)).unwrap().rel_mse;
     let spp: &[u32] = if subject.is_software() { &[1, 4] } else { &[1, 4, 16, 64, 256, 1024] };
     let mut figures = Vec::new();
@@ -236,7 +236,7 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
         let mut gain_at_1 = 0.0;
         for &samples in spp {
             let settings = Settings { samples, ..size.clone() };
-            let film = renderer.render(&settings, &mut ()).unwrap().film;
+            let film = renderer.render(&settings).unwrap().film;
             let image = renderer.denoise(&film, &settings, &denoise).unwrap().0;
             let gain = error(&film.image()) / error(&image);
             if samples == 1 {
@@ -256,7 +256,7 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
         ));
     }
     let settings = Settings { samples: 1, ..size };
-    let film = renderer.render(&settings, &mut ()).unwrap().film;
+    let film = renderer.render(&settings).unwrap().film;
     let shut = DenoiseSettings { color: 0.0, ..FILTERS[0] };
     let image = renderer.denoise(&film, &settings, &shut).unwrap().0;
     let gain = error(&film.image()) / error(&image);

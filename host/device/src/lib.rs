@@ -60,6 +60,13 @@ pub struct DeviceInfo {
     pub timer: &'static str,
 }
 
+/// Boxes a device for the renderer.
+impl<D: Device + 'static> From<D> for Box<dyn Device> {
+    fn from(device: D) -> Self {
+        Box::new(device)
+    }
+}
+
 /// Device that runs kernels over buffers.
 pub trait Device: Send {
     /// Returns the description of the device.

@@ -24,6 +24,32 @@ pub struct Selection {
     pub why: String,
 }
 
+impl Selection {
+    /// Opens the best device: by CUDA, else a hardware adapter of wgpu, else the CPU.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError`] if not even the CPU's threads can be started.
+    pub fn auto() -> Result<Self, BackendError> {
+        open(Choice::Auto, None, None)
+    }
+
+    /// Opens the first device of a backend.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Unavailable`] if there is none.
+    pub fn of(backend: Choice) -> Result<Self, BackendError> {
+        open(backend, None, None)
+    }
+}
+
+impl From<Selection> for Box<dyn Device> {
+    fn from(selection: Selection) -> Self {
+        selection.device
+    }
+}
+
 /// Opens the backend that the user asks for. `device` is an index among that backend's devices, and
 /// ignored with [`Choice::Auto`]; `threads` is the number of threads of the CPU backend, as in
 /// [`Cpu::open`](cpu::Cpu::open).

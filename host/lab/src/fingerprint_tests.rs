@@ -17,7 +17,7 @@ fn ranks_checkpoints_and_references_agree() {
     let scene = Scene::hello_world().unwrap_or_else(|error| panic!("{error}"));
     let digest = scene.digest();
     let cpu = Cpu::open(Some(1)).unwrap_or_else(|error| panic!("{error}"));
-    let renderer = Renderer::new(Box::new(cpu), &scene).unwrap_or_else(|error| panic!("{error}"));
+    let renderer = Renderer::new(cpu, &scene).unwrap_or_else(|error| panic!("{error}"));
     let all = |settings: &Settings, quality| {
         (
             fingerprint(&digest, settings, quality),

@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene.flats.clear();
     let settings =
         trisect::render::Settings { width: SIDE, height: SIDE, ..trisect::render::Settings::of(&scene) };
-    let camera = Renderer::new(Box::new(Cpu::open(Some(1))?), &scene)?.camera(&settings);
+    let camera = Renderer::new(Cpu::open(Some(1))?, &scene)?.camera(&settings);
     let start = Instant::now();
     let bvh = Bvh::build(&scene, Some(quality))?;
     println!("{} triangles; built in {:.2} s", bvh.triangles.len(), start.elapsed().as_secs_f64());

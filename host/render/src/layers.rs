@@ -196,9 +196,9 @@ mod tests {
     #[test]
     fn layers_by_their_names() {
         let scene = Scene::hello_world().unwrap();
-        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let settings = Settings { width: 16, height: 9, samples: 4, guides: true, ..Settings::of(&scene) };
-        let film = renderer.render(&settings, &mut ()).unwrap().film;
+        let film = renderer.render(&settings).unwrap().film;
         let path = std::env::temp_dir().join(format!("trisect-{}-layers.exr", std::process::id()));
         let aovs = Aov::ALL.map(|(_, aov)| aov);
         let camera = renderer.camera(&settings);
@@ -263,10 +263,10 @@ mod tests {
     fn position_and_depth_are_in_scene_units() {
         let layers = |space: Rebase| {
             let scene = SceneDocument::hello_world().unwrap().lower(space).unwrap();
-            let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+            let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
             let settings =
                 Settings { width: 16, height: 9, samples: 4, guides: true, ..Settings::of(&scene) };
-            let film = renderer.render(&settings, &mut ()).unwrap().film;
+            let film = renderer.render(&settings).unwrap().film;
             let camera = renderer.camera(&settings);
             let of = |space| {
                 let place = FilmPlace { camera: &camera, space, object: |_| 0 };

@@ -5,16 +5,34 @@
 //! writes or compares the image. The kernels are in `trisect_shared`; `trisect_kernels` has them
 //! compiled for GPUs.
 //!
-//! ```
-//! use trisect::{device, render, scene};
+//! ```no_run
+//! use trisect::prelude::*;
 //!
-//! let scene = scene::Scene::hello_world()?;
-//! let settings = render::Settings::of(&scene).size(32, 18).spp(4);
-//! let cpu = device::cpu::Cpu::open(None)?;
-//! let mut renderer = render::Renderer::new(Box::new(cpu), &scene)?;
-//! let frame = renderer.render(&settings, &mut ())?;
-//! let image = frame.film.image();
-//! assert_eq!((image.width, image.height), (32, 18));
+//! fn main() -> Result<()> {
+//!     let mut scene = SceneBuilder::new();
+//!     let ground = scene.material(Lambertian::rgb(0.5, 0.5, 0.5));
+//!     let glass = scene.material(Dielectric { ior: 1.5 });
+//!     scene.plane([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], ground);
+//!     scene.sphere([0.0, 0.5, 0.0], 0.5, glass);
+//!     scene.sky(Gradient::new([1.0, 1.0, 1.0], [0.5, 0.7, 1.0]));
+//!     scene.camera(Camera::look_at([0.0, 1.0, 4.0], [0.0, 0.5, 0.0]).fov_degrees(35.0));
+//!     let scene = scene.build()?;
+//!     let mut renderer = Renderer::new(Device::auto()?, &scene)?;
+//!     let frame = renderer.render(&Settings::new(640, 360).spp(256).denoise(Svgf))?;
+//!     frame.image().save("out.png")?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! A scene may also be loaded, and a device named:
+//!
+//! ```
+//! use trisect::prelude::*;
+//!
+//! let scene = Scene::hello_world()?;
+//! let mut renderer = Renderer::new(Device::of(Choice::Cpu)?, &scene)?;
+//! let frame = renderer.render(&Settings::of(&scene).size(32, 18).spp(4))?;
+//! assert_eq!((frame.image().width, frame.image().height), (32, 18));
 //! # Ok::<(), trisect::Error>(())
 //! ```
 //!
@@ -45,6 +63,7 @@
 //! | [`metrics`] | differences of two images: relMSE, RMSE, PSNR, FLIP |
 //! | [`stats`] | times and counts of a render, as text and versioned JSON |
 //! | [`memory`] | available memory |
+//! | [`prelude`] | what most programs need, for one `use` |
 //! | [`threads`] | threads, with an error where the system refuses them |
 //! | [`error`] | [`Error`] and the program's exit codes |
 //!
@@ -67,7 +86,7 @@
 //! let info = selection.device.info();
 //! println!("{}: {} {}", info.backend, info.name, selection.why);
 //! let settings = render::Settings::of(&scene).size(48, 27).spp(16);
-//! let frame = render::Renderer::new(selection.device, &scene)?.render(&settings, &mut ())?;
+//! let frame = render::Renderer::new(selection.device, &scene)?.render(&settings)?;
 //! let out = std::env::temp_dir().join(format!("trisect-example-{}.png", std::process::id()));
 //! output::write(&frame.film.image(), &out)?;
 //! # std::fs::remove_file(&out).ok();
@@ -83,9 +102,9 @@
 //! ```
 //! # use trisect::{device::cpu::Cpu, render, scene};
 //! # let scene = scene::Scene::hello_world()?;
-//! # let mut renderer = render::Renderer::new(Box::new(Cpu::open(None)?), &scene)?;
+//! # let mut renderer = render::Renderer::new(Cpu::open(None)?, &scene)?;
 //! let settings = render::Settings::of(&scene).size(32, 18).spp(64);
-//! let frame = renderer.render(&settings, &mut ())?;
+//! let frame = renderer.render(&settings)?;
 //! let pixel = &frame.film.pixels[9 * 32 + 16];
 //! let (mean, variance) = (pixel.mean(), pixel.variance_of_mean());
 //! println!("red: {} ± {}", mean[0], variance[0].sqrt());
@@ -130,14 +149,14 @@
 //!
 //! let scene = scene::Scene::hello_world()?;
 //! let settings = render::Settings::of(&scene).size(32, 18).spp(600);
-//! let mut renderer = render::Renderer::new(Box::new(Cpu::open(None)?), &scene)?;
+//! let mut renderer = render::Renderer::new(Cpu::open(None)?, &scene)?;
 //! let mut film = Film::new(32, 18);
 //! let mut percent = Percent(0);
 //! let first_part = OnePart(AtomicU32::new(0));
 //! renderer.render_missing(&mut film, &settings, &(0..600), &first_part, &mut percent)?;
 //! assert!(percent.0 < 100 && !film.coverage.missing(&(0..600)).is_empty());
 //! renderer.render_missing(&mut film, &settings, &(0..600), &(), &mut percent)?;
-//! assert_eq!(film, renderer.render(&settings, &mut ())?.film);
+//! assert_eq!(film, renderer.render(&settings)?.film);
 //! # Ok::<(), trisect::Error>(())
 //! ```
 
@@ -152,12 +171,14 @@ pub mod film;
 pub mod layers;
 pub mod lights;
 mod passes;
+pub mod prelude;
 pub mod render;
 pub mod settings;
 pub mod stats;
 pub mod view;
 
 pub use error::Error;
+pub use glam;
 pub use trisect_device as device;
 pub use trisect_image::{self as image, metrics, output};
 pub use trisect_scene::{self as scene, alias, precision};

@@ -4,6 +4,7 @@ mod error;
 
 pub use error::SettingsError;
 
+use crate::denoise::DenoiseSettings;
 use crate::film::{Film, RowSet, SampleBlock};
 use serde::Serialize;
 use std::ops::{Range, RangeInclusive};
@@ -63,6 +64,10 @@ pub struct Settings {
     pub guides: bool,
     /// Kernel variant, by name; `None` for the cheapest that supports the scene.
     pub variant: Option<&'static str>,
+    /// Filter that [`Renderer::render`](crate::render::Renderer::render) runs over the film, which
+    /// stays as it is. Other functions have the filter as an argument.
+    #[serde(skip)]
+    pub denoise: Option<DenoiseSettings>,
 }
 
 /// Source of random numbers.
@@ -97,6 +102,7 @@ impl From<ImageSettings> for Settings {
             clamp: None,
             guides: false,
             variant: None,
+            denoise: None,
         }
     }
 }
@@ -123,6 +129,18 @@ impl Settings {
     #[must_use]
     pub fn spp(self, samples: u32) -> Self {
         Self { samples, ..self }
+    }
+
+    /// Returns these settings with another random seed.
+    #[must_use]
+    pub fn seed(self, seed: u32) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// Returns these settings with a filter, and with the AOVs that it needs.
+    #[must_use]
+    pub fn denoise(self, filter: impl Into<DenoiseSettings>) -> Self {
+        Self { denoise: Some(filter.into()), guides: true, ..self }
     }
 
     /// Returns the part of the settings that a scene can state.
@@ -262,6 +280,7 @@ mod tests {
             tile: None,
             guides: false,
             variant: None,
+            denoise: None,
         }
     }
 

@@ -110,7 +110,7 @@ fn devices() -> Result<Vec<Finding>, Error> {
     let settings = Settings { width: 64, height: 36, samples: 16, ..Settings::of(&scene) };
     let render = |choice: Choice, index: Option<usize>| -> Result<Film, Error> {
         let selection = device::open(choice, index, None)?;
-        Ok(Renderer::new(selection.device, &scene)?.render(&settings, &mut ())?.film)
+        Ok(Renderer::new(selection.device, &scene)?.render(&settings)?.film)
     };
     let cpu = render(Choice::Cpu, None)?;
     let mut findings = Vec::new();
@@ -235,9 +235,9 @@ mod tests {
     #[test]
     fn another_image_is_broken() {
         let scene = Scene::hello_world().unwrap();
-        let mut renderer = Renderer::new(Box::new(Cpu::open(None).unwrap()), &scene).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(None).unwrap(), &scene).unwrap();
         let of = |seed| Settings { width: 64, height: 36, samples: 16, seed, ..Settings::of(&scene) };
-        let mut film = |seed| renderer.render(&of(seed), &mut ()).unwrap().film;
+        let mut film = |seed| renderer.render(&of(seed)).unwrap().film;
         let (cpu, mut near, other) = (film(0), film(0), film(1));
         let device = Cpu::open(None).unwrap().info().clone();
         let state = |film: &Film| judge("cpu 0", &device, film, &cpu).unwrap().state;

@@ -48,7 +48,7 @@ pub fn measure(
     frames: u32,
     observer: &mut dyn RenderObserver,
 ) -> Result<FrameStats, Error> {
-    let mut render = || renderer.render(settings, observer).map(|frame| frame.stats);
+    let mut render = || renderer.render_observed(settings, observer).map(|frame| frame.stats);
     let first = render()?;
     if warm_up.frames == 0 {
         let mut counted = vec![first.clone()];
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn the_warm_up_does_not_count() {
         let scene = Scene::hello_world().unwrap();
-        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let settings = Settings { width: 8, height: 4, samples: 2, ..Settings::of(&scene) };
         let mut first = FirstSubmission::default();
         let frames = measure(&mut renderer, &settings, WarmUp::of(2), 3, &mut first).unwrap();

@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn rows_of_a_live_frame() {
         let scene = Scene::hello_world().unwrap();
-        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let settings = Settings { width: 16, height: 9, samples: 1, ..Settings::of(&scene) };
         let denoise = DenoiseSettings { levels: 2, ..DenoiseSettings::new(Filter::Svgf) };
         let rows = measure_live(&mut renderer, &settings, &denoise, WarmUp::of(1), 3).unwrap();

@@ -208,7 +208,7 @@ mod tests {
 
     fn benchmark() -> Benchmark {
         let scene = Scene::hello_world().unwrap();
-        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let settings = Settings { width: 8, height: 4, samples: 2, ..Settings::of(&scene) };
         let mut frames = measure(&mut renderer, &settings, WarmUp::of(0), 3, &mut ()).unwrap().counted;
         for (frame, milliseconds) in frames.iter_mut().zip([5.0, 1.0, 3.0]) {

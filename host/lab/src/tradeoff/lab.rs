@@ -168,7 +168,7 @@ impl<'a> Lab<'a> {
             }
             sampled.film
         } else {
-            renderer.render(&settings, &mut observer)?.film
+            renderer.render_observed(&settings, &mut observer)?.film
         };
         let mut image = match mode.denoise {
             None => film.image(),

@@ -101,6 +101,7 @@ pub fn settings_of(settings: &Settings) -> Settings {
         traversal: None,
         schedule: None,
         tile: None,
+        denoise: None,
     }
 }
 

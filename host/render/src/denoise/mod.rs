@@ -61,6 +61,13 @@ pub struct DenoiseSettings {
     pub depth: f32,
 }
 
+/// A filter with its default parameters.
+impl From<Filter> for DenoiseSettings {
+    fn from(filter: Filter) -> Self {
+        Self::new(filter)
+    }
+}
+
 impl DenoiseSettings {
     /// Returns a filter with its default parameters (docs/notebook/denoising.md).
     pub const fn new(filter: Filter) -> Self {

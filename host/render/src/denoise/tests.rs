@@ -27,7 +27,7 @@ fn parameters() {
 #[test]
 fn passes_are_chained() {
     let scene = Scene::hello_world().unwrap();
-    let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+    let renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
     let settings = Settings { width: 16, height: 9, ..Settings::of(&scene) };
     let camera = renderer.camera(&settings);
     for filter in [Filter::Atrous, Filter::Svgf] {
@@ -49,7 +49,7 @@ fn passes_are_chained() {
 #[test]
 fn the_view_is_the_cameras() {
     let scene = Scene::hello_world().unwrap();
-    let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+    let renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
     let camera = renderer.camera(&Settings { width: 160, height: 90, ..Settings::of(&scene) });
     let view = view::of(&camera);
     assert_eq!(view.origin, camera.origin);
@@ -67,12 +67,29 @@ fn the_view_is_the_cameras() {
 #[test]
 fn a_film_without_guides_is_refused() {
     let scene = Scene::hello_world().unwrap();
-    let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+    let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
     let settings = Settings { width: 4, height: 3, samples: 1, ..Settings::of(&scene) };
-    let film = renderer.render(&settings, &mut ()).unwrap().film;
+    let film = renderer.render(&settings).unwrap().film;
     let refused = renderer.denoise(&film, &settings, &DenoiseSettings::new(Filter::Svgf));
     assert!(matches!(refused, Err(crate::Error::Denoise(DenoiseError::NoAovs))));
-    let film = renderer.render(&Settings { guides: true, ..settings.clone() }, &mut ()).unwrap().film;
+    let film = renderer.render(&Settings { guides: true, ..settings.clone() }).unwrap().film;
     let (image, times) = renderer.denoise(&film, &settings, &DenoiseSettings::new(Filter::Svgf)).unwrap();
     assert_eq!((image.width, image.height, times.len()), (4, 3, 8));
+}
+
+/// Settings with a filter give the image that the filter makes of the film.
+#[test]
+fn a_frame_is_denoised() {
+    let scene = Scene::hello_world().unwrap();
+    let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
+    let settings = Settings::of(&scene).size(16, 9).spp(2);
+    let noisy = renderer.render(&settings).unwrap();
+    assert!(noisy.denoised.is_none() && noisy.image() == noisy.film.image());
+    let settings = settings.denoise(Filter::Svgf);
+    let frame = renderer.render(&settings).unwrap();
+    let by_hand = renderer.denoise(&frame.film, &settings, &DenoiseSettings::new(Filter::Svgf)).unwrap().0;
+    assert!(frame.image() == by_hand && frame.image() != noisy.image());
+    assert!(frame.film.pixels == noisy.film.pixels);
+    let wrong = DenoiseSettings { levels: 0, ..DenoiseSettings::new(Filter::Svgf) };
+    assert!(renderer.render(&settings.denoise(wrong)).is_err());
 }

@@ -33,18 +33,24 @@ fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
 
 impl Renderer {
     /// Creates a renderer: builds the BVH and the light table, and uploads the scene.
-    pub fn new(device: Box<dyn Device>, scene: &Scene) -> Result<Self, Error> {
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Scene`] for a scene that is not valid; [`Error::Backend`] if it does not fit the
+    /// device, or the device fails.
+    pub fn new(device: impl Into<Box<dyn Device>>, scene: &Scene) -> Result<Self, Error> {
         Self::with_quality(device, scene, None)
     }
 
     /// Creates a renderer with a BVH of this quality; `None` chooses the quality by the number of
     /// primitives.
     pub fn with_quality(
-        mut device: Box<dyn Device>,
+        device: impl Into<Box<dyn Device>>,
         scene: &Scene,
         quality: Option<BvhQuality>,
     ) -> Result<Self, Error> {
         let start = Instant::now();
+        let mut device = device.into();
         let valid = ValidScene::new(scene)?;
         let mut bvh = Bvh::build(scene, quality)?;
         let wide = match device.best_method(scene.features(), MathMode::Precise).0 {

@@ -46,6 +46,8 @@ impl Fingerprint {
             schedule: _,
             tile: _,
             variant: _,
+            // The film is not denoised.
+            denoise: _,
         } = settings;
         let settings = [
             ("width", Value::from(*width)),

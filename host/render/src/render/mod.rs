@@ -30,6 +30,7 @@ pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 
 use crate::Error;
+use crate::denoise::DenoiseSettings;
 use crate::film::{Film, HostRecords, RowSet};
 use crate::passes::{DeviceScene, FilmDesc};
 use crate::stats::{Phases, RenderStats};
@@ -84,12 +85,14 @@ pub struct Frame {
     pub film: Film,
     /// Times and counts.
     pub stats: RenderStats,
+    /// Denoised image, if [`Settings::denoise`] asks for one.
+    pub denoised: Option<Image>,
 }
 
 impl Frame {
-    /// Returns the image: the mean radiance of each pixel.
+    /// Returns the image: the denoised one if there is one, else the mean radiance of each pixel.
     pub fn image(&self) -> Image {
-        self.film.image()
+        self.denoised.clone().unwrap_or_else(|| self.film.image())
     }
 }
 
@@ -156,17 +159,36 @@ impl Renderer {
         self.uploaded.into_device()
     }
 
-    /// Renders one frame.
+    /// Renders one frame, and denoises it if the settings ask for that.
     ///
     /// # Errors
     ///
-    /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Backend`] if the
-    /// device fails, [`Error::Cancelled`] if the observer cancels the render.
-    pub fn render(&mut self, settings: &Settings, observer: &mut dyn RenderObserver) -> Result<Frame, Error> {
-        self.render_part(settings, &settings.whole(), observer)
+    /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Denoise`] for a filter
+    /// whose parameters are, [`Error::Backend`] if the device fails.
+    pub fn render(&mut self, settings: &Settings) -> Result<Frame, Error> {
+        self.render_observed(settings, &mut ())
     }
 
-    /// Renders some rows and some samples of the frame that `settings` describe. The films of parts
+    /// Renders one frame as [`render`](Self::render) does, with an observer.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`render`](Self::render), and [`Error::Cancelled`] if the observer cancels the
+    /// render.
+    pub fn render_observed(
+        &mut self,
+        settings: &Settings,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<Frame, Error> {
+        settings.denoise.as_ref().map_or(Ok(()), DenoiseSettings::check)?;
+        let mut frame = self.render_part(settings, &settings.whole(), observer)?;
+        if let Some(denoise) = &settings.denoise {
+            frame.denoised = Some(self.denoise(&frame.film, settings, denoise)?.0);
+        }
+        Ok(frame)
+    }
+
+    /// Renders some rows and some samples of the frame that `settings` describe, without denoising. The films of parts
     /// that make up the frame, added by [`Film::add`] in any order and grouping, are the film of
     /// the whole: a pixel's chunks are the same everywhere, and the sum over them is exact. Rows
     /// outside the part stay unwritten.
@@ -216,7 +238,7 @@ impl Renderer {
         stats.submissions += took.submissions;
         stats.device_seconds += took.device.as_secs_f64();
         stats.finish(film.counts_in(&part.rows), start.elapsed(), took.waited, took.read);
-        Ok(Frame { film, stats })
+        Ok(Frame { film, stats, denoised: None })
     }
 
     /// Prepares a frame, of whose memory `held` bytes are allocated already. Returns the kernel,

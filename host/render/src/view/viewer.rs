@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn a_series_ends_where_it_is_enough() {
         let scene = Scene::hello_world().unwrap();
-        let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let mut viewer = Viewer::new(renderer);
         let settings = Settings { width: 32, height: 18, samples: 2, ..Settings::of(&scene) };
         let mut look = ViewOptions {
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn a_series_ends_where_no_more_is_kept() {
         let scene = Scene::hello_world().unwrap();
-        let renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let mut viewer = Viewer::new(renderer);
         let settings = Settings { width: 2, height: 1, samples: 255, ..Settings::of(&scene) };
         let look = ViewOptions::new(settings, None);
@@ -253,9 +253,9 @@ mod tests {
     #[test]
     fn the_screen_shows_the_image() {
         let scene = Scene::hello_world().unwrap();
-        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
         let settings = Settings { width: 32, height: 18, samples: 2, ..Settings::of(&scene) };
-        let image = renderer.render(&settings, &mut ()).unwrap().film.image();
+        let image = renderer.render(&settings).unwrap().film.image();
         let mut viewer = Viewer::new(renderer);
         for split in [0.0, 0.5, 1.0] {
             let mut look = ViewOptions::new(settings.clone(), None);

@@ -48,7 +48,7 @@ pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> 
         samples: METER_SAMPLES,
         ..look.settings.clone()
     };
-    let automatic = Automatic::of(&session.renderer.render(&settings, &mut ())?.film.image());
+    let automatic = Automatic::of(&session.renderer.render(&settings)?.film.image());
     eprint(&automatic.to_string());
     Ok(automatic.stops)
 }

@@ -45,7 +45,7 @@ impl Spp {
             for round in 0..plan.warm_up + plan.frames {
                 for (&samples, seconds) in plan.spp.iter().zip(&mut seconds) {
                     let settings = plan.settings(Settings::of(&scene), samples);
-                    let stats = renderer.render(&settings, &mut ())?.stats;
+                    let stats = renderer.render(&settings)?.stats;
                     kernel = stats.kernel;
                     if round >= plan.warm_up {
                         seconds.push(stats.device_seconds);

@@ -87,8 +87,8 @@ fn they_render() {
     for count in [1, 3, 50] {
         let scene = sphere_scene(count).unwrap().lower(Rebase::IDENTITY).unwrap();
         let settings = Settings { width: 16, height: 9, samples: 1, ..Settings::of(&scene) };
-        let mut renderer = Renderer::new(Box::new(Cpu::open(Some(1)).unwrap()), &scene).unwrap();
-        let frame = renderer.render(&settings, &mut ()).unwrap();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
+        let frame = renderer.render(&settings).unwrap();
         assert!(frame.stats.warnings().is_empty() && scene.warnings.is_empty());
         assert!(frame.film.image().pixels.iter().flatten().all(|value| (0.0..=1.0).contains(value)));
     }

@@ -1,0 +1,21 @@
+//! What a program that makes and renders scenes needs, for one `use`.
+//!
+//! [`Device`] is an opened device with the reason for its choice; the trait that devices implement
+//! is [`device::Device`](crate::device::Device).
+
+pub use crate::Error;
+pub use crate::denoise::DenoiseSettings;
+pub use crate::denoise::Filter::{self, Atrous, Svgf};
+pub use crate::device::{Choice, Selection as Device};
+pub use crate::film::Film;
+pub use crate::image::Image;
+pub use crate::render::{Frame, RenderObserver, Renderer, Sampler, Settings};
+pub use crate::scene::builder::{
+    Camera, Conductor, Dielectric, Emissive, Gradient, Lambertian, MaterialId, MeshId, Metal,
+    RoughDielectric, SceneBuilder,
+};
+pub use crate::scene::{Fresnel, Scene};
+pub use glam;
+
+/// Result with the library's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
