@@ -157,7 +157,6 @@ impl ImagePart {
         };
         let pixels = rows.len() as usize * width as usize;
         let expected = samples.len() as u32;
-        let at = |pixel: usize| rendered.mean(pixel, expected);
         let counts = match rendered {
             Rendered::Chunk(sums, _) => counts_of(sums, expected),
             Rendered::Means(_, counts) => *counts,
@@ -186,40 +185,7 @@ impl ImagePart {
         let mut bytes = vec![0u8; size_of::<Header>() + pixels * travels.bytes()];
         let (head, body) = bytes.split_at_mut(size_of::<Header>());
         head.copy_from_slice(bytes_of(&header));
-        let mut each = |write: &(dyn Fn(usize, &mut [u8]) + Sync)| {
-            let places = body.par_chunks_exact_mut(travels.bytes()).enumerate().with_min_len(4096);
-            places.for_each(|(pixel, place)| write(pixel, place));
-        };
-        match (travels, rendered) {
-            (WireFormat::Bytes, _) => each(&|pixel, place| {
-                place.copy_from_slice(&at(pixel).mean().map(srgb::encode_u8));
-            }),
-            (WireFormat::Color, _) => each(&|pixel, place| {
-                place.copy_from_slice(bytes_of(&at(pixel).mean()));
-            }),
-            (WireFormat::Double, _) => {
-                each(&|pixel, place| {
-                    place.copy_from_slice(bytes_of(&DoubleSum::of(&at(pixel))));
-                });
-            }
-            (WireFormat::Mean, _) => {
-                each(&|pixel, place| place.copy_from_slice(bytes_of(&at(pixel))));
-            }
-            (WireFormat::Chunk, Rendered::Chunk(..)) => each(&|pixel, place| {
-                let mean = at(pixel);
-                let radiance = mean.radiance.map(|sum| sum[0] as f32); // exact: one f32 each
-                place.copy_from_slice(bytes_of(&ChunkSum { radiance, samples: mean.samples as u32 }));
-            }),
-            (WireFormat::Sums | WireFormat::SumsAndAovs, Rendered::Chunk(sums, guides)) => {
-                let (of_sums, of_guides) = body.split_at_mut(size_of_val(*sums));
-                of_sums.copy_from_slice(cast_slice(sums));
-                if travels == WireFormat::SumsAndAovs {
-                    of_guides.copy_from_slice(cast_slice(guides));
-                }
-            }
-            // Kernel sums are sent chunk by chunk, never as means.
-            (WireFormat::Chunk | WireFormat::Sums | WireFormat::SumsAndAovs, Rendered::Means(..)) => {}
-        }
+        encode(body, travels, rendered, expected);
         let (rows, (device_seconds, render_seconds, submissions)) = (rows.clone(), cost);
         Self {
             rows,
@@ -372,5 +338,43 @@ impl ImagePart {
             _ => return (Vec::new(), Vec::new()),
         };
         (pod_collect_to_vec(sums), pod_collect_to_vec(guides))
+    }
+}
+/// Writes sums to `body` as they travel. A pixel has `expected` samples.
+fn encode(body: &mut [u8], travels: WireFormat, rendered: &Rendered, expected: u32) {
+    let at = |pixel: usize| rendered.mean(pixel, expected);
+    let mut each = |write: &(dyn Fn(usize, &mut [u8]) + Sync)| {
+        let places = body.par_chunks_exact_mut(travels.bytes()).enumerate().with_min_len(4096);
+        places.for_each(|(pixel, place)| write(pixel, place));
+    };
+    match (travels, rendered) {
+        (WireFormat::Bytes, _) => each(&|pixel, place| {
+            place.copy_from_slice(&at(pixel).mean().map(srgb::encode_u8));
+        }),
+        (WireFormat::Color, _) => each(&|pixel, place| {
+            place.copy_from_slice(bytes_of(&at(pixel).mean()));
+        }),
+        (WireFormat::Double, _) => {
+            each(&|pixel, place| {
+                place.copy_from_slice(bytes_of(&DoubleSum::of(&at(pixel))));
+            });
+        }
+        (WireFormat::Mean, _) => {
+            each(&|pixel, place| place.copy_from_slice(bytes_of(&at(pixel))));
+        }
+        (WireFormat::Chunk, Rendered::Chunk(..)) => each(&|pixel, place| {
+            let mean = at(pixel);
+            let radiance = mean.radiance.map(|sum| sum[0] as f32); // exact: one f32 each
+            place.copy_from_slice(bytes_of(&ChunkSum { radiance, samples: mean.samples as u32 }));
+        }),
+        (WireFormat::Sums | WireFormat::SumsAndAovs, Rendered::Chunk(sums, guides)) => {
+            let (of_sums, of_guides) = body.split_at_mut(size_of_val(*sums));
+            of_sums.copy_from_slice(cast_slice(sums));
+            if travels == WireFormat::SumsAndAovs {
+                of_guides.copy_from_slice(cast_slice(guides));
+            }
+        }
+        // Kernel sums are sent chunk by chunk, never as means.
+        (WireFormat::Chunk | WireFormat::Sums | WireFormat::SumsAndAovs, Rendered::Means(..)) => {}
     }
 }

@@ -13,6 +13,7 @@ mod assembler;
 pub mod cost;
 pub mod devices;
 mod error;
+mod frame_series;
 pub mod handshake;
 mod heartbeat;
 mod image_part;

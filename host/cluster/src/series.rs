@@ -7,11 +7,12 @@
 #![allow(unsafe_code, reason = "several ranks fill one frame; each block says why it is sound")]
 
 use super::ClusterError;
+use super::frame_series::check_rows;
+pub use super::frame_series::{FrameCost, FrameSeries, SeriesReport};
 use super::heartbeat::{Heartbeat, POLL_INTERVAL};
 use super::network::{Message, Network, Tag};
 use super::render_thread::RenderThread;
 use crate::Error;
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
@@ -22,72 +23,6 @@ use trisect::render::Renderer;
 /// Maximum number of frames that a rank may be ahead of the root's complete frames: being sent,
 /// being rendered or waiting.
 const MAX_FRAMES_AHEAD: u32 = 4;
-
-/// Cost of one frame on one rank, in seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FrameCost {
-    /// Time until the pixels were in place, measured by the host; for frames rendered at the same
-    /// time, each one's share.
-    pub render: f64,
-    /// Part of `render` by the device's timer.
-    pub device: f64,
-}
-
-/// Series of frames of an image whose rows are divided among ranks.
-#[derive(Clone, Debug)]
-pub struct FrameSeries {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Rows of each rank.
-    pub rows: Vec<RowSet>,
-    /// Number of frames.
-    pub frames: u32,
-    /// True if a waiting rank spins instead of sleeping. Where a GPU renders, that costs nothing
-    /// and saves the time of waking up.
-    pub spins: bool,
-}
-
-/// Costs and times of a series of frames.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SeriesReport {
-    /// Cost of each frame, by rank, then frame; empty for a rank without rows.
-    pub costs: Vec<Vec<FrameCost>>,
-    /// Time when each frame was complete on the root, in seconds since the start.
-    pub whole: Vec<f64>,
-    /// Mean number of bytes that the root received per frame.
-    pub bytes: u64,
-}
-
-impl SeriesReport {
-    /// Returns the mean time between complete frames in seconds, from frame `from` on. Transfers
-    /// that overlap count once.
-    pub fn period(&self, from: usize) -> f64 {
-        match self.whole.get(from..) {
-            Some([first, .., last]) => (last - first) / (self.whole.len() - from - 1) as f64,
-            _ => self.whole.last().copied().unwrap_or(0.0),
-        }
-    }
-
-    /// Returns the mean render time per frame of the slowest rank in seconds, from frame `from` on.
-    pub fn render(&self, from: usize) -> f64 {
-        self.slowest(from, |cost| cost.render)
-    }
-
-    /// Returns the mean device time per frame of the slowest rank in seconds, from frame `from` on.
-    pub fn device(&self, from: usize) -> f64 {
-        self.slowest(from, |cost| cost.device)
-    }
-
-    fn slowest(&self, from: usize, value: fn(&FrameCost) -> f64) -> f64 {
-        let mean = |costs: &Vec<FrameCost>| {
-            let counted = costs.get(from..).filter(|counted| !counted.is_empty()).unwrap_or(costs);
-            counted.iter().map(value).sum::<f64>() / counted.len().max(1) as f64
-        };
-        self.costs.iter().map(mean).fold(0.0, f64::max)
-    }
-}
 
 /// Function that renders a rank's rows of the frame with the given number into a target.
 pub trait Render<State>:
@@ -173,25 +108,201 @@ impl Root<'_, '_> {
     }
 }
 
-/// Checks that each row of a rank is in the image and belongs to no other rank: two would write to
-/// the same memory.
-fn check_rows(series: &FrameSeries) -> Result<(), Error> {
-    let mut taken = vec![false; series.height as usize];
-    for (rank, rows) in (0..).zip(&series.rows) {
-        for row in rows.iter() {
-            match taken.get_mut(row as usize) {
-                Some(taken) if !*taken => *taken = true,
-                _ => {
-                    let message = format!(
-                        "row {row} of {}, which is outside the image or another rank's",
-                        series.height
-                    );
-                    return Err(ClusterError::Protocol { rank, message }.into());
+/// Task of a render thread: the frame's number, and memory for rows that are sent as messages.
+type FrameTask = (u32, Vec<u32>);
+
+/// Result of a task: the memory, and the frame's cost.
+type RenderedFrame = (Vec<u32>, FrameCost);
+
+/// A rank's part of a series.
+struct RankSeries<'a, 'b, N: Network, State> {
+    link: &'a mut Heartbeat<N>,
+    series: &'a FrameSeries,
+    threads: RenderThreads<State, FrameTask, RenderedFrame>,
+    /// Frames of the root, if this rank can access them.
+    frames: Option<Arc<FrameMemory>>,
+    /// State of the root, on the root.
+    root: Option<Root<'a, 'b>>,
+    start: Instant,
+    /// Number of frames that this rank renders.
+    wanted: u32,
+    /// Number of frames that its threads got.
+    ordered: u32,
+    /// Number of frames that are complete on the root.
+    whole: u32,
+    /// Costs of the frames that it rendered, until they are reported.
+    costs: Vec<FrameCost>,
+    rendered: usize,
+    spare: Vec<Vec<u32>>,
+    reported: bool,
+}
+
+impl<N: Network, State: Send + 'static> RankSeries<'_, '_, N, State> {
+    /// Hands frames to the render threads, as far ahead as they may be.
+    fn order(&mut self) {
+        while self.ordered < self.wanted && self.ordered < self.whole + MAX_FRAMES_AHEAD {
+            let thread = self.threads.of(self.ordered as usize);
+            if thread.open() > 1 {
+                break;
+            }
+            let memory = self.spare.pop().or_else(|| self.link.network().reclaim());
+            thread.submit((self.ordered, memory.unwrap_or_default()));
+            self.ordered += 1;
+        }
+    }
+
+    /// Waits for this rank's next frame, for at most a nap, and takes or sends its rows. Returns the
+    /// number of frames that this completes on the root.
+    fn take_own(&mut self) -> Result<u32, Error> {
+        let nap = if self.series.spins { Duration::ZERO } else { POLL_INTERVAL };
+        let rank = self.link.rank();
+        // In the order of frames.
+        let Some(product) = self.threads.of(self.rendered).next_product(nap) else { return Ok(0) };
+        let (pixels, cost) = match product {
+            Ok(product) => product,
+            Err(error) if rank == 0 => return Err(error),
+            Err(error) => {
+                let told: RankOutcome = Err((error.exit_code(), error.to_string()));
+                self.link.send(0, Tag::Report, serde_json::to_vec(&told).unwrap_or_default())?;
+                self.link.flush()?;
+                self.link.expect(Tag::Done)?;
+                return Err(error);
+            }
+        };
+        self.costs.push(cost);
+        self.rendered += 1;
+        match &mut self.root {
+            Some(root) => return root.take(self.series, 0, &[], self.start),
+            None if self.frames.is_some() => {
+                self.link.send(0, Tag::ImagePart, Vec::new())?;
+                self.spare.push(pixels);
+            }
+            None => self.link.send_words(0, Tag::ImagePart, pixels)?,
+        }
+        Ok(0)
+    }
+
+    /// Takes all messages that have come. Returns the number of frames that this completes on the
+    /// root, or `None` if the root ends the series.
+    fn receive(&mut self) -> Result<Option<u32>, Error> {
+        let mut completed = 0;
+        while let Some(Message { from, tag, bytes }) = self.link.receive()? {
+            match (tag, &mut self.root) {
+                (Tag::ImagePart, Some(root)) => {
+                    root.bytes += bytes.len() as u64;
+                    completed += root.take(self.series, from, &bytes, self.start)?;
+                }
+                (Tag::Report, Some(root)) => match serde_json::from_slice(&bytes) {
+                    Ok(Ok(costs)) => {
+                        if let Some(place) = root.costs.get_mut(from as usize) {
+                            *place = Some(costs);
+                        }
+                    }
+                    Ok(Err((code, message))) => {
+                        let host = self.link.host_of(from);
+                        return Err(ClusterError::Rank { rank: from, host, message, code }.into());
+                    }
+                    Err(error) => {
+                        return Err(ClusterError::Protocol { rank: from, message: error.to_string() }.into());
+                    }
+                },
+                // Number of frames that are complete on the root.
+                (Tag::WorkRequest, None) => {
+                    let whole = <[u8; 4]>::try_from(bytes.as_slice());
+                    self.whole = whole.map_or(self.whole, u32::from_ne_bytes);
+                }
+                (Tag::Done, None) if self.reported => return Ok(None),
+                (other, _) => {
+                    let message = format!("{other:?} during a series of frames");
+                    return Err(ClusterError::Protocol { rank: from, message }.into());
                 }
             }
         }
+        Ok(Some(completed))
     }
-    Ok(())
+
+    /// Tells the other ranks how many frames are complete, and reports this rank's costs after its
+    /// last frame. Returns the report of the series when all ranks have reported theirs.
+    fn advance(&mut self, completed: u32) -> Result<Option<SeriesReport>, Error> {
+        let Some(root) = &mut self.root else {
+            let all = self.rendered as u32 == self.wanted && self.link.network().unsent() == 0;
+            if all && !self.reported {
+                self.reported = true;
+                let told: RankOutcome = Ok(std::mem::take(&mut self.costs));
+                self.link.send(0, Tag::Report, serde_json::to_vec(&told).unwrap_or_default())?;
+            }
+            return Ok(None);
+        };
+        let ranks = self.series.rows.len() as u32;
+        if completed > 0 {
+            self.whole += completed;
+            for (to, _) in (0..ranks).zip(&self.series.rows).filter(|(to, rows)| *to > 0 && !rows.is_empty())
+            {
+                self.link.send(to, Tag::WorkRequest, self.whole.to_ne_bytes().to_vec())?;
+            }
+        }
+        if self.whole < self.series.frames {
+            return Ok(None);
+        }
+        if !self.reported {
+            self.reported = true;
+            root.costs[0] = Some(std::mem::take(&mut self.costs));
+        }
+        if !root.costs.iter().all(Option::is_some) {
+            return Ok(None);
+        }
+        (1..ranks).try_for_each(|to| self.link.send(to, Tag::Done, Vec::new()))?;
+        self.link.flush()?;
+        let costs = root.costs.iter_mut().filter_map(Option::take).collect();
+        let bytes = root.bytes / u64::from(self.series.frames.max(1));
+        Ok(Some(SeriesReport { costs, whole: std::mem::take(&mut root.whole), bytes }))
+    }
+
+    /// Runs the series to its end. Returns the report on the root.
+    fn run(&mut self, ended: &dyn Fn() -> bool) -> Result<Option<SeriesReport>, Error> {
+        loop {
+            self.order();
+            let own = self.take_own()?;
+            let Some(received) = self.receive()? else { return Ok(None) };
+            if ended() {
+                let total = u64::from(self.series.width) * u64::from(self.series.height);
+                return Err(ClusterError::Ended { done: 0, total }.into());
+            }
+            if let Some(report) = self.advance(own + received)? {
+                return Ok(Some(report));
+            }
+            if self.series.spins {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+/// Starts a thread that renders rows `own` of frames: to their places in `frames`, or packed. As
+/// many threads of the rank render `together`.
+fn render_thread<State: Send + 'static>(
+    state: State,
+    width: u32,
+    (frames, own): (Option<Arc<FrameMemory>>, RowSet),
+    mut render: impl Render<State>,
+    together: u32,
+) -> Result<RenderThread<State, FrameTask, RenderedFrame>, Error> {
+    let thread = RenderThread::new(
+        state,
+        move |state, (index, mut pixels): FrameTask, out: &mut (dyn FnMut(_) + Send)| {
+            // SAFETY: these rows are this rank's. The root has shown the earlier frame of this
+            // memory, and reads the new rows only after a message that they are in place.
+            let place = frames.as_ref().and_then(|frames| unsafe { frames.target(index, &own) });
+            let cost = match place {
+                Some(mut place) => render(state, index, &mut place)?,
+                None => render(state, index, &mut RowTarget::packed(&mut pixels, width, &own))?,
+            };
+            fence(Ordering::SeqCst);
+            out((pixels, FrameCost { render: cost.render / f64::from(together), ..cost }));
+            Ok(())
+        },
+    )?;
+    Ok(thread)
 }
 
 /// Renders frames over all ranks; each rank calls this. `render` runs on its own thread; with a
@@ -215,9 +326,10 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
     let rank = link.rank();
     let FrameSeries { width, height, .. } = *series;
     check_rows(series)?;
-    let several = series.rows.len() > 1;
-    let shared = if several { link.network().share(width, height, MAX_FRAMES_AHEAD)? } else { None };
-    // Frames of the root, if this rank can access them.
+    let shared = match series.rows.len() > 1 {
+        true => link.network().share(width, height, MAX_FRAMES_AHEAD)?,
+        false => None,
+    };
     let frames = match shared {
         None if rank > 0 => None,
         shared => Some(Arc::new(shared.unwrap_or_else(|| FrameMemory::new(width, height, MAX_FRAMES_AHEAD)))),
@@ -225,30 +337,12 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
     // Both states have the same device, so pinning once is enough.
     frames.iter().for_each(|frames| state.as_mut().pin(frames.memory()));
     let own = series.rows.get(rank as usize).cloned().unwrap_or_else(|| RowSet::from(0..0));
+    let wanted = if own.is_empty() { 0 } else { series.frames };
     let together = if twin.is_some() { 2 } else { 1 };
-    let workshop = |state| {
-        let (reached, own, mut render) = (frames.clone(), own.clone(), render.clone());
-        RenderThread::new(
-            state,
-            move |state, (index, mut pixels): (u32, Vec<u32>), out: &mut (dyn FnMut(_) + Send)| {
-                // SAFETY: these rows are this rank's. The root has shown the earlier frame of this
-                // memory, and reads the new rows only after a message that they are in place.
-                let place = reached.as_ref().and_then(|frames| unsafe { frames.target(index, &own) });
-                let cost = match place {
-                    Some(mut place) => render(state, index, &mut place)?,
-                    None => render(state, index, &mut RowTarget::packed(&mut pixels, width, &own))?,
-                };
-                fence(Ordering::SeqCst);
-                out((pixels, FrameCost { render: cost.render / together as f64, ..cost }));
-                Ok(())
-            },
-        )
-    };
-    let mut workshops = RenderThreads { first: workshop(state)?, second: twin.map(workshop).transpose()? };
+    let thread = |state| render_thread(state, width, (frames.clone(), own.clone()), render.clone(), together);
+    let threads = RenderThreads { first: thread(state)?, second: twin.map(thread).transpose()? };
     let ranks = series.rows.len();
-    let busy: Vec<bool> = series.rows.iter().map(|rows| !rows.is_empty()).collect();
-    let works = busy.get(rank as usize).copied().unwrap_or(false);
-    let mut root = frames.clone().filter(|_| rank == 0).map(|frames| Root {
+    let root = frames.clone().filter(|_| rank == 0).map(|frames| Root {
         show,
         frames,
         missing: VecDeque::new(),
@@ -257,112 +351,26 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
         bytes: 0,
         costs: vec![None; ranks],
     });
-    let start = Instant::now();
-    let wanted = if works { series.frames } else { 0 };
-    let (mut ordered, mut whole) = (0, 0);
-    let mut costs = Vec::new();
-    let mut spare: Vec<Vec<u32>> = Vec::new();
-    let mut reported = false;
-    let nap = if series.spins { Duration::ZERO } else { POLL_INTERVAL };
-    let report = 'frames: loop {
-        while ordered < wanted && ordered < whole + MAX_FRAMES_AHEAD {
-            let workshop = workshops.of(ordered as usize);
-            if workshop.open() > 1 {
-                break;
-            }
-            workshop.submit((ordered, spare.pop().or_else(|| link.network().reclaim()).unwrap_or_default()));
-            ordered += 1;
-        }
-        let mut came = 0;
-        // In the order of frames.
-        if let Some(product) = workshops.of(costs.len()).next_product(nap) {
-            let (pixels, cost) = match product {
-                Ok(product) => product,
-                Err(error) if rank == 0 => return Err(error),
-                Err(error) => {
-                    let told: RankOutcome = Err((error.exit_code(), error.to_string()));
-                    link.send(0, Tag::Report, serde_json::to_vec(&told).unwrap_or_default())?;
-                    link.flush()?;
-                    link.expect(Tag::Done)?;
-                    return Err(error);
-                }
-            };
-            costs.push(cost);
-            match &mut root {
-                Some(root) => came += root.take(series, 0, &[], start)?,
-                None if frames.is_some() => {
-                    link.send(0, Tag::ImagePart, Vec::new())?;
-                    spare.push(pixels);
-                }
-                None => link.send_words(0, Tag::ImagePart, pixels)?,
-            }
-        }
-        while let Some(Message { from, tag, bytes }) = link.receive()? {
-            match (tag, &mut root) {
-                (Tag::ImagePart, Some(root)) => {
-                    root.bytes += bytes.len() as u64;
-                    came += root.take(series, from, &bytes, start)?;
-                }
-                (Tag::Report, Some(root)) => match serde_json::from_slice(&bytes) {
-                    Ok(Ok(costs)) => {
-                        if let Some(place) = root.costs.get_mut(from as usize) {
-                            *place = Some(costs);
-                        }
-                    }
-                    Ok(Err((code, message))) => {
-                        let host = link.host_of(from);
-                        return Err(ClusterError::Rank { rank: from, host, message, code }.into());
-                    }
-                    Err(error) => {
-                        return Err(ClusterError::Protocol { rank: from, message: error.to_string() }.into());
-                    }
-                },
-                // Number of frames that are complete on the root.
-                (Tag::WorkRequest, None) => {
-                    whole = <[u8; 4]>::try_from(bytes.as_slice()).map_or(whole, u32::from_ne_bytes);
-                }
-                (Tag::Done, None) if reported => break 'frames None,
-                (other, _) => {
-                    let message = format!("{other:?} during a series of frames");
-                    return Err(ClusterError::Protocol { rank: from, message }.into());
-                }
-            }
-        }
-        if ended() {
-            let total = u64::from(series.width) * u64::from(series.height);
-            return Err(ClusterError::Ended { done: 0, total }.into());
-        }
-        if let Some(root) = &mut root {
-            if came > 0 {
-                whole += came;
-                for to in (1..ranks as u32).filter(|&to| busy[to as usize]) {
-                    link.send(to, Tag::WorkRequest, whole.to_ne_bytes().to_vec())?;
-                }
-            }
-            if whole == series.frames {
-                root.costs[0] =
-                    Some(std::mem::take(&mut costs)).filter(|_| !reported).or(root.costs[0].take());
-                reported = true;
-                if root.costs.iter().all(Option::is_some) {
-                    (1..ranks as u32).try_for_each(|to| link.send(to, Tag::Done, Vec::new()))?;
-                    link.flush()?;
-                    let costs = root.costs.iter_mut().filter_map(Option::take).collect();
-                    let bytes = root.bytes / u64::from(series.frames.max(1));
-                    break Some(SeriesReport { costs, whole: std::mem::take(&mut root.whole), bytes });
-                }
-            }
-        } else if !reported && costs.len() as u32 == wanted && link.network().unsent() == 0 {
-            reported = true;
-            let told: RankOutcome = Ok(std::mem::take(&mut costs));
-            link.send(0, Tag::Report, serde_json::to_vec(&told).unwrap_or_default())?;
-        }
-        if series.spins {
-            std::thread::yield_now();
-        }
+    let mut part = RankSeries {
+        link,
+        series,
+        threads,
+        frames,
+        root,
+        start: Instant::now(),
+        wanted,
+        ordered: 0,
+        whole: 0,
+        costs: Vec::new(),
+        rendered: 0,
+        spare: Vec::new(),
+        reported: false,
     };
+    let report = part.run(ended)?;
+    let RankSeries { link, threads, frames, root, .. } = part;
     // Nothing may use the shared memory when it is freed.
-    drop(workshops.second.map(RenderThread::end));
-    let mut state = workshops.first.end();
+    drop(threads.second.map(RenderThread::end));
+    let mut state = threads.first.end();
     frames.iter().for_each(|frames| state.as_mut().unpin(frames.memory()));
     drop((root, frames));
     link.network().unshare()?;

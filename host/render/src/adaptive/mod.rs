@@ -6,6 +6,7 @@
 
 mod allocate;
 mod budget;
+mod budget_run;
 mod dual_buffers;
 mod filter;
 mod goal;
@@ -13,6 +14,7 @@ mod grace_period;
 mod mean;
 mod noise_map;
 mod pass_cost;
+mod preparation;
 mod renderer;
 mod strategy;
 
@@ -129,7 +131,7 @@ pub fn render(
             sampled(renderer, sampling, None, image)
         }
         Goal::Time(time) => {
-            let plan = budget::BudgetPlan {
+            let plan = preparation::BudgetPlan {
                 time,
                 adaptive: request.adaptive,
                 free: request.free,
@@ -186,7 +188,7 @@ pub fn render_dual_buffers(
             (renderer, noise)
         }
         Goal::Time(time) => {
-            let plan = budget::BudgetPlan { time, adaptive, free: Free::default(), denoise: None };
+            let plan = preparation::BudgetPlan { time, adaptive, free: Free::default(), denoise: None };
             let made = budget::render_within(renderer, settings, plan, observer)?;
             (made.renderer, made.noise)
         }

@@ -1,14 +1,13 @@
 //! Rendering of one chunk: at most 256 samples of each pixel of some rows, summed on the device and
 //! copied to the host. The pipeline, adaptive sampling and the cluster use it.
 
+use super::chunk_buffers::ChunkSums;
 use super::submissions::{Submission, Submissions};
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
-use crate::film::{HostRecords, RowSet};
-use bytemuck::{Pod, Zeroable};
+use crate::film::RowSet;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
-use trisect_device::Device;
 use trisect_kernels::Variant;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
@@ -74,7 +73,7 @@ impl Renderer {
         let mut watch = |done: u64| observer.progress(done, total);
         let took = self.run_chunk(settings, variant, rows, samples, &mut watch)?;
         let ChunkTiming { device, submissions, .. } = took;
-        let (pixels, guides) = (&self.chunk, &self.aovs);
+        let (pixels, guides) = (&self.chunks.current.pixels, &self.chunks.current.aovs);
         Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })
     }
 
@@ -92,7 +91,7 @@ impl Renderer {
         Ok(variant)
     }
 
-    /// Renders a chunk and reads it into `self.chunk` and `self.aovs`.
+    /// Renders a chunk and reads it into the current chunk's memory.
     pub(super) fn run_chunk(
         &mut self,
         settings: &Settings,
@@ -101,10 +100,10 @@ impl Renderer {
         samples: Range<u32>,
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<ChunkTiming, Error> {
-        (self.ready, self.previous_frame) = (None, None);
+        self.ready = None;
+        self.live.display = None;
         let pixels = settings.width as usize * rows.len() as usize;
-        resize_records(self.uploaded.device_mut(), &mut self.chunk, pixels);
-        resize_records(self.uploaded.device_mut(), &mut self.aovs, if settings.guides { pixels } else { 0 });
+        self.chunks.current.resize(self.uploaded.device_mut(), pixels, settings.guides);
         let mut took = ChunkTiming::default();
         let (mut done, count) = (0, samples.len() as u32);
         let mut submissions = Submissions::new(settings.width, rows.clone(), count);
@@ -117,7 +116,8 @@ impl Renderer {
             }
         }
         let read = Instant::now();
-        self.uploaded.read_film(rows, &mut self.chunk, &mut self.aovs)?;
+        let ChunkSums { pixels, aovs } = &mut self.chunks.current;
+        self.uploaded.read_film(rows, pixels, aovs)?;
         took.read = read.elapsed();
         self.ready = Some((settings.clone(), variant));
         Ok(took)
@@ -132,7 +132,7 @@ impl Renderer {
         first_sample: u32,
         samples: u32,
     ) -> Result<Duration, Error> {
-        let mut params = self.launch(settings);
+        let mut params = self.prepared.launch(settings);
         self.tile_entries.fill_params(&mut params);
         (params.share_first_row, params.block_shift, params.block_gap) = submission.share;
         params.first_row = submission.first_row;
@@ -149,16 +149,4 @@ impl Renderer {
         self.submission_sizer.learn(taken, wall.elapsed().max(time));
         Ok(time)
     }
-}
-
-/// Resizes memory to records for `pixels` pixels. Memory that is too small is unpinned first.
-pub(super) fn resize_records<T: Pod + Zeroable>(
-    device: &mut dyn Device,
-    records: &mut HostRecords<T>,
-    pixels: usize,
-) {
-    if records.memory().bytes() < pixels * size_of::<T>() {
-        device.unpin(records.memory());
-    }
-    records.resize(pixels);
 }

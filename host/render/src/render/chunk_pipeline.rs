@@ -1,16 +1,15 @@
 //! Pipeline of chunks: the host adds one to the film while the device renders the next.
 
-use super::chunk::{ChunkResult, ChunkTiming, resize_records};
+use super::chunk::{ChunkResult, ChunkTiming};
+use super::chunk_buffers::ChunkSums;
 use super::{Renderer, Settings};
 use crate::Error;
-use crate::film::{HostRecords, RowSet};
+use crate::film::RowSet;
 use std::ops::{ControlFlow, Range};
 use std::thread::ScopedJoinHandle;
 use std::time::{Duration, Instant};
 use trisect_device::DeviceKind;
 use trisect_kernels::Variant;
-use trisect_shared::aovs::AovSums;
-use trisect_shared::film::PixelSums;
 use trisect_system::threads::refused;
 
 /// Total times of some chunks.
@@ -37,6 +36,7 @@ impl PipelineTiming {
 }
 
 /// Samples of some rows, to render chunk by chunk.
+#[derive(Clone, Copy)]
 pub struct ChunkJob<'a> {
     /// Settings of the frame.
     pub settings: &'a Settings,
@@ -51,8 +51,47 @@ pub struct ChunkJob<'a> {
     pub should_continue: &'a dyn Fn() -> bool,
 }
 
+impl<'a> ChunkJob<'a> {
+    /// Returns the seed and the samples of each chunk, in order.
+    fn chunks(&self) -> impl Iterator<Item = (u32, &'a Range<u32>)> + use<'a> {
+        let (samples, seeds) = (self.samples, self.seeds);
+        samples.iter().flat_map(move |samples| seeds.iter().map(move |&seed| (seed, samples)))
+    }
+}
+
+/// A job that runs: its chunks so far.
+struct Run<'a> {
+    job: ChunkJob<'a>,
+    variant: Variant,
+    /// Samples of the chunks so far.
+    samples: u64,
+    times: PipelineTiming,
+}
+
+impl Run<'_> {
+    /// Renders a chunk. `watch` gets the number of samples of the whole job so far.
+    fn chunk(
+        &mut self,
+        renderer: &mut Renderer,
+        (seed, samples): (u32, &Range<u32>),
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<ChunkTiming, Error> {
+        let ChunkJob { settings, rows, .. } = self.job;
+        let before = self.samples;
+        let mut watch = |done| watch(before + done);
+        let settings = Settings { seed, ..settings.clone() };
+        let took = renderer.run_chunk(&settings, self.variant, rows, samples.clone(), &mut watch)?;
+        self.samples += u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
+        self.times.device += took.device;
+        self.times.read += took.read;
+        self.times.waited += took.read;
+        self.times.submissions += took.submissions;
+        Ok(took)
+    }
+}
+
 /// State of the consumer of chunks, with its memory for one chunk.
-type Consumer<T> = (T, HostRecords<PixelSums>, HostRecords<AovSums>);
+type Consumer<T> = (T, ChunkSums);
 
 /// Minimum number of chunks for which pinned memory, to which the device copies directly, saves
 /// more time than pinning takes (docs/notebook/denoising.md).
@@ -106,81 +145,75 @@ impl Renderer {
         state: T,
         take: &(impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error> + Sync),
     ) -> Result<(T, PipelineTiming), Error> {
-        let ChunkJob { settings, rows, samples, seeds, should_continue: goes_on } = *parts;
-        let per_sample = u64::from(settings.width) * u64::from(rows.len());
-        let mut before = 0;
-        let mut render = |renderer: &mut Self, all: &mut PipelineTiming, seed: u32, samples: &Range<u32>| {
-            let mut watch = |done| watch(before + done);
-            let settings = Settings { seed, ..settings.clone() };
-            let took = renderer.run_chunk(&settings, variant, rows, samples.clone(), &mut watch)?;
-            before += per_sample * samples.len() as u64;
-            all.device += took.device;
-            all.read += took.read;
-            all.waited += took.read;
-            all.submissions += took.submissions;
-            Ok::<ChunkTiming, Error>(took)
+        let mut run = Run { job: *parts, variant, samples: 0, times: PipelineTiming::default() };
+        let count = parts.samples.len() * parts.seeds.len();
+        let state = match count < 2 || self.device().info().kind != DeviceKind::Gpu {
+            true => self.chunks_in_turn(&mut run, watch, state, take)?,
+            false => self.chunks_overlapped(&mut run, watch, state, take)?,
         };
-        let mut all = PipelineTiming::default();
-        let count = samples.len() * seeds.len();
-        let samples = samples.iter().flat_map(|samples| seeds.iter().map(move |&seed| (seed, samples)));
-        if count < 2 || self.device().info().kind != DeviceKind::Gpu {
-            let mut state = state;
-            for (seed, samples) in samples.take_while(|_| goes_on()) {
-                let ChunkTiming { device, submissions, .. } = render(self, &mut all, seed, samples)?;
-                let start = Instant::now();
-                let (pixels, guides) = (&self.chunk[..], &self.aovs[..]);
-                take(&mut state, samples, &ChunkResult { pixels, aovs: guides, seed, device, submissions })?;
-                all.waited += start.elapsed();
-            }
-            return Ok((state, all));
+        Ok((state, run.times))
+    }
+
+    /// Renders the chunks, each of which `take` gets before the next is rendered.
+    fn chunks_in_turn<T>(
+        &mut self,
+        run: &mut Run<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        mut state: T,
+        take: &impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error>,
+    ) -> Result<T, Error> {
+        let job = run.job;
+        for (seed, samples) in job.chunks().take_while(|_| (job.should_continue)()) {
+            let ChunkTiming { device, submissions, .. } = run.chunk(self, (seed, samples), watch)?;
+            let start = Instant::now();
+            let ChunkSums { pixels, aovs } = &self.chunks.current;
+            take(&mut state, samples, &ChunkResult { pixels, aovs, seed, device, submissions })?;
+            run.times.waited += start.elapsed();
         }
-        let state = std::thread::scope(|scope| {
-            if count >= MIN_PINNED_CHUNKS {
-                self.pin_chunks(settings.width as usize * rows.len() as usize, settings.guides);
-            }
-            let spare = (std::mem::take(&mut self.spare), std::mem::take(&mut self.spare_aovs));
-            let mut held = ConsumerState::Idle((state, spare.0, spare.1));
-            for (seed, samples) in samples.take_while(|_| goes_on()) {
-                let ChunkTiming { device, submissions, .. } = render(self, &mut all, seed, samples)?;
+        Ok(state)
+    }
+
+    /// Renders the chunks, each of which `take` gets on another thread while the next is rendered.
+    fn chunks_overlapped<T: Send>(
+        &mut self,
+        run: &mut Run<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+        state: T,
+        take: &(impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error> + Sync),
+    ) -> Result<T, Error> {
+        let job = run.job;
+        if job.samples.len() * job.seeds.len() >= MIN_PINNED_CHUNKS {
+            let pixels = job.settings.width as usize * job.rows.len() as usize;
+            self.pin_chunks(pixels, job.settings.guides);
+        }
+        std::thread::scope(|scope| {
+            let mut held = ConsumerState::Idle((state, std::mem::take(&mut self.chunks.spare)));
+            for (seed, samples) in job.chunks().take_while(|_| (job.should_continue)()) {
+                let ChunkTiming { device, submissions, .. } = run.chunk(self, (seed, samples), watch)?;
                 let start = Instant::now();
-                let (mut state, pixels, guides) = held.wait()?;
-                let pixels = std::mem::replace(&mut self.chunk, pixels);
-                let guides = std::mem::replace(&mut self.aovs, guides);
+                let (mut state, free) = held.wait()?;
+                let chunk = std::mem::replace(&mut self.chunks.current, free);
                 let work = move || {
-                    let sums = ChunkResult { pixels: &pixels, aovs: &guides, seed, device, submissions };
-                    take(&mut state, samples, &sums)?;
-                    Ok((state, pixels, guides))
+                    let ChunkSums { pixels, aovs } = &chunk;
+                    take(&mut state, samples, &ChunkResult { pixels, aovs, seed, device, submissions })?;
+                    Ok((state, chunk))
                 };
                 let thread = std::thread::Builder::new().spawn_scoped(scope, work);
                 held = ConsumerState::Running(
                     thread.map_err(|error| refused(1, "thread that adds samples", &error))?,
                 );
-                all.waited += start.elapsed();
+                run.times.waited += start.elapsed();
             }
             let start = Instant::now();
-            let (state, pixels, guides) = held.wait()?;
-            self.spare = std::mem::replace(&mut self.chunk, pixels);
-            self.spare_aovs = std::mem::replace(&mut self.aovs, guides);
-            all.waited += start.elapsed();
-            Ok::<T, Error>(state)
-        })?;
-        Ok((state, all))
+            let (state, free) = held.wait()?;
+            self.chunks.spare = std::mem::replace(&mut self.chunks.current, free);
+            run.times.waited += start.elapsed();
+            Ok(state)
+        })
     }
 
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
-    pub fn pin_chunks(&mut self, pixels: usize, with_guides: bool) {
-        if self.device().info().kind != DeviceKind::Gpu {
-            return;
-        }
-        for chunk in [&mut self.chunk, &mut self.spare] {
-            resize_records(self.uploaded.device_mut(), chunk, pixels);
-            self.uploaded.device_mut().pin(chunk.memory());
-        }
-        for guides in [&mut self.aovs, &mut self.spare_aovs] {
-            if with_guides {
-                resize_records(self.uploaded.device_mut(), guides, pixels);
-                self.uploaded.device_mut().pin(guides.memory());
-            }
-        }
+    pub fn pin_chunks(&mut self, pixels: usize, with_aovs: bool) {
+        self.chunks.pin(self.uploaded.device_mut(), pixels, with_aovs);
     }
 }

@@ -33,7 +33,7 @@ impl Renderer {
         screen: &DisplayOptions,
         pixels: &mut Vec<u32>,
     ) -> Result<DisplayTiming, Error> {
-        if self.previous_frame.as_ref().is_none_or(|framed| framed.0 != *settings) {
+        if self.live.display.as_ref().is_none_or(|framed| framed.0 != *settings) {
             settings.check()?;
         }
         settings.check_rows(rows, &(0..settings.samples))?;
@@ -58,7 +58,7 @@ impl Renderer {
         settings.check_live()?;
         settings.check_rows(&rows, &(0..settings.samples))?;
         // Each frame writes all pixels of its rows again, so nothing needs to be erased.
-        let variant = match self.previous_frame.take().filter(|framed| framed.0 == *settings) {
+        let variant = match self.live.display.take().filter(|framed| framed.0 == *settings) {
             Some((_, variant)) => variant,
             None => self.prepare(settings)?,
         };
@@ -75,7 +75,7 @@ impl Renderer {
         let params = display_params(size, settings.width, screen.stops, first);
         let shown = DisplayPass { params, image: None, accumulated: false };
         let display = self.uploaded.display(&shown, to.reborrow())?;
-        self.previous_frame = Some((settings.clone(), variant));
+        self.live.display = Some((settings.clone(), variant));
         Ok(DisplayTiming { kernel: variant.name, trace, display })
     }
 }

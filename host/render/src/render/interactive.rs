@@ -1,7 +1,7 @@
 //! Denoising of a film, and live frames: frames of a viewer, which may be denoised and stay on the
 //! device.
 
-use super::chunk::resize_records;
+use super::chunk_buffers::ChunkSums;
 use super::submissions::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
@@ -45,6 +45,15 @@ pub struct LiveFrame {
 /// Maximum number of samples per pixel that frames are summed to while the camera rests. The
 /// rounding of these sums, relative 1e-5, stays well below the noise that is left.
 pub const MAX_ACCUMULATED_SAMPLES: u32 = 1 << 16;
+
+/// Frames that follow each other on the device.
+#[derive(Default)]
+pub(super) struct LiveSession {
+    /// State of the live frames before, if nothing else was rendered since.
+    pub series: Option<TemporalState>,
+    /// Settings and kernel of the display frame before, if nothing else was rendered since.
+    pub display: Option<(Settings, Variant)>,
+}
 
 /// State of live frames that follow each other with the same settings.
 pub(super) struct TemporalState {
@@ -161,10 +170,10 @@ impl Renderer {
         // counted then.
         self.make_film(&settings)?;
         let count = settings.pixels() as usize;
-        resize_records(self.uploaded.device_mut(), &mut self.chunk, count);
-        resize_records(self.uploaded.device_mut(), &mut self.aovs, count);
-        fill(&mut self.chunk, &mut self.aovs);
-        self.uploaded.write_film(&self.chunk, &self.aovs)?;
+        self.chunks.current.resize(self.uploaded.device_mut(), count, true);
+        let ChunkSums { pixels, aovs } = &mut self.chunks.current;
+        fill(pixels, aovs);
+        self.uploaded.write_film(pixels, aovs)?;
         let (width, height) = (settings.width, settings.height);
         let image = FrameView::by(&self.camera(&settings), width, height);
         let passes = passes(Some(denoise), &image, &TemporalInputs::none(&image), &(0..height));
@@ -225,7 +234,7 @@ impl Renderer {
         let image = FrameView::by(&camera, settings.width, settings.height);
         // The state is taken, so that after an error the next frame starts anew.
         let same = |series: &TemporalState| series.settings == settings && series.rows == *rows;
-        let mut series = match self.live.take().filter(same) {
+        let mut series = match self.live.series.take().filter(same) {
             Some(series) => series,
             None => {
                 settings.check()?;
@@ -265,7 +274,7 @@ impl Renderer {
             size: (image.width, image.height),
             rows: rows.clone(),
         };
-        self.live = Some(series);
+        self.live.series = Some(series);
         Ok(live)
     }
 

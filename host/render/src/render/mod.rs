@@ -6,12 +6,14 @@
 mod build;
 mod camera;
 mod chunk;
+mod chunk_buffers;
 mod chunk_pipeline;
 mod fallback;
 mod fingerprint;
 mod frame;
 mod interactive;
 mod kernel_selection;
+mod prepared_scene;
 mod resume;
 mod scene_params;
 mod submissions;
@@ -31,14 +33,14 @@ pub use trisect_scene::Fresnel;
 
 use crate::Error;
 use crate::denoise::DenoiseSettings;
-use crate::film::{Film, HostRecords, RowSet};
+use crate::film::{Film, RowSet};
 use crate::passes::{DeviceScene, FilmDesc};
-use crate::stats::{Phases, RenderStats};
+use crate::stats::RenderStats;
+use chunk_buffers::ChunkBuffers;
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
-use glam::Vec3;
-use interactive::TemporalState;
+use interactive::LiveSession;
+use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
-use scene_params::SceneParams;
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
 use submissions::SubmissionSizer;
@@ -48,14 +50,9 @@ use trisect_device::Device;
 use trisect_image::Image;
 use trisect_kernels::Variant;
 use trisect_scene::{CameraPose, SceneError};
-use trisect_shared::aovs::AovSums;
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::FilteredPixel;
-use trisect_shared::features::Features;
-use trisect_shared::film::PixelSums;
-use trisect_shared::params::{FLAG_HOLES, FLAG_PADDED_BOXES, FLAG_SCHLICK, NO_CLAMP, RenderParams};
 use trisect_shared::path::FirstHit;
-use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
 /// Observer of a render, which may cancel it.
 pub trait RenderObserver {
@@ -98,42 +95,19 @@ impl Frame {
 
 /// Scene on a device, ready for any number of frames.
 pub struct Renderer {
+    prepared: PreparedScene,
     uploaded: DeviceScene,
-    camera: CameraPose,
-    features: Features,
-    /// True if the device has the wide BVH.
-    wide: bool,
-    /// Launch parameters that the scene decides.
-    scene: SceneParams,
+    tile_entries: TileEntryCache,
     /// Sizes submissions by the speed of earlier ones, also of earlier frames.
     submission_sizer: SubmissionSizer,
-    /// Memory for a chunk as the device returns it, kept from frame to frame.
-    chunk: HostRecords<PixelSums>,
-    /// Memory for another chunk, because one is rendered while one is added to the film.
-    spare: HostRecords<PixelSums>,
-    /// Memory for AOV sums of the chunk in `chunk`, if a render has them.
-    aovs: HostRecords<AovSums>,
-    /// Memory for AOV sums of the chunk in `spare`.
-    spare_aovs: HostRecords<AovSums>,
+    chunks: ChunkBuffers,
+    live: LiveSession,
+    /// Settings and kernel for which the device's film is ready, with nothing written to it.
+    ready: Option<(Settings, Variant)>,
     /// Film whose memory the next render may use.
     film: Option<Film>,
     /// Memory for a denoised image as the device returns it.
     filtered: Vec<FilteredPixel>,
-    phases: Phases,
-    tile_entries: TileEntryCache,
-    /// Mesh instance of each triangle, in BVH order.
-    instances: Vec<u32>,
-    /// State of the live frames before, if nothing else was rendered since.
-    live: Option<TemporalState>,
-    /// Settings and kernel for which the device's film is ready, with nothing written to it.
-    ready: Option<(Settings, Variant)>,
-    /// Settings and kernel of the display frame before, if nothing else was rendered since.
-    previous_frame: Option<(Settings, Variant)>,
-    /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
-    /// boxes are padded.
-    ray_origin_extent: Vec3,
-    /// CRC-32 of BVH and light table.
-    structures_crc: u32,
 }
 
 impl AsMut<Renderer> for Renderer {
@@ -246,7 +220,8 @@ impl Renderer {
     fn begin(&mut self, settings: &Settings, held: u64) -> Result<(Variant, RenderStats), Error> {
         let start = Instant::now();
         let variant = self.prepare_holding(settings, held)?;
-        let mut stats = RenderStats::new(self.device().info(), settings, variant, self.phases.clone());
+        let mut stats =
+            RenderStats::new(self.device().info(), settings, variant, self.prepared.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let camera = self.camera(settings);
@@ -281,7 +256,7 @@ impl Renderer {
     /// Returns the first hit of one sample of each pixel, row-major.
     pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
         self.prepare(settings)?;
-        let mut params = self.launch(settings);
+        let mut params = self.prepared.launch(settings);
         params.rows = settings.height;
         params.first_sample = sample;
         params.end_sample = sample.saturating_add(1);
@@ -293,7 +268,7 @@ impl Renderer {
     /// Returns the kernel that renders the scene with these settings.
     fn select_kernel(&self, settings: &Settings) -> Result<Variant, Error> {
         let best = |kernel| self.device().best_method(kernel, settings.math);
-        Ok(kernel_selection::choose(self.features, settings, best, self.wide)?)
+        Ok(kernel_selection::choose(self.prepared.features, settings, best, self.prepared.wide)?)
     }
 
     /// Returns the statistics of a render with these settings, without counts and times of its own.
@@ -303,7 +278,8 @@ impl Renderer {
     /// [`Error::Settings`] if no kernel has these settings.
     pub fn statistics(&self, settings: &Settings) -> Result<RenderStats, Error> {
         let variant = self.select_kernel(settings)?;
-        let mut stats = RenderStats::new(self.device().info(), settings, variant, self.phases.clone());
+        let mut stats =
+            RenderStats::new(self.device().info(), settings, variant, self.prepared.phases.clone());
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
         Ok(stats)
@@ -311,9 +287,10 @@ impl Renderer {
 
     /// Selects the kernel and makes the device's film.
     fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        (self.ready, self.previous_frame) = (None, None);
+        self.ready = None;
+        self.live.display = None;
         let variant = self.select_kernel(settings)?;
-        self.live = None;
+        self.live.series = None;
         let Settings { width, height, math, .. } = *settings;
         self.uploaded.begin_film(FilmDesc { width, height, variant, math })?;
         Ok(variant)
@@ -340,22 +317,9 @@ impl Renderer {
         self.make_film(settings)
     }
 
-    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
-    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
-    pub fn object(&self, primitive: Option<u32>) -> u32 {
-        let first = self.scene.first_triangle;
-        match primitive {
-            None => 0,
-            Some(shape) if shape < first => shape + 1,
-            Some(triangle) => {
-                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
-            }
-        }
-    }
-
     /// Returns the pose of the camera.
     pub fn pose(&self) -> &CameraPose {
-        &self.camera
+        self.prepared.pose()
     }
 
     /// Moves the camera, from the next frame on.
@@ -364,62 +328,20 @@ impl Renderer {
     ///
     /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
     pub fn set_camera(&mut self, pose: CameraPose) -> Result<(), SceneError> {
-        pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
-        if pose != self.camera {
-            let record = camera::record(&pose, 1, 1);
-            let start = record.origin.abs() + record.lens_x.length();
-            // Rays from beyond use the test for boxes without padding. Padded boxes are wider than
-            // that needs, so no hit is lost.
-            self.scene.padded = start.cmple(self.ray_origin_extent).all();
-            self.camera = pose;
+        if self.prepared.set_camera(pose)? {
             self.tile_entries.forget();
         }
         Ok(())
     }
 
-    /// Returns the camera record of the launch parameters.
-    pub fn camera(&self, settings: &Settings) -> Camera {
-        camera::record(&self.camera, settings.width, settings.height)
+    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
+    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
+    pub fn object(&self, primitive: Option<u32>) -> u32 {
+        self.prepared.object(primitive)
     }
 
-    fn launch(&self, settings: &Settings) -> RenderParams {
-        let SceneParams { sky, root, first_flat, first_triangle, .. } = self.scene;
-        let (sine, cosine) = self.scene.environment_rotation.sin_cos();
-        let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
-        let holes = if self.scene.holes { FLAG_HOLES } else { 0 };
-        let room = if self.scene.padded { FLAG_PADDED_BOXES } else { 0 };
-        let sampled = settings.light_sampling;
-        RenderParams {
-            camera: self.camera(settings),
-            sky,
-            width: settings.width,
-            height: settings.height,
-            first_row: 0,
-            rows: 0,
-            first_sample: 0,
-            end_sample: 0,
-            resume: 0,
-            seed: settings.seed,
-            max_depth: settings.depth,
-            root: root.0,
-            first_planar: first_flat,
-            first_triangle,
-            light_count: if sampled { self.scene.lights } else { 0 },
-            roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
-            flags: schlick | holes | room,
-            environment_probability: if sampled { self.scene.environment_probability } else { 0.0 },
-            environment_width: self.scene.environment_size.0,
-            environment_height: self.scene.environment_size.1,
-            environment_cos: cosine as f32,
-            environment_sin: sine as f32,
-            primitive_count: self.scene.primitives,
-            max_lane_pixels: u32::MAX,
-            first_tile_entry: NO_TILE_ENTRIES,
-            tile_shift: 0,
-            share_first_row: 0,
-            block_shift: 31,
-            block_gap: 0,
-            max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
-        }
+    /// Returns the camera record of the launch parameters.
+    pub fn camera(&self, settings: &Settings) -> Camera {
+        self.prepared.camera(settings)
     }
 }

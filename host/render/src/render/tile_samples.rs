@@ -2,7 +2,7 @@
 //! sampling uses them.
 
 use super::chunk::ChunkResult;
-use super::chunk::resize_records;
+use super::chunk_buffers::ChunkSums;
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::Tiles;
@@ -45,15 +45,15 @@ impl Renderer {
         let rows = RowSet::from(0..settings.height);
         let window = end - most..end;
         let variant = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
-        (self.ready, self.previous_frame) = (None, None);
-        resize_records(self.uploaded.device_mut(), &mut self.chunk, settings.pixels() as usize);
+        self.ready = None;
+        self.live.display = None;
+        let chunk = &mut self.chunks.current;
+        chunk.resize(self.uploaded.device_mut(), settings.pixels() as usize, settings.guides);
         let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
-        let pixels = self.chunk.par_iter_mut().enumerate().with_min_len(TASK);
+        let pixels = chunk.pixels.par_iter_mut().enumerate().with_min_len(TASK);
         pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
-        let guides = if settings.guides { self.chunk.len() } else { 0 };
-        resize_records(self.uploaded.device_mut(), &mut self.aovs, guides);
-        self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
-        self.uploaded.write_film(&self.chunk, &self.aovs)?;
+        chunk.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
+        self.uploaded.write_film(&chunk.pixels, &chunk.aovs)?;
         let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
         // For each row of tiles: the number of samples, and of pixels that take any.
         let taking: Vec<u32> = counts.iter().map(|&count| count.min(1)).collect();
@@ -80,7 +80,7 @@ impl Renderer {
             if samples == 0 {
                 continue;
             }
-            let mut params = self.launch(settings);
+            let mut params = self.prepared.launch(settings);
             self.tile_entries.fill_params(&mut params);
             (params.share_first_row, params.block_shift, params.block_gap) = rows.share();
             let band = tiles.rows(from as u32..next as u32);
@@ -95,9 +95,9 @@ impl Renderer {
                 return Err(Error::Cancelled);
             }
         }
-        self.uploaded.read_film(&rows, &mut self.chunk, &mut self.aovs)?;
+        let ChunkSums { pixels, aovs } = &mut self.chunks.current;
+        self.uploaded.read_film(&rows, pixels, aovs)?;
         self.ready = Some((settings.clone(), variant));
-        let (pixels, guides) = (&self.chunk, &self.aovs);
-        Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })
+        Ok(ChunkResult { pixels, aovs, seed: settings.seed, device, submissions })
     }
 }

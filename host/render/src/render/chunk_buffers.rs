@@ -1,0 +1,57 @@
+//! Host memory for chunks as a device returns them.
+
+use crate::film::HostRecords;
+use bytemuck::{Pod, Zeroable};
+use trisect_device::{Device, DeviceKind};
+use trisect_shared::aovs::AovSums;
+use trisect_shared::film::PixelSums;
+
+/// Sums and AOV sums of a chunk.
+#[derive(Default)]
+pub(super) struct ChunkSums {
+    pub pixels: HostRecords<PixelSums>,
+    /// Empty if the render has none.
+    pub aovs: HostRecords<AovSums>,
+}
+
+/// Memory for two chunks, kept from frame to frame: one is rendered while one is added to the film.
+#[derive(Default)]
+pub(super) struct ChunkBuffers {
+    /// Chunk that is rendered.
+    pub current: ChunkSums,
+    /// Memory for another chunk.
+    pub spare: ChunkSums,
+}
+
+impl ChunkSums {
+    /// Resizes memory to `pixels` pixels, with or without AOV sums. Memory that is too small is
+    /// unpinned first.
+    pub fn resize(&mut self, device: &mut dyn Device, pixels: usize, with_aovs: bool) {
+        resize(device, &mut self.pixels, pixels);
+        resize(device, &mut self.aovs, if with_aovs { pixels } else { 0 });
+    }
+}
+
+impl ChunkBuffers {
+    /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
+    pub fn pin(&mut self, device: &mut dyn Device, pixels: usize, with_aovs: bool) {
+        if device.info().kind != DeviceKind::Gpu {
+            return;
+        }
+        for chunk in [&mut self.current, &mut self.spare] {
+            resize(device, &mut chunk.pixels, pixels);
+            device.pin(chunk.pixels.memory());
+            if with_aovs {
+                resize(device, &mut chunk.aovs, pixels);
+                device.pin(chunk.aovs.memory());
+            }
+        }
+    }
+}
+
+fn resize<T: Pod + Zeroable>(device: &mut dyn Device, records: &mut HostRecords<T>, pixels: usize) {
+    if records.memory().bytes() < pixels * size_of::<T>() {
+        device.unpin(records.memory());
+    }
+    records.resize(pixels);
+}

@@ -1,0 +1,192 @@
+//! A scene as the host prepares it for rendering: what is left of it after its arrays, trees and
+//! light table were uploaded.
+
+use super::camera;
+use super::scene_params::SceneParams;
+use super::tile_entry_cache::TileEntryCache;
+use super::{MathMode, Settings, Traversal};
+use crate::Error;
+use crate::bvh::{Bvh, BvhQuality, Wide};
+use crate::lights::Lights;
+use crate::passes::{DeviceScene, ValidScene};
+use crate::stats::Phases;
+use glam::Vec3;
+use std::time::Instant;
+use trisect_device::Device;
+use trisect_scene::{CameraPose, Fresnel, Scene, SceneError};
+use trisect_shared::camera::Camera;
+use trisect_shared::features::Features;
+use trisect_shared::params::{FLAG_HOLES, FLAG_PADDED_BOXES, FLAG_SCHLICK, NO_CLAMP, RenderParams};
+use trisect_shared::tile_entry::NO_TILE_ENTRIES;
+
+/// Scene that was validated, and for which trees and light table were built: its camera, and what
+/// launches need to know of it.
+#[derive(Clone)]
+pub(super) struct PreparedScene {
+    camera: CameraPose,
+    /// Features that a kernel for the scene needs.
+    pub features: Features,
+    /// True if a wide BVH was built.
+    pub wide: bool,
+    /// Launch parameters that the scene decides.
+    params: SceneParams,
+    /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
+    /// boxes are padded.
+    ray_origin_extent: Vec3,
+    /// CRC-32 of BVH and light table.
+    structures_crc: u32,
+    /// Mesh instance of each triangle, in BVH order.
+    instances: Vec<u32>,
+    /// Times of the preparation.
+    pub phases: Phases,
+}
+
+/// Returns the CRC-32 of BVH and light table.
+fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    let parts: [&[u8]; 6] = [
+        bytemuck::bytes_of(&bvh.root.0),
+        bytemuck::cast_slice(&bvh.nodes),
+        bytemuck::cast_slice(&bvh.triangles),
+        bytemuck::cast_slice(&bvh.shading),
+        bytemuck::cast_slice(&lights.lights),
+        bytemuck::bytes_of(&lights.environment_probability),
+    ];
+    parts.into_iter().for_each(|part| crc.update(part));
+    crc.finalize()
+}
+
+impl PreparedScene {
+    /// Validates a scene, builds its trees and its light table, and uploads them. Also returns what
+    /// depends on the device: the scene there, and tile entries that are built later.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Scene`] for a scene that is not valid; [`Error::Backend`] if it does not fit the
+    /// device, or the device fails.
+    pub fn upload(
+        mut device: Box<dyn Device>,
+        scene: &Scene,
+        quality: Option<BvhQuality>,
+    ) -> Result<(Self, DeviceScene, TileEntryCache), Error> {
+        let start = Instant::now();
+        let valid = ValidScene::new(scene)?;
+        let mut bvh = Bvh::build(scene, quality)?;
+        let wide = match device.best_method(scene.features(), MathMode::Precise).0 {
+            Traversal::Wide => Wide::new(scene, &bvh)?,
+            _ => None,
+        };
+        let camera = camera::record(&scene.camera, 1, 1);
+        let reach = bvh.pad_boxes(camera.origin, camera.lens_x.length());
+        let lights = Lights::new(scene, &bvh.triangles);
+        let structures_crc = structures_crc(&bvh, &lights);
+        let bvh_seconds = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let arrays = valid.upload(device.as_mut(), &bvh, wide.as_ref(), &lights)?;
+        let upload_seconds = start.elapsed().as_secs_f64();
+        let prepared = Self {
+            camera: scene.camera,
+            features: scene.features(),
+            wide: wide.is_some(),
+            params: SceneParams::new(scene, &bvh, &lights, reach.is_some()),
+            ray_origin_extent: reach.unwrap_or(Vec3::ZERO),
+            structures_crc,
+            instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
+            phases: Phases { bvh_seconds, upload_seconds, ..Phases::default() },
+        };
+        Ok((prepared, DeviceScene::new(device, arrays), TileEntryCache::new(bvh)))
+    }
+
+    /// Returns the pose of the camera.
+    pub fn pose(&self) -> &CameraPose {
+        &self.camera
+    }
+
+    /// Moves the camera. Returns whether it was elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
+    pub fn set_camera(&mut self, pose: CameraPose) -> Result<bool, SceneError> {
+        pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
+        if pose == self.camera {
+            return Ok(false);
+        }
+        let record = camera::record(&pose, 1, 1);
+        let start = record.origin.abs() + record.lens_x.length();
+        // Rays from beyond use the test for boxes without padding. Padded boxes are wider than that
+        // needs, so no hit is lost.
+        self.params.padded = start.cmple(self.ray_origin_extent).all();
+        self.camera = pose;
+        Ok(true)
+    }
+
+    /// Returns the camera record of the launch parameters.
+    pub fn camera(&self, settings: &Settings) -> Camera {
+        camera::record(&self.camera, settings.width, settings.height)
+    }
+
+    /// Returns the CRC-32 of BVH, light table and camera record, for an image of this size. Films
+    /// that differ in it do not belong together, even with equal scene and settings: another
+    /// version of a library may have built another BVH.
+    pub fn crc(&self, width: u32, height: u32) -> u32 {
+        let mut crc = crc32fast::Hasher::new_with_initial(self.structures_crc);
+        crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));
+        crc.finalize()
+    }
+
+    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
+    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
+    pub fn object(&self, primitive: Option<u32>) -> u32 {
+        let first = self.params.first_triangle;
+        match primitive {
+            None => 0,
+            Some(shape) if shape < first => shape + 1,
+            Some(triangle) => {
+                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
+            }
+        }
+    }
+
+    /// Returns launch parameters of an image without rows and samples.
+    pub fn launch(&self, settings: &Settings) -> RenderParams {
+        let SceneParams { sky, root, first_flat, first_triangle, .. } = self.params;
+        let (sine, cosine) = self.params.environment_rotation.sin_cos();
+        let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
+        let holes = if self.params.holes { FLAG_HOLES } else { 0 };
+        let room = if self.params.padded { FLAG_PADDED_BOXES } else { 0 };
+        let sampled = settings.light_sampling;
+        RenderParams {
+            camera: self.camera(settings),
+            sky,
+            width: settings.width,
+            height: settings.height,
+            first_row: 0,
+            rows: 0,
+            first_sample: 0,
+            end_sample: 0,
+            resume: 0,
+            seed: settings.seed,
+            max_depth: settings.depth,
+            root: root.0,
+            first_planar: first_flat,
+            first_triangle,
+            light_count: if sampled { self.params.lights } else { 0 },
+            roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
+            flags: schlick | holes | room,
+            environment_probability: if sampled { self.params.environment_probability } else { 0.0 },
+            environment_width: self.params.environment_size.0,
+            environment_height: self.params.environment_size.1,
+            environment_cos: cosine as f32,
+            environment_sin: sine as f32,
+            primitive_count: self.params.primitives,
+            max_lane_pixels: u32::MAX,
+            first_tile_entry: NO_TILE_ENTRIES,
+            tile_shift: 0,
+            share_first_row: 0,
+            block_shift: 31,
+            block_gap: 0,
+            max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
+        }
+    }
+}
