@@ -1,4 +1,4 @@
-//! What a series of frames over ranks is, and what it cost.
+//! Series of frames over ranks, and its report.
 
 use super::ClusterError;
 use crate::Error;

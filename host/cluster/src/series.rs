@@ -151,8 +151,8 @@ impl<N: Network, State: Send + 'static> RankSeries<'_, '_, N, State> {
         }
     }
 
-    /// Waits for this rank's next frame, for at most a nap, and takes or sends its rows. Returns the
-    /// number of frames that this completes on the root.
+    /// Waits for this rank's next frame, for at most a nap, and takes or sends its rows. Returns
+    /// the number of frames that this completes on the root.
     fn take_own(&mut self) -> Result<u32, Error> {
         let nap = if self.series.spins { Duration::ZERO } else { POLL_INTERVAL };
         let rank = self.link.rank();

@@ -1,4 +1,4 @@
-//! What a program that makes and renders scenes needs, for one `use`.
+//! Prelude for programs that make and render scenes.
 //!
 //! [`Device`] is an opened device with the reason for its choice; the trait that devices implement
 //! is [`device::Device`](crate::device::Device).

@@ -15,8 +15,8 @@ use trisect::film::PixelTotals;
 use trisect::image::Image;
 use trisect::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
 use trisect::metrics::{ImageView, MetricsError};
-use trisect::render::{Fingerprint, MathMode, RenderObserver, Renderer, Sampler, Settings};
-use trisect::scene::Scene;
+use trisect::render::{Fingerprint, RenderObserver, Renderer, Settings};
+use trisect::scene::{ImageSettings, Scene};
 use trisect_system::checksummed_file::{self, ChecksummedFileError, Contents};
 
 /// Seed of references. No measurement uses it.
@@ -82,27 +82,8 @@ pub struct ReferenceInfo {
 /// Returns the settings for a reference: `settings` without anything that may add bias, and with
 /// defaults for the options that change only noise or speed.
 pub fn settings_of(settings: &Settings) -> Settings {
-    let Settings { width, height, depth, fresnel, .. } = *settings;
-    Settings {
-        width,
-        height,
-        depth,
-        fresnel,
-        seed: SEED,
-        samples: 1,
-        roulette: false,
-        roulette_depth: 1,
-        math: MathMode::Precise,
-        sampler: Sampler::Independent,
-        light_sampling: true,
-        clamp: None,
-        guides: false,
-        variant: None,
-        traversal: None,
-        schedule: None,
-        tile: None,
-        denoise: None,
-    }
+    let image = ImageSettings { samples: 1, ..settings.image() };
+    Settings { seed: SEED, ..image.into() }
 }
 
 /// Returns a hash of everything that identifies an image with these settings and a BVH of this

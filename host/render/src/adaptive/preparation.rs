@@ -1,5 +1,5 @@
-//! What a render within a time budget does before the time begins: compiles kernels, allocates
-//! buffers, and measures the filter and the passes.
+//! Preparation of a render within a time budget, before the time begins: compiles kernels,
+//! allocates buffers, and measures the filter and the passes.
 
 use super::filter::Filter;
 use super::pass_cost::{Calibration, calibrate};
@@ -21,7 +21,7 @@ pub(super) struct BudgetPlan<'a> {
     pub denoise: Option<&'a DenoiseSettings>,
 }
 
-/// What is compiled, measured and allocated before the time begins.
+/// Settings, buffers and measurements from before the time begins.
 pub(super) struct Preparation<'p> {
     /// Settings without AOVs.
     pub plain: Settings,

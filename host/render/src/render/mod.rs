@@ -162,10 +162,10 @@ impl Renderer {
         Ok(frame)
     }
 
-    /// Renders some rows and some samples of the frame that `settings` describe, without denoising. The films of parts
-    /// that make up the frame, added by [`Film::add`] in any order and grouping, are the film of
-    /// the whole: a pixel's chunks are the same everywhere, and the sum over them is exact. Rows
-    /// outside the part stay unwritten.
+    /// Renders some rows and some samples of the frame that `settings` describe, without denoising.
+    /// The films of parts that make up the frame, added by [`Film::add`] in any order and grouping,
+    /// are the film of the whole: a pixel's chunks are the same everywhere, and the sum over them is
+    /// exact. Rows outside the part stay unwritten.
     ///
     /// # Errors
     ///
