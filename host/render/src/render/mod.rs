@@ -164,8 +164,8 @@ impl Renderer {
 
     /// Renders some rows and some samples of the frame that `settings` describe, without denoising.
     /// The films of parts that make up the frame, added by [`Film::add`] in any order and grouping,
-    /// are the film of the whole: a pixel's chunks are the same everywhere, and the sum over them is
-    /// exact. Rows outside the part stay unwritten.
+    /// are the film of the whole: a pixel's chunks are the same everywhere, and the sum over them
+    /// is exact. Rows outside the part stay unwritten.
     ///
     /// # Errors
     ///
