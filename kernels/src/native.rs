@@ -182,10 +182,8 @@ unsafe fn store<T>(array: &Written<'_, T>, index: u32, value: T) {
 /// The denoiser's functions, with levels that write pixel by pixel.
 mod denoise {
     use super::{Written, store};
+    pub use trisect_shared::denoise::*;
     use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, PIXELS_PER_THREAD};
-    pub use trisect_shared::denoise::{
-        accumulate, atrous_level, demodulate, estimate_variance, remodulate, reproject,
-    };
 
     /// Writes the pixels that a thread of a device writes. The bits are the same.
     ///

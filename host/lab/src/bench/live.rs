@@ -65,16 +65,12 @@ fn rows(frames: &[Values]) -> Vec<Row> {
 
 fn values(live: &LiveFrame, wall: f64) -> Values {
     let mut level = 0;
-    let name = |kernel: Kernel| match kernel {
-        Kernel::Add => "add".to_owned(),
-        Kernel::Demodulate => "gather".to_owned(),
-        Kernel::Estimate => "estimate the variance".to_owned(),
-        Kernel::Reproject => "reproject".to_owned(),
-        Kernel::Atrous | Kernel::Svgf => {
-            level += 1;
-            format!("level {level}")
+    let name = |kernel: Kernel| {
+        if !kernel.is_level() {
+            return kernel.title().to_owned();
         }
-        Kernel::Remodulate => "finish".to_owned(),
+        level += 1;
+        format!("level {level}")
     };
     let trace = live.trace.as_secs_f64();
     let names: Vec<String> = live.passes.iter().map(|pass| pass.0).map(name).collect();

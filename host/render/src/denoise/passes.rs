@@ -49,6 +49,14 @@ impl Kernel {
             Self::Remodulate => "denoise_finish",
         }
     }
+
+    /// Returns its name in tables of times.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Estimate => "estimate the variance",
+            _ => self.name().trim_start_matches("denoise_"),
+        }
+    }
 }
 
 /// Launch over rows of the image, from one of the denoiser's two images to the other.
