@@ -124,7 +124,7 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> DeviceInfo {
 /// The buffer has these bytes, and nothing else accesses them meanwhile.
 #[allow(unsafe_code, reason = "buffers are addresses")]
 #[allow(clippy::mut_from_ref, reason = "the caller's promise")]
-unsafe fn bytes<'a>(memory: &'a HostMemory, first: u64, count: u64) -> &'a mut [u8] {
+unsafe fn bytes(memory: &HostMemory, first: u64, count: u64) -> &mut [u8] {
     // SAFETY: the caller's promise; the memory was zeros when it was allocated.
     unsafe { std::slice::from_raw_parts_mut(memory.first().add(first as usize), count as usize) }
 }
