@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use trisect::image::Image;
 use trisect::render::Settings;
 use trisect::scene::Scene;
-use trisect_shared::material::{CONDUCTOR, ROUGH_DIELECTRIC};
+use trisect_shared::bsdf::{CONDUCTOR, ROUGH_DIELECTRIC};
 use trisect_tests::renders::{cpu, film, lit};
 use trisect_tests::statistics::{BLOCK, BlockTest, Blocks};
 

@@ -3,7 +3,7 @@
 
 use trisect::render::Fresnel;
 use trisect::render::Settings;
-use trisect_shared::material::{DIELECTRIC, LAMBERTIAN, METAL};
+use trisect_shared::bsdf::{DIELECTRIC, LAMBERTIAN, METAL};
 use trisect_tests::{root, scene};
 
 /// `rtiow_final.ron` has exactly the spheres and the camera that the book's program printed.

@@ -1,8 +1,8 @@
 //! Random numbers, scenes and questions of the geometric tests.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, Vec3};
 use trisect::scene::Scene;
-use trisect::scene::description::{Alpha, Description, Instance, Material, Mesh, Shape, ShapeKind, Surface};
+use trisect::scene::description::{Description, Instance, Lambertian, Material, Mesh, Shape, ShapeKind};
 use trisect_probes::record::{Input, Output, row};
 use trisect_shared::math::unit_f32;
 use trisect_shared::rng::{PathKey, Words};
@@ -24,17 +24,7 @@ pub fn power(low: f32, high: f32, bits: u32) -> f32 {
 /// Builds a scene as the loader does from a description: one grey material, and triangles as one
 /// mesh, each with its own vertices.
 pub fn scene(shapes: Vec<ShapeKind>, triangles: &[[Vec3; 3]]) -> Scene {
-    let grey = Material {
-        name: "grey".to_owned(),
-        surface: Surface::Lambertian,
-        base_color: DVec3::splat(0.5),
-        base_color_texture: None,
-        emission: DVec3::ZERO,
-        emission_texture: None,
-        emits_both_sides: false,
-        opacity: 1.0,
-        alpha: Alpha::Opaque,
-    };
+    let grey = Material::from(Lambertian::rgb(0.5, 0.5, 0.5)).named("grey");
     let mut model = Description {
         materials: vec![grey],
         shapes: shapes.into_iter().map(|kind| Shape { kind, material: 0 }).collect(),

@@ -1,9 +1,11 @@
 //! Scenes made by a program, instead of read from a file.
 
-use super::description::{
-    Alpha, ConductorFresnel, Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky,
-    Surface,
+pub use super::material::Emissive;
+pub use super::material::surface::{
+    Conductor, ConductorFresnel, Dielectric, Lambertian, Metal, MetallicRoughness, RoughDielectric,
 };
+
+use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
 use super::values::{MAX_MAGNITUDE, unit};
 use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError};
 use glam::{DAffine3, DVec3};
@@ -159,119 +161,6 @@ impl SceneBuilder {
             notes: Vec::new(),
         };
         document.lower(Rebase::IDENTITY)
-    }
-}
-
-/// Returns a material of one surface without textures.
-fn plain(surface: Surface, base_color: DVec3) -> Material {
-    Material {
-        name: String::new(),
-        surface,
-        base_color,
-        base_color_texture: None,
-        emission: DVec3::ZERO,
-        emission_texture: None,
-        emits_both_sides: false,
-        opacity: 1.0,
-        alpha: Alpha::Opaque,
-    }
-}
-
-/// Diffuse reflection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lambertian {
-    /// Reflected fraction, 0 to 1.
-    pub albedo: DVec3,
-}
-
-impl Lambertian {
-    /// Returns the material with this reflected fraction.
-    pub fn rgb(red: f64, green: f64, blue: f64) -> Self {
-        Self { albedo: DVec3::new(red, green, blue) }
-    }
-}
-
-impl From<Lambertian> for Material {
-    fn from(material: Lambertian) -> Self {
-        plain(Surface::Lambertian, material.albedo)
-    }
-}
-
-/// Metal of "Ray Tracing in One Weekend": a blurred mirror.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Metal {
-    /// Reflected fraction, 0 to 1.
-    pub albedo: DVec3,
-    /// Radius of the ball of random offsets to the mirrored direction, 0 to 1.
-    pub fuzz: f64,
-}
-
-impl From<Metal> for Material {
-    fn from(material: Metal) -> Self {
-        plain(Surface::Metal { fuzz: material.fuzz }, material.albedo)
-    }
-}
-
-/// Smooth clear glass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dielectric {
-    /// Index of refraction inside, relative to outside.
-    pub ior: f64,
-}
-
-impl From<Dielectric> for Material {
-    fn from(material: Dielectric) -> Self {
-        plain(Surface::Dielectric { ior: material.ior }, DVec3::ONE)
-    }
-}
-
-/// Clear glass with a rough boundary (GGX).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoughDielectric {
-    /// Index of refraction inside, relative to outside.
-    pub ior: f64,
-    /// Roughness, 0 to 1; GGX alpha is its square.
-    pub roughness: f64,
-}
-
-impl From<RoughDielectric> for Material {
-    fn from(RoughDielectric { ior, roughness }: RoughDielectric) -> Self {
-        plain(Surface::RoughDielectric { ior, roughness }, DVec3::ONE)
-    }
-}
-
-/// Rough metal (GGX) by its reflectance at normal incidence, with Schlick's approximation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conductor {
-    /// Reflectance at normal incidence, 0 to 1.
-    pub reflectance: DVec3,
-    /// Roughness, 0 to 1; GGX alpha is its square.
-    pub roughness: f64,
-}
-
-impl From<Conductor> for Material {
-    fn from(Conductor { reflectance, roughness }: Conductor) -> Self {
-        plain(Surface::Conductor { fresnel: ConductorFresnel::Schlick, roughness }, reflectance)
-    }
-}
-
-/// Light that reflects nothing, and emits from its front.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Emissive {
-    /// Emitted radiance, equal in all directions.
-    pub radiance: DVec3,
-}
-
-impl Emissive {
-    /// Returns the light with this radiance.
-    pub fn rgb(red: f64, green: f64, blue: f64) -> Self {
-        Self { radiance: DVec3::new(red, green, blue) }
-    }
-}
-
-impl From<Emissive> for Material {
-    fn from(material: Emissive) -> Self {
-        Self { emission: material.radiance, ..plain(Surface::Lambertian, DVec3::ZERO) }
     }
 }
 

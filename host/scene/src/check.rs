@@ -3,42 +3,13 @@
 //! Readers check each number where they read it, so that an error names its place in the file. This
 //! is the check that all of them share; it names the part of the scene.
 
-use super::description::{
-    Alpha, ConductorFresnel, Description, Instance, Material, Mesh, PunctualLight, ShapeKind, Sky, Surface,
-    Texels, TextureImage, TextureUse,
-};
-use super::values::{Absorption, Coordinate, Eta, Gain, Ior, Length, MAX_MAGNITUDE, Radiance, Share};
+use super::description::{Description, Instance, Mesh, ShapeKind, Sky, Texels, TextureImage};
+use super::ranges::{all, at_most, each, is_direction};
+use super::values::{Coordinate, Gain, Length, MAX_MAGNITUDE, Radiance};
 use super::{limits, part_names as names};
-use glam::DVec3;
 
 /// Maximum length of an edge: from one end of the world to the other.
 const MAX_EDGE: f64 = 2.0 * MAX_MAGNITUDE;
-
-/// Maximum intensity: the square of the maximum length, because a change of space scales it so.
-const MAX_INTENSITY: f64 = MAX_MAGNITUDE * MAX_MAGNITUDE;
-
-/// Checks numbers by the type that a scene file reads them with.
-fn all<T: TryFrom<f64, Error = String>>(what: &str, numbers: &[f64]) -> Result<(), String> {
-    numbers
-        .iter()
-        .try_for_each(|&number| T::try_from(number).map(drop).map_err(|fault| format!("{what}: {fault}")))
-}
-
-fn vector<T: TryFrom<f64, Error = String>>(what: &str, vector: DVec3) -> Result<(), String> {
-    all::<T>(what, &vector.to_array())
-}
-
-fn at_most(what: &str, vector: DVec3, limit: f64) -> Result<(), String> {
-    match vector.abs().cmple(DVec3::splat(limit)).all() {
-        true => Ok(()),
-        false => Err(format!("{what}: {vector} is not a finite vector within {limit:e}")),
-    }
-}
-
-fn direction(what: &str, vector: DVec3) -> Result<(), String> {
-    at_most(what, vector, MAX_MAGNITUDE)?;
-    if vector == DVec3::ZERO { Err(format!("{what}: (0, 0, 0) is not a direction")) } else { Ok(()) }
-}
 
 impl Description {
     /// Checks that every number is finite and in range, and every index in range.
@@ -55,7 +26,7 @@ impl Description {
         }
         for material in &self.materials {
             let fault = |fault| format!("{}: {fault}", names::material(&material.name));
-            check_material(material, self.images.len()).map_err(fault)?;
+            material.check(self.images.len()).map_err(fault)?;
         }
         let uses = |material: usize| match material < self.materials.len() {
             true => Ok(()),
@@ -74,7 +45,7 @@ impl Description {
             checked.map_err(|fault| format!("{}: {fault}", names::instance(self, index)))?;
         }
         for (index, light) in self.lights.iter().enumerate() {
-            check_light(light).map_err(|fault| format!("{}: {fault}", names::light(index)))?;
+            light.check().map_err(|fault| format!("{}: {fault}", names::light(index)))?;
         }
         self.sky.as_ref().map_or(Ok(()), |sky| check_sky(sky).map_err(|fault| format!("the sky: {fault}")))
     }
@@ -95,74 +66,21 @@ fn check_image(image: &TextureImage) -> Result<(), String> {
     }
 }
 
-fn check_texture(what: &str, texture: Option<&TextureUse>, images: usize) -> Result<(), String> {
-    let Some(texture) = texture else { return Ok(()) };
-    if texture.image >= images {
-        return Err(format!("{what}: image {} of {images}", texture.image));
-    }
-    match texture.transform.to_cols_array().iter().all(|number| number.is_finite()) {
-        true => Ok(()),
-        false => Err(format!("{what}: its transform is not finite")),
-    }
-}
-
-fn check_material(material: &Material, images: usize) -> Result<(), String> {
-    vector::<Share>("reflected fraction", material.base_color)?;
-    vector::<Radiance>("emission", material.emission)?;
-    all::<Share>("opacity", &[material.opacity])?;
-    if let Alpha::Mask { cutoff } = material.alpha {
-        all::<Share>("alpha cutoff", &[cutoff])?;
-    }
-    check_texture("texture", material.base_color_texture.as_ref(), images)?;
-    check_texture("texture of the emission", material.emission_texture.as_ref(), images)?;
-    match &material.surface {
-        Surface::Lambertian => Ok(()),
-        Surface::Metal { fuzz } => all::<Share>("fuzz", &[*fuzz]),
-        Surface::Dielectric { ior } => all::<Ior>("ior", &[*ior]),
-        Surface::RoughDielectric { ior, roughness } => {
-            all::<Ior>("ior", &[*ior])?;
-            all::<Share>("roughness", &[*roughness])
-        }
-        Surface::Conductor { fresnel, roughness } => {
-            if let ConductorFresnel::Ior { eta, k } = fresnel {
-                vector::<Eta>("eta", *eta)?;
-                vector::<Absorption>("k", *k)?;
-            }
-            all::<Share>("roughness", &[*roughness])
-        }
-        Surface::MetallicRoughness {
-            metallic,
-            roughness,
-            metallic_roughness_texture,
-            ior,
-            transmission,
-            transmission_texture,
-        } => {
-            all::<Share>("metallic", &[*metallic])?;
-            all::<Share>("roughness", &[*roughness])?;
-            all::<Share>("transmission", &[*transmission])?;
-            all::<Ior>("ior", &[*ior])?;
-            check_texture("texture of the roughness", metallic_roughness_texture.as_ref(), images)?;
-            check_texture("texture of the transmission", transmission_texture.as_ref(), images)
-        }
-    }
-}
-
 fn check_shape(shape: &ShapeKind) -> Result<(), String> {
     match shape {
         ShapeKind::Sphere { center, radius } => {
-            vector::<Coordinate>("centre", *center)?;
+            each::<Coordinate>("centre", *center)?;
             all::<Length>("radius", &[*radius])
         }
         ShapeKind::Quad { corner, u, v } => {
-            vector::<Coordinate>("corner", *corner)?;
+            each::<Coordinate>("corner", *corner)?;
             at_most("u", *u, MAX_EDGE)?;
             at_most("v", *v, MAX_EDGE)?;
             limits::has_area(*u, *v)
         }
         ShapeKind::Disc { center, normal, radius } => {
-            vector::<Coordinate>("centre", *center)?;
-            direction("normal", *normal)?;
+            each::<Coordinate>("centre", *center)?;
+            is_direction("normal", *normal)?;
             all::<Length>("radius", &[*radius])
         }
     }
@@ -207,33 +125,11 @@ fn check_instance(instance: &Instance, meshes: usize) -> Result<(), String> {
     }
 }
 
-fn check_light(light: &PunctualLight) -> Result<(), String> {
-    let strength = light.strength();
-    at_most("strength", strength, MAX_INTENSITY)?;
-    if strength.min_element() < 0.0 {
-        return Err(format!("strength: {strength} is below 0"));
-    }
-    match *light {
-        PunctualLight::Point { position, .. } => vector::<Coordinate>("position", position),
-        PunctualLight::Directional { direction: along, .. } => direction("direction", along),
-        PunctualLight::Spot { position, direction: along, inner, outer, .. } => {
-            vector::<Coordinate>("position", position)?;
-            direction("direction", along)?;
-            match 0.0 <= inner && inner < outer && outer <= std::f64::consts::FRAC_PI_2 {
-                true => Ok(()),
-                false => Err(format!(
-                    "angles: from {inner} to {outer} radians is no cone; both must be from 0 to π / 2, in order"
-                )),
-            }
-        }
-    }
-}
-
 fn check_sky(sky: &Sky) -> Result<(), String> {
     match sky {
         Sky::Gradient { bottom, top } => {
-            vector::<Radiance>("radiance", *bottom)?;
-            vector::<Radiance>("radiance", *top)
+            each::<Radiance>("radiance", *bottom)?;
+            each::<Radiance>("radiance", *top)
         }
         Sky::Image { scale, rotation, .. } => {
             all::<Gain>("scale", &[*scale])?;

@@ -1,7 +1,7 @@
 //! Models within a scene. Each file is read once and placed wherever an object names it.
 
 use super::CameraPose;
-use super::description::{Description, Instance, Material, Mesh, PunctualLight, Surface, TextureUse};
+use super::description::{Description, Instance, Material, Mesh, PunctualLight, TextureUse};
 use super::error::SceneError;
 use super::format::{Name, Object, SceneFile, Source};
 use super::import::Folder;
@@ -12,6 +12,7 @@ use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE, unit};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 /// The models of a scene file.
@@ -195,21 +196,10 @@ fn warn(scene: &mut Description, warning: String) {
 }
 
 /// Returns a material whose image indices are larger by `images`.
-fn offset(mut material: Material, images: usize) -> Material {
-    let shift = |texture: &mut Option<TextureUse>| {
-        if let Some(texture) = texture {
-            texture.image += images;
-        }
-    };
-    shift(&mut material.base_color_texture);
-    shift(&mut material.emission_texture);
-    if let Surface::MetallicRoughness { metallic_roughness_texture, transmission_texture, .. } =
-        &mut material.surface
-    {
-        shift(metallic_roughness_texture);
-        shift(transmission_texture);
-    }
-    material
+fn offset(material: Material, images: usize) -> Material {
+    let shift = |texture: TextureUse| TextureUse { image: texture.image + images, ..texture };
+    let Ok(moved) = material.with_textures(|texture| Ok::<_, Infallible>(shift(texture)));
+    moved
 }
 
 fn move_point(point: DVec3, transform: &DAffine3) -> Result<DVec3, String> {
@@ -227,13 +217,12 @@ fn move_light(light: &PunctualLight, transform: &DAffine3) -> Result<PunctualLig
         unit(transform.transform_vector3(direction)).ok_or_else(|| "a light's direction becomes 0".to_owned())
     };
     let mut moved = light.clone();
-    match &mut moved {
-        PunctualLight::Point { position, .. } => *position = move_point(*position, transform)?,
-        PunctualLight::Spot { position, direction, .. } => {
-            *position = move_point(*position, transform)?;
-            *direction = turn(*direction)?;
-        }
-        PunctualLight::Directional { direction, .. } => *direction = turn(*direction)?,
+    let parts = moved.parts_mut();
+    if let Some((position, _)) = parts.placed {
+        *position = move_point(*position, transform)?;
+    }
+    if let Some(direction) = parts.direction {
+        *direction = turn(*direction)?;
     }
     Ok(moved)
 }

@@ -34,7 +34,8 @@ impl OwnLight {
         let radiance: Vec<f64> =
             model.materials.iter().map(|material| emitted(material, &model.images)).collect();
         let of = |material: usize| radiance.get(material).copied().unwrap_or_default();
-        let lights: Vec<&PunctualLight> = model.lights.iter().filter(|light| strength(light) > 0.0).collect();
+        let lights: Vec<&PunctualLight> =
+            model.lights.iter().filter(|light| light.strength().max_element() > 0.0).collect();
         let emits = model.meshes.iter().any(|mesh| of(mesh.material) > 0.0);
         if model.shapes.iter().any(|shape| of(shape.material) > 0.0) {
             return Self::Enough; // model files have no shapes: who adds them knows what they light
@@ -97,14 +98,6 @@ fn mean(image: &TextureImage) -> DVec3 {
     }
 }
 
-/// Returns the largest channel of a light's intensity or irradiance.
-fn strength(light: &PunctualLight) -> f64 {
-    let (PunctualLight::Point { intensity: strength, .. }
-    | PunctualLight::Spot { intensity: strength, .. }
-    | PunctualLight::Directional { irradiance: strength, .. }) = light;
-    strength.max_element()
-}
-
 /// A point on the model's surface, in the world.
 #[derive(Clone, Copy, Debug)]
 struct Point {
@@ -137,27 +130,9 @@ impl Point {
 
     /// Returns the irradiance on this point's front from a light without extent.
     fn irradiance_of(&self, light: &PunctualLight) -> f64 {
-        let luminance = |strength: DVec3| f64::from(luminance(strength.as_vec3()));
-        let from = |position: DVec3, intensity: DVec3, share: &dyn Fn(DVec3) -> f64| {
-            let to = position - self.place;
-            let square = to.length_squared();
-            if square == 0.0 {
-                return 0.0;
-            }
-            let direction = to / square.sqrt();
-            luminance(intensity) * share(-direction) * self.normal.dot(direction).max(0.0) / square
-        };
-        match *light {
-            PunctualLight::Point { position, intensity } => from(position, intensity, &|_| 1.0),
-            PunctualLight::Spot { position, direction, intensity, outer, .. } => {
-                from(position, intensity, &|along| {
-                    if along.dot(direction) >= outer.cos() { 1.0 } else { 0.0 }
-                })
-            }
-            PunctualLight::Directional { direction, irradiance } => {
-                luminance(irradiance) * self.normal.dot(-direction).max(0.0)
-            }
-        }
+        light.arrival(self.place).map_or(0.0, |(along, irradiance)| {
+            f64::from(luminance(irradiance.as_vec3())) * self.normal.dot(-along).max(0.0)
+        })
     }
 }
 

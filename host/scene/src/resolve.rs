@@ -1,12 +1,9 @@
 //! Makes a description from a parsed scene file and the files that it names.
 
 use super::ImageSettings;
-use super::description::{
-    Alpha, ConductorFresnel, Description, Filter, Material, PunctualLight, Shape, ShapeKind, Sky, Surface,
-    TextureUse, Wrap,
-};
+use super::description::{Description, Filter, Material, Shape, ShapeKind, Sky, TextureUse, Wrap};
 use super::error::SceneError;
-use super::format::{self, Camera, Index, Light, Name, Object, SceneFile, Source};
+use super::format::{self, Camera, Index, Name, Object, SceneFile, Source};
 use super::import::Folder;
 use super::include::Models;
 use super::loader::Loader;
@@ -36,7 +33,7 @@ pub fn describe(
     }
 
     scene.cameras.extend(file.camera.iter().map(|camera| ("camera".to_owned(), Camera::pose(camera))));
-    scene.lights.extend(file.lights.iter().map(light));
+    scene.lights.extend(file.lights.iter().cloned());
     let materials = Index::new(&file.materials);
     let mut models = Models::of(file, folder);
     for (index, object) in file.objects.iter().enumerate() {
@@ -145,98 +142,19 @@ struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    fn find(&self, name: Option<&Name>) -> Result<Option<TextureUse>, SceneError> {
-        name.map(|name| Ok(self.uses[self.names.find(name, self.source)?].clone())).transpose()
-    }
-
     fn material(
         &self,
         name: &str,
         material: &format::Material,
         warnings: &mut Vec<String>,
     ) -> Result<Material, SceneError> {
-        let plain = |surface, base_color| Material {
-            name: name.to_owned(),
-            surface,
-            base_color,
-            base_color_texture: None,
-            emission: DVec3::ZERO,
-            emission_texture: None,
-            emits_both_sides: false,
-            opacity: 1.0,
-            alpha: Alpha::Opaque,
-        };
-        Ok(match material {
-            format::Material::Lambertian { albedo, texture } => Material {
-                base_color_texture: self.find(texture.as_ref())?,
-                ..plain(Surface::Lambertian, vector(*albedo))
-            },
-            format::Material::Metal { albedo, fuzz } => {
-                plain(Surface::Metal { fuzz: fuzz.0 }, vector(*albedo))
-            }
-            format::Material::Dielectric { ior } => plain(Surface::Dielectric { ior: ior.0 }, DVec3::ONE),
-            format::Material::RoughDielectric { ior, roughness } => {
-                plain(Surface::RoughDielectric { ior: ior.0, roughness: roughness.0 }, DVec3::ONE)
-            }
-            format::Material::Conductor { fresnel, roughness } => {
-                let (fresnel, base_color) = match fresnel {
-                    format::ConductorFresnel::Ior { eta, k } => {
-                        (ConductorFresnel::Ior { eta: vector(*eta), k: vector(*k) }, DVec3::ONE)
-                    }
-                    format::ConductorFresnel::Schlick { reflectance } => {
-                        (ConductorFresnel::Schlick, vector(*reflectance))
-                    }
-                };
-                plain(Surface::Conductor { fresnel, roughness: roughness.0 }, base_color)
-            }
-            format::Material::Emissive { radiance, two_sided, texture } => Material {
-                emission: vector(*radiance),
-                emission_texture: self.find(texture.as_ref())?,
-                emits_both_sides: *two_sided,
-                ..plain(Surface::Lambertian, DVec3::ZERO)
-            },
-            format::Material::MetallicRoughness {
-                base_color,
-                metallic,
-                roughness,
-                ior,
-                transmission,
-                emission,
-                texture,
-                metallic_roughness_texture,
-                emission_texture,
-                opacity,
-                alpha_cutoff,
-                two_sided,
-            } => {
-                if emission_texture.is_some() && vector(*emission) == DVec3::ZERO {
-                    warnings.push(format!(
-                        "material \"{name}\": emission_texture has no effect, because it multiplies emission, which is 0"
-                    ));
-                }
-                let surface = Surface::MetallicRoughness {
-                    metallic: metallic.0,
-                    roughness: roughness.0,
-                    metallic_roughness_texture: self.find(metallic_roughness_texture.as_ref())?,
-                    ior: ior.0,
-                    transmission: transmission.0,
-                    transmission_texture: None,
-                };
-                Material {
-                    base_color_texture: self.find(texture.as_ref())?,
-                    emission: vector(*emission),
-                    emission_texture: self.find(emission_texture.as_ref())?,
-                    emits_both_sides: *two_sided,
-                    opacity: opacity.0,
-                    alpha: match alpha_cutoff {
-                        Some(cutoff) => Alpha::Mask { cutoff: cutoff.0 },
-                        None if opacity.0 < 1.0 => Alpha::Blend,
-                        None => Alpha::Opaque,
-                    },
-                    ..plain(surface, vector(*base_color))
-                }
-            }
-        })
+        if material.emission_texture.is_some() && material.emission == DVec3::ZERO {
+            warnings.push(format!(
+                "material \"{name}\": emission_texture has no effect, because it multiplies emission, which is 0"
+            ));
+        }
+        let find = |name: Name| Ok(self.uses[self.names.find(&name, self.source)?].clone());
+        Ok(material.clone().with_textures(find)?.named(name))
     }
 }
 
@@ -263,22 +181,4 @@ fn shapes(object: &Object) -> impl Iterator<Item = ShapeKind> {
         Object::Mesh { .. } => None,
     };
     one.into_iter().chain(sides.into_iter().map(|[corner, u, v]| ShapeKind::Quad { corner, u, v }))
-}
-
-fn light(light: &Light) -> PunctualLight {
-    match light {
-        Light::Point { position, intensity } => {
-            PunctualLight::Point { position: vector(*position), intensity: vector(*intensity) }
-        }
-        Light::Spot { position, direction, intensity, inner_angle, outer_angle } => PunctualLight::Spot {
-            position: vector(*position),
-            direction: direction.0,
-            intensity: vector(*intensity),
-            inner: inner_angle.0.to_radians(),
-            outer: outer_angle.0.to_radians(),
-        },
-        Light::Directional { direction, irradiance } => {
-            PunctualLight::Directional { direction: direction.0, irradiance: vector(*irradiance) }
-        }
-    }
 }

@@ -41,7 +41,7 @@ pub(crate) fn insert_camera(
     #[derive(Deserialize)]
     #[serde(rename = "Scene")]
     struct Places<'a> {
-        #[serde(borrow, default, deserialize_with = "format::some")]
+        #[serde(borrow, default, deserialize_with = "crate::values::some")]
         camera: Option<&'a RawValue>,
     }
     let scene = format::parse(text, file)?;

@@ -3,6 +3,7 @@
 //! rounded.
 
 use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind};
+use super::ranges::MAX_INTENSITY;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, limits};
 use glam::{DAffine3, DVec3};
@@ -13,7 +14,6 @@ use serde::{Serialize, Serializer};
 const PLANE: std::ops::RangeInclusive<f64> = 1e11..=MAX_MAGNITUDE;
 
 /// Maximum intensity after a change of space: the square of the maximum length, finite in f32.
-const MAX_INTENSITY: f64 = MAX_MAGNITUDE * MAX_MAGNITUDE;
 
 /// The space that the renderer computes in: a point p of the scene is at (p - `origin`) · `scale`
 /// there.
@@ -190,12 +190,7 @@ impl Shape {
 
 impl PunctualLight {
     fn move_to(&mut self, space: Rebase) -> Result<(), &'static str> {
-        let (position, intensity) = match self {
-            Self::Point { position, intensity } | Self::Spot { position, intensity, .. } => {
-                (position, intensity)
-            }
-            Self::Directional { .. } => return Ok(()),
-        };
+        let Some((position, intensity)) = self.parts_mut().placed else { return Ok(()) };
         *position = space.point(*position);
         *intensity *= space.scale * space.scale;
         if !in_world(*position) {

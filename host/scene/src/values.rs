@@ -2,7 +2,7 @@
 //! error names line and column.
 
 use glam::DVec3;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 /// Maximum magnitude of coordinates and distances: their squares, summed over three axes, stay
 /// finite in f32.
@@ -115,14 +115,8 @@ impl TryFrom<u32> for Count {
 /// A point or vector.
 pub type Point = (Coordinate, Coordinate, Coordinate);
 
-/// Red, green and blue reflected fractions, linear Rec. 709.
-pub type Albedo = (Share, Share, Share);
-
 /// Red, green and blue radiance, linear Rec. 709.
 pub type Colour = (Radiance, Radiance, Radiance);
-
-/// Red, green and blue intensity or irradiance, linear Rec. 709.
-pub type Light = (Strength, Strength, Strength);
 
 /// A direction: of any length but 0 in the file, a unit vector here.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -140,6 +134,34 @@ impl TryFrom<Point> for Direction {
 /// Returns three numbers as a vector.
 pub fn vector<T: Into<f64>>((x, y, z): (T, T, T)) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into())
+}
+
+/// Reads a number of type `N`.
+pub fn number<'de, N: Deserialize<'de> + Into<f64>, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<f64, D::Error> {
+    N::deserialize(deserializer).map(Into::into)
+}
+
+/// Reads three numbers of type `N`.
+pub fn numbers<'de, N: Deserialize<'de> + Into<f64>, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<DVec3, D::Error> {
+    <(N, N, N)>::deserialize(deserializer).map(vector)
+}
+
+/// Reads a vector of any length but 0, and returns the unit vector along it.
+pub fn direction<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {
+    Direction::deserialize(deserializer).map(|direction| direction.0)
+}
+
+/// Reads an optional field without RON's `Some(…)` around it.
+pub fn some<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    T::deserialize(deserializer).map(Some)
 }
 
 /// Returns the unit vector along a finite vector; `None` for 0. Unlike `DVec3::normalize`, it is

@@ -9,7 +9,7 @@ pub use first_hit::{FirstHit, first_hit};
 pub use render::{render_persistent, render_pixel};
 
 use crate::aovs::{self, AovSums, SurfaceAovs};
-use crate::bsdf::{Bsdf, opacity};
+use crate::bsdf::{Bsdf, LAMBERTIAN, opacity};
 use crate::buffer::{SharedSlice, load};
 use crate::bvh::{Hit, NO_PRIMITIVE, RayQuery};
 use crate::environment;
@@ -19,7 +19,7 @@ use crate::features::{
 };
 use crate::film::{Compensation, PixelSums};
 use crate::light::mis_weight;
-use crate::material::{BLENDED, LAMBERTIAN, MASKED, Material};
+use crate::material::{BLENDED, MASKED, Material};
 use crate::math::{max_component, min, unit_f32};
 use crate::params::{FLAG_HOLES, FLAG_OPAQUE_ZERO, FLAG_SCHLICK, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};

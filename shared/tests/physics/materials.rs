@@ -2,11 +2,12 @@
 
 use crate::statistics::words;
 use glam::Vec3;
-use trisect_shared::bsdf::{Bsdf, BsdfEval, BsdfSample};
-use trisect_shared::features::MICROFACETS;
-use trisect_shared::material::{
-    COMPLEX_IOR, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS, Material, ROUGH_DIELECTRIC,
+use trisect_shared::bsdf::{
+    Bsdf, BsdfEval, BsdfSample, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS,
+    ROUGH_DIELECTRIC,
 };
+use trisect_shared::features::MICROFACETS;
+use trisect_shared::material::{COMPLEX_IOR, Material};
 use trisect_shared::math::{basis, normalize};
 use trisect_shared::scene::Scene;
 

@@ -3,8 +3,8 @@
 use crate::materials::{self, Setup};
 use crate::statistics::{SLOW, samples, words};
 use glam::Vec3;
+use trisect_shared::bsdf::ROUGH_DIELECTRIC;
 use trisect_shared::fresnel::refracted_cos2;
-use trisect_shared::material::ROUGH_DIELECTRIC;
 use trisect_shared::math::{max_component, normalize, unit_sphere};
 
 /// Compares value over both cosines in both directions, for random pairs of directions on one side

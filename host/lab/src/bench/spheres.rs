@@ -3,7 +3,9 @@
 use super::BenchError;
 use glam::DVec3;
 use trisect::render::Fresnel;
-use trisect::scene::description::{Alpha, Description, Material, Shape, ShapeKind, Sky, Surface};
+use trisect::scene::description::{
+    Description, Dielectric, Lambertian, Material, Metal, Shape, ShapeKind, Sky,
+};
 use trisect::scene::{CameraPose, ImageSettings, Rebase, SceneDocument};
 
 /// Maximum number of spheres of a scene.
@@ -97,10 +99,10 @@ fn on_ground(x: f64, z: f64, radius: f64) -> DVec3 {
 /// Returns the book's four fixed materials: ground, glass, brown, mirror.
 fn fixed_materials() -> Vec<Material> {
     vec![
-        material("ground", Surface::Lambertian, DVec3::splat(0.5)),
-        material("glass", Surface::Dielectric { ior: 1.5 }, DVec3::ONE),
-        material("brown", Surface::Lambertian, DVec3::new(0.4, 0.2, 0.1)),
-        material("mirror", Surface::Metal { fuzz: 0.0 }, DVec3::new(0.7, 0.6, 0.5)),
+        Material::from(Lambertian::rgb(0.5, 0.5, 0.5)).named("ground"),
+        Material::from(Dielectric { ior: 1.5 }).named("glass"),
+        Material::from(Lambertian::rgb(0.4, 0.2, 0.1)).named("brown"),
+        Material::from(Metal { albedo: DVec3::new(0.7, 0.6, 0.5), fuzz: 0.0 }).named("mirror"),
     ]
 }
 
@@ -109,26 +111,14 @@ fn fixed_materials() -> Vec<Material> {
 fn palette(index: u64) -> Material {
     let seed = index + (1 << 40); // differs from the seed of each cell
     let random = |draw| DVec3::new(unit(seed, draw), unit(seed, draw + 1), unit(seed, draw + 2));
-    let (surface, color) = match index as f64 / PALETTE as f64 {
-        share if share < 0.8 => (Surface::Lambertian, random(0) * random(3)),
-        share if share < 0.95 => (Surface::Metal { fuzz: 0.5 * unit(seed, 3) }, 0.5 + 0.5 * random(0)),
-        _ => (Surface::Dielectric { ior: 1.5 }, DVec3::ONE),
+    let material = match index as f64 / PALETTE as f64 {
+        share if share < 0.8 => Material::from(Lambertian { albedo: random(0) * random(3), texture: None }),
+        share if share < 0.95 => {
+            Material::from(Metal { albedo: 0.5 + 0.5 * random(0), fuzz: 0.5 * unit(seed, 3) })
+        }
+        _ => Material::from(Dielectric { ior: 1.5 }),
     };
-    material(&format!("small-{index:03}"), surface, color)
-}
-
-fn material(name: &str, surface: Surface, base_color: DVec3) -> Material {
-    Material {
-        name: name.to_owned(),
-        surface,
-        base_color,
-        base_color_texture: None,
-        emission: DVec3::ZERO,
-        emission_texture: None,
-        emits_both_sides: false,
-        opacity: 1.0,
-        alpha: Alpha::Opaque,
-    }
+    material.named(format!("small-{index:03}"))
 }
 
 fn camera() -> CameraPose {

@@ -6,8 +6,8 @@ use trisect::bvh::BvhQuality;
 use trisect::denoise::{DenoiseSettings, Filter};
 use trisect::render::{Fresnel, MathMode, Sampler, Settings, Traversal};
 use trisect::scene::Scene;
+use trisect_shared::bsdf::DIELECTRIC;
 use trisect_shared::features::{EMITTERS, ENVIRONMENT, has_any};
-use trisect_shared::material::DIELECTRIC;
 
 /// Names of the knobs, besides the number of samples per pixel.
 pub const KNOBS: [&str; 14] = [

@@ -9,7 +9,7 @@ fn whole() -> SceneBuilder {
     let metal = scene.material(Metal { albedo: DVec3::ONE, fuzz: 0.25 });
     let glass = scene.material(Dielectric { ior: 1.5 });
     let frosted = scene.material(RoughDielectric { ior: 1.5, roughness: 0.5 });
-    let brass = scene.material(Conductor { reflectance: DVec3::new(0.9, 0.7, 0.3), roughness: 0.25 });
+    let brass = scene.material(Conductor::schlick([0.9, 0.7, 0.3], 0.25));
     let lamp = scene.material(Emissive::rgb(4.0, 4.0, 4.0));
     scene.plane([0.0; 3], [0.0, 2.0, 0.0], grey).sphere([0.0, 1.0, 0.0], 0.5, metal);
     scene.sphere([1.0, 1.0, 0.0], 0.5, glass).sphere([2.0, 1.0, 0.0], 0.5, frosted);
@@ -67,15 +67,13 @@ fn a_scene_file_is_the_same() {
 fn what_is_out_of_range_is_named() {
     type Change = fn(&mut SceneBuilder);
     let changes: [(&str, Change); 14] = [
-        ("material \"0\": reflected fraction: 1.5 is not between", |s| {
-            s.description.materials[0].base_color.y = 1.5
+        ("material \"0\": albedo: 1.5 is not between", |s| {
+            s.description.materials[0].surface = Lambertian::rgb(0.5, 1.5, 0.5).into()
         }),
         ("material \"1\": fuzz: NaN", |s| {
-            s.description.materials[1].surface = Surface::Metal { fuzz: f64::NAN }
+            s.description.materials[1].surface = Metal { albedo: DVec3::ONE, fuzz: f64::NAN }.into()
         }),
-        ("material \"2\": ior: 0 ", |s| {
-            s.description.materials[2].surface = Surface::Dielectric { ior: 0.0 }
-        }),
+        ("material \"2\": ior: 0 ", |s| s.description.materials[2].surface = Dielectric { ior: 0.0 }.into()),
         ("material \"5\": emission: -1", |s| s.description.materials[5].emission.x = -1.0),
         ("shape 1, a sphere of \"1\": radius: -0.5", |s| {
             s.description.shapes[1].kind = ShapeKind::Sphere { center: DVec3::ZERO, radius: -0.5 };

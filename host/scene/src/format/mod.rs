@@ -4,7 +4,6 @@
 //! up once the whole file is read.
 
 mod camera;
-mod light;
 mod material;
 mod name;
 mod object;
@@ -15,14 +14,14 @@ mod transform;
 mod tests;
 
 pub use camera::Camera;
-pub use light::Light;
-pub use material::{ColorSpace, ConductorFresnel, Filter, Material, Texture, Wrap};
+pub use material::{ColorSpace, Filter, Material, Texture, Wrap};
 pub use name::{Index, Name, Source};
 pub use object::{Object, sides};
 
 use super::error::SceneError;
-use super::values::{Angle, Colour, Count, Gain};
-pub(crate) use name::some;
+use super::light::PunctualLight;
+use super::material::surface::TextureRole;
+use super::values::{Angle, Colour, Count, Gain, some};
 use name::unique_names;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -68,7 +67,7 @@ pub struct SceneFile<'a> {
     pub objects: Vec<Object<'a>>,
     /// Lights without extent.
     #[serde(default)]
-    pub lights: Vec<Light>,
+    pub lights: Vec<PunctualLight>,
     /// The file's name and text.
     #[serde(skip)]
     pub source: Source<'a>,
@@ -185,14 +184,12 @@ impl SceneFile<'_> {
         }
         let textures = Index::new(&self.textures);
         for (_, material) in &self.materials {
-            for name in material.textures() {
-                textures.find(name, source)?;
-            }
-            if let Material::MetallicRoughness { metallic_roughness_texture: Some(name), .. } = material
-                && self.textures[textures.find(name, source)?].1.color_space == ColorSpace::Srgb
-            {
-                let message = "holds numbers here, not colours; give it color_space: Linear";
-                return Err(source.at(name, format!("texture \"{}\" {message}", name.name)));
+            for (name, role) in material.textures() {
+                let (_, texture) = &self.textures[textures.find(name, source)?];
+                if role == TextureRole::Numbers && texture.color_space == ColorSpace::Srgb {
+                    let message = "holds numbers here, not colours; give it color_space: Linear";
+                    return Err(source.at(name, format!("texture \"{}\" {message}", name.name)));
+                }
             }
         }
         let materials = Index::new(&self.materials);

@@ -145,12 +145,3 @@ where
     }
     deserializer.deserialize_map(Entries(PhantomData))
 }
-
-/// Reads an optional field without RON's `Some(…)` around it.
-pub fn some<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    T::deserialize(deserializer).map(Some)
-}

@@ -1,8 +1,9 @@
 //! The objects of a scene file, with their checks.
 
-use super::name::{Name, some};
+use super::name::Name;
 use super::transform::Transform;
 use crate::limits::has_area;
+use crate::values::some;
 use crate::values::{Direction, Length, MAX_MAGNITUDE, Point, vector};
 use glam::{DAffine3, DVec3};
 use serde::de::Error as _;

@@ -25,8 +25,7 @@ fn check(description: &Description) {
         assert!(instance.transform.inverse().is_finite());
     }
     for material in &description.materials {
-        let textures = [&material.base_color_texture, &material.emission_texture];
-        assert!(textures.into_iter().flatten().all(|texture| texture.image < description.images.len()));
+        assert!(material.textures().all(|(texture, _)| texture.image < description.images.len()));
         assert!(material.emission.is_finite() && (0.0..=1.0).contains(&material.opacity));
     }
     assert!(description.cameras.iter().all(|(_, pose)| pose.look_from != pose.look_at));

@@ -3,14 +3,13 @@
 
 mod environment;
 mod geometry;
-mod light;
 mod material;
 mod texture;
 
 pub(super) use geometry::check_memory;
 
 use super::ImageSettings;
-use super::description::{self, Description};
+use super::description::{self, Description, PunctualLight};
 use super::error::SceneError;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, Scene};
@@ -58,7 +57,7 @@ pub(super) fn lower(
         materials,
         textures: textures.textures,
         texels: textures.texels,
-        lights: description.lights.iter().map(light::lower).collect(),
+        lights: description.lights.iter().map(PunctualLight::record).collect(),
         warnings,
         image: *image,
     };

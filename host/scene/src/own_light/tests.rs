@@ -1,21 +1,12 @@
 //! Typical models: bodies with lamps on them, rooms with lamps in them, lights in lux and candela.
 
 use super::*;
-use crate::description::{Alpha, Filter, Instance, Surface, TextureUse, Wrap};
+use crate::description::{Filter, Instance, Lambertian, TextureUse, Wrap};
 use glam::{DAffine2, DAffine3};
 
 fn material(emission: f64, both_sides: bool) -> Material {
-    Material {
-        name: String::new(),
-        surface: Surface::Lambertian,
-        base_color: DVec3::splat(0.5),
-        base_color_texture: None,
-        emission: DVec3::splat(emission),
-        emission_texture: None,
-        emits_both_sides: both_sides,
-        opacity: 1.0,
-        alpha: Alpha::Opaque,
-    }
+    let grey = Material::from(Lambertian::rgb(0.5, 0.5, 0.5));
+    Material { emission: DVec3::splat(emission), emits_both_sides: both_sides, ..grey }
 }
 
 /// Returns a cube of half width 1 whose faces point outwards, or inwards like those of a room.

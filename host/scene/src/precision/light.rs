@@ -116,12 +116,8 @@ fn strength(light: &PunctualLight) -> f64 {
 /// nearest surface: intensity / (π distance²). `None` if a surface would have to be nearer than the
 /// rounding of positions to be too bright.
 fn reflected(scene: &SceneDocument, light: &PunctualLight) -> Option<f64> {
-    let (position, intensity) = match light {
-        PunctualLight::Directional { irradiance, .. } => return Some(irradiance.max_element() / PI),
-        PunctualLight::Point { position, intensity } | PunctualLight::Spot { position, intensity, .. } => {
-            (*position, intensity.max_element())
-        }
-    };
+    let intensity = strength(light);
+    let Some(position) = light.position() else { return Some(intensity / PI) };
     let near = (intensity / (PI * brightest())).sqrt();
     if near <= ROUNDING * geometry::distance(scene.space, position) || near == 0.0 {
         return None;

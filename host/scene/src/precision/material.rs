@@ -9,7 +9,6 @@
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{RELATIVE, ROUNDING};
 use crate::SceneDocument;
-use crate::description::Surface;
 use crate::part_names as names;
 
 const NEAR_ONE: &str =
@@ -18,9 +17,7 @@ const EXTREME: &str = "use an ior between 1/74 and 74; for a mirror, a Metal or 
 
 pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
     for material in &scene.description.materials {
-        let (Surface::Dielectric { ior } | Surface::RoughDielectric { ior, .. }) = material.surface else {
-            continue;
-        };
+        let Some(ior) = material.surface.glass_ior() else { continue };
         let what = || names::material(&material.name);
         let difference = (ior - 1.0).abs();
         let near = 1.5 * ROUNDING / difference;

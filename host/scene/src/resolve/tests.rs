@@ -1,5 +1,8 @@
 use super::super::CameraPose;
-use super::super::description::{Instance, Mesh, Texels};
+use super::super::description::{
+    Alpha, Conductor, Instance, Lambertian, Mesh, MetallicRoughness, PunctualLight, RoughDielectric, Surface,
+    Texels,
+};
 use super::*;
 use crate::description::TextureImage;
 use glam::DAffine3;
@@ -32,23 +35,15 @@ impl Loader for Files {
             filter: Filter::Linear,
             transform: DAffine2::IDENTITY,
         };
-        let material = |name: &str| Material {
-            name: name.to_owned(),
-            surface: Surface::MetallicRoughness {
-                metallic: 1.0,
-                roughness: 1.0,
-                metallic_roughness_texture: Some(texture.clone()),
-                ior: 1.5,
-                transmission: 0.0,
-                transmission_texture: Some(texture.clone()),
-            },
-            base_color: DVec3::ONE,
-            base_color_texture: Some(texture.clone()),
-            emission: DVec3::ZERO,
-            emission_texture: Some(texture.clone()),
-            emits_both_sides: false,
-            opacity: 1.0,
-            alpha: Alpha::Opaque,
+        let texture = || Some(texture.clone());
+        let material = |name: &str| {
+            let surface = MetallicRoughness {
+                texture: texture(),
+                metallic_roughness_texture: texture(),
+                transmission_texture: texture(),
+                ..MetallicRoughness::default()
+            };
+            Material { emission_texture: texture(), ..Material::from(surface) }.named(name)
         };
         let mesh = |material| Mesh { material, ..Mesh::default() };
         let camera = CameraPose {
@@ -136,13 +131,13 @@ fn materials() {
         }, objects: []"#,
     );
     let m = &scene.materials;
-    assert_eq!((m[0].surface.clone(), m[0].base_color), (Surface::Lambertian, DVec3::ZERO));
+    assert_eq!(m[0].surface, Lambertian::rgb(0.0, 0.0, 0.0).into());
     assert!(m[0].emits_both_sides && m[0].emission == DVec3::new(1.0, 2.0, 3.0));
-    assert_eq!((m[1].alpha, m[1].base_color, m[1].opacity), (Alpha::Opaque, DVec3::ONE, 1.0));
+    assert_eq!((m[1].alpha, m[1].opacity), (Alpha::Opaque, 1.0));
+    assert_eq!(m[1].surface, MetallicRoughness::default().into());
     assert_eq!((m[2].alpha, m[3].alpha), (Alpha::Blend, Alpha::Mask { cutoff: 0.25 }));
-    let tin = Surface::Conductor { fresnel: ConductorFresnel::Schlick, roughness: 0.5 };
-    assert_eq!((m[4].surface.clone(), m[4].base_color), (tin, DVec3::new(0.5, 0.6, 0.7)));
-    assert_eq!(m[5].surface, Surface::RoughDielectric { ior: 1.25, roughness: 0.5 });
+    assert_eq!(m[4].surface, Conductor::schlick([0.5, 0.6, 0.7], 0.5).into());
+    assert_eq!(m[5].surface, RoughDielectric { ior: 1.25, roughness: 0.5 }.into());
     assert_eq!(m[5].name, "f");
 }
 
@@ -162,7 +157,8 @@ fn textures_are_read_once_for_each_meaning() {
     let scene = result.unwrap().0;
     assert_eq!((asked, scene.images.len()), (vec!["at/t.png".to_owned(); 2], 2));
     assert!(matches!(scene.images[1].texels, Texels::Linear8(_)));
-    let base = scene.materials[0].base_color_texture.as_ref().unwrap();
+    let Surface::MetallicRoughness(surface) = &scene.materials[0].surface else { panic!() };
+    let base = surface.texture.as_ref().unwrap();
     assert_eq!((base.image, base.wrap, base.filter), (0, [Wrap::Clamp; 2], Filter::Linear));
     // Example of KHR_texture_transform: the lower left quadrant, turned clockwise by 90 degrees.
     let image = |u, v| base.transform.transform_point2(DVec2::new(u, v));
@@ -218,12 +214,7 @@ fn a_model_is_read_once_and_stands_often() {
     assert_eq!(names, ["red", "first", "second", "first", "second"]);
     assert_eq!(scene.images.len(), 3);
     let of_n = &scene.materials[3];
-    assert!(
-        [&of_n.base_color_texture, &of_n.emission_texture].iter().all(|t| t.as_ref().unwrap().image == 2)
-    );
-    assert!(matches!(&of_n.surface, Surface::MetallicRoughness {
-            metallic_roughness_texture: Some(a), transmission_texture: Some(b), ..
-        } if a.image == 2 && b.image == 2));
+    assert_eq!(of_n.textures().map(|(texture, _)| texture.image).collect::<Vec<_>>(), [2; 4]);
     // m in red, m in its own materials, n, o in red.
     let materials: Vec<usize> = scene.meshes.iter().map(|mesh| mesh.material).collect();
     assert_eq!(materials, [0, 0, 2, 1, 4, 3, 0, 0]);
@@ -326,4 +317,37 @@ fn the_documented_scenes_are_read() {
     let broken = minimal.replacen("material: \"glass\"", "material: \"glas\"", 1);
     let error = format::parse(&broken, "scene.ron").expect_err("unknown").to_string();
     assert_eq!(error, example.trim_end());
+}
+
+/// Each material but `Emissive` may emit, and have opacity.
+#[test]
+fn materials_share_fields() {
+    let scene = scene(
+        r#"materials: {
+            "lit": Lambertian(emission: (1, 2, 3), albedo: (0.5, 0.5, 0.5), two_sided: true),
+            "thin": Metal(opacity: 0.25, albedo: (1, 1, 1)),
+            "cut": Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), alpha_cutoff: 0.5, roughness: 0),
+        }, objects: []"#,
+    );
+    let [lit, thin, cut] = &scene.materials[..] else { panic!() };
+    assert_eq!(lit.surface, Lambertian::rgb(0.5, 0.5, 0.5).into());
+    assert_eq!(
+        (lit.emission, lit.emits_both_sides, lit.alpha),
+        (DVec3::new(1.0, 2.0, 3.0), true, Alpha::Opaque)
+    );
+    assert_eq!((thin.opacity, thin.alpha), (0.25, Alpha::Blend));
+    assert_eq!((cut.opacity, cut.alpha), (1.0, Alpha::Mask { cutoff: 0.5 }));
+    for (fields, message) in [
+        ("albedo: (0, 0, 0), opacity: 1, opacity: 1", "opacity"),
+        ("albedo: (0, 0, 0), opacity: 2", "2 is not between 0 and 1"),
+        ("albedo: (0, 0, 0), fuzz: 1", "fuzz"),
+        ("emission: (0, 0, 0)", "albedo"),
+    ] {
+        let (result, _) = with(CAMERA, &format!("materials: {{\n\"a\": Lambertian({fields})}}, objects: []"));
+        let error = result.unwrap_err().to_string();
+        assert!(
+            error.contains(message) && error.contains("Lambertian") || error.contains("between"),
+            "{error}"
+        );
+    }
 }

@@ -5,10 +5,9 @@
 //! objects inside glass that no light reaches. The search is rough: meshes are their boxes, and
 //! objects between light and glass are ignored.
 
-use crate::description::{Alpha, Description, Instance, Material, Mesh, PunctualLight, ShapeKind, Surface};
+use crate::description::{Alpha, Description, Instance, Mesh, PunctualLight, ShapeKind};
 use crate::part_names as names;
 use glam::{DMat3, DVec3, Vec3};
-use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 
 /// Maximum numbers of lights, pieces of glass and other objects that are examined.
 const MAX_LIGHTS: usize = 16;
@@ -173,23 +172,11 @@ fn block_is_hit(corner: DVec3, edges: [DVec3; 3], origin: DVec3, direction: DVec
     near <= far && far.is_finite()
 }
 
-/// Returns whether a material transmits light, but a path on it cannot be connected to a light.
-fn is_smooth_glass(material: &Material) -> bool {
-    let smooth = |roughness: f64| roughness * roughness < f64::from(MIN_ROUGH_ALPHA);
-    let clear = match material.surface {
-        Surface::Dielectric { .. } => true,
-        Surface::RoughDielectric { roughness, .. } => smooth(roughness),
-        Surface::MetallicRoughness { metallic, roughness, transmission, .. } => {
-            transmission > 0.0 && metallic < 1.0 && smooth(roughness)
-        }
-        Surface::Lambertian | Surface::Metal { .. } | Surface::Conductor { .. } => false,
-    };
-    clear && material.alpha == Alpha::Opaque
-}
-
 /// Returns the pieces of glass with their names, and all other objects.
 fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
-    let is_glass = |material: usize| scene.materials.get(material).is_some_and(is_smooth_glass);
+    let is_glass = |material: usize| {
+        scene.materials.get(material).is_some_and(|m| m.surface.is_smooth_glass() && m.alpha == Alpha::Opaque)
+    };
     let (mut glass, mut things) = (Vec::new(), Vec::new());
     for (index, shape) in scene.shapes.iter().enumerate() {
         if !is_glass(shape.material) {
@@ -224,22 +211,12 @@ fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
 
 /// Returns the unit direction of a light at a point, if it shines there.
 fn direction(light: &PunctualLight, point: DVec3) -> Option<DVec3> {
-    match *light {
-        PunctualLight::Directional { direction, .. } => Some(direction),
-        PunctualLight::Point { position, .. } => (point - position).try_normalize(),
-        PunctualLight::Spot { position, direction, outer, .. } => {
-            let to = (point - position).try_normalize()?;
-            (to.dot(direction) > outer.cos()).then_some(to)
-        }
-    }
+    light.arrival(point).map(|(along, _)| along)
 }
 
 /// Returns whether glass keeps a light from an object.
 fn keeps_from(light: &PunctualLight, glass: &Form, things: &[Form]) -> bool {
-    let position = match light {
-        PunctualLight::Directional { .. } => None,
-        PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => Some(*position),
-    };
+    let position = light.position();
     if let Form::Disc { center, normal, radius } = *glass
         && radius >= crate::values::MAX_MAGNITUDE
     {

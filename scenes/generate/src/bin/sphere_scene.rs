@@ -41,11 +41,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "    sky: Gradient(bottom: {bottom}, top: {top}),\n    fresnel: Schlick,\n    materials: {{"
     )?;
     for material in &description.materials {
-        let albedo = triple(material.base_color.into());
         let surface = match &material.surface {
-            Surface::Lambertian => format!("Lambertian(albedo: {albedo})"),
-            Surface::Metal { fuzz } => format!("Metal(albedo: {albedo}, fuzz: {fuzz})"),
-            Surface::Dielectric { ior } => format!("Dielectric(ior: {ior})"),
+            Surface::Lambertian(m) => format!("Lambertian(albedo: {})", triple(m.albedo.into())),
+            Surface::Metal(m) => format!("Metal(albedo: {}, fuzz: {})", triple(m.albedo.into()), m.fuzz),
+            Surface::Dielectric(m) => format!("Dielectric(ior: {})", m.ior),
             other => return Err(format!("unexpected material {other:?}").into()),
         };
         writeln!(text, "        \"{}\": {surface},", material.name)?;

@@ -6,7 +6,7 @@ use super::super::warnings::Warnings;
 use super::json::{self, MetallicRoughness, TextureInfo};
 use super::texture;
 use super::{Document, Output};
-use crate::description::{Alpha, Material, Surface, TextureUse};
+use crate::description::{self, Alpha, Material, TextureUse};
 use crate::error::SceneError;
 use crate::values::MAX_MAGNITUDE;
 use glam::{DVec3, DVec4};
@@ -64,24 +64,14 @@ fn plain(name: &str) -> Material {
     let MetallicRoughness {
         base_color_factor: [r, g, b, opacity], metallic_factor, roughness_factor, ..
     } = MetallicRoughness::default();
-    Material {
-        name: name.to_owned(),
-        surface: Surface::MetallicRoughness {
-            metallic: metallic_factor,
-            roughness: roughness_factor,
-            metallic_roughness_texture: None,
-            ior: json::glass(),
-            transmission: 0.0,
-            transmission_texture: None,
-        },
+    let surface = description::MetallicRoughness {
         base_color: DVec3::new(r, g, b),
-        base_color_texture: None,
-        emission: DVec3::ZERO,
-        emission_texture: None,
-        emits_both_sides: false,
-        opacity,
-        alpha: Alpha::Opaque,
-    }
+        metallic: metallic_factor,
+        roughness: roughness_factor,
+        ior: json::glass(),
+        ..Default::default()
+    };
+    Material { opacity, ..Material::from(surface) }.named(name)
 }
 
 /// Reads a material, and the set of texture coordinates that its textures use (`None` without
@@ -185,7 +175,9 @@ fn read(
         }
         ior => ior.unwrap_or(json::glass()),
     };
-    let surface = Surface::MetallicRoughness {
+    let surface = description::MetallicRoughness {
+        base_color: factor.truncate(),
+        texture: base_color_texture,
         metallic,
         roughness,
         metallic_roughness_texture,
@@ -195,9 +187,7 @@ fn read(
     };
     let material = Material {
         name,
-        surface,
-        base_color: factor.truncate(),
-        base_color_texture,
+        surface: surface.into(),
         emission,
         emission_texture,
         emits_both_sides: source.double_sided,

@@ -176,19 +176,14 @@ fn materials_and_their_textures() {
     let scene = read(&text);
     let material = &scene.materials[0];
     assert_eq!((material.name.as_str(), material.alpha), ("m", Alpha::Mask { cutoff: 0.25 }));
-    assert_eq!((material.base_color, material.opacity), (DVec3::new(0.1, 0.2, 0.3), 0.4));
+    let Surface::MetallicRoughness(pbr) = &material.surface else { panic!() };
+    assert_eq!((pbr.base_color, material.opacity), (DVec3::new(0.1, 0.2, 0.3), 0.4));
     assert_eq!((material.emission, material.emits_both_sides), (DVec3::new(0.0, 5.0, 0.0), true));
-    let base = material.base_color_texture.as_ref().unwrap();
+    let base = pbr.texture.as_ref().unwrap();
     assert_eq!((base.wrap, base.filter), ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest));
     assert_eq!(base.transform.transform_point2(DVec2::ONE), DVec2::new(2.5, 3.0));
-    let Surface::MetallicRoughness {
-        metallic, roughness, metallic_roughness_texture, ior, transmission, ..
-    } = &material.surface
-    else {
-        panic!()
-    };
-    assert_eq!((*metallic, *roughness, *ior, *transmission), (0.5, 1.0, 1.33, 0.75));
-    let rough = metallic_roughness_texture.as_ref().unwrap();
+    assert_eq!((pbr.metallic, pbr.roughness, pbr.ior, pbr.transmission), (0.5, 1.0, 1.33, 0.75));
+    let rough = pbr.metallic_roughness_texture.as_ref().unwrap();
     assert_eq!((rough.wrap, rough.filter), ([Wrap::Repeat; 2], Filter::Linear));
     assert_eq!(scene.images.len(), 2);
     assert!(matches!(scene.images[base.image].texels, Texels::Srgb8(_)));

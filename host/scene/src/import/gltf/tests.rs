@@ -2,11 +2,10 @@
 
 use super::super::testing::{Memory, floats, glb, shorts};
 use super::*;
-use crate::description::Surface;
+use crate::description::MetallicRoughness;
 use crate::import::NoFiles;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::DVec3;
 
 pub const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
@@ -57,11 +56,7 @@ fn a_triangle_without_anything_has_the_defaults() {
     assert_eq!((&scene.meshes[0].triangles[..], &scene.meshes[0].name[..]), (&[[0, 1, 2]][..], "t"));
     assert!(scene.meshes[0].normals.is_empty() && scene.meshes[0].uvs.is_empty());
     assert_eq!(scene.instances[0].transform, glam::DAffine3::IDENTITY);
-    assert_eq!(scene.materials[0].base_color, DVec3::ONE);
-    assert!(matches!(
-        scene.materials[0].surface,
-        Surface::MetallicRoughness { metallic: 1.0, roughness: 1.0, ior: 1.5, transmission: 0.0, .. }
-    ));
+    assert_eq!(scene.materials[0].surface, MetallicRoughness::default().into());
     assert_eq!(scene.warnings, [""; 0]);
 }
 

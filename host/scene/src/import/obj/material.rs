@@ -6,7 +6,10 @@ use super::super::images::{Curve, Images};
 use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::library::{Entry, Libraries, Map};
-use crate::description::{Alpha, ConductorFresnel, Description, Filter, Material, Surface, TextureUse, Wrap};
+use crate::description::{
+    Alpha, Conductor, Description, Dielectric, Filter, Lambertian, Material, MetallicRoughness, Surface,
+    TextureUse, Wrap,
+};
 use crate::error::SceneError;
 use crate::values::MAX_MAGNITUDE;
 use glam::{DAffine2, DVec2, DVec3};
@@ -34,17 +37,12 @@ pub struct Used<'a> {
 
 /// Returns a diffuse grey material.
 pub fn grey(name: &str) -> Material {
-    Material {
-        name: name.to_owned(),
-        surface: Surface::Lambertian,
-        base_color: DVec3::splat(GREY),
-        base_color_texture: None,
-        emission: DVec3::ZERO,
-        emission_texture: None,
-        emits_both_sides: true, // OBJ has no front sides
-        opacity: 1.0,
-        alpha: Alpha::Opaque,
-    }
+    two_sided(name, Lambertian { albedo: DVec3::splat(GREY), texture: None }.into())
+}
+
+/// Returns a material that emits from both sides, because OBJ has no front sides.
+fn two_sided(name: &str, surface: Surface) -> Material {
+    Material { name: name.to_owned(), emits_both_sides: true, ..Material::new(surface) }
 }
 
 impl Materials {
@@ -95,55 +93,46 @@ fn material(
         warnings.tally("material factors outside 0 to 1, clamped", u64::from(clamped != value), &site.place);
         clamped
     };
-    let mut material = grey(&shown(name));
     let default = if entry.diffuse_map.is_some() { 1.0 } else { GREY };
-    material.base_color = share(entry.diffuse.unwrap_or(DVec3::splat(default)));
+    let diffuse = share(entry.diffuse.unwrap_or(DVec3::splat(default)));
     let dissolve =
         entry.dissolve.or(entry.transparency.map(|transparency| 1.0 - transparency)).unwrap_or(1.0);
     let [roughness, metallic, dissolve] =
         share(DVec3::new(entry.roughness.unwrap_or(1.0), entry.metallic.unwrap_or(0.0), dissolve)).to_array();
     let specular = share(entry.specular.unwrap_or(DVec3::ZERO));
-    material.opacity = dissolve;
-    if dissolve < 1.0 {
-        material.alpha = Alpha::Blend;
-    }
 
+    // `map_Kd` multiplies `Kd`, which glass and metal that reflects `Ks` do not use.
+    let mut diffuse_map = || match &entry.diffuse_map {
+        Some(map) => texture(map, used, budget, &site.member("map_Kd")).map(Some),
+        None => Ok(None),
+    };
     let model = entry.illumination.map(|number| number as i64);
     let filtered = entry.filter.is_some() && entry.ior.is_some() && dissolve < 1.0;
-    if entry.roughness.or(entry.metallic).is_some() {
-        material.surface = Surface::MetallicRoughness {
-            metallic,
-            roughness,
-            metallic_roughness_texture: None,
-            ior: ior(entry.ior, 1.0, &site, warnings),
-            transmission: 0.0,
-            transmission_texture: None,
-        };
+    let mirror = entry.exponent.filter(|_| matches!(model, Some(3 | 5)) && specular != DVec3::ZERO);
+    let surface = if entry.roughness.or(entry.metallic).is_some() {
+        let ior = ior(entry.ior, 1.0, &site, warnings);
+        let (base_color, texture) = (diffuse, diffuse_map()?);
+        MetallicRoughness { base_color, texture, metallic, roughness, ior, ..Default::default() }.into()
     } else if matches!(model, Some(4 | 6 | 7)) || filtered {
         if entry.filter.is_some_and(|filter| filter != DVec3::ONE) {
             warnings.once("coloured glass (Tf) is not supported: glass is clear");
         }
-        material.surface = Surface::Dielectric { ior: ior(entry.ior, 1e-3, &site, warnings) };
-        material.base_color = DVec3::ONE;
-        material.opacity = 1.0;
-        material.alpha = Alpha::Opaque;
-    } else if let (Some(3 | 5), Some(exponent)) = (model, entry.exponent)
-        && specular != DVec3::ZERO
-    {
+        Dielectric { ior: ior(entry.ior, 1e-3, &site, warnings) }.into()
+    } else if let Some(exponent) = mirror {
         let roughness = (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt();
-        material.surface = Surface::Conductor { fresnel: ConductorFresnel::Schlick, roughness };
-        material.base_color = specular;
-    }
-    let is_dull = material.surface == Surface::Lambertian && specular != DVec3::ZERO;
-    warnings.tally(
-        "diffuse materials whose highlights (Ks, Ns) are not rendered; Pr and Pm in the MTL file make them glossy",
-        u64::from(is_dull),
-        &site.place,
-    );
-    // `map_Kd` multiplies `Kd`, which glass and metal that reflects `Ks` do not use.
-    let has_base = matches!(material.surface, Surface::Lambertian | Surface::MetallicRoughness { .. });
-    if let Some(map) = entry.diffuse_map.as_ref().filter(|_| has_base) {
-        material.base_color_texture = Some(texture(map, used, budget, &site.member("map_Kd"))?);
+        Conductor::schlick(specular, roughness).into()
+    } else {
+        warnings.tally(
+            "diffuse materials whose highlights (Ks, Ns) are not rendered; Pr and Pm in the MTL file make them glossy",
+            u64::from(specular != DVec3::ZERO),
+            &site.place,
+        );
+        Lambertian { albedo: diffuse, texture: diffuse_map()? }.into()
+    };
+    let mut material = two_sided(&shown(name), surface);
+    if !matches!(material.surface, Surface::Dielectric(_)) {
+        material.opacity = dissolve;
+        material.alpha = if dissolve < 1.0 { Alpha::Blend } else { Alpha::Opaque };
     }
 
     let emitted = if entry.emission_map.is_some() { DVec3::ONE } else { DVec3::ZERO };

@@ -2,7 +2,7 @@
 
 use super::super::testing::{FAR, Memory, ROUNDED, error_in_space, far_vertices, png, rounded_in_world};
 use super::*;
-use crate::description::{Alpha, ConductorFresnel, Material, Surface};
+use crate::description::{Alpha, Conductor, ConductorFresnel, Dielectric, Lambertian, Material, Surface};
 use crate::import::NoFiles;
 use glam::{DVec2, DVec3};
 
@@ -25,7 +25,7 @@ fn polygons_become_fans_and_corners_vertices() {
     assert_eq!(mesh.positions[2], [1.0, 1.0, 0.0]);
     assert_eq!(mesh.uvs, [[0.0, 1.0], [1.0, 0.75], [1.0, 0.75], [0.0, 1.0]]);
     assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
-    assert_eq!(scene.materials[0].base_color, DVec3::splat(0.8));
+    assert_eq!(scene.materials[0].surface, Lambertian::rgb(0.8, 0.8, 0.8).into());
     assert_eq!((scene.instances.len(), scene.warnings.len()), (1, 0));
 }
 
@@ -91,22 +91,19 @@ fn mtl_materials() {
          newmtl mapped\nmap_Kd -s 2 4 -o 0.5 0.25 -clamp on -bm 1 maps\\a b.png\n",
     );
     let [diffuse, light, glass, tinted, mirror, pbr, mapped] = &all[..] else { panic!() };
-    assert_eq!((&diffuse.surface, diffuse.base_color), (&Surface::Lambertian, DVec3::new(0.1, 0.2, 0.3)));
+    assert_eq!(diffuse.surface, Surface::from(Lambertian::rgb(0.1, 0.2, 0.3)));
     assert_eq!((diffuse.opacity, diffuse.alpha), (0.5, Alpha::Blend));
     assert_eq!((light.emission, light.emits_both_sides), (DVec3::new(4.0, 5.0, 6.0), true));
-    assert_eq!((&glass.surface, glass.alpha), (&Surface::Dielectric { ior: 1.33 }, Alpha::Opaque));
-    assert_eq!(tinted.surface, Surface::Dielectric { ior: 1.2 });
-    let Surface::Conductor { fresnel: ConductorFresnel::Schlick, roughness } = mirror.surface else {
+    assert_eq!((&glass.surface, glass.alpha), (&Dielectric { ior: 1.33 }.into(), Alpha::Opaque));
+    assert_eq!(tinted.surface, Dielectric { ior: 1.2 }.into());
+    let Surface::Conductor(Conductor { fresnel, roughness }) = mirror.surface else { panic!() };
+    assert!((roughness - 0.5f64.sqrt()).abs() < 1e-12);
+    assert_eq!(fresnel, ConductorFresnel::Schlick { reflectance: DVec3::new(0.9, 0.8, 0.7) });
+    let Surface::MetallicRoughness(pbr) = &pbr.surface else { panic!() };
+    assert_eq!((pbr.metallic, pbr.roughness, pbr.ior), (1.0, 0.25, 1.5));
+    let Surface::Lambertian(Lambertian { albedo: DVec3::ONE, texture: Some(map) }) = &mapped.surface else {
         panic!()
     };
-    assert!((roughness - 0.5f64.sqrt()).abs() < 1e-12);
-    assert_eq!(mirror.base_color, DVec3::new(0.9, 0.8, 0.7));
-    assert!(matches!(
-        pbr.surface,
-        Surface::MetallicRoughness { metallic: 1.0, roughness: 0.25, ior: 1.5, .. }
-    ));
-    assert_eq!(mapped.base_color, DVec3::ONE);
-    let map = mapped.base_color_texture.as_ref().unwrap();
     // The bottom left, (0, 1) in the description, moves to (0.5, 0.25) from the bottom left.
     assert!(map.transform.transform_point2(DVec2::Y).abs_diff_eq(DVec2::new(0.5, 0.75), 1e-12));
     assert!(map.transform.transform_point2(DVec2::X).abs_diff_eq(DVec2::new(2.5, -3.25), 1e-12));

@@ -11,10 +11,10 @@ use super::mesh::{POSITION_REMEDY, check_instance, check_position, check_uvs, ex
 use super::origin;
 use super::source_location::{SourceLocation, shown};
 use super::warnings::Warnings;
-use crate::description::{Alpha, Description, Instance, Material, Mesh, Surface};
+use crate::description::{Description, Instance, Lambertian, Material, Mesh};
 use crate::error::SceneError;
 use body::Body;
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 use header::{Element, Kind};
 
 /// Properties of a vertex that are read, each with its names.
@@ -86,17 +86,7 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Description, SceneError> {
 }
 
 fn grey() -> Material {
-    Material {
-        name: "default".to_owned(),
-        surface: Surface::Lambertian,
-        base_color: DVec3::splat(0.8),
-        base_color_texture: None,
-        emission: DVec3::ZERO,
-        emission_texture: None,
-        emits_both_sides: false,
-        opacity: 1.0,
-        alpha: Alpha::Opaque,
-    }
+    Material::from(Lambertian::rgb(0.8, 0.8, 0.8)).named("default")
 }
 
 fn read_vertices(

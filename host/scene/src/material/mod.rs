@@ -1,0 +1,141 @@
+//! Materials: how a surface scatters, what it emits, and how much of it is there.
+
+mod read;
+pub mod surface;
+
+use crate::ranges::{all, each};
+use crate::texture::TextureUse;
+use crate::values::{Radiance, Share, numbers, some};
+use glam::DVec3;
+use serde::Deserialize;
+use surface::{Lambertian, Surface, TextureRole};
+
+/// A material. `T` refers to a texture: by its name in a scene file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material<T = TextureUse> {
+    /// Name for messages.
+    pub name: String,
+    /// Scattering model.
+    pub surface: Surface<T>,
+    /// Emitted radiance; zero for a material that does not emit.
+    pub emission: DVec3,
+    /// Texture that multiplies `emission`.
+    pub emission_texture: Option<T>,
+    /// True if the back emits too.
+    pub emits_both_sides: bool,
+    /// Fraction of the light that meets the surface, 0 to 1; the rest passes straight through.
+    pub opacity: f64,
+    /// Meaning of `opacity`.
+    pub alpha: Alpha,
+}
+
+/// Meaning of a material's opacity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Opacity is ignored.
+    #[default]
+    Opaque,
+    /// The surface exists where opacity is at least `cutoff`.
+    Mask {
+        /// Threshold of opacity, 0 to 1.
+        cutoff: f64,
+    },
+    /// Opacity is the fraction of the light that meets the surface.
+    Blend,
+}
+
+/// Light that reflects nothing.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, bound = "T: Deserialize<'de>")]
+pub struct Emissive<T = TextureUse> {
+    /// Emitted radiance, equal in all directions.
+    #[serde(deserialize_with = "numbers::<Radiance, _>")]
+    pub radiance: DVec3,
+    /// True if the back emits too.
+    #[serde(default)]
+    pub two_sided: bool,
+    /// Texture that multiplies `radiance`.
+    #[serde(default = "Option::default", deserialize_with = "some")]
+    pub texture: Option<T>,
+}
+
+impl Emissive {
+    /// Returns the light with this radiance, which emits from its front.
+    pub fn rgb(red: f64, green: f64, blue: f64) -> Self {
+        Self { radiance: DVec3::new(red, green, blue), two_sided: false, texture: None }
+    }
+}
+
+impl<T> From<Emissive<T>> for Material<T> {
+    fn from(Emissive { radiance, two_sided, texture }: Emissive<T>) -> Self {
+        Self {
+            emission: radiance,
+            emission_texture: texture,
+            emits_both_sides: two_sided,
+            ..Self::new(Surface::Lambertian(Lambertian { albedo: DVec3::ZERO, texture: None }))
+        }
+    }
+}
+
+impl<S: Into<Surface>> From<S> for Material {
+    fn from(surface: S) -> Self {
+        Self::new(surface.into())
+    }
+}
+
+impl<T> Material<T> {
+    /// Returns a material without a name that does not emit, and is opaque.
+    pub const fn new(surface: Surface<T>) -> Self {
+        Self {
+            name: String::new(),
+            surface,
+            emission: DVec3::ZERO,
+            emission_texture: None,
+            emits_both_sides: false,
+            opacity: 1.0,
+            alpha: Alpha::Opaque,
+        }
+    }
+
+    /// Returns the material with this name.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// Returns the textures that the material reads, with their roles.
+    pub fn textures(&self) -> impl Iterator<Item = (&T, TextureRole)> {
+        let emission = self.emission_texture.iter().map(|texture| (texture, TextureRole::Colour));
+        emission.chain(self.surface.textures())
+    }
+
+    /// Returns the material with each texture replaced by what `f` makes of it.
+    ///
+    /// # Errors
+    ///
+    /// The first error of `f`.
+    pub fn with_textures<U, E>(self, mut f: impl FnMut(T) -> Result<U, E>) -> Result<Material<U>, E> {
+        Ok(Material {
+            emission_texture: self.emission_texture.map(&mut f).transpose()?,
+            surface: self.surface.with_textures(&mut f)?,
+            name: self.name,
+            emission: self.emission,
+            emits_both_sides: self.emits_both_sides,
+            opacity: self.opacity,
+            alpha: self.alpha,
+        })
+    }
+}
+
+impl Material {
+    /// Checks that each number is finite and in range, and that each image is one of `images`.
+    pub(crate) fn check(&self, images: usize) -> Result<(), String> {
+        self.surface.check()?;
+        each::<Radiance>("emission", self.emission)?;
+        all::<Share>("opacity", &[self.opacity])?;
+        if let Alpha::Mask { cutoff } = self.alpha {
+            all::<Share>("alpha cutoff", &[cutoff])?;
+        }
+        self.textures().try_for_each(|(texture, _)| texture.check(images))
+    }
+}

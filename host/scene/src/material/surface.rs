@@ -1,0 +1,375 @@
+//! Surfaces: how materials scatter light. Scene files, importers and programs that build scenes
+//! give these types; [`Surface::fill`] makes device records of them.
+
+use crate::ranges::{all, each};
+use crate::texture::TextureUse;
+use crate::values::{Absorption, Eta, Ior, Share, number, numbers, some};
+use glam::DVec3;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+use trisect_shared::bsdf;
+use trisect_shared::material::{COMPLEX_IOR, Material as Record};
+use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
+
+/// Scattering model of a material. `T` refers to a texture: by its name in a scene file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface<T = TextureUse> {
+    /// Diffuse reflection.
+    Lambertian(Lambertian<T>),
+    /// The metal of "Ray Tracing in One Weekend" (the book).
+    Metal(Metal),
+    /// Smooth clear glass.
+    Dielectric(Dielectric),
+    /// Clear glass with a rough boundary (GGX).
+    RoughDielectric(RoughDielectric),
+    /// A rough metal (GGX).
+    Conductor(Conductor),
+    /// glTF's metallic-roughness material.
+    MetallicRoughness(MetallicRoughness<T>),
+}
+
+/// Diffuse reflection.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, bound = "T: Deserialize<'de>")]
+pub struct Lambertian<T = TextureUse> {
+    /// Reflected fraction by channel, 0 to 1.
+    #[serde(deserialize_with = "numbers::<Share, _>")]
+    pub albedo: DVec3,
+    /// Texture that multiplies `albedo`; its alpha multiplies the material's opacity.
+    #[serde(default = "Option::default", deserialize_with = "some")]
+    pub texture: Option<T>,
+}
+
+/// Metal of "Ray Tracing in One Weekend": a blurred mirror.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Metal {
+    /// Reflected fraction by channel, 0 to 1.
+    #[serde(deserialize_with = "numbers::<Share, _>")]
+    pub albedo: DVec3,
+    /// Radius of the ball of random offsets to the mirrored direction, 0 to 1.
+    #[serde(default, deserialize_with = "number::<Share, _>")]
+    pub fuzz: f64,
+}
+
+/// Smooth clear glass.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dielectric {
+    /// Index of refraction inside, relative to outside.
+    #[serde(deserialize_with = "number::<Ior, _>")]
+    pub ior: f64,
+}
+
+/// Clear glass with a rough boundary (GGX).
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RoughDielectric {
+    /// Index of refraction inside, relative to outside.
+    #[serde(deserialize_with = "number::<Ior, _>")]
+    pub ior: f64,
+    /// Roughness, 0 to 1; GGX alpha is its square.
+    #[serde(deserialize_with = "number::<Share, _>")]
+    pub roughness: f64,
+}
+
+/// A rough metal (GGX).
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Conductor {
+    /// Fresnel reflectance.
+    pub fresnel: ConductorFresnel,
+    /// Roughness, 0 to 1; GGX alpha is its square.
+    #[serde(deserialize_with = "number::<Share, _>")]
+    pub roughness: f64,
+}
+
+/// A conductor's reflectance.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum ConductorFresnel {
+    /// Fresnel's equations for a complex index of refraction, eta + i k, by channel.
+    Ior {
+        /// Real part of the index, relative to outside.
+        #[serde(deserialize_with = "numbers::<Eta, _>")]
+        eta: DVec3,
+        /// Imaginary part of the index (absorption).
+        #[serde(deserialize_with = "numbers::<Absorption, _>")]
+        k: DVec3,
+    },
+    /// Schlick's approximation.
+    Schlick {
+        /// Reflectance at normal incidence by channel, 0 to 1.
+        #[serde(deserialize_with = "numbers::<Share, _>")]
+        reflectance: DVec3,
+    },
+}
+
+/// glTF's metallic-roughness material.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default, bound = "T: Deserialize<'de>")]
+pub struct MetallicRoughness<T = TextureUse> {
+    /// Diffuse colour of a dielectric, reflectance of a metal, by channel, 0 to 1.
+    #[serde(deserialize_with = "numbers::<Share, _>")]
+    pub base_color: DVec3,
+    /// Texture that multiplies `base_color`; its alpha multiplies the material's opacity.
+    #[serde(deserialize_with = "some")]
+    pub texture: Option<T>,
+    /// 0 for a dielectric, 1 for a metal.
+    #[serde(deserialize_with = "number::<Share, _>")]
+    pub metallic: f64,
+    /// Roughness, 0 to 1; GGX alpha is its square.
+    #[serde(deserialize_with = "number::<Share, _>")]
+    pub roughness: f64,
+    /// Texture whose green multiplies `roughness` and whose blue multiplies `metallic`.
+    #[serde(deserialize_with = "some")]
+    pub metallic_roughness_texture: Option<T>,
+    /// Index of refraction of the dielectric's boundary.
+    #[serde(deserialize_with = "number::<Ior, _>")]
+    pub ior: f64,
+    /// Fraction of the light that enters a dielectric and passes through its thin wall, 0 to 1.
+    #[serde(deserialize_with = "number::<Share, _>")]
+    pub transmission: f64,
+    /// Texture whose red multiplies `transmission`.
+    #[serde(deserialize_with = "some")]
+    pub transmission_texture: Option<T>,
+}
+
+impl Lambertian {
+    /// Returns the material with this reflected fraction.
+    pub fn rgb(red: f64, green: f64, blue: f64) -> Self {
+        Self { albedo: DVec3::new(red, green, blue), texture: None }
+    }
+}
+
+impl Conductor {
+    /// Returns the metal with this reflectance at normal incidence.
+    pub fn schlick(reflectance: impl Into<DVec3>, roughness: f64) -> Self {
+        Self { fresnel: ConductorFresnel::Schlick { reflectance: reflectance.into() }, roughness }
+    }
+}
+
+impl<T> Default for MetallicRoughness<T> {
+    /// Returns glTF's default: a white rough metal.
+    fn default() -> Self {
+        Self {
+            base_color: DVec3::ONE,
+            texture: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            ior: 1.5,
+            transmission: 0.0,
+            transmission_texture: None,
+        }
+    }
+}
+
+/// Meaning of the texels of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureRole {
+    /// Colours.
+    Colour,
+    /// Numbers, which are stored linearly.
+    Numbers,
+}
+
+impl<T> Surface<T> {
+    /// Names of materials in scene files.
+    pub(super) const NAMES: [&'static str; 7] = [
+        "Lambertian",
+        "Metal",
+        "Dielectric",
+        "RoughDielectric",
+        "Conductor",
+        "Emissive",
+        "MetallicRoughness",
+    ];
+
+    /// Reads the fields of the surface of this name.
+    pub(super) fn read<'de, D>(name: &str, fields: D) -> Result<Self, D::Error>
+    where
+        D: Deserializer<'de>,
+        T: Deserialize<'de>,
+    {
+        match name {
+            "Lambertian" => Deserialize::deserialize(fields).map(Self::Lambertian),
+            "Metal" => Deserialize::deserialize(fields).map(Self::Metal),
+            "Dielectric" => Deserialize::deserialize(fields).map(Self::Dielectric),
+            "RoughDielectric" => Deserialize::deserialize(fields).map(Self::RoughDielectric),
+            "Conductor" => Deserialize::deserialize(fields).map(Self::Conductor),
+            "MetallicRoughness" => Deserialize::deserialize(fields).map(Self::MetallicRoughness),
+            other => Err(D::Error::unknown_variant(other, &Self::NAMES)),
+        }
+    }
+
+    /// Returns the textures with their roles.
+    pub fn textures(&self) -> impl Iterator<Item = (&T, TextureRole)> {
+        let (base, numbers) = match self {
+            Self::Lambertian(lambertian) => (&lambertian.texture, [&None; 2]),
+            Self::MetallicRoughness(m) => {
+                (&m.texture, [&m.metallic_roughness_texture, &m.transmission_texture])
+            }
+            Self::Metal(_) | Self::Dielectric(_) | Self::RoughDielectric(_) | Self::Conductor(_) => {
+                (&None, [&None; 2])
+            }
+        };
+        let numbers = numbers.into_iter().flatten().map(|texture| (texture, TextureRole::Numbers));
+        base.iter().map(|texture| (texture, TextureRole::Colour)).chain(numbers)
+    }
+
+    /// Returns the surface with each texture replaced by what `f` makes of it.
+    pub(super) fn with_textures<U, E>(self, f: &mut impl FnMut(T) -> Result<U, E>) -> Result<Surface<U>, E> {
+        let mut map = |texture: Option<T>| texture.map(&mut *f).transpose();
+        Ok(match self {
+            Self::Lambertian(Lambertian { albedo, texture }) => {
+                Surface::Lambertian(Lambertian { albedo, texture: map(texture)? })
+            }
+            Self::MetallicRoughness(m) => Surface::MetallicRoughness(MetallicRoughness {
+                base_color: m.base_color,
+                texture: map(m.texture)?,
+                metallic: m.metallic,
+                roughness: m.roughness,
+                metallic_roughness_texture: map(m.metallic_roughness_texture)?,
+                ior: m.ior,
+                transmission: m.transmission,
+                transmission_texture: map(m.transmission_texture)?,
+            }),
+            Self::Metal(metal) => Surface::Metal(metal),
+            Self::Dielectric(dielectric) => Surface::Dielectric(dielectric),
+            Self::RoughDielectric(dielectric) => Surface::RoughDielectric(dielectric),
+            Self::Conductor(conductor) => Surface::Conductor(conductor),
+        })
+    }
+
+    /// Returns the index of refraction of clear glass; `None` for other surfaces.
+    pub fn glass_ior(&self) -> Option<f64> {
+        match *self {
+            Self::Dielectric(Dielectric { ior }) | Self::RoughDielectric(RoughDielectric { ior, .. }) => {
+                Some(ior)
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns whether the surface transmits light, but a path on it cannot be connected to a
+    /// light.
+    pub fn is_smooth_glass(&self) -> bool {
+        let smooth = |roughness: f64| roughness * roughness < f64::from(MIN_ROUGH_ALPHA);
+        match *self {
+            Self::Dielectric(_) => true,
+            Self::RoughDielectric(RoughDielectric { roughness, .. }) => smooth(roughness),
+            Self::MetallicRoughness(MetallicRoughness { metallic, roughness, transmission, .. }) => {
+                transmission > 0.0 && metallic < 1.0 && smooth(roughness)
+            }
+            _ => false,
+        }
+    }
+
+    /// Checks that each number is finite and in range.
+    pub(super) fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Lambertian(Lambertian { albedo, .. }) => each::<Share>("albedo", *albedo),
+            Self::Metal(Metal { albedo, fuzz }) => {
+                each::<Share>("albedo", *albedo)?;
+                all::<Share>("fuzz", &[*fuzz])
+            }
+            Self::Dielectric(Dielectric { ior }) => all::<Ior>("ior", &[*ior]),
+            Self::RoughDielectric(RoughDielectric { ior, roughness }) => {
+                all::<Ior>("ior", &[*ior])?;
+                all::<Share>("roughness", &[*roughness])
+            }
+            Self::Conductor(Conductor { fresnel, roughness }) => {
+                all::<Share>("roughness", &[*roughness])?;
+                match fresnel {
+                    ConductorFresnel::Ior { eta, k } => {
+                        each::<Eta>("eta", *eta)?;
+                        each::<Absorption>("k", *k)
+                    }
+                    ConductorFresnel::Schlick { reflectance } => each::<Share>("reflectance", *reflectance),
+                }
+            }
+            Self::MetallicRoughness(m) => {
+                each::<Share>("base_color", m.base_color)?;
+                all::<Share>("metallic", &[m.metallic])?;
+                all::<Share>("roughness", &[m.roughness])?;
+                all::<Share>("transmission", &[m.transmission])?;
+                all::<Ior>("ior", &[m.ior])
+            }
+        }
+    }
+}
+
+impl Surface {
+    /// Fills in the fields of a device record that describe the surface. `texture` returns the
+    /// index of a texture's record.
+    pub(crate) fn fill(
+        &self,
+        record: &mut Record,
+        texture: &mut impl FnMut(&Option<TextureUse>) -> Result<u32, String>,
+    ) -> Result<(), String> {
+        match self {
+            Self::Lambertian(lambertian) => {
+                record.kind = bsdf::LAMBERTIAN;
+                record.albedo = lambertian.albedo.as_vec3();
+                record.albedo_texture = texture(&lambertian.texture)?;
+            }
+            Self::Metal(Metal { albedo, fuzz }) => {
+                record.kind = bsdf::METAL;
+                record.albedo = albedo.as_vec3();
+                record.fuzz = *fuzz as f32;
+            }
+            Self::Dielectric(Dielectric { ior }) => {
+                record.kind = bsdf::DIELECTRIC;
+                record.ior = *ior as f32;
+            }
+            Self::RoughDielectric(RoughDielectric { ior, roughness }) => {
+                // Below the minimum alpha its boundary is smooth.
+                let rough = (*roughness * *roughness) as f32 >= MIN_ROUGH_ALPHA;
+                record.kind = if rough { bsdf::ROUGH_DIELECTRIC } else { bsdf::DIELECTRIC };
+                record.ior = *ior as f32;
+                record.roughness = *roughness as f32;
+            }
+            Self::Conductor(Conductor { fresnel, roughness }) => {
+                record.kind = bsdf::CONDUCTOR;
+                record.roughness = *roughness as f32;
+                match fresnel {
+                    ConductorFresnel::Ior { eta, k } => {
+                        record.flags |= COMPLEX_IOR;
+                        record.eta = eta.as_vec3();
+                        record.k = k.as_vec3();
+                    }
+                    ConductorFresnel::Schlick { reflectance } => record.albedo = reflectance.as_vec3(),
+                }
+            }
+            Self::MetallicRoughness(m) => {
+                record.kind = bsdf::METALLIC_ROUGHNESS;
+                record.albedo = m.base_color.as_vec3();
+                record.metallic = m.metallic as f32;
+                record.roughness = m.roughness as f32;
+                record.ior = m.ior as f32;
+                record.transmission = m.transmission as f32;
+                record.albedo_texture = texture(&m.texture)?;
+                record.metallic_roughness_texture = texture(&m.metallic_roughness_texture)?;
+                record.transmission_texture = texture(&m.transmission_texture)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Implements the conversions of surfaces into [`Surface`].
+macro_rules! surfaces {
+    ($($name:ident: $type:ty),*) => {$(
+        impl From<$type> for Surface {
+            fn from(surface: $type) -> Self {
+                Self::$name(surface)
+            }
+        }
+    )*};
+}
+
+surfaces! {
+    Lambertian: Lambertian, Metal: Metal, Dielectric: Dielectric, RoughDielectric: RoughDielectric,
+    Conductor: Conductor, MetallicRoughness: MetallicRoughness
+}

@@ -1,0 +1,33 @@
+//! Diffuse reflection: a cosine lobe, sampled as the normal plus a point of the unit sphere.
+
+use super::Bsdf;
+use super::book::{BookLobe, Incidence, Scattered};
+use crate::features::Features;
+use crate::material::Material;
+use crate::rng::Words;
+use core::f32::consts::PI;
+use glam::Vec3;
+
+pub(super) struct Lambertian;
+
+impl BookLobe for Lambertian {
+    #[inline(always)]
+    fn scatter<const FEATURES: Features>(_: &Material, at: &Incidence, _: bool, _: Words) -> Scattered {
+        Scattered { base: at.normal, radius: 1.0, transmitted: false }
+    }
+
+    #[inline(always)]
+    fn pdf(_: &Bsdf, _: Vec3, cos: f32) -> f32 {
+        cos / PI
+    }
+
+    #[inline(always)]
+    fn diffuseness(_: &Material) -> f32 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn has_non_delta_lobe(_: &Material) -> bool {
+        true
+    }
+}

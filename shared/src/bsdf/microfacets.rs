@@ -1,0 +1,190 @@
+//! Microfacet materials (GGX): a facet of the surface is sampled among those that the viewer sees;
+//! each material says what the facet does.
+
+use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, of_microfacets, reflect};
+use crate::material::Material;
+use crate::math::{max, min, sqrt};
+use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, lambda, sample_visible_normal};
+use crate::rng::Words;
+use crate::scene::Scene;
+use glam::Vec3;
+
+/// A microfacet material. Vectors are in the shading frame.
+pub(super) trait MicrofacetLobe {
+    /// True if light that the facet transmits is refracted; a thin wall mirrors it.
+    const REFRACTS: bool = false;
+
+    /// Multiplies the material's parameters by its textures at (`u`, `v`).
+    ///
+    /// # Safety
+    ///
+    /// The scene's textures were proven as [`crate::buffer`] says.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    unsafe fn read_textures(_scene: Scene, _material: &mut Material, _u: f32, _v: f32) {}
+
+    /// Returns what [`Bsdf::albedo`] does.
+    #[inline(always)]
+    fn albedo(material: &Material) -> Vec3 {
+        material.albedo
+    }
+
+    /// Returns what [`Bsdf::diffuseness`] does.
+    #[inline(always)]
+    fn diffuseness(bsdf: &Bsdf) -> f32 {
+        bsdf.alpha * bsdf.alpha
+    }
+
+    /// Returns what [`Bsdf::has_non_delta_lobe`] does.
+    #[inline(always)]
+    fn has_non_delta_lobe(bsdf: &Bsdf) -> bool {
+        bsdf.alpha >= MIN_ROUGH_ALPHA
+    }
+
+    /// Samples what the facet does: `random.z` chooses the lobe, `random.x` and `random.y` a
+    /// direction of a lobe beside the facet's.
+    fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal;
+
+    /// Returns value and pdf for the direction `i`, from those of the facets.
+    fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval;
+}
+
+/// Facet that the path meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet {
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Cosine between the viewer's direction and the normal, in (0, 1].
+    pub cos: f32,
+    /// Direction of the viewer, mirrored about the normal.
+    pub mirrored: Vec3,
+    /// True if the surface is a plane, whose facets all have the normal (0, 0, 1).
+    pub smooth: bool,
+}
+
+/// Sampled direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Proposal {
+    pub direction: Vec3,
+    /// True if the direction is on the other side of the surface than the viewer.
+    pub transmitted: bool,
+    /// True if the direction is that of a delta lobe, with the weight `delta_weight`.
+    pub is_delta: bool,
+    pub delta_weight: Vec3,
+}
+
+impl Proposal {
+    /// Returns a direction of a lobe that is not a delta.
+    #[inline(always)]
+    pub fn new(direction: Vec3, transmitted: bool) -> Self {
+        Self { direction, transmitted, is_delta: false, delta_weight: Vec3::ZERO }
+    }
+}
+
+/// Reflection and transmission by the facets alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacetEval {
+    /// Value times |cosine|, without the facets' reflectance or transmittance.
+    pub value: f32,
+    /// pdf of the direction if the facet's lobe is chosen, per steradian.
+    pub pdf: f32,
+    /// Cosine between the viewer's direction and the facet's normal; not above 0 if no facet sends
+    /// light from one direction to the other.
+    pub cos: f32,
+    /// True if the direction is on the viewer's side.
+    pub reflected: bool,
+}
+
+impl Bsdf {
+    #[inline(always)]
+    pub(super) fn sample_microfacets(&self, random: Words) -> BsdfSample {
+        let o = self.local_viewer;
+        let smooth = self.alpha < MIN_ROUGH_ALPHA;
+        let absorbed = BsdfSample {
+            direction: self.normal,
+            weight: Vec3::ZERO,
+            pdf: 0.0,
+            transmitted: false,
+            absorbed: true,
+        };
+        let h = if smooth { Vec3::Z } else { sample_visible_normal(o, self.alpha, random.x, random.y) };
+        let cos = min(o.dot(h), 1.0);
+        if cos <= 0.0 {
+            return absorbed;
+        }
+        let facet = Facet { normal: h, cos, mirrored: reflect(o, h), smooth };
+        let proposal = of_microfacets!(self.material.kind, scatter(self, &facet, random));
+        let (i, transmitted) = (proposal.direction, proposal.transmitted);
+        // A facet may send light to the wrong side of the surface; single scattering loses that
+        // light.
+        if (i.z < 0.0) != transmitted {
+            return absorbed;
+        }
+        let direction = self.local_to_world(i);
+        if proposal.is_delta {
+            let weight = proposal.delta_weight;
+            return BsdfSample { direction, weight, pdf: 0.0, transmitted, absorbed: false };
+        }
+        let BsdfEval { value, pdf } = self.evaluate_microfacets(i);
+        // Written so that a pdf of NaN also ends the path.
+        if pdf > 0.0 {
+            BsdfSample { direction, weight: value * (1.0 / pdf), pdf, transmitted, absorbed: false }
+        } else {
+            absorbed
+        }
+    }
+
+    /// Returns value and pdf of the microfacet materials for a direction of the shading frame.
+    #[inline(always)]
+    pub(super) fn evaluate_microfacets(&self, i: Vec3) -> BsdfEval {
+        let (o, kind) = (self.local_viewer, self.material.kind);
+        if i.z == 0.0 || !of_microfacets!(kind, has_non_delta_lobe(self)) {
+            return ZERO_EVAL;
+        }
+        let refracts = of_microfacets!(kind, REFRACTS);
+        let reflected = i.z > 0.0;
+        let eta = if reflected || !refracts { 1.0 } else { self.eta() };
+        // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which
+        // mirrors the light that it transmits.
+        let mirrored = if refracts { i } else { Vec3::new(i.x, i.y, i.z.abs()) };
+        let sum = if reflected || !refracts { o + mirrored } else { o * eta + i };
+        let length2 = sum.dot(sum);
+        let mut h = if length2 > 0.0 { sum * (1.0 / sqrt(length2)) } else { Vec3::Z };
+        if h.z < 0.0 {
+            h = -h;
+        }
+        let (cos_o, cos_i) = (o.dot(h), mirrored.dot(h));
+        let (mut value, mut pdf) = (0.0, 0.0);
+        let rough = self.alpha >= MIN_ROUGH_ALPHA;
+        if rough && cos_o > 0.0 && (cos_i > 0.0) == (mirrored.z > 0.0) {
+            let (lambda_o, lambda_i) = (lambda(o.z, self.alpha), lambda(i.z.abs(), self.alpha));
+            let d = distribution(h, self.alpha);
+            // Solid angle of facet normals per solid angle of i.
+            let spread = if reflected || !refracts {
+                1.0 / (4.0 * cos_o)
+            } else {
+                let s = cos_o * eta + cos_i;
+                if s == 0.0 { 0.0 } else { cos_i.abs() / (s * s) }
+            };
+            let common = d * cos_o * spread / o.z;
+            value = common / (1.0 + lambda_o + lambda_i);
+            pdf = common / (1.0 + lambda_o);
+        }
+        let facets = FacetEval { value, pdf, cos: min(cos_o, 1.0), reflected };
+        of_microfacets!(kind, evaluate(self, i, &facets))
+    }
+
+    /// Returns the ratio of refractive indices, incident over refracted.
+    #[inline(always)]
+    pub(super) fn eta(&self) -> f32 {
+        if self.front { 1.0 / self.material.ior } else { self.material.ior }
+    }
+}
+
+impl FacetEval {
+    /// Returns the cosine between viewer and facet, 0 to 1.
+    #[inline(always)]
+    pub fn clamped_cos(&self) -> f32 {
+        max(self.cos, 0.0)
+    }
+}

@@ -1,0 +1,178 @@
+//! Lights that are emitting primitives: spheres, planar shapes and triangles.
+
+use super::{LightSample, NO_LIGHT, ReferencePoint};
+use crate::bsdf::opacity;
+use crate::buffer::load;
+use crate::features::{Features, PLANAR, TEXTURES, TRIANGLES, has};
+use crate::material::Material;
+use crate::math::{atan2_turns, basis, max, sqrt, unit_circle, unit_f32, unit_sphere};
+use crate::params::RenderParams;
+use crate::planar::Planar;
+use crate::rng::Words;
+use crate::scene::Scene;
+use crate::sphere::Sphere;
+use crate::texture;
+use crate::triangle::{Triangle, TriangleShading};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// Returns 1 - cos of the half angle of the cone that contains the sphere as seen from `from`. No
+/// cone contains it, and the result is 0, from inside and from the sphere's own surface, which
+/// rounding puts inside or outside.
+#[inline(always)]
+fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
+    let to = sphere.center - from.point;
+    let sine2 = sphere.radius * sphere.radius / max(to.dot(to), 1e-37);
+    if sine2 < 1.0 && primitive != from.primitive { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
+}
+
+/// Samples a point of an emitting primitive.
+///
+/// # Safety
+///
+/// As [`super::sample`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub(super) unsafe fn sample<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    primitive: u32,
+    from: ReferencePoint,
+    random: Words,
+) -> LightSample {
+    let point = from.point;
+    let (u, v) = (unit_f32(random.x), unit_f32(random.y));
+    let (target, normal, material);
+    // Direction into the cone of a sphere seen from outside: not derived from the near point, which
+    // may be the very point that the sphere is seen from.
+    let mut inside_cone = Vec3::ZERO;
+    let (mut texture_u, mut texture_v) = (0.0, 0.0);
+    if const { has(FEATURES, TRIANGLES) } && primitive >= params.first_triangle {
+        let index = primitive - params.first_triangle;
+        // SAFETY: the caller's promise.
+        let triangle = unsafe { load::<Triangle>(scene.triangles, index) };
+        // Uniform by area (Turk, Graphics Gems, 1990).
+        let root = sqrt(u);
+        let (a, b) = (1.0 - root, root * (1.0 - v));
+        let c = root * v;
+        target = triangle.a * a + triangle.b * b + triangle.c * c;
+        let n = triangle.normal();
+        normal = n * (1.0 / sqrt(n.dot(n)));
+        material = triangle.material;
+        if const { has(FEATURES, TEXTURES) } {
+            // SAFETY: as above.
+            let s = unsafe { load::<TriangleShading>(scene.shading, index) };
+            texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
+            texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
+        }
+    } else if const { has(FEATURES, PLANAR) } && primitive >= params.first_planar {
+        // SAFETY: the caller's promise.
+        let planar = unsafe { load::<Planar>(scene.planars, primitive - params.first_planar) };
+        let (mut across, mut down) = (u, v);
+        if planar.kind == crate::planar::DISC {
+            let radius = sqrt(u);
+            let (cos, sin) = unit_circle(random.y);
+            (across, down) = (radius * cos, radius * sin);
+            (texture_u, texture_v) = (0.5 + 0.5 * across, 0.5 - 0.5 * down);
+        } else {
+            (texture_u, texture_v) = (u, 1.0 - v);
+        }
+        target = planar.origin + planar.edge_u * across + planar.edge_v * down;
+        normal = planar.normal;
+        material = planar.material;
+    } else {
+        // SAFETY: the caller's promise.
+        let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
+        let half_cone = sphere_cone(&sphere, primitive, from);
+        material = sphere.material;
+        if half_cone > 0.0 {
+            // Uniform in the cone that contains the sphere (Shirley, Wang and Zimmerman, 1996):
+            // towards the near side.
+            let to = sphere.center - point;
+            let distance = sqrt(to.dot(to));
+            let axis = to * (1.0 / distance);
+            let below = u * half_cone; // 1 - cos, without cancellation
+            let (cos, sin2) = (1.0 - below, below * (2.0 - below));
+            let (x, y) = basis(axis);
+            let (c, s) = unit_circle(random.y);
+            let sine = sqrt(sin2);
+            let direction = axis * cos + (x * c + y * s) * sine;
+            let depth = sqrt(max(sphere.radius * sphere.radius - distance * distance * sin2, 0.0));
+            let away = point + direction * (distance * cos - depth) - sphere.center;
+            normal = away * (1.0 / max(sqrt(away.dot(away)), 1e-37));
+            target = sphere.center; // no nearer than the near side
+            inside_cone = direction;
+        } else {
+            normal = unit_sphere(random.x, random.y);
+            target = sphere.center + normal * sphere.radius;
+        }
+        if const { has(FEATURES, TEXTURES) } {
+            texture_u = 0.5 + atan2_turns(-normal.z, normal.x);
+            texture_v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
+        }
+    }
+    let to = target - point;
+    let square = to.dot(to);
+    // SAFETY: each primitive's material is in range.
+    let material = unsafe { load::<Material>(scene.materials, material) };
+    let distance = sqrt(square);
+    let mut direction = to * (1.0 / distance);
+    let mut cos = -direction.dot(normal);
+    if inside_cone.dot(inside_cone) > 0.0 {
+        (direction, cos) = (inside_cone, 1.0);
+    }
+    if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
+        return NO_LIGHT;
+    }
+    let mut radiance = material.emission;
+    if const { has(FEATURES, TEXTURES) } {
+        // SAFETY: the scene's textures are proven.
+        unsafe {
+            radiance *= texture::color(scene, material.emission_texture, texture_u, texture_v);
+            radiance *= opacity(scene, &material, texture_u, texture_v);
+        }
+    }
+    LightSample {
+        direction,
+        t_max: distance * 1.001, // only to skip what lies behind
+        primitive,
+        radiance,
+        // SAFETY: the caller's promise.
+        pdf: unsafe { pdf::<FEATURES>(params, scene, primitive, material.light_pdf, from, distance, -cos) },
+        is_delta: false,
+    }
+}
+
+/// Returns the pdf, per steradian at `from`, with which [`super::sample`] chooses the point of
+/// `primitive` at `distance`. `cos` is the cosine of the direction to that point with the normal
+/// there; `light_pdf` is that of its material.
+///
+/// # Safety
+///
+/// As [`super::sample`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn pdf<const FEATURES: Features>(
+    params: &RenderParams,
+    scene: Scene,
+    primitive: u32,
+    light_pdf: f32,
+    from: ReferencePoint,
+    distance: f32,
+    cos: f32,
+) -> f32 {
+    let is_sphere = (const { !has(FEATURES, PLANAR) } || primitive < params.first_planar)
+        && (const { !has(FEATURES, TRIANGLES) } || primitive < params.first_triangle);
+    if is_sphere {
+        // SAFETY: the caller's promise.
+        let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
+        let half_cone = sphere_cone(&sphere, primitive, from);
+        if half_cone > 0.0 {
+            // The far side, seen through holes of the near one, is never sampled.
+            let chance = if cos > 0.0 { 0.0 } else { light_pdf };
+            let chance = chance * (4.0 * PI * sphere.radius * sphere.radius);
+            return chance / (2.0 * PI * half_cone);
+        }
+    }
+    light_pdf * distance * distance / max(cos.abs(), 1e-9)
+}
