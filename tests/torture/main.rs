@@ -5,6 +5,9 @@
 //! ends with a line of [`trisect_tests::report`]. Where a tolerance is a bound that a specification
 //! gives a backend, the rule is cited. Tests of single functions use [`trisect_probes`]: a question
 //! is an input of a probe, an answer its output.
+//!
+//! The tests in [`precision`] have no number: they measure the limits that
+//! `docs/reference/supported-ranges.md` states.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 // Modules of the shared crate's own tests, which run on the CPU only, with debug assertions.
@@ -36,6 +39,7 @@ mod firewall;
 mod flats;
 mod furnace;
 mod leaving;
+mod precision;
 mod radii;
 mod random;
 mod rays;

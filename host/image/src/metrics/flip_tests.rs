@@ -130,8 +130,8 @@ fn kernels_are_normalised() {
     }
 }
 
-/// Negative control of the comparison with NVIDIA's code in tests/nv_flip.rs: without the feature
-/// term the map is far outside its tolerance.
+/// Negative control of the comparison with NVIDIA's code in tests/images/flip.rs: without the
+/// feature term the map is far outside its tolerance.
 #[test]
 fn the_feature_term_counts() {
     let [a, b] = steps(40, 6);

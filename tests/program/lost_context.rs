@@ -1,11 +1,15 @@
 //! A CUDA device that is really lost or full: the error is typed, nothing that was rendered is
-//! lost, and the CPU continues with the same bits. Needs a CUDA device; `tests/fallback.rs`
-//! simulates the same with a failing backend.
+//! lost, and the CPU continues with the same bits. Needs a CUDA device; `fallback.rs` simulates the
+//! same with a failing backend.
+//!
+//! The test runs in a process of its own, whose context nothing else uses. While it fills the
+//! device's memory, other tests on the device may fail; `--test-threads=1` prevents that.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 #![allow(unsafe_code, reason = "launches a kernel that crashes")]
 
 use cudarc::driver::{CudaContext, LaunchConfig, PushKernelArg, result};
 use cudarc::nvrtc::Ptx;
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::Error;
@@ -60,9 +64,25 @@ fn cuda(scene: &trisect::scene::Scene) -> Option<Renderer> {
     BackendUnderTest::Cuda.renderer(scene)
 }
 
-/// A single test, because a process has one context, which does not survive it.
+/// Environment variable of the process whose context is lost.
+const ALONE: &str = "TRISECT_TEST_LOSES_ITS_CONTEXT";
+
+/// Starts this test binary with this test only, and passes on what it prints.
 #[test]
 fn lost() {
+    if std::env::var_os(ALONE).is_some() {
+        return a_lost_context();
+    }
+    let mut alone = Command::new(std::env::current_exe().unwrap());
+    alone.args(["--exact", "lost_context::lost", "--nocapture"]).env(ALONE, "1");
+    let output = alone.output().unwrap();
+    eprint!("{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("1 passed"), "{}: {said}", output.status);
+}
+
+/// A single test for all of this, because a process has one context, which does not survive it.
+fn a_lost_context() {
     let scene = scene("three_spheres.ron");
     let settings = Settings { width: 320, height: 200, samples: 2048, depth: 8, ..Settings::of(&scene) };
     let Some(mut renderer) = cuda(&scene) else { return };

@@ -6,8 +6,8 @@
 //! with a message, where the machine lacks the backend or command WORD; `needs=window` opens a
 //! window on a virtual screen. Fences of other languages are not run.
 
-use crate::fences::{Fence, fences};
-use crate::{files, name, text};
+use super::fences::{Fence, fences};
+use super::{files, name, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};

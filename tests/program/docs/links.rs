@@ -1,6 +1,6 @@
 //! Every relative link of a page leads to a file, and to a heading where it names one.
 
-use crate::{files, name, text};
+use super::{files, name, text};
 use std::collections::HashSet;
 use std::path::Path;
 use trisect_tests::root;

@@ -1,6 +1,6 @@
 //! Wording: what makes comments and pages hard to read is counted, and must not come back.
 
-use crate::{files, name, text};
+use super::{files, name, text};
 use trisect_tests::root;
 
 /// Maximum columns of a comment's line.

@@ -279,7 +279,7 @@ fn frames_of_wgpu() {
 }
 
 /// Makes the picture of docs/how-to/denoise.md: `cargo test --release -p trisect-tests --test
-/// viewer -- --ignored`.
+/// program viewer -- --ignored`.
 #[test]
 #[ignore = "makes docs/viewer.png, which a run of the tests must not change, and checks nothing: the tests above do"]
 fn screenshot() {

@@ -2,7 +2,7 @@
 //!
 //! A test compares them. With `UPDATE_DOCS` set it writes them instead.
 
-use crate::text;
+use super::text;
 use std::fmt::Write as _;
 use std::fs;
 use trisect_kernels::{VARIANTS, is_level, workgroup};

@@ -1,6 +1,6 @@
 //! The glossary: at most 60 terms, in order, each defined.
 
-use crate::text;
+use super::text;
 use trisect_tests::root;
 
 #[test]

@@ -1,7 +1,7 @@
 //! The documentation, tested: links resolve, commands run, generated pages are what the program
 //! says, and the wording keeps to its rules.
 //!
-//! `UPDATE_DOCS=1 cargo test --release -p trisect-tests --test docs -- generated` writes the
+//! `UPDATE_DOCS=1 cargo test --release -p trisect-tests --test program docs::generated` writes the
 //! generated pages and sections anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 

@@ -5,7 +5,7 @@
 //! not looked at, and neither are tests and the bodies of macros. `shared` is left out: its records
 //! and the code over them refer to each other.
 
-use crate::{name, text};
+use super::{name, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 //! `tests/reference/film_bits.txt`: a change of structure must not change them.
 //!
 //! A change of kernels or scenes may. Then the record is made anew, and the difference reviewed:
-//! `UPDATE_BITS=1 cargo test --release -p trisect-tests --test film_bits`.
+//! `UPDATE_BITS=1 cargo test --release -p trisect-tests --test images film_bits`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use std::collections::BTreeMap;

@@ -1,0 +1,19 @@
+//! Films and images that the library renders: equal on every backend, independent of how the work
+//! is divided, and compared with other programs, known answers and bits on record.
+
+mod book;
+mod determinism;
+mod equivalence;
+mod estimators;
+mod every_scene;
+mod film_bits;
+mod flip;
+mod grown_film;
+mod guides;
+mod methods;
+mod mitsuba;
+mod sampling;
+mod scenes;
+mod temporal;
+mod transport;
+mod wide;

@@ -1,0 +1,16 @@
+//! The program as users run it, its documentation, and devices that are named, missing or lost.
+
+mod backends;
+mod bad_input;
+mod bad_models;
+mod checkpoint;
+mod command_line;
+mod docs;
+mod fallback;
+mod killed;
+mod lost_context;
+mod models;
+mod resources;
+mod shell;
+mod tradeoff;
+mod viewer;
