@@ -101,7 +101,7 @@ fn what_is_not_kept_so_is_refused() {
     };
     let work = Work::for_film(settings, 3);
     refuse(work.clone(), Film::new(8, 9), "8x9");
-    refuse(work.clone(), Film::with_aovs(8, 8), "the same --aov and --denoise");
+    refuse(work.clone(), Film::with_aovs(8, 8), "the same `aov` and `denoise`");
     refuse(Work { plan: ClusterPlan::default(), ..work }, Film::new(8, 8), "Work::for_film");
 }
 

@@ -120,7 +120,7 @@ fn queues_of_parts(subject: BackendUnderTest) {
     let persistent = Settings { schedule: Some(Schedule::Persistent), ..settings };
     if subject == BackendUnderTest::WgpuNaga {
         let refused = renderer.render(&persistent).map(|_| ()).map_err(|error| error.to_string());
-        assert!(refused.as_ref().is_err_and(|text| text.contains("--schedule persistent")), "{refused:?}");
+        assert!(refused.as_ref().is_err_and(|text| text.contains("`schedule` persistent")), "{refused:?}");
         return;
     }
     for (samples, tile) in [(1, None), (21 * 5, Some(0)), (21 * 13 * 4, Some(4))] {

@@ -193,7 +193,7 @@ fn goals() {
     for target in [0.0, -1.0, 1.0, f64::NAN] {
         let bad = request(Goal::Error { target, max_samples: 1 }, Adaptive::Auto);
         let error = adaptive::render(&mut renderer, &settings, &bad, &mut ()).err().unwrap();
-        assert!(error.to_string().contains("--target-error"), "{error}");
+        assert!(error.to_string().contains("`target_error`"), "{error}");
         assert_eq!(error.exit_code(), 2);
     }
     let none = request(Goal::Time(Duration::ZERO), Adaptive::Auto);
@@ -201,7 +201,7 @@ fn goals() {
     let few = sample(&mut renderer, &settings, Goal::Error { target: 1e-9, max_samples: 20 }, Adaptive::Auto);
     let sampling = few.stats.sampling.unwrap();
     assert!(!sampling.met && (sampling.mean_samples - 20.0).abs() < 0.1, "{sampling:?}");
-    assert!(sampling.warning().unwrap().contains("--max-spp"));
+    assert!(sampling.warning().unwrap().contains("`max_spp`"));
     // A film of two halves with equal numbers of samples is their sum.
     assert_eq!(few.film.counts().samples, few.stats.samples);
 }

@@ -141,12 +141,12 @@ fn no_time_at_all() {
     assert_eq!(output.status.code(), Some(7), "{}", text(&output.stderr));
     let said = text(&output.stdout);
     for name in ["base as asked", "sampler sobol", "depth 2"] {
-        let line = format!("not measured: {name}: 1, 4, 16 samples a pixel; ended by --time-limit");
+        let line = format!("not measured: {name}: 1, 4, 16 samples a pixel; ended by the time limit");
         assert!(said.contains(&line), "{said}");
     }
     let found = json(&folder.join("out/tradeoff.json"));
     assert!(found["ended"] == "out_of_time" && found["points"].as_array().unwrap().is_empty());
-    assert!(fs::read_to_string(folder.join("out/report.html")).unwrap().contains("ended by --time-limit"));
+    assert!(fs::read_to_string(folder.join("out/report.html")).unwrap().contains("ended by the time limit"));
     // An empty result does not replace an earlier one.
     fs::write(folder.join("out/tradeoff.json"), "earlier").unwrap();
     let again = trisect(&all);

@@ -3,8 +3,10 @@
 //! this crate.
 
 mod escape;
+mod options;
 
 pub use escape::escaped;
+pub use options::with_options;
 
 use std::ffi::OsStr;
 use std::io::{self, ErrorKind, Write};
@@ -12,15 +14,15 @@ use std::process::ExitCode;
 use trisect::image::ImageError;
 use trisect_lab::Error;
 
-/// Writes a line for people to standard error, [escaped]. Errors such as a full disk or a closed
-/// pipe are ignored, because a render does not depend on its messages.
+/// Writes a line for people to standard error, [escaped] and [`with_options`]. Errors such as a
+/// full disk or a closed pipe are ignored, because a render does not depend on its messages.
 pub fn eprint(text: &str) {
     // One write, so that lines of several processes do not mix.
-    let _ = io::stderr().lock().write_all(format!("{}\n", escaped(text)).as_bytes());
+    let _ = io::stderr().lock().write_all(format!("{}\n", escaped(&with_options(text))).as_bytes());
 }
 
-/// Writes a command's result to standard output. A closed pipe is not an error: its reader wants no
-/// more.
+/// Writes a command's result to standard output, [`with_options`]. A closed pipe is not an error:
+/// its reader wants no more.
 ///
 /// # Errors
 ///
@@ -28,7 +30,7 @@ pub fn eprint(text: &str) {
 /// therefore written before this is called.
 pub fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
-    written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+    written(out.write_all(with_options(text).as_bytes()).and_then(|()| out.flush()))
 }
 
 /// Prints clap's output instead of running a command: help to standard output, usage errors to

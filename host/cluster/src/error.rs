@@ -16,7 +16,7 @@ use trisect::threads::ThreadError;
 pub enum ClusterError {
     /// The program was built without MPI.
     #[error(
-        "this program was built without MPI; build it with --features mpi (docs/how-to/cluster.md), or leave out --distribute"
+        "this program was built without MPI; build it with the feature `mpi` (docs/how-to/cluster.md), or leave `distribute` out"
     )]
     NotBuilt,
     /// A call of MPI failed.
@@ -57,7 +57,7 @@ pub enum ClusterError {
     },
     /// No message came from a rank for too long.
     #[error(
-        "rank {rank} on {host} was silent for {seconds} s and counts as lost; find out what stopped it there, or raise --patience"
+        "rank {rank} on {host} was silent for {seconds} s and counts as lost; find out what stopped it there, or raise `patience`"
     )]
     Silent {
         /// The rank.
@@ -85,7 +85,7 @@ pub enum ClusterError {
     },
     /// The host has fewer GPUs than ranks.
     #[error(
-        "this rank is number {local} on its host, which has {devices} {backend} devices; start fewer ranks a host, or let the others use the CPU by --spare cpu"
+        "this rank is number {local} on its host, which has {devices} {backend} devices; start fewer ranks a host, or let the others use the CPU by `spare` cpu"
     )]
     NoDevice {
         /// The rank's number on its host, from 0.

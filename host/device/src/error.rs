@@ -18,7 +18,7 @@ pub enum BackendError {
         remedy: String,
     },
     /// `--device` names a device that does not exist.
-    #[error("--device {index}: {backend} has {}; `trisect info` lists devices", count(*.devices))]
+    #[error("`device` {index}: {backend} has {}; `device::list` has them", count(*.devices))]
     NoSuchDevice {
         /// Name of the backend.
         backend: &'static str,
@@ -29,7 +29,7 @@ pub enum BackendError {
     },
     /// The device cannot hold the scene or the film.
     #[error(
-        "{what} needs {} on the device, {backend} allows {}; choose a smaller --resolution or another --backend",
+        "{what} needs {} on the device, {backend} allows {}; choose a smaller `resolution` or another `backend`",
         memory::display(*needed), memory::display(*limit)
     )]
     TooLarge {
@@ -44,7 +44,7 @@ pub enum BackendError {
     },
     /// A side of the image has more pixels than one launch allows.
     #[error(
-        "an image of {width}x{rows} has a side of more than {limit} pixels, which {backend} does not allow; choose a smaller --resolution or another --backend"
+        "an image of {width}x{rows} has a side of more than {limit} pixels, which {backend} does not allow; choose a smaller `resolution` or another `backend`"
     )]
     TooLong {
         /// Name of the backend.
@@ -58,14 +58,14 @@ pub enum BackendError {
     },
     /// The route to the driver does not support the schedule.
     #[error(
-        "--schedule persistent needs SPIR-V pass-through, which {backend} has on Vulkan only; leave --schedule out"
+        "`schedule` persistent needs SPIR-V pass-through, which {backend} has on Vulkan only; leave `schedule` out"
     )]
     NoQueue {
         /// Name of the backend.
         backend: &'static str,
     },
     /// The backend does not have this math build.
-    #[error("--math fast exists for cuda and wgpu; {backend} has one build: leave --math out")]
+    #[error("`math` fast exists for cuda and wgpu; {backend} has one build: leave `math` out")]
     NoFastMath {
         /// Name of the backend.
         backend: &'static str,

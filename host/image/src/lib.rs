@@ -45,13 +45,13 @@ pub enum ImageError {
         path: PathBuf,
     },
     /// Layers are asked for, and the format has none.
-    #[error("{}: --aov needs a format with layers; use .exr", path.display())]
+    #[error("{}: `aov` needs a format with layers; use .exr", path.display())]
     NoLayers {
         /// Path of the file.
         path: PathBuf,
     },
     /// A layer is asked for twice.
-    #[error("--aov names {layer} twice; name each layer once")]
+    #[error("`aov` names {layer} twice; name each layer once")]
     LayerTwice {
         /// Name of the layer.
         layer: &'static str,

@@ -84,7 +84,7 @@ pub enum SceneError {
     },
     /// An imported file refers to a file outside the scene's folder.
     #[error(
-        "{file}: {place}: \"{uri}\" lies outside the scene's folder; move it there, or pass --allow-outside"
+        "{file}: {place}: \"{uri}\" lies outside the scene's folder; move it there, or pass `allow_outside`"
     )]
     Outside {
         /// Path of the referring file, or the name that stands for it.

@@ -13,8 +13,6 @@ use serde::{Serialize, Serializer};
 /// recognises planes by the minimum.
 const PLANE: std::ops::RangeInclusive<f64> = 1e11..=MAX_MAGNITUDE;
 
-/// Maximum intensity after a change of space: the square of the maximum length, finite in f32.
-
 /// The space that the renderer computes in: a point p of the scene is at (p - `origin`) · `scale`
 /// there.
 ///

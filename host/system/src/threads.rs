@@ -20,7 +20,7 @@ const VARIABLE: &str = "RAYON_NUM_THREADS";
 pub enum ThreadError {
     /// The system refused to start threads.
     #[error(
-        "{count} {what} cannot be started: {message}\n  ask for fewer (--threads), or raise the limit of processes (ulimit -u, pids.max of the control group) or of memory (ulimit -v)"
+        "{count} {what} cannot be started: {message}\n  ask for fewer (`threads`), or raise the limit of processes (ulimit -u, pids.max of the control group) or of memory (ulimit -v)"
     )]
     Refused {
         /// Number of threads.

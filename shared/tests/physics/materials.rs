@@ -35,7 +35,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    fn new(name: impl Into<String>, material: Material) -> Self {
+    pub fn new(name: impl Into<String>, material: Material) -> Self {
         Self { name: name.into(), material, front: true }
     }
 

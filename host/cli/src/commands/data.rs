@@ -1,5 +1,6 @@
 //! Output of data to the file that an option names, or to standard output if it is `-`.
 
+use crate::terminal::with_options;
 use std::path::Path;
 use trisect::output;
 use trisect_lab::Error;
@@ -17,7 +18,7 @@ pub fn probe(path: &Path) -> Result<(), Error> {
 
 /// Writes data to the file or to standard output, with a line break after it.
 pub fn write(path: &Path, data: &str) -> Result<(), Error> {
-    let data = format!("{data}\n");
+    let data = format!("{}\n", with_options(data));
     if is_stdout(path) {
         return super::print(&data);
     }

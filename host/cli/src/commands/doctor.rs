@@ -199,7 +199,7 @@ fn processes() -> Finding {
 /// Returns the finding for the viewer's window.
 fn window() -> Finding {
     if !cfg!(feature = "window") {
-        let mend = "cargo install --path host/cli (with its default features); or view --headless";
+        let mend = "cargo install --path host/cli --features window; or view --headless";
         return Finding::missing("window", "not built in", mend);
     }
     let named =

@@ -137,7 +137,7 @@ impl Mpi {
         let bytes = content.bytes();
         let count = i32::try_from(bytes.len()).map_err(|_| ClusterError::Unsupported {
             what: format!("a message of {} bytes exceeds MPI's maximum of 2^31 - 1", bytes.len()),
-            remedy: "use more ranks, or a smaller --block".to_owned(),
+            remedy: "use more ranks, or a smaller `block`".to_owned(),
         })?;
         let mut request = MaybeUninit::uninit();
         // SAFETY: the content lies on the heap and stays there, unchanged, in `sends` until a test

@@ -26,7 +26,7 @@ pub(super) fn unavailable(reason: String, remedy: &str) -> BackendError {
 /// Loads the driver and returns the number of its devices. Must come before any other call of
 /// cudarc, which panics if the library or one of its functions is missing.
 pub(super) fn probe() -> Result<usize, BackendError> {
-    let install = "install NVIDIA's driver, version 525 or newer, or choose another --backend";
+    let install = "install NVIDIA's driver, version 525 or newer, or choose another `backend`";
     // SAFETY: only tries to open the library.
     if !unsafe { sys::is_culib_present() } {
         return Err(unavailable("NVIDIA's driver library (libcuda) is not installed".to_owned(), install));
@@ -45,7 +45,7 @@ pub(super) fn probe() -> Result<usize, BackendError> {
         let text = error.error_string().map(|text| text.to_string_lossy().into_owned());
         unavailable(
             format!("the driver does not start: {}", text.unwrap_or_else(|_| format!("{error:?}"))),
-            "`nvidia-smi` says more; without an NVIDIA GPU choose another --backend",
+            "`nvidia-smi` says more; without an NVIDIA GPU choose another `backend`",
         )
     })?;
     match CudaContext::device_count().map_err(failed("counting devices"))? {

@@ -67,7 +67,7 @@ impl Cuda {
                     "device {index} has compute capability {}.{}, 6.1 is needed",
                     capability.0, capability.1
                 ),
-                "choose another --device or --backend",
+                "choose another `device` or `backend`",
             ));
         }
         Self::within(&context, describe(index)?)

@@ -81,7 +81,7 @@ fn none() -> BackendError {
         reason: "no Vulkan, Metal or Direct3D 12 adapter was found".to_owned(),
         remedy:
             "install a graphics driver with Vulkan (and its loader, Debian: libvulkan1), or Mesa's software \
-                 adapter (Debian: mesa-vulkan-drivers), or choose another --backend"
+                 adapter (Debian: mesa-vulkan-drivers), or choose another `backend`"
                 .to_owned(),
     }
 }
@@ -148,9 +148,9 @@ fn best(adapters: &[Adapter]) -> Result<usize, BackendError> {
         Some((index, kind)) if kind != DeviceType::Cpu => Ok(index),
         _ => Err(BackendError::Unavailable {
             backend: "wgpu",
-            reason: "there are software adapters only, which are slower than --backend cpu".to_owned(),
+            reason: "there are software adapters only, which are slower than `backend` cpu".to_owned(),
             remedy: format!(
-                "to use {} nevertheless, pass --backend wgpu --device 0",
+                "to use {} nevertheless, pass `backend` wgpu `device` 0",
                 adapters[0].get_info().name
             ),
         }),

@@ -127,12 +127,12 @@ impl fmt::Display for Automatic {
             }
             Some(_) => write!(
                 formatter,
-                "exposure {:.1} EV (from the median luminance; --exposure 0 for none)",
+                "exposure {:.1} EV (from the median luminance; `exposure` 0 for none)",
                 self.stops
             ),
             None if self.is_black => formatter.write_str(
-                "exposure 0 EV (the image is black: no light reaches what is seen; add lights or a sky in a scene file: \
-                 trisect check MODEL --write SCENE.ron)",
+                "exposure 0 EV (the image is black: no light reaches what is seen; add lights or a sky in a scene file; \
+                 `precision::write` makes one of a model)",
             ),
             None => formatter.write_str("exposure 0 EV (nothing but background is seen)"),
         }

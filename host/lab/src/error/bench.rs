@@ -31,7 +31,7 @@ pub enum BenchError {
         message: String,
     },
     /// A report without any scene.
-    #[error("no scene is left to measure: --spheres must be 10 or more")]
+    #[error("no scene is left to measure: `spheres` must be 10 or more")]
     NothingToMeasure,
     /// A sphere scene that cannot be made.
     #[error("a scene of {count} spheres: the number must be 1 to {greatest}")]

@@ -15,7 +15,7 @@ pub enum TradeoffError {
         source: std::io::Error,
     },
     /// The folder of references cannot be written.
-    #[error("{}: {source}; references are kept there: name another folder by --cache", path.display())]
+    #[error("{}: {source}; references are kept there: name another folder by `cache`", path.display())]
     Cache {
         /// The folder or file.
         path: PathBuf,
@@ -50,7 +50,7 @@ pub enum TradeoffError {
     },
     /// There is no folder to keep references in.
     #[error(
-        "there is no home folder to keep references in; name a folder with --cache, or set XDG_CACHE_HOME"
+        "there is no home folder to keep references in; name a folder with `cache`, or set XDG_CACHE_HOME"
     )]
     NoCache,
     /// A page, chart or JSON file could not be encoded.

@@ -46,7 +46,7 @@ impl ConvergencePlan<'_> {
         let counts: Vec<u32> = doubled.take_while(|&count| count <= self.last).collect();
         if counts.len() < MIN_CAPTURES {
             let (what, given) =
-                ("the number of doublings from --first to --last", counts.len().saturating_sub(1));
+                ("the number of doublings from `first` to `last`", counts.len().saturating_sub(1));
             return Err(TradeoffError::TooFew { what, given, least: MIN_CAPTURES - 1 });
         }
         Ok(counts)

@@ -47,7 +47,7 @@ pub const MIN_SEEDS: usize = 4;
 /// [`TradeoffError::TooFew`] below [`MIN_SEEDS`].
 pub fn check_seeds(given: usize) -> Result<(), TradeoffError> {
     if given < MIN_SEEDS {
-        return Err(TradeoffError::TooFew { what: "--seeds", given, least: MIN_SEEDS });
+        return Err(TradeoffError::TooFew { what: "`seeds`", given, least: MIN_SEEDS });
     }
     Ok(())
 }

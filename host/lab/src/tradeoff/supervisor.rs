@@ -21,7 +21,7 @@ impl Stop {
     /// Returns the reason as words for messages.
     pub fn reason(self) -> String {
         let cause = match self {
-            Self::OutOfTime => "--time-limit",
+            Self::OutOfTime => "the time limit",
             Self::Interrupted => "an interrupt",
         };
         format!("ended by {cause}")

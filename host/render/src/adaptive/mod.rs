@@ -297,7 +297,7 @@ impl Sampling {
         match self.goal {
             _ if self.met || self.ended => None,
             "error" => Some(format!(
-                "the error is {}, not {}: pixels have {:.0} samples, and more need a greater --max-spp",
+                "the error is {}, not {}: pixels have {:.0} samples, and more need a greater `max_spp`",
                 percent(self.noise.error),
                 percent(self.asked),
                 self.mean_samples

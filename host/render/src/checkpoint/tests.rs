@@ -211,7 +211,7 @@ fn two_savers_replace_none_of_each_other() {
     let (one, other) = (new(), new());
     one.finish(&films[0]).unwrap();
     let message = is_taken(other.finish(&films[1]));
-    assert!(message.contains("a.ckpt") && message.contains("--checkpoint"), "{message}");
+    assert!(message.contains("a.ckpt") && message.contains("`checkpoint`"), "{message}");
     // The thread that writes during the render does not overwrite it either.
     other.save_if_due(&films[1]);
     let failure = (0..1000).find_map(|_| {

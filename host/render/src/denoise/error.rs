@@ -29,7 +29,7 @@ pub enum DenoiseError {
         most: u32,
     },
     /// Parameters of a filter are given, but no filter.
-    #[error("--denoise-{name} without a filter; add --denoise atrous or --denoise svgf")]
+    #[error("`denoise_{name}` without a filter; add `denoise` atrous or `denoise` svgf")]
     NoFilter {
         /// Name of the first parameter.
         name: &'static str,

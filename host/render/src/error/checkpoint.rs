@@ -56,7 +56,7 @@ pub enum CheckpointError {
     },
     /// The option does not work with a goal, whose samples depend on all earlier ones.
     #[error(
-        "{what} cannot be combined with --budget, --target-error or --quality, whose samples depend on all earlier ones; use --spp instead"
+        "{what} cannot be combined with `budget`, `target_error` or `quality`, whose samples depend on all earlier ones; use `spp` instead"
     )]
     Unsupported {
         /// The option.
@@ -64,7 +64,7 @@ pub enum CheckpointError {
     },
     /// A part of the command is not Unicode text, so the file cannot hold it.
     #[error(
-        "--checkpoint stores the command that began the render, and {what} is not Unicode text; rename it"
+        "`checkpoint` stores the command that began the render, and {what} is not Unicode text; rename it"
     )]
     NoText {
         /// The part of the command.
@@ -72,7 +72,7 @@ pub enum CheckpointError {
     },
     /// Another process wrote the file since this render began, or since this render wrote it last.
     #[error(
-        "{}: another process wrote this file meanwhile, so it was not replaced; use a different --checkpoint for each render",
+        "{}: another process wrote this file meanwhile, so it was not replaced; use a different `checkpoint` for each render",
         path.display()
     )]
     Taken {
@@ -80,7 +80,7 @@ pub enum CheckpointError {
         path: PathBuf,
     },
     /// A new render would overwrite the checkpoint of another one.
-    #[error("{}: already exists; continue it (trisect resume), or remove it", path.display())]
+    #[error("{}: already exists; continue it (`resume`), or remove it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

@@ -201,7 +201,7 @@ pub enum FilmError {
     },
     /// One film has AOV totals, the other has none.
     #[error(
-        "one film has normals, albedos and positions, the other none; render both with the same --aov and --denoise"
+        "one film has normals, albedos and positions, the other none; render both with the same `aov` and `denoise`"
     )]
     Aovs,
     /// Some samples would count twice.

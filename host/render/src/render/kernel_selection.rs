@@ -74,7 +74,7 @@ fn among_built(
             } else if !variant.supports(needed) {
                 "Fresnel's equations".to_owned()
             } else {
-                "the --traversal or --schedule asked for".to_owned()
+                "the `traversal` or `schedule` asked for".to_owned()
             };
             let able = names(|variant| variant.supports(needed));
             Err(SettingsError::VariantLacks { name: name.to_owned(), missing, able })
@@ -91,7 +91,7 @@ fn among_built(
     let found = schedules.iter().find_map(|s| variant(needed | traversal.features() | s.features()));
     found.ok_or_else(|| SettingsError::NoVariant {
         needed: describe(needed | traversal.features() | schedules[0].features())
-            + if schedules[0] == Schedule::Pixel { ", --schedule pixel" } else { "" },
+            + if schedules[0] == Schedule::Pixel { ", `schedule` pixel" } else { "" },
         able: names(|variant| variant.supports(needed)),
     })
 }
@@ -117,10 +117,10 @@ fn describe(features: Features) -> String {
         (ENVIRONMENT, "an environment map"),
         (TEXTURES, "textures"),
         (MICROFACETS, "microfacets"),
-        (LINEAR, "--traversal linear"),
-        (WIDE, "--traversal wide"),
+        (LINEAR, "`traversal` linear"),
+        (WIDE, "`traversal` wide"),
         (AOVS, "normals, albedos and positions"),
-        (PERSISTENT, "--schedule persistent"),
+        (PERSISTENT, "`schedule` persistent"),
     ];
     table.iter().filter(|(bit, _)| features & bit != 0).map(|(_, word)| *word).collect::<Vec<_>>().join(", ")
 }

@@ -28,13 +28,13 @@ pub enum SettingsError {
         edge: u32,
     },
     /// The clamp is not a positive number.
-    #[error("--clamp is {clamp}; it must be a number above 0")]
+    #[error("`clamp` is {clamp}; it must be a number above 0")]
     NoClamp {
         /// Requested clamp.
         clamp: String,
     },
     /// The image has more pixels than 32-bit indices can number.
-    #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller --resolution")]
+    #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller `resolution`")]
     TooManyPixels {
         /// Pixels across.
         width: u32,
@@ -43,7 +43,7 @@ pub enum SettingsError {
     },
     /// The image needs more memory than is free.
     #[error(
-        "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller --resolution",
+        "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller `resolution`",
         memory::display(*needed), memory::display(*available)
     )]
     TooLarge {
@@ -84,14 +84,14 @@ pub enum SettingsError {
     },
     /// A live frame has more samples than a chunk.
     #[error(
-        "a frame that is denoised on the device has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower --spp, or render it to a file"
+        "a frame that is denoised on the device has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower `spp`, or render it to a file"
     )]
     TooManyLive {
         /// Requested samples per pixel.
         samples: u32,
     },
     /// `--variant` names a kernel that does not exist.
-    #[error("--variant: unknown kernel variant {name}; available: {known}")]
+    #[error("`variant`: unknown kernel variant {name}; available: {known}")]
     NoSuchVariant {
         /// Requested name.
         name: String,
@@ -99,7 +99,7 @@ pub enum SettingsError {
         known: String,
     },
     /// `--variant` names a kernel that would not render the scene correctly.
-    #[error("--variant {name} lacks {missing}; variants that support this render: {able}")]
+    #[error("`variant` {name} lacks {missing}; variants that support this render: {able}")]
     VariantLacks {
         /// Name of the kernel.
         name: String,
@@ -110,7 +110,7 @@ pub enum SettingsError {
     },
     /// No kernel was built for this combination.
     #[error(
-        "no kernel variant combines {needed}; leave --traversal and --schedule out, or choose those of one of these variants: {able}"
+        "no kernel variant combines {needed}; leave `traversal` and `schedule` out, or choose those of one of these variants: {able}"
     )]
     NoVariant {
         /// Features that the kernel would need.
@@ -119,6 +119,6 @@ pub enum SettingsError {
         able: String,
     },
     /// `--device` without `--backend`.
-    #[error("--device needs --backend: its index is one of that backend's, as `trisect info` lists them")]
+    #[error("`device` needs `backend`: its index is one of that backend's, as `device::list` says")]
     DeviceWithoutBackend,
 }

@@ -43,7 +43,7 @@ impl Source<'_> {
     /// Returns the path of a file that the scene names, for a scene in `folder`.
     pub fn locate(&self, file: &Name, folder: &Folder) -> Result<PathBuf, SceneError> {
         folder.locate(Path::new(&file.name)).map_err(|error| {
-            self.at(file, format!("\"{}\": {error}; move it there, or pass --allow-outside", file.name))
+            self.at(file, format!("\"{}\": {error}; move it there, or pass `allow_outside`", file.name))
         })
     }
 

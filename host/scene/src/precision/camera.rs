@@ -11,7 +11,7 @@ use crate::ImageSettings;
 use crate::SceneDocument;
 
 const NARROW: &str = "move the eye nearer and widen vertical_fov, or take fewer pixels";
-pub(super) const LENS: &str = "move the renderer's origin to the scene, with the field `space`: `trisect check --write` computes it; or set defocus_angle to 0";
+pub(super) const LENS: &str = "move the renderer's origin to the scene, with the field `space`: `precision::write` computes it; or set defocus_angle to 0";
 
 pub(super) fn check(scene: &SceneDocument, image: &ImageSettings, found: &mut Vec<Finding>) {
     let Some((name, camera)) = scene.description.cameras.first() else { return };

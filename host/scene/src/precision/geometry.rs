@@ -14,9 +14,8 @@ use glam::{DVec3, Vec3};
 use trisect_shared::triangle::Triangle;
 
 pub(super) const FAR: &str =
-    "move the renderer's origin to the scene, with the field `space`: `trisect check --write` computes it";
-pub(super) const SMALL: &str =
-    "scale the scene up, with the field `space`: `trisect check --write` computes it";
+    "move the renderer's origin to the scene, with the field `space`: `precision::write` computes it";
+pub(super) const SMALL: &str = "scale the scene up, with the field `space`: `precision::write` computes it";
 
 /// Returns the minimum radius whose square f32 holds to [`RELATIVE`] on a device that flushes
 /// subnormal numbers to 0. Of the three squares of the vector to the centre, each that is below the

@@ -74,7 +74,7 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     Err(trisect::device::BackendError::Unavailable {
         backend: "window",
         reason: "this program was built without the feature `window`".to_owned(),
-        remedy: "build it with the feature, or use trisect view --headless".to_owned(),
+        remedy: "build it with --features window, or use trisect view --headless".to_owned(),
     }
     .into())
 }

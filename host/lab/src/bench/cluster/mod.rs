@@ -98,8 +98,8 @@ impl ClusterBench {
     ) -> Result<(Renderer, Option<Self>), Error> {
         let all = link.ranks();
         if plan.ranks.iter().any(|&ranks| ranks == 0 || ranks > all) {
-            let what = format!("--counts {:?}: {all} ranks were started", plan.ranks);
-            let remedy = "start more with mpirun -n, or name fewer with --ranks".to_owned();
+            let what = format!("`counts` {:?}: {all} ranks were started", plan.ranks);
+            let remedy = "start more with mpirun -n, or name fewer in `counts`".to_owned();
             return Err(ClusterError::Unsupported { what, remedy }.into());
         }
         let device = renderer.device().info().clone();

@@ -67,7 +67,7 @@ fn courses_share_the_time() {
     assert_eq!(supervisor.late.get(), 0);
     assert!(counts.len() == 3 && counts.iter().all(|count| (1..5).contains(count)), "{counts:?}");
     assert_eq!(found.ended, Some(Stop::OutOfTime));
-    let cut = found.missing.iter().filter(|missing| missing.reason.contains("ended by --time-limit"));
+    let cut = found.missing.iter().filter(|missing| missing.reason.contains("ended by the time limit"));
     assert_eq!(cut.map(lacking).sum::<usize>() + counts.iter().sum::<usize>(), 3 * COUNTS.len());
     let text = found.courses[0].line();
     assert!(text.contains("too few numbers of samples") && found.courses[0].slope.is_none(), "{text}");

@@ -97,7 +97,7 @@ fn a_report_of_nothing_names_everything() {
     let summary = found.summary();
     for name in modes.iter().filter(|mode| !mode.adaptive).map(|mode| format!("{} {}", mode.knob, mode.level))
     {
-        let line = format!("{name}: 1, 4 samples a pixel; ended by --time-limit");
+        let line = format!("{name}: 1, 4 samples a pixel; ended by the time limit");
         assert!(page.contains(&line) && summary.contains(&line), "{line}: {summary}");
     }
     let text = fs::read_to_string(folder.join("tradeoff.json")).unwrap();

@@ -1,5 +1,6 @@
 //! Files that the window writes: the image, and a copy of the scene with its camera.
 
+use crate::terminal::with_options;
 use std::path::{Path, PathBuf};
 use trisect::precision::{self, Change};
 use trisect::scene::{CameraPose, Includes, SceneDocument};
@@ -41,6 +42,6 @@ pub fn camera(scene: Option<&Path>, includes: Includes, pose: &CameraPose) -> St
     });
     match written {
         Ok(()) => format!("wrote {}", to.display()),
-        Err(error) => error,
+        Err(error) => with_options(&error).into_owned(),
     }
 }
