@@ -43,17 +43,17 @@ impl<T: Copy> PackableMut for T {
 #[cfg(target_arch = "spirv")]
 mod spirv {
     use super::{Packable, PackableMut};
-    use crate::aovs::AovSums;
     use crate::bvh::BvhNode;
-    use crate::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
-    use crate::environment::EnvironmentTexel;
     use crate::film::{Compensation, PixelSums};
-    use crate::light::Light;
-    use crate::material::Material;
-    use crate::path::FirstHit;
     use crate::planar::Planar;
+    use crate::records::aovs::AovSums;
+    use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
+    use crate::records::environment::EnvironmentTexel;
+    use crate::records::first_hit::FirstHit;
+    use crate::records::light::Light;
+    use crate::records::material::Material;
+    use crate::records::texture::{Texel, Texture};
     use crate::sphere::Sphere;
-    use crate::texture::{Texel, Texture};
     use crate::triangle::{Triangle, TriangleShading};
     use glam::{UVec2, UVec4, Vec3, Vec4};
 

@@ -117,13 +117,14 @@ pub mod features;
 pub mod film;
 pub mod fresnel;
 pub mod light;
-pub mod material;
 pub mod math;
 pub mod microfacet;
 pub mod params;
 pub mod path;
 pub mod planar;
+pub mod primitive;
 pub mod ray;
+pub mod records;
 pub mod rng;
 pub mod sampler;
 pub mod scene;
@@ -140,3 +141,5 @@ pub mod triangle;
 pub mod warp;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod wide;
+
+pub use records::material;

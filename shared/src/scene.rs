@@ -2,12 +2,12 @@
 
 use crate::buffer_layout::Packed;
 use crate::bvh::BvhNode;
-use crate::environment::EnvironmentTexel;
-use crate::light::Light;
-use crate::material::Material;
 use crate::planar::Planar;
+use crate::records::environment::EnvironmentTexel;
+use crate::records::light::Light;
+use crate::records::material::Material;
+use crate::records::texture::{Texel, Texture};
 use crate::sphere::Sphere;
-use crate::texture::{Texel, Texture};
 use crate::triangle::{Triangle, TriangleShading};
 
 /// Arrays of a scene. The host proves their indices; see [`crate::buffer`].
@@ -40,7 +40,7 @@ pub struct Scene<'a> {
     pub environment: &'a [Packed<EnvironmentTexel>],
     /// Wide BVH, on the CPU only.
     #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-    pub wide: crate::wide::WideTree<'a>,
+    pub wide: crate::records::wide::WideTree<'a>,
 }
 
 /// Lengths of a scene's arrays, which PTX entry points take by value. 72 bytes.

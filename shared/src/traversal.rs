@@ -12,58 +12,15 @@ use binary::closest_in_tree;
 #[cfg(target_arch = "nvptx64")]
 use binary_cuda::closest_in_tree;
 
-use crate::buffer::load;
 use crate::bvh::{Child, Hit, NO_PRIMITIVE, RayQuery, Visits};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use crate::features::WIDE;
-use crate::features::{COUNTED, Features, HEAVY, LINEAR, PLANAR, TRIANGLES, has, has_any};
+use crate::features::{COUNTED, Features, HEAVY, LINEAR, has, has_any};
 use crate::params::{FLAG_PADDED_BOXES, RenderParams};
-use crate::planar::Planar;
+use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::sphere::{MISS, Sphere};
-use crate::triangle::{Shear, Triangle};
-
-/// Returns the distance along `ray` to primitive `index`, or [`MISS`]; `shear` is that of the ray's
-/// direction.
-///
-/// # Safety
-///
-/// `index` is below the number of the scene's primitives, and `params` belongs to this scene.
-#[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn distance<const FEATURES: Features>(
-    params: &RenderParams,
-    scene: Scene,
-    ray: Ray,
-    shear: &Shear,
-    index: u32,
-) -> f32 {
-    let is_origin = ray.origin_primitive.is_on(index);
-    if const { has(FEATURES, TRIANGLES) } && index >= params.first_triangle {
-        // SAFETY: the caller's promise for each child's index.
-        let triangle = unsafe { load::<Triangle>(scene.triangles, index - params.first_triangle) };
-        let t = triangle.hit(ray.origin, shear).distance;
-        return if is_origin { MISS } else { t };
-    }
-    if const { has(FEATURES, PLANAR) } && index >= params.first_planar {
-        // SAFETY: as above.
-        let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
-        let t = planar.distance(ray.origin, ray.direction);
-        return if is_origin { MISS } else { t };
-    }
-    // SAFETY: as above.
-    let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
-    sphere.distance(ray.origin, ray.direction, is_origin, ray.origin_primitive)
-}
-
-/// Returns whether a hit of `primitive` at `t` comes before the hit of `closest` at `best`. At
-/// equal distances the lower number comes first. ([`NO_PRIMITIVE`] is -1 here, so nothing ties with
-/// it.)
-#[inline(always)]
-pub(crate) fn is_closer(t: f32, primitive: u32, best: f32, closest: u32) -> bool {
-    (t < best) | ((t == best) & ((primitive as i32) < closest as i32))
-}
+use crate::triangle::Shear;
 
 /// Returns the hit that the search starts with: that of a shadow ray on its light's primitive, if
 /// there is one. A primitive behind the light then cannot end the search, whichever of the two is

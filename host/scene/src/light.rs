@@ -1,5 +1,5 @@
 //! Lights without extent. Scene files, importers and programs that build scenes give them;
-//! [`PunctualLight::record`] makes the device record.
+//! `PunctualLight::record` makes the device record.
 
 use crate::ranges::{MAX_INTENSITY, at_most, each, is_direction};
 use crate::values::{Coordinate, HalfAngle, Strength, direction, numbers};

@@ -7,27 +7,10 @@
 //! kept as its inverse, which is linear in the image over a plane: a relative distance from a
 //! tangent plane takes a few products and sums, and a scene's scale and position do not matter.
 
-use super::{DenoiseParams, STOP_FACTORS};
+use super::{DenoiseParams, GBufferTexel, STOP_FACTORS};
 use crate::math::max;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-
-/// Surface that a pixel sees. 16 bytes.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GBufferTexel {
-    /// Unit normal on the camera's side; 0 if most samples hit nothing.
-    pub normal: Vec3,
-    /// Inverse of the distance along the camera's axis; 0 if most samples hit nothing.
-    pub inverse_depth: f32,
-}
-
-const _: () = assert!(size_of::<GBufferTexel>() == 16 && align_of::<GBufferTexel>() == 16);
-
-impl GBufferTexel {
-    /// Texel without a surface.
-    pub const NONE: Self = Self { normal: Vec3::ZERO, inverse_depth: 0.0 };
-}
 
 /// Pinhole of a camera. 80 bytes, 5 rows; the fourth word of each row is unused.
 #[repr(C, align(16))]

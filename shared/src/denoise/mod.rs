@@ -13,41 +13,14 @@ mod edge_stopping;
 mod temporal;
 mod variance;
 
+pub use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel, UNKNOWN_VARIANCE};
 pub use atrous::{PIXELS_PER_THREAD, atrous_level, atrous_levels};
 pub use demodulation::{demodulate, remodulate};
-pub use edge_stopping::{GBufferTexel, PinholeView};
-pub use temporal::{HistoryPixel, accumulate, reproject};
+pub use edge_stopping::PinholeView;
+pub use temporal::{accumulate, reproject};
 pub use variance::{NEIGHBOURHOOD_RADIUS, estimate_variance};
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
-
-/// Pixel of the image between passes. 16 bytes.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct FilteredPixel {
-    /// Radiance over albedo, finite; after [`remodulate`], radiance.
-    pub color: Vec3,
-    /// Variance of the colour, summed over its channels; [`UNKNOWN_VARIANCE`] if the pixel has no
-    /// colour, because it has no sample or is not finite.
-    pub variance: f32,
-}
-
-const _: () = assert!(size_of::<FilteredPixel>() == 16 && align_of::<FilteredPixel>() == 16);
-
-/// Variance of a pixel without a colour.
-pub const UNKNOWN_VARIANCE: f32 = -1.0;
-
-impl FilteredPixel {
-    /// Pixel without a colour.
-    pub const UNKNOWN: Self = Self { color: Vec3::ZERO, variance: UNKNOWN_VARIANCE };
-
-    /// Returns whether the pixel has a colour.
-    #[inline(always)]
-    pub fn is_known(&self) -> bool {
-        self.variance >= 0.0
-    }
-}
 
 /// One launch of a denoising pass. 208 bytes, 13 rows.
 #[repr(C, align(16))]

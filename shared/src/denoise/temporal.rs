@@ -8,46 +8,13 @@
 
 use super::edge_stopping::{EdgeStopping, OPEN};
 use super::variance::{MAX_VARIANCE, NeighbourhoodStats, neighbourhood_stats};
-use super::{DenoiseParams, FilteredPixel, GBufferTexel, PinholeView, STOP_FACTORS};
+use super::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel, PinholeView, STOP_FACTORS};
 use crate::aovs::AovSums;
 use crate::buffer::load;
 use crate::buffer_layout::Packed;
 use crate::film::PixelSums;
 use crate::math::{all_finite, floor, max, min, sqrt};
-use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-
-/// History of a pixel, kept for the next frame. 48 bytes.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct HistoryPixel {
-    /// Mean over the samples, and the variance of one of them.
-    pub filtered: FilteredPixel,
-    /// Surface that the pixel sees.
-    pub gbuffer: GBufferTexel,
-    /// Number of samples that the history counts for.
-    pub samples: f32,
-    /// Unused.
-    pub pad0: u32,
-    /// Unused.
-    pub pad1: u32,
-    /// Unused.
-    pub pad2: u32,
-}
-
-const _: () = assert!(size_of::<HistoryPixel>() == 48 && align_of::<HistoryPixel>() == 16);
-
-impl HistoryPixel {
-    /// Pixel without a history.
-    pub const NONE: Self = Self {
-        filtered: FilteredPixel::UNKNOWN,
-        gbuffer: GBufferTexel::NONE,
-        samples: 0.0,
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
-    };
-}
 
 /// Returns the sums over a frame's samples, added to those of the frames before it (`kept`) if
 /// `params.accumulate` is not 0.

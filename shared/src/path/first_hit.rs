@@ -3,28 +3,12 @@
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
 use crate::features::{PLANAR, TRIANGLES};
 use crate::params::RenderParams;
+pub use crate::records::first_hit::FirstHit;
 use crate::rng::PathKey;
 use crate::scene::Scene;
 use crate::surface;
 use crate::traversal::closest_hit;
-use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-
-/// First hit of the camera ray of one sample. 32 bytes.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct FirstHit {
-    /// Outward unit normal of the surface; zero if nothing is hit.
-    pub normal: Vec3,
-    /// Index of the primitive, or [`NO_PRIMITIVE`].
-    pub primitive: u32,
-    /// Distance along the camera ray; [`crate::sphere::MISS`] if nothing is hit.
-    pub distance: f32,
-    /// Unused.
-    pub pad: [u32; 3],
-}
-
-const _: () = assert!(size_of::<FirstHit>() == 32 && align_of::<FirstHit>() == 16);
 
 /// Returns the first hit of sample `params.first_sample` of pixel (`x`, `y`).
 ///

@@ -1,10 +1,11 @@
 //! Traversal of the binary BVH on CUDA.
 
-use super::{distance, initial_hit, is_closer};
+use super::initial_hit;
 use crate::buffer::{load, load_local, store_local};
 use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
 use crate::features::{COUNTED, Features, has};
 use crate::params::RenderParams;
+use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};

@@ -4,11 +4,12 @@ use crate::record::{Input, Output, ProbeParams, row, vector};
 use glam::UVec4;
 use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
 use trisect_shared::features::{Features, PLANAR, TRIANGLES};
+use trisect_shared::primitive::distance;
 use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::MISS;
 use trisect_shared::surface;
-use trisect_shared::traversal::{closest_hit, distance};
+use trisect_shared::traversal::closest_hit;
 use trisect_shared::triangle::Shear;
 
 /// Closest hit. Rows: a origin, and the primitive that the ray leaves or [`NO_PRIMITIVE`]; b

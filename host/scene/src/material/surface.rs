@@ -1,5 +1,5 @@
 //! Surfaces: how materials scatter light. Scene files, importers and programs that build scenes
-//! give these types; [`Surface::fill`] makes device records of them.
+//! give these types; `Surface::fill` makes device records of them.
 
 use crate::ranges::{all, each};
 use crate::texture::TextureUse;

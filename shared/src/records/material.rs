@@ -1,7 +1,7 @@
 //! Record of a material. The host fills it; [`crate::bsdf`] makes a BSDF of it.
 
+use super::texture::NO_TEXTURE;
 use crate::math::max_component;
-use crate::texture::NO_TEXTURE;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
