@@ -3,33 +3,24 @@
 
 mod first_hit;
 mod nee;
+mod persistent;
 mod render;
+mod shade;
+mod vertex;
 
 pub use first_hit::{FirstHit, first_hit};
-pub use render::{render_persistent, render_pixel};
+pub use persistent::render_persistent;
+pub use render::render_pixel;
 
-use crate::aovs::{self, AovSums, SurfaceAovs};
-use crate::bsdf::{Bsdf, LAMBERTIAN, opacity};
-use crate::buffer::{SharedSlice, load};
-use crate::bvh::{Hit, NO_PRIMITIVE, RayQuery};
-use crate::environment;
-use crate::features::{
-    AOVS, EMITTERS, ENVIRONMENT, Features, MICROFACETS, NEE, PLANAR, ROULETTE, TEXTURES, TRIANGLES, has,
-    has_any,
-};
+use crate::bvh::{NO_PRIMITIVE, RayQuery};
+use crate::features::{Features, NEE, TEXTURES, has, has_any};
 use crate::film::{Compensation, PixelSums};
-use crate::light::mis_weight;
-use crate::material::{BLENDED, MASKED, Material};
-use crate::math::{max_component, min, unit_f32};
-use crate::params::{FLAG_HOLES, FLAG_OPAQUE_ZERO, FLAG_SCHLICK, RenderParams};
+use crate::params::{FLAG_HOLES, FLAG_OPAQUE_ZERO, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::PathKey;
 use crate::sampler::words;
-use crate::scene::Scene;
 use crate::sphere::MISS;
-use crate::surface::{self, Surface, bend_shading_normal};
 use glam::Vec3;
-use nee::{sample_direct_light, weighted_emission};
 
 /// Bits of blocks of random words. Block 0 is for the camera ray, block k for scattering at the
 /// k-th vertex. Block k with one of these bits is for the point of a light, for the choice of the
@@ -157,222 +148,5 @@ impl Path {
         } else {
             RayQuery::CLOSEST
         }
-    }
-
-    /// Continues the path from the hit of its ray. Returns whether the path ended.
-    ///
-    /// # Safety
-    ///
-    /// As [`render_pixel`]; `hit` comes from the traversal of the path's ray.
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "see buffer")]
-    unsafe fn shade<const FEATURES: Features>(
-        &mut self,
-        params: &RenderParams,
-        scene: Scene,
-        hit: Hit,
-        aovs: &mut SharedSlice<AovSums>,
-    ) -> bool {
-        let key = self.key;
-        let ray = self.ray;
-        self.rays += 1;
-        let mut ended = true;
-        let mut shadow_ray = ray;
-        if const { has_any(FEATURES, NEE) } && self.shadow {
-            let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
-            let mut passed = false;
-            if const { has(FEATURES, TEXTURES) } && blocked && params.flags & FLAG_HOLES != 0 {
-                // SAFETY: a primitive that traversal returned; the caller's promise for materials.
-                let (surface, material) = unsafe {
-                    let surface = surface::at::<FEATURES>(params, scene, ray, hit);
-                    (surface, load::<Material>(scene.materials, surface.material))
-                };
-                // SAFETY: the caller's promise for textures.
-                self.pending_light *= 1.0 - unsafe { opacity(scene, &material, surface.u, surface.v) };
-                self.passes += 1;
-                passed = max_component(self.pending_light) > 0.0 && self.passes <= MAX_PASSES;
-                self.ray = pass_through(ray, hit.primitive, &surface);
-                self.shadow_t_max -= hit.distance;
-            }
-            ended = false;
-            if !passed {
-                if !blocked {
-                    self.radiance += self.pending_light;
-                }
-                self.shadow = false;
-                self.ray = self.continuation;
-                ended = !self.continues;
-            }
-        } else if hit.primitive == NO_PRIMITIVE {
-            self.segment += 1;
-            let mut sky = params.sky.radiance(ray.direction);
-            if const { has(FEATURES, ENVIRONMENT) } && params.environment_width > 0 {
-                // SAFETY: the caller's promise.
-                let from = unsafe { environment::radiance(params, scene, ray.direction) };
-                let light_pdf = from.pdf * params.environment_probability;
-                sky = from.radiance * if self.pdf > 0.0 { mis_weight(self.pdf, light_pdf) } else { 1.0 };
-            }
-            self.radiance += self.throughput * sky;
-            if const { has(FEATURES, AOVS) } && self.segment == 1 {
-                // SAFETY: the caller's promise.
-                unsafe { aovs::update_pixel(aovs, key.pixel, |g: &mut AovSums| g.add_miss(sky)) };
-            }
-        } else {
-            self.segment += 1;
-            // SAFETY: a primitive that traversal returned; the caller's promise for materials.
-            let (surface, material) = unsafe {
-                let surface = surface::at::<FEATURES>(params, scene, ray, hit);
-                (surface, load::<Material>(scene.materials, surface.material))
-            };
-            let front = ray.direction.dot(surface.normal) < 0.0;
-            let mut passed = false;
-            if const { has(FEATURES, TEXTURES) } && material.flags & (MASKED | BLENDED) != 0 {
-                // SAFETY: the caller's promise for textures.
-                let alpha = unsafe { opacity(scene, &material, surface.u, surface.v) };
-                passed = unit_f32(key.words(PASS_BLOCK | self.segment << 10 | self.passes).x) >= alpha;
-            }
-            if passed {
-                self.segment -= 1;
-                self.passes += 1;
-                self.skipped_distance += hit.distance;
-                self.ray = pass_through(ray, hit.primitive, &surface);
-                ended = self.passes > MAX_PASSES;
-            } else {
-                let mut emitted = Vec3::ZERO;
-                if const { has(FEATURES, EMITTERS) } && material.emits(front) {
-                    // SAFETY: the caller's promise.
-                    emitted = unsafe {
-                        weighted_emission::<FEATURES>(
-                            params,
-                            scene,
-                            &material,
-                            &surface,
-                            ray,
-                            hit,
-                            self.vertex_primitive,
-                            self.skipped_distance,
-                            self.pdf,
-                        )
-                    };
-                    self.radiance += self.throughput * emitted;
-                }
-                let continues = self.segment < params.max_depth;
-                let writes_aovs = const { has(FEATURES, AOVS) } && self.segment == 1;
-                if continues || writes_aovs {
-                    let normal = if front { surface.normal } else { -surface.normal };
-                    let mut shading = normal;
-                    // Only a triangle has a shading normal of its own: others keep their bits in
-                    // every variant.
-                    let bent = const { has(FEATURES, TRIANGLES) } && hit.primitive >= params.first_triangle;
-                    if bent {
-                        shading = if front { surface.shading_normal } else { -surface.shading_normal };
-                        // A diffuse surface keeps its normal: its shading must not depend on the
-                        // viewer.
-                        if material.kind != LAMBERTIAN {
-                            shading = bend_shading_normal(shading, normal, -ray.direction);
-                        }
-                    }
-                    // SAFETY: the caller's promise for textures.
-                    let bsdf = unsafe {
-                        let place = (surface.u, surface.v);
-                        Bsdf::new::<FEATURES>(scene, material, ray.direction, shading, front, place)
-                    };
-                    if writes_aovs {
-                        let aov_sample = SurfaceAovs {
-                            albedo: bsdf.albedo::<FEATURES>(),
-                            diffuse: bsdf.diffuseness::<FEATURES>(),
-                        };
-                        let hit = |g: &mut AovSums| {
-                            g.add_hit(hit.primitive, shading, aov_sample, surface.point, emitted)
-                        };
-                        // SAFETY: the caller's promise.
-                        unsafe { aovs::update_pixel(aovs, key.pixel, hit) };
-                    }
-                    if continues {
-                        if const { has_any(FEATURES, NEE) }
-                            && (params.light_count > 0 || params.environment_probability > 0.0)
-                            && bsdf.has_non_delta_lobe::<FEATURES>()
-                        {
-                            // SAFETY: the caller's promise.
-                            let light = unsafe {
-                                sample_direct_light::<FEATURES>(
-                                    params,
-                                    scene,
-                                    key,
-                                    self.segment,
-                                    hit.primitive,
-                                    &surface,
-                                    &bsdf,
-                                    front,
-                                )
-                            };
-                            self.pending_light = self.throughput * light.contribution;
-                            self.shadow = max_component(self.pending_light) > 0.0;
-                            (self.shadow_t_max, self.light_primitive) = (light.t_max, light.light_primitive);
-                            shadow_ray = Ray {
-                                origin: scattered_origin::<FEATURES>(&surface, light.inside),
-                                direction: light.direction,
-                                origin_primitive: OriginPrimitive::new(hit.primitive, light.inside),
-                            };
-                        }
-                        let random = words::<FEATURES>(key, self.segment);
-                        let uses_schlick =
-                            const { !has(FEATURES, MICROFACETS) } || params.flags & FLAG_SCHLICK != 0;
-                        let scatter = bsdf.sample::<FEATURES>(uses_schlick, random);
-                        self.throughput *= scatter.weight;
-                        self.continues = !scatter.absorbed;
-                        if bent {
-                            // Light that the shading normal sends through the surface is lost.
-                            self.continues &= (scatter.direction.dot(normal) < 0.0) == scatter.transmitted;
-                        }
-                        if const { has_any(FEATURES, NEE) } {
-                            self.continues &= max_component(self.throughput) > 0.0;
-                        }
-                        if const { has(FEATURES, ROULETTE) } && self.segment >= params.roulette_from {
-                            let survival = min(max_component(self.throughput), 1.0);
-                            self.continues &= unit_f32(random.w) < survival;
-                            self.throughput *= 1.0 / survival;
-                        }
-                        let inside = front == scatter.transmitted;
-                        self.pdf = scatter.pdf;
-                        self.vertex_primitive = hit.primitive;
-                        self.skipped_distance = 0.0;
-                        self.continuation = Ray {
-                            origin: scattered_origin::<FEATURES>(&surface, inside),
-                            direction: scatter.direction,
-                            origin_primitive: OriginPrimitive::new(hit.primitive, inside),
-                        };
-                        ended = !self.continues && !self.shadow;
-                        self.ray = if const { has_any(FEATURES, NEE) } && self.shadow {
-                            shadow_ray
-                        } else {
-                            self.continuation
-                        };
-                    }
-                }
-            }
-        }
-        ended
-    }
-}
-
-/// Returns the origin of a ray that leaves `surface` to its inside or its outside.
-#[inline(always)]
-fn scattered_origin<const FEATURES: Features>(surface: &Surface, inside: bool) -> Vec3 {
-    if const { has_any(FEATURES, PLANAR | TRIANGLES) } {
-        surface::offset_ray_origin(surface.point, surface.normal, surface.error_bound, !inside)
-    } else {
-        surface.point
-    }
-}
-
-/// Returns the continuation of a ray beyond a surface that it passes.
-#[inline(always)]
-fn pass_through(ray: Ray, primitive: u32, surface: &Surface) -> Ray {
-    let inside = ray.direction.dot(surface.normal) < 0.0;
-    Ray {
-        origin: surface::offset_ray_origin(surface.point, surface.normal, surface.error_bound, !inside),
-        direction: ray.direction,
-        origin_primitive: OriginPrimitive::new(primitive, inside),
     }
 }

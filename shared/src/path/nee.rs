@@ -1,57 +1,48 @@
 //! Connections of a path to lights: by next-event estimation, and by hitting an emitter.
 
-use super::{LIGHT_BLOCK, PANORAMA_BLOCK};
+use super::vertex::Vertex;
+use super::{LIGHT_BLOCK, PANORAMA_BLOCK, Path};
 use crate::bsdf::Bsdf;
-use crate::bvh::Hit;
 use crate::features::{EMITTERS, ENVIRONMENT, Features, TEXTURES, has};
 use crate::light::{self, ReferencePoint, mis_weight};
-use crate::material::Material;
 use crate::params::RenderParams;
-use crate::ray::Ray;
-use crate::rng::PathKey;
 use crate::sampler::words;
 use crate::scene::Scene;
-use crate::surface::Surface;
 use crate::texture;
 use glam::Vec3;
 
-/// Returns the radiance that the surface emits towards the ray, times the weight of having found it
-/// by scattering with `pdf`.
+/// Returns the radiance that `vertex` emits towards the path's ray, times the weight of having
+/// found it by scattering.
 ///
 /// # Safety
 ///
-/// As [`render_pixel`](super::render_pixel); `hit` comes from the traversal of `ray`.
+/// As [`render_pixel`](super::render_pixel); `vertex` comes from the traversal of the path's ray.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-#[allow(clippy::too_many_arguments, reason = "a part of `Path::shade`, which passes its state")]
 pub(super) unsafe fn weighted_emission<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
-    material: &Material,
-    surface: &Surface,
-    ray: Ray,
-    hit: Hit,
-    from_primitive: u32,
-    skipped_distance: f32,
-    pdf: f32,
+    path: &Path,
+    vertex: &Vertex,
 ) -> Vec3 {
+    let Vertex { ray, hit, surface, material } = vertex;
     let mut emission = material.emission;
     if const { has(FEATURES, TEXTURES) } {
         // SAFETY: the caller's promise for textures.
         emission *= unsafe { texture::color(scene, material.emission_texture, surface.u, surface.v) };
     }
-    if pdf > 0.0 && params.light_count > 0 {
+    if path.pdf > 0.0 && params.light_count > 0 {
         let from = ReferencePoint {
-            point: ray.origin - ray.direction * skipped_distance,
-            primitive: from_primitive,
+            point: ray.origin - ray.direction * path.skipped_distance,
+            primitive: path.vertex_primitive,
         };
-        let distance = skipped_distance + hit.distance;
+        let distance = path.skipped_distance + hit.distance;
         let cos = ray.direction.dot(surface.normal);
         let chance = material.light_pdf;
         // SAFETY: the caller's promise.
         let light_pdf =
             unsafe { light::pdf::<FEATURES>(params, scene, hit.primitive, chance, from, distance, cos) };
-        emission *= mis_weight(pdf, light_pdf);
+        emission *= mis_weight(path.pdf, light_pdf);
     }
     emission
 }
@@ -75,23 +66,21 @@ pub(super) struct Connection {
 /// As [`render_pixel`](super::render_pixel); there is a light or an environment map to sample.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-#[allow(clippy::too_many_arguments, reason = "a part of `Path::shade`, which passes its state")]
 pub(super) unsafe fn sample_direct_light<const FEATURES: Features>(
     params: &RenderParams,
     scene: Scene,
-    key: PathKey,
-    segment: u32,
-    primitive: u32,
-    surface: &Surface,
+    path: &Path,
+    vertex: &Vertex,
     bsdf: &Bsdf,
     front: bool,
 ) -> Connection {
-    let random = words::<FEATURES>(key, LIGHT_BLOCK | segment);
+    let Vertex { hit, surface, .. } = vertex;
+    let random = words::<FEATURES>(path.key, LIGHT_BLOCK | path.segment);
     let mut choice = 0;
     if const { has(FEATURES, ENVIRONMENT) } && const { has(FEATURES, EMITTERS) } && params.light_count > 0 {
-        choice = words::<FEATURES>(key, PANORAMA_BLOCK | segment).x;
+        choice = words::<FEATURES>(path.key, PANORAMA_BLOCK | path.segment).x;
     }
-    let from = ReferencePoint { point: surface.point, primitive };
+    let from = ReferencePoint { point: surface.point, primitive: hit.primitive };
     // SAFETY: the caller's promise.
     let light = unsafe { light::sample::<FEATURES>(params, scene, from, random, choice) };
     let outside = light.direction.dot(surface.normal) > 0.0;

@@ -1,0 +1,119 @@
+//! Vertex of a path: the point of a surface that a ray hits, and how rays leave it.
+
+use crate::bsdf::{LAMBERTIAN, opacity};
+use crate::buffer::load;
+use crate::bvh::Hit;
+use crate::features::{Features, PLANAR, TRIANGLES, has, has_any};
+use crate::material::Material;
+use crate::params::RenderParams;
+use crate::ray::{OriginPrimitive, Ray};
+use crate::scene::Scene;
+use crate::surface::{self, Surface, bend_shading_normal};
+use glam::Vec3;
+
+/// Point of a surface that a path's ray hits, and what is there.
+#[derive(Clone, Copy)]
+pub(super) struct Vertex {
+    /// Ray that hits the surface.
+    pub(super) ray: Ray,
+    pub(super) hit: Hit,
+    pub(super) surface: Surface,
+    pub(super) material: Material,
+}
+
+impl Vertex {
+    /// Loads what is at `hit`.
+    ///
+    /// # Safety
+    ///
+    /// As [`render_pixel`](super::render_pixel); `hit` is that of a primitive, from the traversal of
+    /// `ray`.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub(super) unsafe fn at<const FEATURES: Features>(
+        params: &RenderParams,
+        scene: Scene,
+        ray: Ray,
+        hit: Hit,
+    ) -> Self {
+        // SAFETY: a primitive that traversal returned; the caller's promise for materials.
+        let (surface, material) = unsafe {
+            let surface = surface::at::<FEATURES>(params, scene, ray, hit);
+            (surface, load::<Material>(scene.materials, surface.material))
+        };
+        Self { ray, hit, surface, material }
+    }
+
+    /// Returns whether the ray comes from the outside.
+    #[inline(always)]
+    pub(super) fn is_front(&self) -> bool {
+        self.ray.direction.dot(self.surface.normal) < 0.0
+    }
+
+    /// Returns the surface's opacity.
+    ///
+    /// # Safety
+    ///
+    /// As [`render_pixel`](super::render_pixel).
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub(super) unsafe fn opacity(&self, scene: Scene) -> f32 {
+        // SAFETY: the caller's promise for textures.
+        unsafe { opacity(scene, &self.material, self.surface.u, self.surface.v) }
+    }
+
+    /// Returns the continuation of the ray beyond the surface.
+    #[inline(always)]
+    pub(super) fn pass(&self) -> Ray {
+        let Surface { point, normal, error_bound, .. } = self.surface;
+        let inside = self.is_front();
+        Ray {
+            origin: surface::offset_ray_origin(point, normal, error_bound, !inside),
+            direction: self.ray.direction,
+            origin_primitive: OriginPrimitive::new(self.hit.primitive, inside),
+        }
+    }
+
+    /// Returns the ray that leaves the surface in `direction`, to its inside or its outside.
+    #[inline(always)]
+    pub(super) fn leave<const FEATURES: Features>(&self, direction: Vec3, inside: bool) -> Ray {
+        let Surface { point, normal, error_bound, .. } = self.surface;
+        let origin = if const { has_any(FEATURES, PLANAR | TRIANGLES) } {
+            surface::offset_ray_origin(point, normal, error_bound, !inside)
+        } else {
+            point
+        };
+        Ray { origin, direction, origin_primitive: OriginPrimitive::new(self.hit.primitive, inside) }
+    }
+
+    /// Returns the normals on the side that the ray comes from, as `front` says.
+    #[inline(always)]
+    pub(super) fn facing_normals<const FEATURES: Features>(
+        &self,
+        params: &RenderParams,
+        front: bool,
+    ) -> FacingNormals {
+        let Surface { normal, shading_normal, .. } = self.surface;
+        let geometric = if front { normal } else { -normal };
+        let mut shading = geometric;
+        // Only a triangle has a shading normal of its own: others keep their bits in every variant.
+        let differ = const { has(FEATURES, TRIANGLES) } && self.hit.primitive >= params.first_triangle;
+        if differ {
+            shading = if front { shading_normal } else { -shading_normal };
+            // A diffuse surface keeps its normal: its shading must not depend on the viewer.
+            if self.material.kind != LAMBERTIAN {
+                shading = bend_shading_normal(shading, geometric, -self.ray.direction);
+            }
+        }
+        FacingNormals { geometric, shading, differ }
+    }
+}
+
+/// Unit normals of a vertex, on the side that its ray comes from.
+#[derive(Clone, Copy)]
+pub(super) struct FacingNormals {
+    pub(super) geometric: Vec3,
+    pub(super) shading: Vec3,
+    /// True if the primitive has a shading normal of its own.
+    pub(super) differ: bool,
+}
