@@ -45,9 +45,9 @@ fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
 ///
 /// # Safety
 ///
-/// As [`render_pixel`](super::render_pixel), for all pixels of the image. Whole warps call this, with `counter` at 0
-/// when the launch begins. The launch has less than 2^31 pixels, tiles rounded up.
-/// `params.max_lane_pixels` is not 0, and so large that all lanes together may take all pixels.
+/// As [`render_pixel`](super::render_pixel), for all pixels of the image. Whole warps call this,
+/// with `counter` at 0 when the launch begins. The launch has less than 2^31 pixels, tiles rounded
+/// up. `params.max_lane_pixels` is not 0, and so large that all lanes together may take all pixels.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn render_persistent<const FEATURES: Features>(

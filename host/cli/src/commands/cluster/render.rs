@@ -5,7 +5,7 @@ use super::super::eprint;
 use super::super::fallback_path::or_fallback_path;
 use super::super::render::{self as single, RenderOutput};
 use super::super::resume::describe_contents;
-use super::ClusterSession;
+use super::{ClusterSession, Session};
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
 use std::path::Path;
@@ -17,6 +17,7 @@ use trisect::device::DeviceInfo;
 use trisect::image::Image;
 use trisect::output::{self, Format};
 use trisect::render::Settings;
+use trisect_cluster::handshake::FingerprintFields;
 use trisect_cluster::{
     AssembledImage, ClusterError, ClusterPlan, DistributionMode, Failure, ResumableFilm, WireFormat, Work,
     choose, plan, render_into_film,
@@ -50,47 +51,12 @@ pub fn render_film(
     let start = Instant::now();
     let cluster = &arguments.cluster;
     let ranks = crew.link.ranks();
-    let (own, checked) = (arguments.clone(), arguments.clone());
-    let resumed = before.as_ref().map(|before| (before.header.spp, before.aovs));
-    let adjust = move |settings: &mut Settings, device: &DeviceInfo| {
-        let denoise = own.denoise.denoise()?;
-        settings.guides = single::needs_aovs(&own, denoise.as_ref());
-        if let Some((spp, guides)) = resumed {
-            (settings.samples, settings.guides) = (spp, guides);
-        }
-        let Work { plan, wire_format: travels, .. } = work(&own, settings, ranks)?;
-        let distribute = format!("{plan:?}, {:?}", own.cluster.distribute);
-        let mut facts = vec![
-            ("--distribute with its parameters".to_owned(), distribute),
-            ("what travels, by the output's format".to_owned(), format!("{travels:?}")),
-        ];
-        if own.checkpointing.given().is_some() {
-            // The checkpoint records the root's arithmetic only, so all ranks must have the same.
-            facts.push(("the device's arithmetic".to_owned(), arithmetic(device, settings.math)));
-        }
-        Ok(facts)
-    };
-    let is_new = before.is_none();
-    let check = move || {
-        single::check(&checked)?;
-        if is_new {
-            single::check_new(&checked)?;
-        }
-        Ok(single::outputs(&checked))
-    };
-    let mut session = match crew.assemble(&arguments.job, &cluster.ranks, check, adjust) {
+    let mut session = match begin(&mut crew, arguments, before.as_ref()) {
         Ok(session) => session,
         Err(code) => return Ok(code),
     };
     let denoise = arguments.denoise.denoise()?;
     let quiet = arguments.log.quiet || !crew.link.is_root();
-    if crew.link.is_root() {
-        let ignored = arguments.goal.without_effect().into_iter().chain(cluster.without_effect());
-        ignored.for_each(|line| eprint(&format!("warning: {line}")));
-    }
-    if !quiet {
-        single::announce(&session, &single::goal_text(&session, None));
-    }
     let mut work = work(arguments, &session.settings, ranks)?;
     // With a checkpoint or a time limit, the root keeps the film.
     let (mut kept, mut held) = (None, None);
@@ -130,14 +96,8 @@ pub fn render_film(
             let is_asked = (cluster.write_partial || held.is_some())
                 && !matches!(error, trisect_cluster::Error::Render(Cancelled));
             if let Some(partial) = partial.filter(|_| is_asked) {
-                let arguments = arguments.clone();
-                // The root's heartbeat continues meanwhile, so that the others stay alive.
-                let kept = crew
-                    .link
-                    .run_to_completion(move || keep(&arguments, held.map(|held| held.0), &partial, quiet));
-                if let Err(error) = kept {
-                    eprint(&format!("error: {error}"));
-                }
+                let watch = held.map(|held| held.0);
+                keep_meanwhile(&mut crew, arguments, watch, partial, quiet);
             }
             return Ok(crew.give_up(&error.into()));
         }
@@ -157,6 +117,77 @@ pub fn render_film(
         },
     };
     Ok(single::finish(arguments, session, drawn, stats, denoise)?.0)
+}
+
+/// Reads the scene, opens the devices and compares them with the other ranks'. The root prints what
+/// will be rendered.
+fn begin(
+    crew: &mut ClusterSession,
+    arguments: &RenderArgs,
+    before: Option<&ResumeState>,
+) -> Result<Session, ExitCode> {
+    let adjust = adjustment(arguments, before, crew.link.ranks());
+    let checked = arguments.clone();
+    let is_new = before.is_none();
+    let check = move || {
+        single::check(&checked)?;
+        if is_new {
+            single::check_new(&checked)?;
+        }
+        Ok(single::outputs(&checked))
+    };
+    let session = crew.assemble(&arguments.job, &arguments.cluster.ranks, check, adjust)?;
+    if crew.link.is_root() {
+        let ignored = arguments.goal.without_effect().into_iter().chain(arguments.cluster.without_effect());
+        ignored.for_each(|line| eprint(&format!("warning: {line}")));
+        if !arguments.log.quiet {
+            single::announce(&session, &single::goal_text(&session, None));
+        }
+    }
+    Ok(session)
+}
+
+/// Returns what adapts the settings of each rank, and names the facts in which ranks must agree.
+fn adjustment(
+    arguments: &RenderArgs,
+    before: Option<&ResumeState>,
+    ranks: u32,
+) -> impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static {
+    let own = arguments.clone();
+    let resumed = before.map(|before| (before.header.spp, before.aovs));
+    move |settings, device| {
+        let denoise = own.denoise.denoise()?;
+        settings.guides = single::needs_aovs(&own, denoise.as_ref());
+        if let Some((spp, guides)) = resumed {
+            (settings.samples, settings.guides) = (spp, guides);
+        }
+        let Work { plan, wire_format: travels, .. } = work(&own, settings, ranks)?;
+        let distribute = format!("{plan:?}, {:?}", own.cluster.distribute);
+        let mut facts = vec![
+            ("--distribute with its parameters".to_owned(), distribute),
+            ("what travels, by the output's format".to_owned(), format!("{travels:?}")),
+        ];
+        if own.checkpointing.given().is_some() {
+            // The checkpoint records the root's arithmetic only, so all ranks must have the same.
+            facts.push(("the device's arithmetic".to_owned(), arithmetic(device, settings.math)));
+        }
+        Ok(facts)
+    }
+}
+
+/// Calls [`keep`] while the root's heartbeat continues, so that the other ranks stay alive.
+fn keep_meanwhile(
+    crew: &mut ClusterSession,
+    arguments: &RenderArgs,
+    watch: Option<RenderSupervisor>,
+    partial: Box<AssembledImage>,
+    quiet: bool,
+) {
+    let arguments = arguments.clone();
+    let kept = crew.link.run_to_completion(move || keep(&arguments, watch, &partial, quiet));
+    if let Err(error) = kept {
+        eprint(&format!("error: {error}"));
+    }
 }
 
 /// Returns the work of all ranks.

@@ -77,38 +77,43 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     let ended = crew.ended();
     let viewer = Viewer::new(session.renderer);
     match series(&mut crew.link, (viewer, None), &of, render, &mut show, &ended) {
-        Ok((mut viewer, Some(report))) => {
-            let rows = summary(&report);
-            let title =
-                format!("{} frames after {}", report.whole.len() - FIRST.min(report.whole.len()), FIRST);
-            let text = format!(
-                "scene     {}\ndevice    {}: {}, one of {ranks} ranks\nframe     {}x{}, {} spp\n\n{}",
-                session.name,
-                device.backend,
-                device.name,
-                size.width,
-                size.height,
-                size.samples,
-                table(&title, &rows)
-            );
-            let shown = (size.width, size.height);
-            headless::report(
-                arguments,
-                &session.name,
-                viewer.renderer(),
-                "",
-                shown,
-                report.whole.len(),
-                &rows,
-            )?;
-            if !arguments.json.as_deref().is_some_and(data::is_stdout) {
-                super::super::print(&text)?;
-            }
+        Ok((mut viewer, Some(times))) => {
+            report(arguments, &session.name, &device, &size, ranks, &mut viewer, &times)?;
             Ok(ExitCode::SUCCESS)
         }
         Ok((_, None)) => Ok(ExitCode::SUCCESS),
         Err(error) => Ok(crew.give_up(&error.into())),
     }
+}
+
+/// Prints the times of the frames, and writes what `--json` asks for.
+fn report(
+    arguments: &ViewArgs,
+    scene: &str,
+    device: &DeviceInfo,
+    size: &Settings,
+    ranks: u32,
+    viewer: &mut Viewer,
+    times: &SeriesReport,
+) -> Result<(), Error> {
+    let rows = summary(times);
+    let frames = times.whole.len();
+    let title = format!("{} frames after {}", frames - FIRST.min(frames), FIRST);
+    let text = format!(
+        "scene     {scene}\ndevice    {}: {}, one of {ranks} ranks\nframe     {}x{}, {} spp\n\n{}",
+        device.backend,
+        device.name,
+        size.width,
+        size.height,
+        size.samples,
+        table(&title, &rows)
+    );
+    let shown = (size.width, size.height);
+    headless::report(arguments, scene, viewer.renderer(), "", shown, frames, &rows)?;
+    if !arguments.json.as_deref().is_some_and(data::is_stdout) {
+        super::super::print(&text)?;
+    }
+    Ok(())
 }
 
 /// Determines an automatic exposure on the root and sends it to all ranks.
