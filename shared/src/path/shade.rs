@@ -1,5 +1,5 @@
-//! Shading: the end of a path's ray, at a light, in the sky or at a vertex, which the path passes, or
-//! which emits, is connected to a light and scatters.
+//! Shading: the end of a path's ray, at a light, in the sky or at a vertex, which the path passes,
+//! or which emits, is connected to a light and scatters.
 
 use super::nee::{sample_direct_light, weighted_emission};
 use super::vertex::{FacingNormals, Vertex};

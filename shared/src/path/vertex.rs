@@ -26,8 +26,8 @@ impl Vertex {
     ///
     /// # Safety
     ///
-    /// As [`render_pixel`](super::render_pixel); `hit` is that of a primitive, from the traversal of
-    /// `ray`.
+    /// As [`render_pixel`](super::render_pixel); `hit` is that of a primitive, from `ray`'s
+    /// traversal.
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
     pub(super) unsafe fn at<const FEATURES: Features>(
