@@ -9,6 +9,8 @@
 //! Random numbers depend only on seed, pixel, sample and dimension, and sums over chunks are exact.
 //! So the image does not depend on which rank renders what.
 
+#![warn(clippy::too_many_lines)]
+
 mod assembler;
 pub mod cost;
 pub mod devices;

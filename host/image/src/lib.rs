@@ -1,9 +1,10 @@
-//! Images in memory, and their reading from PNG, EXR, HDR and PFM files.
+//! Images in memory, their reading from PNG, EXR, HDR and PFM files, and images for textures.
 
-pub mod bounds;
+mod bounds;
 mod exr;
 pub mod metrics;
 pub mod output;
+pub mod texture;
 
 use crate::metrics::srgb;
 use crate::output::{Format, pfm};

@@ -5,15 +5,12 @@
 //! channel `Z`, as there.
 
 use crate::film::{AovTotals, Film};
-use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
 use glam::DVec3;
-use std::io::Cursor;
 use std::path::Path;
-use trisect_image::output::Format;
+use trisect_image::output::{Channel, Format, Samples, write_channels};
 use trisect_image::{Image, ImageError};
 use trisect_scene::Rebase;
 use trisect_shared::camera::Camera;
-use trisect_system::atomic_file::write_atomic_or_in_place;
 
 /// Layer beside the image. Channels are `f32` unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,14 +103,7 @@ pub fn write(
     for aov in aovs {
         channels.extend(layer(*aov, film, place, f64::from(stops).exp2()));
     }
-    let size = (image.width as usize, image.height as usize);
-    let channels = AnyChannels::sort(channels.into_iter().collect());
-    let layer = Layer::new(size, LayerAttributes::default(), Encoding::SMALL_FAST_LOSSLESS, channels);
-    let mut bytes = Cursor::new(Vec::new());
-    let image = exr::prelude::Image::from_layer(layer);
-    image.write().to_buffered(&mut bytes).map_err(|error| codec(error.to_string()))?;
-    write_atomic_or_in_place(path, &bytes.into_inner())
-        .map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    write_channels((image.width, image.height), channels, path)
 }
 
 fn layer(
@@ -121,7 +111,7 @@ fn layer(
     film: &Film,
     place: &FilmPlace<'_, impl Fn(Option<u32>) -> u32>,
     factor: f64,
-) -> Vec<AnyChannel<FlatSamples>> {
+) -> Vec<Channel> {
     let FilmPlace { camera, space, object } = place;
     let guides = || film.aovs.iter();
     match aov {
@@ -143,11 +133,11 @@ fn layer(
                     (way.dot(axis) / space.scale) as f32
                 }
             };
-            vec![AnyChannel::new("Z", FlatSamples::F32(guides().map(depth).collect()))]
+            vec![Channel { name: "Z", samples: Samples::F32(guides().map(depth).collect()) }]
         }
         Aov::Id => {
             let ids = guides().map(|g| object(g.primitive())).collect();
-            vec![AnyChannel::new("id", FlatSamples::U32(ids))]
+            vec![Channel { name: "id", samples: Samples::U32(ids) }]
         }
         Aov::Variance => {
             let names = ["variance.R", "variance.G", "variance.B"];
@@ -163,13 +153,13 @@ fn layer(
         Aov::Samples => {
             let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
             let counts = film.pixels.iter().map(|pixel| count(pixel.samples)).collect();
-            vec![AnyChannel::new("samples", FlatSamples::U32(counts))]
+            vec![Channel { name: "samples", samples: Samples::U32(counts) }]
         }
     }
 }
 
 /// Returns three `f32` channels of these names.
-fn three(names: [&str; 3], values: impl Iterator<Item = [f64; 3]>) -> Vec<AnyChannel<FlatSamples>> {
+fn three(names: [&'static str; 3], values: impl Iterator<Item = [f64; 3]>) -> Vec<Channel> {
     let mut columns = [const { Vec::new() }; 3];
     for value in values {
         columns.iter_mut().zip(value).for_each(|(column, x)| column.push(x as f32));
@@ -177,7 +167,7 @@ fn three(names: [&str; 3], values: impl Iterator<Item = [f64; 3]>) -> Vec<AnyCha
     names
         .into_iter()
         .zip(columns)
-        .map(|(name, column)| AnyChannel::new(name, FlatSamples::F32(column)))
+        .map(|(name, column)| Channel { name, samples: Samples::F32(column) })
         .collect()
 }
 
@@ -187,7 +177,7 @@ mod tests {
 
     use super::*;
     use crate::render::{Renderer, Settings};
-    use exr::prelude::{ReadChannels, ReadLayers, read};
+    use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
     use trisect_device::cpu::Cpu;
     use trisect_scene::{Scene, SceneDocument};
 
@@ -274,9 +264,9 @@ mod tests {
             };
             (of(space), of(Rebase::IDENTITY))
         };
-        let values = |channels: &[AnyChannel<FlatSamples>]| -> Vec<f32> {
-            let floats = |channel: &AnyChannel<FlatSamples>| match &channel.sample_data {
-                FlatSamples::F32(values) => values.clone(),
+        let values = |channels: &[Channel]| -> Vec<f32> {
+            let floats = |channel: &Channel| match &channel.samples {
+                Samples::F32(values) => values.clone(),
                 _ => panic!("position and depth are floats"),
             };
             channels.iter().flat_map(floats).collect()

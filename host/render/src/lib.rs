@@ -160,6 +160,7 @@
 //! # Ok::<(), trisect::Error>(())
 //! ```
 
+#![warn(clippy::too_many_lines)]
 #![deny(clippy::print_stdout, clippy::print_stderr, reason = "a library returns its messages")]
 
 pub mod adaptive;

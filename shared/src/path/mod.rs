@@ -1,6 +1,8 @@
 //! Path tracing: a sample from its camera ray to its radiance. [`render_pixel`] and
 //! [`render_persistent`] are the render kernels, which entry points and the CPU backend call.
 
+#![warn(clippy::too_many_lines)]
+
 mod first_hit;
 mod nee;
 mod persistent;

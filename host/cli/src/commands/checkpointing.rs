@@ -187,7 +187,8 @@ impl RenderStart {
             let path = || place.path().to_owned();
             let differs = |difference| CheckpointError::Differs { path: path(), difference };
             identity.check(&header.identity).map_err(differs)?;
-            return Ok(Self { film, samples, saver: Some(Saver::resume(place, header, every)) });
+            let saver = Some(Saver::resume(place, header, every, &film));
+            return Ok(Self { film, samples, saver });
         }
         settings.check_with(copy)?;
         let header = match identity {

@@ -1,15 +1,17 @@
 //! Writing of image files by extension: PNG (8-bit sRGB), EXR and PFM (32-bit linear), HDR (linear,
 //! shared exponent), and checks of the output files of a command.
 
+mod channels;
 mod conflict;
 pub mod exposure;
 pub mod pfm;
 
+pub use channels::{Channel, Samples, write_channels};
 pub use conflict::{ConflictError, Outputs, check_stored};
 
 use crate::metrics::srgb;
 use crate::{Image, ImageError};
-use image::{ImageBuffer, ImageFormat, Rgb};
+use image::{ExtendedColorType, ImageBuffer, ImageFormat, Rgb};
 use std::io::Cursor;
 use std::path::Path;
 use trisect_system::atomic_file::{self, write_atomic_or_in_place};
@@ -85,6 +87,24 @@ pub fn encode_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, St
         .ok_or_else(|| "the pixels do not fill the image".to_owned())?;
     buffer.write_to(&mut file, ImageFormat::Png).map_err(|e| e.to_string())?;
     Ok(file.into_inner())
+}
+
+/// Writes a .png from RGBA pixels with 8 bits for each channel, red in the lowest byte. The file is
+/// written in place: a series of frames need not survive a power failure.
+///
+/// # Errors
+///
+/// [`ImageError::Codec`] if the pixels do not fill the image, [`ImageError::Io`] if the file cannot
+/// be written.
+pub fn write_rgba(width: u32, height: u32, pixels: &[u32], path: &Path) -> Result<(), ImageError> {
+    let bytes: Vec<u8> = pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect();
+    let format = ImageFormat::Png;
+    image::save_buffer_with_format(path, &bytes, width, height, ExtendedColorType::Rgba8, format).map_err(
+        |error| match error {
+            image::ImageError::IoError(source) => ImageError::Io { path: path.to_owned(), source },
+            other => ImageError::Codec { path: path.to_owned(), message: other.to_string() },
+        },
+    )
 }
 
 /// Returns the bytes of an image file. NaN becomes black in PNG; NaN and infinity become black in

@@ -68,6 +68,7 @@ struct State {
     /// Memory for a copy of the film; `None` while a copy is being written.
     spare: Option<Film>,
     last: Instant,
+    /// Mean samples per pixel of the last checkpoint.
     samples: f64,
     failed: Option<CheckpointError>,
 }
@@ -86,16 +87,16 @@ pub struct Saver {
 impl Saver {
     /// Returns the saver of a new render; it replaces no existing file.
     pub fn new(path: &Path, header: Header, every: SaveInterval) -> Self {
-        Self::with(Place::new(path), header, every)
+        Self::with(Place::new(path), header, every, 0.0)
     }
 
-    /// Returns the saver of a render that continues from the file of `place`; it replaces that
-    /// file.
-    pub fn resume(place: Place, header: Header, every: SaveInterval) -> Self {
-        Self::with(place, header, every)
+    /// Returns the saver of a render that continues `film` from the file of `place`; it replaces
+    /// that file.
+    pub fn resume(place: Place, header: Header, every: SaveInterval, film: &Film) -> Self {
+        Self::with(place, header, every, mean_samples(&film.coverage))
     }
 
-    fn with(place: Place, header: Header, every: SaveInterval) -> Self {
+    fn with(place: Place, header: Header, every: SaveInterval, samples: f64) -> Self {
         let (to, films) = channel::<(Film, Header)>();
         let (done, back) = channel();
         let own = place.clone();
@@ -114,7 +115,7 @@ impl Saver {
             writer,
             spare: Some(Film::new(0, 0)),
             last: Instant::now(),
-            samples: 0.0,
+            samples,
             failed: None,
         };
         let (header, start) = (Mutex::new(header), Instant::now());

@@ -184,7 +184,17 @@ fn a_saver_writes() {
     drop(saver); // waits for the thread
     assert_eq!(Checkpoint::read(&path).unwrap().film, film);
     let more = self::film(&[part(0..4, 0..256), part(0..4, 256..512)]);
-    let saver = Saver::resume(Place::of(&path), header.clone(), SaveInterval::default());
+    // After a resume the interval counts from the samples that the file has.
+    let every = SaveInterval::Samples(256);
+    for (resumed, is_written) in [(&more, false), (&film, true)] {
+        fs::remove_file(&path).unwrap();
+        write(&path, &header, resumed).unwrap();
+        let saver = Saver::resume(Place::of(&path), header.clone(), every, resumed);
+        saver.save_if_due(&more);
+        drop(saver);
+        assert_eq!(Checkpoint::read(&path).unwrap().header.seconds > header.seconds, is_written);
+    }
+    let saver = Saver::resume(Place::of(&path), header.clone(), SaveInterval::default(), &more);
     saver.save_if_due(&more);
     saver.finish(&more).unwrap();
     let found = Checkpoint::read(&path).unwrap();
@@ -225,7 +235,7 @@ fn two_savers_replace_none_of_each_other() {
     fs::remove_file(&path).unwrap();
     one.finish(&films[0]).unwrap();
     // Two renders that resume the same file.
-    let resume = || Saver::resume(Place::of(&path), header.clone(), SaveInterval::default());
+    let resume = || Saver::resume(Place::of(&path), header.clone(), SaveInterval::default(), &films[0]);
     let (one, other) = (resume(), resume());
     one.finish(&films[1]).unwrap();
     one.finish(&films[2]).unwrap();

@@ -4,19 +4,9 @@ use super::budget::fits;
 use super::source_location::{SourceLocation, shown};
 use crate::description::{Texels, TextureImage};
 use crate::error::SceneError;
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::Cursor;
-use trisect_image::bounds::{self, Demand};
-use trisect_system::memory;
-
-/// Maximum width and height in texels.
-const MAX_SIDE: u32 = 16384;
-
-/// First bytes and names of texture containers for GPUs, which are not supported.
-const CONTAINERS: [(&[u8], &str); 2] =
-    [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"\xabKTX 11\xbb\r\n\x1a\n", "KTX")];
+use trisect_image::texture::{MAX_SIDE, Rgba8, TextureDecoder, TextureError};
 
 /// Transfer function of an image's numbers. The image file's own statement of it is ignored, as
 /// glTF requires.
@@ -82,65 +72,31 @@ pub(super) fn decode(
     name: &str,
     site: &SourceLocation,
 ) -> Result<TextureImage, SceneError> {
-    if let Some((_, format)) = CONTAINERS.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-        let remedy = "convert it to PNG or JPEG (`ktx extract`; for all textures of a glTF file `gltf-transform ktxdecompress`)";
-        return Err(site.unsupported(format!("{format}, the format of this image,"), remedy));
-    }
-    let format = match image::guess_format(bytes) {
-        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
-        Ok(other) => {
-            return Err(site
-                .unsupported(format!("{other:?}, the format of this image,"), "convert it to PNG or JPEG"));
-        }
-        Err(_) => return Err(site.malformed("this is not an image", "it must be PNG or JPEG")),
-    };
-    let broken = |error: image::ImageError| {
-        site.malformed(
-            format!("the image cannot be decoded: {}", shown(&error.to_string())),
-            "write it again",
-        )
-    };
-    let check = |(width, height): (u64, u64), shortest: u64| {
-        if width.max(height) > u64::from(MAX_SIDE) {
-            let maximum = format!("{MAX_SIDE} x {MAX_SIDE} texels");
-            return Err(site.too_large(format!("an image of {width} x {height}"), maximum));
-        }
-        // At least one byte as decoded, four as RGBA, and four as the texels that are kept.
-        let needed = width.saturating_mul(height).saturating_mul(9);
-        let (demand, length) = (Demand { width, height, shortest, needed }, bytes.len() as u64);
-        if demand.is_cut(length) {
-            let (least, length) = (memory::display(shortest), memory::display(length));
-            let problem = format!(
-                "its header says {width} x {height} texels, for which a file of this kind has {least} at least, and it has {length}"
-            );
-            return Err(site.malformed(problem, "it is cut off, or its header is wrong: write it again"));
-        }
-        Ok(())
-    };
-    // Before the decoder allocates rows of this width.
-    let mut largest = u64::MAX;
-    if let Some((width, height, shortest)) = bounds::png(bytes).filter(|_| format == ImageFormat::Png) {
-        check((width, height), shortest)?;
-        largest = width.saturating_mul(height).saturating_mul(9).saturating_add(bounds::MAX_CHUNK);
-    }
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some((memory::available() / 2).min(largest));
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(broken)?;
-    let (width, height) = decoder.dimensions();
-    if width == 0 || height == 0 {
-        return Err(site.malformed("the image has no texels", "write it again"));
-    }
-    let (wide, high) = (u64::from(width), u64::from(height));
-    // The PNG header was checked above.
-    let shortest = if format == ImageFormat::Jpeg { bounds::shortest_jpeg(wide, high) } else { 0 };
-    check((wide, high), shortest)?;
-    // As decoded, as 8-bit RGBA, and as the texels that are kept.
-    fits(decoder.total_bytes().saturating_add(8 * wide * high), site)?;
-    let rgba = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgba8();
-    let texels = rgba.as_raw().as_chunks().0.to_vec();
+    let decoder = TextureDecoder::new(bytes).map_err(|error| refused(error, site))?;
+    fits(decoder.memory(), site)?;
+    let Rgba8 { width, height, texels } = decoder.decode().map_err(|error| refused(error, site))?;
     Ok(TextureImage { name: shown(name), width, height, texels: curve.texels(texels) })
+}
+
+/// Returns the error of a scene for that of an image.
+fn refused(error: TextureError, site: &SourceLocation) -> SceneError {
+    let message = error.to_string();
+    match error {
+        TextureError::Container(_) => site.unsupported(
+            message,
+            "convert it to PNG or JPEG (`ktx extract`; for all textures of a glTF file `gltf-transform ktxdecompress`)",
+        ),
+        TextureError::Format(_) => site.unsupported(message, "convert it to PNG or JPEG"),
+        TextureError::NoImage => site.malformed(message, "it must be PNG or JPEG"),
+        TextureError::Codec(reason) => {
+            site.malformed(format!("the image cannot be decoded: {}", shown(&reason)), "write it again")
+        }
+        TextureError::Empty => site.malformed(message, "write it again"),
+        TextureError::TooLarge { .. } => site.too_large(message, format!("{MAX_SIDE} x {MAX_SIDE} texels")),
+        TextureError::Cut { .. } => {
+            site.malformed(message, "it is cut off, or its header is wrong: write it again")
+        }
+    }
 }
 
 #[cfg(test)]

@@ -69,6 +69,8 @@ struct Common<T> {
 }
 
 impl<T> Common<T> {
+    const NAMES: [&'static str; 5] = ["emission", "emission_texture", "two_sided", "opacity", "alpha_cutoff"];
+
     const fn new() -> Self {
         Self { emission: None, emission_texture: None, two_sided: None, opacity: None, alpha_cutoff: None }
     }
@@ -128,7 +130,10 @@ impl<'de, A: MapAccess<'de>, T: Deserialize<'de>> MapAccess<'de> for SurfaceFiel
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
         while let Some(Identifier(name)) = self.map.next_key()? {
             if !self.common.read(&name, &mut self.map)? {
-                return seed.deserialize(name.into_deserializer()).map(Some);
+                return seed.deserialize(name.into_deserializer()).map(Some).map_err(|error: A::Error| {
+                    let common = Common::<T>::NAMES.map(|name| format!("`{name}`")).join(", ");
+                    A::Error::custom(format_args!("{error}; every such material also takes {common}"))
+                });
             }
         }
         Ok(None)

@@ -1,5 +1,7 @@
 //! Commands over the ranks that mpirun started. Only rank 0, the root, prints and writes.
 
+#![warn(clippy::too_many_lines)]
+
 pub mod bench;
 pub mod render;
 pub mod resume;

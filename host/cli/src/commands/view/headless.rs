@@ -127,11 +127,5 @@ pub fn report(
 
 /// Writes a frame as a PNG. `pixels` are RGBA with 8 bits each, red in the lowest byte.
 pub fn write(path: &Path, size: (u32, u32), pixels: &[u32]) -> Result<(), ImageError> {
-    let bytes: Vec<u8> = pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect();
-    image::save_buffer(path, &bytes, size.0, size.1, image::ExtendedColorType::Rgba8).map_err(|error| {
-        match error {
-            image::ImageError::IoError(source) => ImageError::Io { path: path.to_owned(), source },
-            other => ImageError::Codec { path: path.to_owned(), message: other.to_string() },
-        }
-    })
+    output::write_rgba(size.0, size.1, pixels, path)
 }
