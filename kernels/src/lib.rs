@@ -4,7 +4,8 @@
 //! Compiled for a device, this crate is the entry points in `spirv` or `ptx`. Compiled for the
 //! host, it has the result, the prebuilt artifacts and their names, from which GPUs take kernels,
 //! and in `native` the entry points for the CPU. All come from the same lists, such as
-//! `for_each_variant`.
+//! `for_each_render`. The features of a render kernel are a constant of its module, which the host
+//! sets (`specialise`).
 //!
 //! # Bindings of render kernels
 //!
@@ -24,42 +25,16 @@
 //! [`Scene`]: trisect_shared::scene::Scene
 //! [`SceneLengths`]: trisect_shared::scene::SceneLengths
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
-#![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
+#![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, asm_experimental_arch, stdarch_nvptx))]
 
-/// Calls a macro with each render variant: entry point, its name (attributes take literals only)
-/// and its feature mask.
-///
-/// A scene is rendered by the first variant that has its features, so cheaper variants come first.
-/// The first eight serve spheres under a gradient sky with the materials of "Ray Tracing in One
-/// Weekend"; in those with `MICROFACETS` the launch record decides on roulette and Fresnel.
+/// Calls a macro with each render kernel: entry point, its name (attributes take literals only),
+/// and whether its lanes take their pixels from a queue.
 #[macro_export]
-macro_rules! for_each_variant {
-    ($variant:ident) => {
-        $variant! {
-            render "render": REGENERATE,
-            render_roulette "render_roulette": ROULETTE | REGENERATE,
-            render_schlick "render_schlick": SCHLICK | REGENERATE,
-            render_schlick_roulette "render_schlick_roulette": SCHLICK | ROULETTE | REGENERATE,
-            render_sobol "render_sobol": SOBOL | REGENERATE,
-            render_sobol_roulette "render_sobol_roulette": SOBOL | ROULETTE | REGENERATE,
-            render_sobol_schlick "render_sobol_schlick": SOBOL | SCHLICK | REGENERATE,
-            render_sobol_schlick_roulette "render_sobol_schlick_roulette": SOBOL | SCHLICK | ROULETTE | REGENERATE,
-            render_microfacets "render_microfacets": MICROFACETS | ROULETTE | SCHLICK | REGENERATE,
-            render_untextured "render_untextured": ALL & !TEXTURES | REGENERATE,
-            render_untextured_sobol "render_untextured_sobol": ALL & !TEXTURES | SOBOL | REGENERATE,
-            render_all "render_all": ALL | REGENERATE,
-            render_all_sobol "render_all_sobol": ALL | SOBOL | REGENERATE,
-            render_schlick_linear "render_schlick_linear": SCHLICK | ROULETTE | LINEAR,
-            render_schlick_pixel "render_schlick_pixel": SCHLICK | ROULETTE,
-            render_schlick_persistent "render_schlick_persistent": SCHLICK | ROULETTE | REGENERATE | PERSISTENT,
-            render_untextured_persistent "render_untextured_persistent": ALL & !TEXTURES | REGENERATE | PERSISTENT,
-            render_all_linear "render_all_linear": ALL | LINEAR | REGENERATE,
-            render_all_pixel "render_all_pixel": ALL,
-            render_all_persistent "render_all_persistent": ALL | REGENERATE | PERSISTENT,
-            render_guides "render_guides": MICROFACETS | ROULETTE | SCHLICK | REGENERATE | AOVS,
-            render_all_guides "render_all_guides": ALL | REGENERATE | AOVS,
-            render_all_guides_sobol "render_all_guides_sobol": ALL | SOBOL | REGENERATE | AOVS,
-            render_all_guides_persistent "render_all_guides_persistent": ALL | REGENERATE | PERSISTENT | AOVS,
+macro_rules! for_each_render {
+    ($render:ident) => {
+        $render! {
+            render "render": false,
+            render_persistent "render_persistent": true,
         }
     };
 }
@@ -175,8 +150,12 @@ pub mod ptx;
 pub mod spirv;
 
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod feature_names;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod native;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod prebuilt;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-pub use prebuilt::*;
+pub mod specialise;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub use {feature_names::*, prebuilt::*};

@@ -4,6 +4,7 @@
 //! instruction sets above the baseline, with which they trace the wide BVH.
 #![allow(unsafe_code, reason = "kernels take raw pointers, which their callers answer for")]
 
+use crate::EntryPoint;
 use core::marker::PhantomData;
 use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
@@ -11,12 +12,11 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::buffer::SharedSlice;
 use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
-use trisect_shared::features::{
-    ALL, AOVS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES,
-    WIDE, has,
-};
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
+use trisect_shared::features::{
+    BOOK, CHOICES, FeatureSet, Features, HOLES, LINEAR, NEEDS, ROULETTE, SPHERES, TEXTURES, WIDE, has_any,
+};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
@@ -44,6 +44,8 @@ pub struct Arguments<'a> {
     pub params: &'a [u8],
     /// Arrays, in the order of the entry point's bindings.
     pub arrays: &'a [Array],
+    /// Features of a render kernel.
+    pub features: Features,
 }
 
 /// Runs threads `x` of row `y` of a launch.
@@ -58,8 +60,10 @@ pub type Kernel = unsafe fn(arguments: &Arguments<'_>, x: Range<u32>, y: u32);
 /// Entry point, by instruction set.
 #[derive(Clone, Copy, Debug)]
 pub struct NativeEntryPoint {
-    /// Name of the entry point.
-    pub name: &'static str,
+    /// Name of the entry point, or of all render kernels.
+    name: &'static str,
+    /// Features that a render kernel can have.
+    possible: Features,
     /// Kernel for every processor of the architecture; traces the binary BVH.
     pub baseline: Kernel,
     /// Kernel for AVX2, which traces the wide BVH; only of render kernels, on x86-64.
@@ -68,12 +72,18 @@ pub struct NativeEntryPoint {
     pub avx512: Option<Kernel>,
 }
 
-/// Returns the entry point with this name.
-pub fn native(name: &str) -> Option<&'static NativeEntryPoint> {
-    [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS]
-        .into_iter()
-        .flatten()
-        .find(|entry_point| entry_point.name == name)
+/// Name of all render kernels. Threads of a CPU take their pixels from the pool, so the schedules
+/// have the same kernels.
+const RENDER_NAME: &str = "render";
+
+/// Returns the kernels of an entry point: of a render kernel the first that can have all its
+/// features.
+pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
+    let name = if of.name == crate::RENDER_PERSISTENT { RENDER_NAME } else { of.name };
+    let able = |kernel: &&NativeEntryPoint| {
+        kernel.name == name && of.features & (NEEDS | LINEAR) & !kernel.possible == 0
+    };
+    [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten().find(able)
 }
 
 impl Arguments<'_> {
@@ -223,10 +233,10 @@ const WIDE_TREE: usize = 14;
 ///
 /// The arguments are those of a render kernel.
 #[inline(always)]
-unsafe fn scene<'a, const FEATURES: Features>(of: &'a Arguments<'_>) -> Scene<'a> {
+unsafe fn scene<'a, const POSSIBLE: Features>(of: &'a Arguments<'_>) -> Scene<'a> {
     // SAFETY: the caller's promise.
     unsafe {
-        let wide = if const { has(FEATURES, WIDE) } {
+        let wide = if const { has_any(POSSIBLE, WIDE) } {
             WideTree {
                 root: WideChild(of.read::<u32>(WIDE_TREE)[0]),
                 nodes: of.read(WIDE_TREE + 1),
@@ -258,14 +268,16 @@ unsafe fn scene<'a, const FEATURES: Features>(of: &'a Arguments<'_>) -> Scene<'a
 ///
 /// As [`Kernel`].
 #[inline(always)]
-unsafe fn render_span<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+unsafe fn render_span<const POSSIBLE: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
     // SAFETY: the caller's promise; the guard keeps the pixels inside the film.
     unsafe {
         let params = of.params::<RenderParams>();
         if y >= params.rows {
             return;
         }
-        let (scene, y) = (scene::<FEATURES>(of), params.row(y));
+        let (scene, y) = (scene::<POSSIBLE>(of), params.row(y));
+        // The instruction set and the tree are those that the kernel is compiled for.
+        let features = FeatureSet::<POSSIBLE>::new(of.features | POSSIBLE & !(CHOICES | NEEDS | LINEAR));
         let film = of.written::<PixelSums>(WRITTEN);
         let compensations = of.written::<Compensation>(WRITTEN + 1);
         let aovs = of.written::<AovSums>(WRITTEN + 3);
@@ -274,7 +286,7 @@ unsafe fn render_span<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32
             let pixel = y as usize * params.width as usize + x as usize;
             let sums = from_raw_parts_mut(film.first.add(pixel), 1);
             let carries = from_raw_parts_mut(compensations.first.add(pixel), 1);
-            path::render_pixel::<FEATURES>(&params, scene, x, y, sums, carries, 0, &mut aovs);
+            path::render_pixel(features, &params, scene, x, y, sums, carries, 0, &mut aovs);
         }
     }
 }
@@ -284,9 +296,9 @@ unsafe fn render_span<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32
 /// # Safety
 ///
 /// As [`Kernel`].
-unsafe fn render_baseline<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+unsafe fn render_baseline<const POSSIBLE: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
     // SAFETY: the caller's promise.
-    unsafe { render_span::<FEATURES>(of, x, y) }
+    unsafe { render_span::<POSSIBLE>(of, x, y) }
 }
 
 /// [`render_span`] for AVX2.
@@ -296,9 +308,9 @@ unsafe fn render_baseline<const FEATURES: Features>(of: &Arguments<'_>, x: Range
 /// As [`Kernel`].
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn render_avx2<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+unsafe fn render_avx2<const POSSIBLE: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
     // SAFETY: the caller's promise.
-    unsafe { render_span::<FEATURES>(of, x, y) }
+    unsafe { render_span::<POSSIBLE>(of, x, y) }
 }
 
 /// [`render_span`] for AVX-512.
@@ -308,23 +320,22 @@ unsafe fn render_avx2<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32
 /// As [`Kernel`].
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-unsafe fn render_avx512<const FEATURES: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
+unsafe fn render_avx512<const POSSIBLE: Features>(of: &Arguments<'_>, x: Range<u32>, y: u32) {
     // SAFETY: the caller's promise.
-    unsafe { render_span::<FEATURES>(of, x, y) }
+    unsafe { render_span::<POSSIBLE>(of, x, y) }
 }
 
 macro_rules! render {
-    ($($name:ident $text:tt: $features:expr,)*) => {
+    ($($possible:expr,)*) => {
         &[$(NativeEntryPoint {
-            name: $text,
-            // Threads of a CPU take their pixels from the pool: a variant and its persistent form
-            // share a function.
-            baseline: render_baseline::<{ ($features) & !PERSISTENT }>,
-            // LINEAR is masked out, so that its variant is not compiled for each set.
+            name: RENDER_NAME,
+            possible: $possible,
+            baseline: render_baseline::<{ $possible }>,
+            // LINEAR is masked out, so that it is not compiled for each instruction set.
             #[cfg(target_arch = "x86_64")]
-            avx2: Some(render_avx2::<{ ($features) & !(LINEAR | PERSISTENT) | WIDE | AVX2 }>),
+            avx2: Some(render_avx2::<{ ($possible) & !LINEAR | WIDE | AVX2 }>),
             #[cfg(target_arch = "x86_64")]
-            avx512: Some(render_avx512::<{ ($features) & !(LINEAR | PERSISTENT) | WIDE | AVX512 }>),
+            avx512: Some(render_avx512::<{ ($possible) & !LINEAR | WIDE | AVX512 }>),
             #[cfg(not(target_arch = "x86_64"))]
             avx2: None,
             #[cfg(not(target_arch = "x86_64"))]
@@ -333,7 +344,13 @@ macro_rules! render {
     };
 }
 
-const RENDER: &[NativeEntryPoint] = for_each_variant!(render);
+/// Render kernels, from cheap to general. Few suffice, because a CPU predicts the branches on
+/// features.
+const RENDER: &[NativeEntryPoint] = render! {
+    CHOICES | ROULETTE | SPHERES | BOOK,
+    CHOICES | NEEDS & !(TEXTURES | HOLES),
+    CHOICES | NEEDS | LINEAR,
+};
 
 /// Writes first hits of pixels next to each other.
 ///
@@ -357,7 +374,7 @@ unsafe fn first_hit(of: &Arguments<'_>, x: Range<u32>, y: u32) {
 
 /// Returns an entry point that exists for the baseline only.
 const fn plain(name: &'static str, baseline: Kernel) -> NativeEntryPoint {
-    NativeEntryPoint { name, baseline, avx2: None, avx512: None }
+    NativeEntryPoint { name, possible: 0, baseline, avx2: None, avx512: None }
 }
 
 const FIRST_HITS: &[NativeEntryPoint] = &[plain(crate::FIRST_HIT, first_hit)];

@@ -2,11 +2,9 @@
 
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
-use trisect_shared::features::{
-    ALL, AOVS, Features, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, STRATEGY,
-    TEXTURES, WIDE,
-};
+use trisect_shared::features::{Features, HEAVY, PERSISTENT, WIDE, has_any, is_of_many_materials};
 use trisect_shared::params::RenderParams;
+use trisect_shared::scene::SceneLengths;
 
 /// Hashes of the kernels' sources and artifacts, as JSON.
 pub const MANIFEST: &str = include_str!("../prebuilt/manifest.json");
@@ -18,16 +16,25 @@ pub const WORKGROUP: (u32, u32) = (8, 8);
 /// Name of the entry point that makes an image for a screen.
 pub const DISPLAY: &str = "display";
 
+/// Name of the render kernel whose lanes take pixels from a queue.
+pub(crate) const RENDER_PERSISTENT: &str = "render_persistent";
+
 /// Name of the entry point that writes first hits.
 pub const FIRST_HIT: &str = "first_hit";
 
-/// Entry point: what a device must know to launch it.
+/// Entry point: what a device must know to compile and launch it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EntryPoint {
     /// Name of the entry point.
     pub name: &'static str,
+    /// Features of a render kernel: the constant for which the driver specialises the module; 0 for
+    /// other kernels, which have no constant.
+    pub features: Features,
     /// Bytes of its launch parameters.
     pub params: usize,
+    /// Bytes of the record with the numbers of records of the arrays, which CUDA's form of the
+    /// kernel gets by value; 0 if all arrays have a record for each pixel.
+    pub lengths: usize,
     /// Number of arrays that it only reads, which are bound first.
     pub reads: usize,
     /// Number of arrays that it writes, too.
@@ -35,6 +42,11 @@ pub struct EntryPoint {
     /// Number of arrays of the wide BVH, which only the CPU binds, after all others; 0 for a kernel
     /// that does not trace it.
     pub extra: usize,
+    /// Maximum number of registers of a lane on CUDA. More lanes at a time gain more than spilling
+    /// costs (docs/notebook/kernels-and-schedules.md).
+    pub registers: Option<u32>,
+    /// True if its lanes take pixels from a queue, so that the device decides on their number.
+    pub queue: bool,
 }
 
 impl EntryPoint {
@@ -47,73 +59,93 @@ impl EntryPoint {
     pub fn workgroup(self) -> (u32, u32) {
         workgroup(self.name)
     }
+
+    /// Returns whether it has any of these features.
+    pub fn has(self, some: Features) -> bool {
+        has_any(self.features, some)
+    }
 }
 
 /// Bindings of the entry points of one list.
 const fn bindings(params: usize, reads: usize, writes: usize) -> EntryPoint {
-    EntryPoint { name: "", params, reads, writes, extra: 0 }
+    EntryPoint {
+        name: "",
+        features: 0,
+        params,
+        lengths: 0,
+        reads,
+        writes,
+        extra: 0,
+        registers: None,
+        queue: false,
+    }
 }
 
-const RENDER_BINDINGS: EntryPoint = bindings(size_of::<RenderParams>(), 10, 4);
+const RENDER_BINDINGS: EntryPoint =
+    EntryPoint { lengths: size_of::<SceneLengths>(), ..bindings(size_of::<RenderParams>(), 10, 4) };
 const PASS_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 3, 2);
+const LEVEL_BINDINGS: EntryPoint = EntryPoint { registers: Some(96), ..PASS_BINDINGS };
 const TEMPORAL_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 5, 4);
 const DISPLAY_BINDINGS: EntryPoint = bindings(size_of::<DisplayParams>(), 2, 1);
+
+/// Maximum number of bytes of the launch parameters of any entry point.
+pub const MAX_PARAMS: usize = {
+    let (mut most, mut list) = (0, 0);
+    while list < LISTS.len() {
+        let params = LISTS[list].1.params;
+        most = if params > most { params } else { most };
+        list += 1;
+    }
+    most
+};
 
 /// Arrays of the wide BVH: root, nodes, packets of spheres and of triangles.
 const WIDE_ARRAYS: usize = 4;
 
-/// Returns the entry point with this name, if there is one.
+/// Entry points of each list, and their bindings.
+const LISTS: [(&[Modules], EntryPoint); 6] = [
+    (RENDER, RENDER_BINDINGS),
+    (FIRST_HITS, RENDER_BINDINGS),
+    (PASSES, PASS_BINDINGS),
+    (LEVELS, LEVEL_BINDINGS),
+    (TEMPORAL, TEMPORAL_BINDINGS),
+    (DISPLAYS, DISPLAY_BINDINGS),
+];
+
+/// Returns the entry point with this name, if there is one; a render kernel has no features yet
+/// (see [`render_kernel`]).
 pub fn entry_point(name: &str) -> Option<EntryPoint> {
-    let lists = [
-        (RENDER, RENDER_BINDINGS),
-        (FIRST_HITS, RENDER_BINDINGS),
-        (PASSES, PASS_BINDINGS),
-        (LEVELS, PASS_BINDINGS),
-        (TEMPORAL, TEMPORAL_BINDINGS),
-        (DISPLAYS, DISPLAY_BINDINGS),
-    ];
-    lists.into_iter().find_map(|(list, bindings)| {
+    LISTS.into_iter().find_map(|(list, bindings)| {
         let modules = list.iter().find(|modules| modules.name == name)?;
         Some(EntryPoint { name: modules.name, ..bindings })
     })
 }
 
-/// Render entry point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variant {
-    /// Name of the entry point.
-    pub name: &'static str,
-    /// Features that the entry point is compiled for.
-    pub features: Features,
-}
-
-impl Variant {
-    /// Returns the entry point. A variant with [`WIDE`], which only the CPU has, reads the arrays
-    /// of the wide BVH after all others.
-    pub fn entry_point(self) -> EntryPoint {
-        let wide = self.features & WIDE != 0;
-        EntryPoint { name: self.name, extra: if wide { WIDE_ARRAYS } else { 0 }, ..RENDER_BINDINGS }
-    }
-
-    /// Returns whether the variant renders correctly what needs `features`, by any traversal and
-    /// schedule.
-    pub fn supports(self, features: Features) -> bool {
-        // Without microfacets a variant has one Fresnel formula, not the choice of both.
-        let fresnel = self.features & (SCHLICK | MICROFACETS) != SCHLICK || features & SCHLICK != 0;
-        // The sampler is compiled in: a launch cannot choose it.
-        let sampler = (self.features ^ features) & SOBOL == 0;
-        features & !STRATEGY & !self.features == 0 && fresnel && sampler
+/// Returns the maximum number of registers of a lane of a render kernel
+/// (docs/notebook/specialisation.md).
+fn registers(features: Features) -> u32 {
+    if is_of_many_materials(features) {
+        128
+    } else if has_any(features, HEAVY) {
+        80
+    } else {
+        64
     }
 }
 
-macro_rules! variants {
-    ($($name:ident $text:tt: $features:expr,)*) => {
-        &[$(Variant { name: $text, features: $features },)*]
-    };
+/// Returns the render kernel with these features. With [`WIDE`], which only the CPU has, it reads
+/// the arrays of the wide BVH after all others.
+pub fn render_kernel(features: Features) -> EntryPoint {
+    let queue = has_any(features, PERSISTENT);
+    EntryPoint {
+        name: if queue { RENDER_PERSISTENT } else { "render" },
+        features,
+        extra: if has_any(features, WIDE) { WIDE_ARRAYS } else { 0 },
+        registers: Some(registers(features)),
+        queue,
+        ..RENDER_BINDINGS
+    }
 }
-
-/// All render entry points.
-pub const VARIANTS: &[Variant] = for_each_variant!(variants);
 
 /// Compiled modules of an entry point.
 struct Modules {
@@ -134,7 +166,7 @@ macro_rules! modules {
     };
 }
 
-const RENDER: &[Modules] = for_each_variant!(modules);
+const RENDER: &[Modules] = for_each_render!(modules);
 const PASSES: &[Modules] = for_each_pass!(modules);
 const LEVELS: &[Modules] = for_each_level!(modules);
 const TEMPORAL: &[Modules] = for_each_temporal!(modules);
@@ -143,8 +175,7 @@ const FIRST_HITS: &[Modules] = modules!(first_hit "first_hit": (),);
 
 /// Returns the compiled modules of an entry point.
 fn modules_of(entry_point: &str) -> Option<&'static Modules> {
-    let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten();
-    all.into_iter().find(|modules| modules.name == entry_point)
+    LISTS.into_iter().flat_map(|(list, _)| list).find(|modules| modules.name == entry_point)
 }
 
 /// Returns whether an entry point is a level of the denoiser's filters, of which a thread computes
@@ -158,35 +189,24 @@ pub fn workgroup(entry_point: &str) -> (u32, u32) {
     if is_level(entry_point) { (64, 1) } else { WORKGROUP }
 }
 
-/// Returns the SPIR-V module, for Vulkan 1.2, that has only this entry point; `None` if there is no
-/// such entry point.
+/// Returns the SPIR-V module, for Vulkan 1.2, that has only this entry point, in its form for all
+/// features (see [`specialise::spirv`](crate::specialise::spirv)); `None` if there is no such entry
+/// point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
     modules_of(entry_point).map(|modules| modules.spirv)
 }
 
-/// Returns the PTX module that has only this entry point, with the CPU's bits (no contraction,
-/// correctly rounded division and square root), or with fused multiply-add and approximate division
-/// and square root; `None` if there is no such entry point.
+/// Returns the PTX module that has only this entry point, in its form for all features (see
+/// [`specialise::ptx`](crate::specialise::ptx)): with the CPU's bits (no contraction, correctly
+/// rounded division and square root), or with fused multiply-add and approximate division and
+/// square root. Returns `None` if there is no such entry point.
 pub fn ptx(entry_point: &str, fast: bool) -> Option<&'static str> {
     modules_of(entry_point).map(|modules| if fast { modules.fast_ptx } else { modules.precise_ptx })
 }
 
 /// Returns the names of all entry points.
 pub fn entry_points() -> impl Iterator<Item = &'static str> {
-    let all = [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS];
-    all.into_iter().flatten().map(|modules| modules.name)
-}
-
-/// Returns the first, and so the cheapest, variant that has all of `features`, with exactly their
-/// traversal and schedule, or `None` without one.
-pub fn variant(features: Features) -> Option<Variant> {
-    let same_strategy = |variant: &Variant| variant.features & STRATEGY == features & STRATEGY;
-    VARIANTS.iter().copied().find(|variant| variant.supports(features) && same_strategy(variant))
-}
-
-/// Returns the variant with this name, if there is one.
-pub fn variant_by_name(name: &str) -> Option<Variant> {
-    VARIANTS.iter().copied().find(|variant| variant.name == name)
+    LISTS.into_iter().flat_map(|(list, _)| list).map(|modules| modules.name)
 }
 
 #[cfg(test)]
@@ -197,14 +217,15 @@ mod tests {
     #[test]
     fn each_entry_point_is_native() {
         for name in entry_points() {
-            let native = crate::native::native(name).expect(name);
-            assert_eq!(entry_point(name).map(|entry_point| entry_point.name), Some(native.name));
+            let entry_point = entry_point(name).expect(name);
+            assert!(entry_point.name == name && crate::native::native(entry_point).is_some(), "{name}");
         }
-        assert!(crate::native::native("none").is_none() && entry_point("none").is_none());
+        let none = EntryPoint { name: "none", ..DISPLAY_BINDINGS };
+        assert!(crate::native::native(none).is_none() && entry_point("none").is_none());
     }
 
     #[test]
-    fn each_variant_is_in_each_artifact() {
+    fn each_entry_point_is_in_each_artifact() {
         for name in entry_points() {
             let module = spirv(name).expect(name);
             // Opcode OpEntryPoint, execution model GLCompute, id of the function, name.

@@ -4,6 +4,7 @@
 //! registers.
 #![allow(unsafe_code, reason = "kernels take raw pointers and export names")]
 
+use core::arch::asm;
 use core::arch::nvptx::{
     _block_dim_x, _block_dim_y, _block_idx_x, _block_idx_y, _thread_idx_x, _thread_idx_y, trap,
 };
@@ -15,9 +16,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{
-    ALL, AOVS, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
-};
+use trisect_shared::features::{FeatureSet, OF_GPUS};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -112,15 +111,28 @@ macro_rules! entry_point {
     };
 }
 
+/// Returns the features of a render kernel: a constant that the host replaces in the text before
+/// the driver compiles it.
+#[inline(always)]
+fn features() -> FeatureSet<OF_GPUS> {
+    let mask: u32;
+    // SAFETY: a move of a constant.
+    unsafe {
+        asm!("mov.u32 {}, 0x7ea5e7ed;", out(reg32) mask, options(pure, nomem, nostack, preserves_flags));
+    }
+    FeatureSet::new(mask)
+}
+
 macro_rules! render {
-    ($($name:ident $text:tt: $features:expr,)*) => {$(
-        entry_point!($name, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, compensations, counter, aovs| {
+    ($($name:ident $text:tt: $persistent:expr,)*) => {$(
+        entry_point!($name, PixelSums, $persistent, |params, scene, x, y, film, compensations, counter, aovs| {
+            let features = features();
             let pixels = params.width as usize * params.height as usize;
             let mut aovs = SharedSlice::new(aovs, pixels);
-            if const { has($features, PERSISTENT) } {
+            if $persistent {
                 let (mut film, mut compensations) = (SharedSlice::new(film, pixels), SharedSlice::new(compensations, pixels));
                 let mut counter = AtomicU32::from_ptr(counter);
-                path::render_persistent::<{ $features }>(&params, scene, &mut film, &mut compensations, &mut aovs, &mut counter);
+                path::render_persistent(features, &params, scene, &mut film, &mut compensations, &mut aovs, &mut counter);
                 return;
             }
             let pixel = (y * params.width + x) as usize;
@@ -129,7 +141,7 @@ macro_rules! render {
             if params.resume != 0 || params.flags & FLAG_PER_PIXEL_RANGE != 0 {
                 (sums, compensation) = ([*film], [*compensations]);
             }
-            path::render_pixel::<{ $features }>(&params, scene, x, y, &mut sums, &mut compensation, 0, &mut aovs);
+            path::render_pixel(features, &params, scene, x, y, &mut sums, &mut compensation, 0, &mut aovs);
             *film = sums[0];
             if params.flags & FLAG_END_OF_CHUNK == 0 {
                 *compensations = compensation[0];
@@ -138,7 +150,7 @@ macro_rules! render {
     )*};
 }
 
-for_each_variant!(render);
+for_each_render!(render);
 
 entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _compensations, _counter, _aovs| {
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);

@@ -9,9 +9,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{
-    ALL, AOVS, LINEAR, MICROFACETS, PERSISTENT, REGENERATE, ROULETTE, SCHLICK, SOBOL, TEXTURES, has,
-};
+use trisect_shared::features::{FeatureSet, OF_GPUS};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -26,12 +24,13 @@ use trisect_shared::triangle::{Triangle, TriangleShading};
 /// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output's
 /// buffer, the compensations, the counter and the AOV sums.
 macro_rules! entry_point {
-    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$features:ident, $params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "one argument per binding")]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(spec_constant(id = 0, default = 0))] $features: u32,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Packed<Sphere>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Packed<BvhNode>],
@@ -62,21 +61,22 @@ macro_rules! entry_point {
 }
 
 macro_rules! render {
-    ($($name:ident $text:tt: $features:expr,)*) => {$(
+    ($($name:ident $text:tt: $persistent:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, const { has($features, PERSISTENT) }, |params, scene, x, y, film, compensations, counter, aovs| {
+            $name $text, PixelSums, $persistent, |features, params, scene, x, y, film, compensations, counter, aovs| {
+                let features = FeatureSet::<OF_GPUS>::new(features);
                 // SAFETY: the guard, and the host's proof of the scene, and of film, compensations
                 // and AOV sums of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
                 unsafe {
-                    if const { has($features, PERSISTENT) } {
+                    if $persistent {
                         let (mut film, mut compensations, mut aovs, mut counter) = (film, compensations, aovs, counter);
-                        path::render_persistent::<{ $features }>(params, scene, &mut film, &mut compensations, &mut aovs, &mut counter);
+                        path::render_persistent(features, params, scene, &mut film, &mut compensations, &mut aovs, &mut counter);
                     } else {
                         let slot = y * params.width + x;
                         let mut aovs = aovs;
-                        path::render_pixel::<{ $features }>(params, scene, x, y, film, compensations, slot, &mut aovs);
+                        path::render_pixel(features, params, scene, x, y, film, compensations, slot, &mut aovs);
                     }
                 }
             }
@@ -84,11 +84,11 @@ macro_rules! render {
     )*};
 }
 
-for_each_variant!(render);
+for_each_render!(render);
 
 entry_point! {
     /// Writes each pixel's first hit.
-    first_hit "first_hit", FirstHit, false, |params, scene, x, y, hits, _compensations, _counter, _aovs| {
+    first_hit "first_hit", FirstHit, false, |_features, params, scene, x, y, hits, _compensations, _counter, _aovs| {
         // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height
         // records.
         #[allow(unsafe_code, reason = "see buffer")]

@@ -16,8 +16,10 @@
 //!   shading record. `trisect::scene` checks them at load, `trisect::render::Renderer` again.
 //! * The primitives and aliases of lights are in range: `trisect::lights` numbers them itself.
 //! * A pixel lies inside the film: kernels compare with
-//!   [`RenderParams`](crate::params::RenderParams), and each backend allocates its film from the
-//!   same record.
+//!   [`RenderParams`](crate::params::RenderParams), and `trisect` compares its size with that of
+//!   the film of the launch.
+//! * The features of a kernel have each kind of primitive of the scene: a primitive's kind follows
+//!   from its number only among the kinds that the kernel has. `trisect::render` selects them.
 #![allow(unsafe_code, reason = "audited module: its invariants are listed above")]
 
 use crate::buffer_layout::{Packable, PackableMut, Packed};

@@ -1,62 +1,156 @@
-//! Features of a kernel variant: a mask of bits, a const generic of the render kernels.
+//! Features of a render kernel: a mask of bits. A kernel does only what its mask has, so a scene
+//! pays for nothing else.
 //!
-//! A branch on a bit is decided at compile time, so a scene pays only for what it needs. Neither
-//! PTX nor pass-through SPIR-V has specialisation constants, so each variant is compiled ahead
-//! (`trisect_kernels::for_each_variant`) and the host chooses one by its mask.
+//! On GPUs the mask is a constant that the host writes into the compiled module before the driver
+//! compiles it (`trisect_kernels`), so the driver removes what is missing. On the CPU a few sets of
+//! [possible](FeatureSet) features are compiled ahead, and the mask decides among those at run
+//! time.
 
 /// Set of features.
 pub type Features = u32;
 
-/// Russian roulette: a path survives with the largest component of its throughput, at most 1, as
-/// probability.
-pub const ROULETTE: Features = 1 << 0;
-/// Schlick's approximation as "Ray Tracing in One Weekend" (the book) has it, instead of Fresnel's
-/// equations. With [`MICROFACETS`], [`FLAG_SCHLICK`](crate::params::FLAG_SCHLICK) chooses.
-pub const SCHLICK: Features = 1 << 1;
+/// Schlick's approximation for smooth glass, as "Ray Tracing in One Weekend" (the book) has it,
+/// instead of Fresnel's equations.
+pub const SCHLICK: Features = 1 << 0;
 /// Owen-scrambled Sobol sequence instead of independent random numbers.
-pub const SOBOL: Features = 1 << 2;
-/// Planar shapes: quads and discs.
-pub const PLANAR: Features = 1 << 3;
-/// Triangles.
-pub const TRIANGLES: Features = 1 << 4;
-/// Next-event estimation of emitting surfaces and of lights without extent.
-pub const EMITTERS: Features = 1 << 5;
-/// Environment map as the sky, with next-event estimation.
-pub const ENVIRONMENT: Features = 1 << 6;
-/// Image textures, and surfaces that are masked or blended.
-pub const TEXTURES: Features = 1 << 7;
-/// Microfacet materials.
-pub const MICROFACETS: Features = 1 << 8;
-
+pub const SOBOL: Features = 1 << 1;
 /// Writing of [`AovSums`](crate::aovs::AovSums) at the camera ray's first hit.
-pub const AOVS: Features = 1 << 13;
+pub const AOVS: Features = 1 << 2;
 
+/// Russian roulette: a path survives with the largest component of its throughput, at most 1, as
+/// probability, from the segment on that the launch parameters name.
+pub const ROULETTE: Features = 1 << 3;
+/// Spheres.
+pub const SPHERES: Features = 1 << 4;
+/// Planar shapes: quads and discs.
+pub const PLANAR: Features = 1 << 5;
+/// Triangles.
+pub const TRIANGLES: Features = 1 << 6;
+/// Surfaces that emit.
+pub const EMITTERS: Features = 1 << 7;
+/// Next-event estimation: connections of paths to lights and to the environment map.
+pub const NEE: Features = 1 << 8;
+/// With [`NEE`]: connections to point, spot and directional lights.
+pub const PUNCTUAL: Features = 1 << 9;
+/// Environment map as the sky.
+pub const ENVIRONMENT: Features = 1 << 10;
+/// Image textures.
+pub const TEXTURES: Features = 1 << 11;
+/// Surfaces that are masked or blended.
+pub const HOLES: Features = 1 << 12;
+
+/// Boxes of the BVH that are [padded](crate::slabs) for all ray origins of the launch. Only GPUs
+/// make use of it.
+pub const PADDED_BOXES: Features = 1 << 13;
 /// Traversal that tests each primitive, without a BVH; all other traversals must agree with it.
-pub const LINEAR: Features = 1 << 9;
-/// Traversal of the wide BVH.
-pub const WIDE: Features = 1 << 10;
+pub const LINEAR: Features = 1 << 14;
+/// Traversal of the wide BVH, on the CPU only.
+pub const WIDE: Features = 1 << 15;
 /// Schedule: a lane starts its next sample as soon as its path ends, not when all paths of its warp
 /// have ended.
-pub const REGENERATE: Features = 1 << 11;
-/// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this.
-pub const COUNTED: Features = 1 << 14;
-
+pub const REGENERATE: Features = 1 << 16;
 /// Schedule: the device is filled once, and each lane takes pixels from a queue.
-pub const PERSISTENT: Features = 1 << 12;
-/// Features that choose traversal and schedule. They do not change the image.
-pub const STRATEGY: Features = LINEAR | WIDE | REGENERATE | PERSISTENT;
+pub const PERSISTENT: Features = 1 << 17;
 
+/// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this.
+pub const COUNTED: Features = 1 << 18;
 /// Wide traversal by AVX2. The caller of a function with this feature promises that the CPU
 /// supports it.
-pub const AVX2: Features = 1 << 30;
+pub const AVX2: Features = 1 << 19;
 /// Wide traversal by AVX-512. The caller of a function with this feature promises that the CPU
 /// supports it.
-pub const AVX512: Features = 1 << 31;
+pub const AVX512: Features = 1 << 20;
 
-/// Returns whether `features` has every bit of `feature`.
+/// Features that choose the image: a kernel must have those of the render and no others. All
+/// features below are needed by a scene or its settings, and a kernel may have more.
+pub const CHOICES: Features = SCHLICK | SOBOL | AOVS;
+
+/// Kinds of primitives.
+pub const SHAPES: Features = SPHERES | PLANAR | TRIANGLES;
+
+/// Materials of the book: the kinds below [`MICROFACET_KINDS`](crate::bsdf::MICROFACET_KINDS).
+pub const BOOK: Features = 0x1f << FIRST_MATERIAL;
+
+/// Microfacet materials: the other kinds.
+pub const MICROFACETS: Features = 0x3f << (FIRST_MATERIAL + 5);
+
+/// Place of the bit of material kind 0.
+const FIRST_MATERIAL: u32 = 21;
+
+/// Returns the feature of materials of a kind of [`crate::bsdf`].
 #[inline(always)]
-pub const fn has(features: Features, feature: Features) -> bool {
-    features & feature == feature
+pub const fn of_material(kind: u32) -> Features {
+    1 << (FIRST_MATERIAL + kind)
+}
+
+/// All features that a scene or its settings can need.
+pub const NEEDS: Features =
+    ROULETTE | SHAPES | BOOK | MICROFACETS | EMITTERS | NEE | PUNCTUAL | ENVIRONMENT | TEXTURES | HOLES;
+
+/// Features that choose traversal and schedule. They do not change the image.
+pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSISTENT;
+
+/// Features that kernels for GPUs may have.
+pub const OF_GPUS: Features = CHOICES | NEEDS | STRATEGY & !WIDE;
+
+/// Returns whether a kernel has several kinds of microfacet materials: it does not fit a GPU's
+/// instruction cache, and its lanes diverge.
+pub const fn is_of_many_materials(features: Features) -> bool {
+    (features & MICROFACETS).count_ones() > 1
+}
+
+/// Features that make a kernel large: it takes many registers, and its lanes diverge.
+pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | TEXTURES | HOLES;
+
+/// Features with their names, as options and statistics have them; those of materials are in
+/// [`bsdf::NAMES`](crate::bsdf::NAMES).
+pub const NAMES: [(Features, &str); 18] = [
+    (SCHLICK, "schlick"),
+    (SOBOL, "sobol"),
+    (AOVS, "aovs"),
+    (ROULETTE, "roulette"),
+    (SPHERES, "spheres"),
+    (PLANAR, "planar"),
+    (TRIANGLES, "triangles"),
+    (EMITTERS, "emitters"),
+    (NEE, "nee"),
+    (PUNCTUAL, "punctual"),
+    (ENVIRONMENT, "environment"),
+    (TEXTURES, "textures"),
+    (HOLES, "holes"),
+    (PADDED_BOXES, "padded-boxes"),
+    (LINEAR, "linear"),
+    (WIDE, "wide"),
+    (REGENERATE, "regenerate"),
+    (PERSISTENT, "persistent"),
+];
+
+/// Features that a kernel asks for while it runs. Those outside of `POSSIBLE` are known to be
+/// missing when the kernel is compiled; of the others a mask decides.
+#[derive(Clone, Copy, Debug)]
+pub struct FeatureSet<const POSSIBLE: Features>(Features);
+
+impl<const POSSIBLE: Features> FeatureSet<POSSIBLE> {
+    /// All features that are possible: each is known when the kernel is compiled.
+    pub const ALL: Self = Self(POSSIBLE);
+
+    /// Returns the features of `mask`.
+    #[inline(always)]
+    pub const fn new(mask: Features) -> Self {
+        Self(mask)
+    }
+
+    /// Returns whether the kernel has `feature`, which is one bit.
+    #[inline(always)]
+    pub const fn has(self, feature: Features) -> bool {
+        self.has_any(feature)
+    }
+
+    /// Returns whether the kernel has any bit of `some`.
+    #[inline(always)]
+    pub const fn has_any(self, some: Features) -> bool {
+        POSSIBLE & some != 0 && self.0 & (POSSIBLE & some) != 0
+    }
 }
 
 /// Returns whether `features` has any bit of `some`.
@@ -64,13 +158,3 @@ pub const fn has(features: Features, feature: Features) -> bool {
 pub const fn has_any(features: Features, some: Features) -> bool {
     features & some != 0
 }
-
-/// Features that need shadow rays, for next-event estimation.
-pub const NEE: Features = EMITTERS | ENVIRONMENT;
-
-/// Features that make a kernel large: it takes many registers, and its lanes diverge.
-pub const HEAVY: Features = PLANAR | TRIANGLES | NEE | TEXTURES;
-
-/// All features that a render can need, except [`SOBOL`], [`AOVS`] and [`STRATEGY`].
-pub const ALL: Features =
-    ROULETTE | SCHLICK | PLANAR | TRIANGLES | EMITTERS | ENVIRONMENT | TEXTURES | MICROFACETS;

@@ -44,8 +44,7 @@ pub struct RenderParams {
     pub light_count: u32,
     /// Segment from which on Russian roulette may end a path.
     pub roulette_from: u32,
-    /// Bits: [`FLAG_SCHLICK`], [`FLAG_HOLES`], [`FLAG_END_OF_CHUNK`], [`FLAG_PADDED_BOXES`],
-    /// [`FLAG_PER_PIXEL_RANGE`].
+    /// Bits: [`FLAG_END_OF_CHUNK`], [`FLAG_PER_PIXEL_RANGE`].
     pub flags: u32,
     /// Probability that next-event estimation samples the environment map, 0 to 1; 0 if light
     /// sampling is off.
@@ -87,19 +86,13 @@ impl RenderParams {
     }
 }
 
-/// Flag: dielectrics reflect by Schlick's approximation, in kernels that can do both.
-pub const FLAG_SCHLICK: u32 = 1;
-/// Flag: some material is masked or blended, so shadow rays evaluate the opacity of what they hit.
-pub const FLAG_HOLES: u32 = 2;
 /// Flag: the launch's last sample is the last of its chunk, so the compensation is added to the
 /// sums.
-pub const FLAG_END_OF_CHUNK: u32 = 4;
-/// Flag: the boxes of the BVH have [padding](crate::slabs) for all ray origins of the scene.
-pub const FLAG_PADDED_BOXES: u32 = 8;
+pub const FLAG_END_OF_CHUNK: u32 = 1;
 /// Flag: each pixel starts at its own sample, which [`samples`](crate::film::PixelSums::samples) in
 /// the film names when the launch begins. A pixel that starts at `end_sample` is left as it is. All
 /// pixels of a work group start at the same sample.
-pub const FLAG_PER_PIXEL_RANGE: u32 = 16;
+pub const FLAG_PER_PIXEL_RANGE: u32 = 2;
 /// Value of `max_radiance` that clamps no sample.
 pub const NO_CLAMP: f32 = f32::MAX;
 /// Flag that is never set: a zero that no compiler can know (see

@@ -3,13 +3,33 @@
 use crate::buffer::load;
 #[cfg(doc)]
 use crate::bvh::NO_PRIMITIVE;
-use crate::features::{Features, PLANAR, TRIANGLES, has};
+use crate::features::{FeatureSet, Features, PLANAR, SPHERES, TRIANGLES};
 use crate::params::RenderParams;
 use crate::planar::Planar;
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::{MISS, Sphere};
 use crate::triangle::{Shear, Triangle};
+
+/// Returns whether primitive `index` is a triangle.
+#[inline(always)]
+pub(crate) fn is_triangle<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    index: u32,
+) -> bool {
+    features.has(TRIANGLES) && (!features.has_any(SPHERES | PLANAR) || index >= params.first_triangle)
+}
+
+/// Returns whether primitive `index`, which is no triangle, is a planar shape, not a sphere.
+#[inline(always)]
+pub(crate) fn is_planar<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    index: u32,
+) -> bool {
+    features.has(PLANAR) && (!features.has(SPHERES) || index >= params.first_planar)
+}
 
 /// Returns the distance along `ray` to primitive `index`, or [`MISS`]; `shear` is that of the ray's
 /// direction.
@@ -19,7 +39,8 @@ use crate::triangle::{Shear, Triangle};
 /// `index` is below the number of the scene's primitives, and `params` belongs to this scene.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn distance<const FEATURES: Features>(
+pub unsafe fn distance<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
@@ -27,13 +48,13 @@ pub unsafe fn distance<const FEATURES: Features>(
     index: u32,
 ) -> f32 {
     let is_origin = ray.origin_primitive.is_on(index);
-    if const { has(FEATURES, TRIANGLES) } && index >= params.first_triangle {
+    if is_triangle(features, params, index) {
         // SAFETY: the caller's promise for each child's index.
         let triangle = unsafe { load::<Triangle>(scene.triangles, index - params.first_triangle) };
         let t = triangle.hit(ray.origin, shear).distance;
         return if is_origin { MISS } else { t };
     }
-    if const { has(FEATURES, PLANAR) } && index >= params.first_planar {
+    if is_planar(features, params, index) {
         // SAFETY: as above.
         let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
         let t = planar.distance(ray.origin, ray.direction);

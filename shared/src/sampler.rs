@@ -5,13 +5,13 @@
 //! 2)-sequence, with its own scrambling and its own order of the samples (padding). Like the
 //! independent words they are a function of seed, pixel, sample and block, without state.
 
-use crate::features::{Features, SOBOL, has};
+use crate::features::{FeatureSet, Features, SOBOL};
 use crate::rng::{PathKey, Words, pcg4d};
 
-/// Returns the words of `block` by the sampler of the kernel variant.
+/// Returns the words of `block` by the sampler of the kernel.
 #[inline(always)]
-pub fn words<const FEATURES: Features>(key: PathKey, block: u32) -> Words {
-    if const { has(FEATURES, SOBOL) } { sobol(key, block) } else { key.words(block) }
+pub fn words<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, key: PathKey, block: u32) -> Words {
+    if features.has(SOBOL) { sobol(key, block) } else { key.words(block) }
 }
 
 /// Returns two scrambled points of the Sobol sequence.
@@ -103,7 +103,7 @@ mod tests {
     fn pairs_are_nets() {
         for pixel in 0..20 {
             for block in [0, 1, 0x8000_0001] {
-                let at = |s| words::<SOBOL>(key(pixel, s), block);
+                let at = |s| words(FeatureSet::<SOBOL>::ALL, key(pixel, s), block);
                 for log_n in [4, 8] {
                     assert!(is_net(|s| (at(s).x, at(s).y), log_n));
                     assert!(is_net(|s| (at(s).z, at(s).w), log_n));
@@ -124,7 +124,7 @@ mod tests {
             for pair in pairs {
                 let mut cells = [0u32; 4096];
                 for pixel in 0..1 << 18 {
-                    let (a, b) = pair(words::<SOBOL>(key(pixel, sample), 1));
+                    let (a, b) = pair(words(FeatureSet::<SOBOL>::ALL, key(pixel, sample), 1));
                     cells[((a >> 26) << 6 | b >> 26) as usize] += 1;
                 }
                 let statistic: f64 = cells.iter().map(|&c| (f64::from(c) - 64.0).powi(2) / 64.0).sum();

@@ -104,16 +104,24 @@ pub struct BoxHits {
 /// Returns which boxes of `node` the ray enters before `limit`, and where. No result depends on its
 /// rounding: it may enter a box too many, never one too few.
 ///
-/// `PADDED`: the boxes have [`box_padding`] for the rounding of an origin like this one.
+/// `padded`: the boxes have [`box_padding`] for the rounding of an origin like this one.
 #[inline(always)]
-pub fn intersect_boxes<const PADDED: bool>(
+#[cfg_attr(not(any(target_arch = "nvptx64", target_arch = "spirv")), allow(unused_variables))]
+pub fn intersect_boxes(
+    padded: bool,
     origin: Vec3,
     reciprocals: &RayReciprocals,
     node: &BvhNode,
     limit: f32,
 ) -> BoxHits {
+    // Each form by itself: a driver that knows `padded` removes the other, but it does not remove a
+    // product with 1.
     #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
-    return intersect_boxes_one_by_one::<PADDED>(origin, reciprocals, node, limit);
+    return if padded {
+        intersect_boxes_one_by_one::<true>(origin, reciprocals, node, limit)
+    } else {
+        intersect_boxes_one_by_one::<false>(origin, reciprocals, node, limit)
+    };
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
     return intersect_boxes_together(origin, reciprocals, node, limit);
 }

@@ -3,10 +3,11 @@
 
 use crate::buffer::load;
 use crate::bvh::Hit;
-use crate::features::{Features, PLANAR, TEXTURES, TRIANGLES, has};
+use crate::features::{FeatureSet, Features, TEXTURES};
 use crate::math::{atan2_turns, min, normalize, sqrt};
 use crate::params::RenderParams;
 use crate::planar::Planar;
+use crate::primitive::{is_planar, is_triangle};
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::Sphere;
@@ -25,9 +26,9 @@ pub struct Surface {
     /// Bound of the distance of `point` from the surface, along `normal`; 0 if the primitive's
     /// number is enough to avoid hitting it again.
     pub error_bound: f32,
-    /// Texture coordinate u; 0 unless the variant has textures.
+    /// Texture coordinate u; 0 unless the kernel has textures.
     pub u: f32,
-    /// Texture coordinate v; 0 unless the variant has textures.
+    /// Texture coordinate v; 0 unless the kernel has textures.
     pub v: f32,
     /// Index into the scene's materials.
     pub material: u32,
@@ -54,18 +55,19 @@ pub fn offset_ray_origin(point: Vec3, normal: Vec3, error: f32, outside: bool) -
 /// The scene's indices were proven as [`crate::buffer`] says, and `hit` comes from its traversal.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn at<const FEATURES: Features>(
+pub unsafe fn at<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
     hit: Hit,
 ) -> Surface {
     let index = hit.primitive;
-    if const { has(FEATURES, TRIANGLES) } && index >= params.first_triangle {
+    if is_triangle(features, params, index) {
         // SAFETY: the caller's promise.
-        return unsafe { triangle::<FEATURES>(scene, ray, index - params.first_triangle) };
+        return unsafe { triangle(features, scene, ray, index - params.first_triangle) };
     }
-    if const { has(FEATURES, PLANAR) } && index >= params.first_planar {
+    if is_planar(features, params, index) {
         // SAFETY: the caller's promise.
         let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
         let (u, v) = planar.coordinates(ray.origin + ray.direction * hit.distance);
@@ -86,7 +88,7 @@ pub unsafe fn at<const FEATURES: Features>(
     let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
-    if const { has(FEATURES, TEXTURES) } {
+    if features.has(TEXTURES) {
         // u runs from -x by +z, +x and -z; v from the top down (Shirley et al., "Ray Tracing: The
         // Next Week", section 4.4).
         u = 0.5 + atan2_turns(-normal.z, normal.x);
@@ -97,7 +99,12 @@ pub unsafe fn at<const FEATURES: Features>(
 
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32) -> Surface {
+unsafe fn triangle<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    scene: Scene,
+    ray: Ray,
+    index: u32,
+) -> Surface {
     // SAFETY: the caller's promise; there is a shading record for each triangle.
     let (triangle, shading) =
         unsafe { (load::<Triangle>(scene.triangles, index), load::<TriangleShading>(scene.shading, index)) };
@@ -113,7 +120,7 @@ unsafe fn triangle<const FEATURES: Features>(scene: Scene, ray: Ray, index: u32)
     // Flat shading, or normals that cancel.
     let smooth = if square > 1e-8 { mixed * (1.0 / sqrt(square)) } else { normal };
     let (mut u, mut v) = (0.0, 0.0);
-    if const { has(FEATURES, TEXTURES) } {
+    if features.has(TEXTURES) {
         u = shading.u_a * a + shading.u_b * b + shading.u_c * c;
         v = shading.v_a * a + shading.v_b * b + shading.v_c * c;
     }

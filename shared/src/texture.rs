@@ -28,6 +28,8 @@ fn wrap(i: i32, size: u32, mode: u32) -> u32 {
 
 /// Returns the four channels of texture `index` at (`u`, `v`) of the surface.
 ///
+/// A nearest lookup is a bilinear one without fractions, so that kernels have one of both.
+///
 /// # Safety
 ///
 /// `index` and the scene's textures were proven as [`crate::buffer`] says.
@@ -36,37 +38,29 @@ fn wrap(i: i32, size: u32, mode: u32) -> u32 {
 pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     // SAFETY: the caller's promise.
     let t = unsafe { load::<Texture>(scene.textures, index) };
-    let x = (t.uu * u + t.uv * v + t.u0) * t.width as f32;
-    let y = (t.vu * u + t.vv * v + t.v0) * t.height as f32;
-    if t.flags & NEAREST != 0 {
-        // SAFETY: the caller's promise.
-        return unsafe { texel(scene, t, floor(x), floor(y)) };
+    let mut x = (t.uu * u + t.uv * v + t.u0) * t.width as f32;
+    let mut y = (t.vu * u + t.vv * v + t.v0) * t.height as f32;
+    let nearest = t.flags & NEAREST != 0;
+    if !nearest {
+        (x, y) = (x - 0.5, y - 0.5); // from texel centre to texel centre
     }
-    let (x, y) = (x - 0.5, y - 0.5); // from texel centre to texel centre
     let (i, j) = (floor(x), floor(y));
-    // A coordinate that is too large to have a fraction has fraction 0.
-    let (fx, fy) = (fraction(x, i), fraction(y, j));
-    // SAFETY: the caller's promise.
-    unsafe {
-        let top = texel(scene, t, i, j) * (1.0 - fx) + texel(scene, t, i + 1, j) * fx;
-        let bottom = texel(scene, t, i, j + 1) * (1.0 - fx) + texel(scene, t, i + 1, j + 1) * fx;
-        top * (1.0 - fy) + bottom * fy
+    let (mut fx, mut fy) = (0.0, 0.0);
+    if !nearest {
+        // A coordinate that is too large to have a fraction has fraction 0.
+        (fx, fy) = (fraction(x, i), fraction(y, j));
     }
-}
-
-/// Returns the texel of any column `i` and row `j`, wrapped. (Not a closure: it would capture
-/// references in a record, which rust-gpu does not have.)
-///
-/// # Safety
-///
-/// As [`sample`], for `t`.
-#[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
-unsafe fn texel(scene: Scene, t: Texture, i: i32, j: i32) -> Vec4 {
     let (across, down) = (t.flags & 3, (t.flags >> 2) & 3);
-    let at = t.first + wrap(j, t.height, down) * t.width + wrap(i, t.width, across);
+    let (left, right) = (wrap(i, t.width, across), wrap(i + 1, t.width, across));
+    let top = t.first + wrap(j, t.height, down) * t.width;
+    let bottom = t.first + wrap(j + 1, t.height, down) * t.width;
     // SAFETY: `wrap` stays inside the image, whose texels the host proved.
-    unsafe { load::<Texel>(scene.texels, at) }.channels()
+    unsafe {
+        let texel = |at: u32| load::<Texel>(scene.texels, at).channels();
+        let upper = texel(top + left) * (1.0 - fx) + texel(top + right) * fx;
+        let lower = texel(bottom + left) * (1.0 - fx) + texel(bottom + right) * fx;
+        upper * (1.0 - fy) + lower * fy
+    }
 }
 
 #[inline(always)]

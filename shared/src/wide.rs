@@ -10,7 +10,7 @@ mod packet;
 
 use crate::buffer::{borrow, eight_local, load_local};
 use crate::bvh::{Hit, NO_PRIMITIVE, RayQuery, STACK_SIZE, Visits};
-use crate::features::{AVX2, AVX512, COUNTED, Features, PLANAR, TRIANGLES, has};
+use crate::features::{AVX2, AVX512, COUNTED, FeatureSet, Features, PLANAR, TRIANGLES};
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -27,31 +27,30 @@ use packet::{PreparedRay, intersect_spheres, intersect_triangles};
 /// visited next; eight entries are written, however many count.
 const STACK_CAPACITY: usize = STACK_SIZE * (LANES - 1) + LANES;
 
-/// Returns the closest hit by the instruction set that `FEATURES` names; see [`closest_hit`].
+/// Returns the closest hit by the instruction set that the features name; see [`closest_hit`].
 ///
 /// # Safety
 ///
 /// As [`closest_hit`], and the CPU has the instruction set.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer and simd")]
-pub unsafe fn dispatch<const FEATURES: Features>(
+pub unsafe fn dispatch<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
     query: RayQuery,
 ) -> (Hit, Visits) {
     #[cfg(target_arch = "x86_64")]
-    if const { has(FEATURES, AVX512) } {
+    if features.has(AVX512) {
         // SAFETY: the caller's promise.
-        return unsafe {
-            closest_hit::<FEATURES, _>(crate::simd::Avx512::assume(), params, scene, ray, query)
-        };
-    } else if const { has(FEATURES, AVX2) } {
+        return unsafe { closest_hit(features, crate::simd::Avx512::assume(), params, scene, ray, query) };
+    } else if features.has(AVX2) {
         // SAFETY: the caller's promise.
-        return unsafe { closest_hit::<FEATURES, _>(crate::simd::Avx2::assume(), params, scene, ray, query) };
+        return unsafe { closest_hit(features, crate::simd::Avx2::assume(), params, scene, ray, query) };
     }
     // SAFETY: the caller's promise.
-    unsafe { closest_hit::<FEATURES, _>(Portable, params, scene, ray, query) }
+    unsafe { closest_hit(features, Portable, params, scene, ray, query) }
 }
 
 /// Returns the closest primitive in front of `ray`, as `query` limits it, and the visits of the
@@ -67,7 +66,8 @@ pub unsafe fn dispatch<const FEATURES: Features>(
 /// primitive is a primitive of the scene, or [`NO_PRIMITIVE`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
+pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
+    features: FeatureSet<POSSIBLE>,
     l: L,
     params: &RenderParams,
     scene: Scene,
@@ -84,9 +84,8 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
     if query.any_hit && query.light_primitive != NO_PRIMITIVE {
         // A primitive behind the light must not count, whichever of the two is tested first.
         // SAFETY: the caller's promise for the light's primitive.
-        let t = unsafe {
-            distance::<FEATURES>(params, scene, ray, &Shear::new(direction), query.light_primitive)
-        };
+        let t =
+            unsafe { distance(features, params, scene, ray, &Shear::new(direction), query.light_primitive) };
         if is_closer(t, query.light_primitive, best, closest) {
             (best, closest) = (t, query.light_primitive);
         }
@@ -111,7 +110,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
     let mut child = tree.root;
     let mut visits = Visits::NONE;
     'search: loop {
-        if const { has(FEATURES, COUNTED) } {
+        if features.has(COUNTED) {
             visits.nodes += u32::from(!child.is_leaf());
             visits.leaves += u32::from(child.is_leaf());
         }
@@ -134,10 +133,10 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
                 };
                 depth += l.push_sorted(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
             }
-        } else if const { has(FEATURES, PLANAR) } && child.holds(LeafKind::Planar) {
+        } else if features.has(PLANAR) && child.holds(LeafKind::Planar) {
             let primitive = child.index();
             // SAFETY: the caller's promise.
-            let t = unsafe { distance::<FEATURES>(params, scene, ray, &Shear::new(direction), primitive) };
+            let t = unsafe { distance(features, params, scene, ray, &Shear::new(direction), primitive) };
             if is_closer(t, primitive, best, closest) {
                 (best, best_exit, closest) = (t, t * EXIT_SCALE, primitive);
                 if query.any_hit && primitive != query.light_primitive {
@@ -148,7 +147,7 @@ pub unsafe fn closest_hit<const FEATURES: Features, L: Simd>(
             let count = child.count();
             // SAFETY: the caller's promise for each child's index.
             let (mut hits, t, primitives) = unsafe {
-                if const { has(FEATURES, TRIANGLES) } && child.holds(LeafKind::Triangles) {
+                if features.has(TRIANGLES) && child.holds(LeafKind::Triangles) {
                     let packet = borrow(tree.triangles, child.index());
                     let (hits, t) =
                         intersect_triangles(l, packet, count, prepared, origin_primitive.primitive(), best);

@@ -41,7 +41,7 @@ fn cuda_gives_the_cpus_bits() {
 }
 
 /// With exact Fresnel equations, on a scene of three spheres, each backend agrees with the CPU. The
-/// book's scene has the other kernel variant, Schlick's.
+/// book's scene has Schlick's approximation.
 fn exact_fresnel_agrees(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };

@@ -11,7 +11,7 @@ use trisect::film::Film;
 use trisect::render::{Renderer, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
-use trisect_shared::features::{AVX2, AVX512, Features, LINEAR, PLANAR, TRIANGLES, WIDE};
+use trisect_shared::features::{AVX2, AVX512, FeatureSet, Features, LINEAR, SHAPES, WIDE};
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{OriginPrimitive, Ray};
@@ -165,13 +165,14 @@ impl Traced {
         // SAFETY: the BVHs were validated; a damaged one has the same children; the processor has
         // the instructions.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
-        let hit = |ray, reach| unsafe { closest_hit::<FEATURES>(&params, arrays, ray, reach) };
+        let hit =
+            |ray, reach| unsafe { closest_hit(FeatureSet::<FEATURES>::ALL, &params, arrays, ray, reach) };
         rays.iter().map(|(ray, reach)| hit(*ray, *reach)).collect()
     }
 
     /// Returns the hits of rays in a wide BVH.
     fn hits(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, RayQuery)]) -> Vec<Hit> {
-        const ALL: Features = PLANAR | TRIANGLES | WIDE;
+        const ALL: Features = SHAPES | WIDE;
         match set {
             InstructionSet::Avx512 => self.all::<{ ALL | AVX512 }>(tree, rays),
             InstructionSet::Avx2 => self.all::<{ ALL | AVX2 }>(tree, rays),
@@ -208,10 +209,10 @@ fn hits_are_those_of_each_primitive_tested() {
         let size = f32::powi(2.0, scale);
         let traced = Traced::new(build(kind, size, 40));
         let rays = rays(&traced.scene, &traced.bvh, size, 6000);
-        let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
+        let want = traced.all::<{ SHAPES | LINEAR }>(WideTree::NONE, &rays);
         let hits = want.iter().filter(|hit| hit.primitive != NO_PRIMITIVE).count();
         assert!(hits * 4 > rays.len(), "scene {kind}: {hits} rays hit");
-        let stack = traced.all::<{ PLANAR | TRIANGLES }>(WideTree::NONE, &rays);
+        let stack = traced.all::<{ SHAPES }>(WideTree::NONE, &rays);
         let other = stack.iter().zip(&want).filter(|(a, b)| a != b).count();
         assert_eq!(other, 0, "scene {kind}, 2^{scale}: binary tree");
         for set in sets() {
@@ -256,7 +257,7 @@ fn shadow_rays_know_their_target() {
         let traced = Traced::new(build(kind, 1.0, 40));
         let primitives = traced.scene.primitives() as u32;
         let closest = rays(&traced.scene, &traced.bvh, 1.0, 6000);
-        let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &closest);
+        let want = traced.all::<{ SHAPES | LINEAR }>(WideTree::NONE, &closest);
         // Half of the lights are the ray's first hit.
         let target = |i: usize| match want[i].primitive {
             primitive if i.is_multiple_of(2) && primitive != NO_PRIMITIVE => primitive,
@@ -297,7 +298,7 @@ fn the_smallest_scenes() {
         let traced = Traced::new(scene);
         let spare_bvh = Bvh::build(&spare, None).unwrap();
         let rays = rays(&spare, &spare_bvh, 1.0, 2000);
-        let want = traced.all::<{ PLANAR | TRIANGLES | LINEAR }>(WideTree::NONE, &rays);
+        let want = traced.all::<{ SHAPES | LINEAR }>(WideTree::NONE, &rays);
         for set in sets() {
             assert_eq!(traced.differing(set, traced.wide.tree(), &rays, &want), 0, "{}", set.name());
         }
@@ -328,15 +329,11 @@ fn images_are_the_same() {
             samples: 4,
             seed,
             traversal: Some(traversal),
-            variant: (traversal == Traversal::Linear).then_some("render_all_linear"),
             ..Settings::of(&scene)
         };
         let want = film(&scene, InstructionSet::Baseline, &by(Traversal::Stack, 1));
         let linear = film(&scene, InstructionSet::Baseline, &by(Traversal::Linear, 1));
-        if name != "rtiow_final.ron" && name != "three_spheres.ron" {
-            // The linear kernel differs from the kernel of these scenes by the traversal only.
-            assert!(linear == want, "{name}: linear");
-        }
+        assert!(linear == want, "{name}: linear");
         for set in sets().filter(|set| *set != InstructionSet::Baseline) {
             assert!(film(&scene, set, &by(Traversal::Wide, 1)) == want, "{name}: {}", set.name());
             // Negative control: another seed.

@@ -119,8 +119,10 @@ fn settings_out_of_range() {
     }
     fails(&["render", "--aov=normal", "-o", out], 2, &["--aov", ".exr"]);
     fails(&["render", "--aov=normal,beauty", "-o", out], 2, &["beauty", "albedo"]);
-    let kernel = ["render", "--denoise=svgf", "--variant=render", "--backend=cpu", "-o", out];
-    fails(&kernel, 2, &["lacks normals, albedos and positions", "render_guides"]);
+    let kernel = |features| ["render", "--denoise=svgf", features, "--backend=cpu", "-o", out];
+    fails(&kernel("--features=spheres,aovs"), 2, &["--features lacks", "lambertian,metal,dielectric"]);
+    fails(&kernel("--features=+sobol"), 2, &["--features", "differ in sobol"]);
+    fails(&kernel("--features=sphere"), 2, &["unknown feature sphere", "known: ", "spheres"]);
     let long = ["bench", "--denoise=svgf", "--spp=257", "--backend=cpu", "--resolution=4x3", "--frames=1"];
     fails(&long, 2, &["at most 256 samples", "--spp"]);
     fails(&["render", "--backend", "cpu", "--math", "fast", "-o", out], 2, &["--math fast", "cuda"]);

@@ -22,7 +22,7 @@ use trisect::device::cpu::InstructionSet;
 use trisect_probes::record::{Input, vector};
 use trisect_probes::visits::{CLOSEST, SHADOW};
 use trisect_shared::bvh::{Child, Hit, NO_PRIMITIVE, RayQuery, Visits};
-use trisect_shared::features::{AVX2, AVX512, COUNTED, Features, PLANAR, TRIANGLES, WIDE};
+use trisect_shared::features::{AVX2, AVX512, COUNTED, FeatureSet, Features, SHAPES, WIDE};
 use trisect_shared::math::{unit_circle, unit_f32};
 use trisect_shared::primitive::distance;
 use trisect_shared::ray::{OriginPrimitive, Ray};
@@ -130,7 +130,7 @@ fn tilted(rays: &[Input]) -> Vec<Input> {
 
 /// Returns the visits of the wide BVH with the best instruction set of this processor.
 fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) -> Vec<Visits> {
-    const ALL: Features = PLANAR | TRIANGLES | COUNTED | WIDE;
+    const ALL: Features = SHAPES | COUNTED | WIDE;
     let mut records = probe.records();
     records.wide = wide.tree();
     let (params, set) = (probe.params(), InstructionSet::best());
@@ -143,10 +143,14 @@ fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) 
         unsafe {
             match set {
                 InstructionSet::Avx512 => {
-                    closest_hit_counted::<{ ALL | AVX512 }>(&params, records, ray, reach)
+                    closest_hit_counted(FeatureSet::<{ ALL | AVX512 }>::ALL, &params, records, ray, reach)
                 }
-                InstructionSet::Avx2 => closest_hit_counted::<{ ALL | AVX2 }>(&params, records, ray, reach),
-                InstructionSet::Baseline => closest_hit_counted::<ALL>(&params, records, ray, reach),
+                InstructionSet::Avx2 => {
+                    closest_hit_counted(FeatureSet::<{ ALL | AVX2 }>::ALL, &params, records, ray, reach)
+                }
+                InstructionSet::Baseline => {
+                    closest_hit_counted(FeatureSet::<ALL>::ALL, &params, records, ray, reach)
+                }
             }
         }
     };
@@ -174,7 +178,7 @@ fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
             // SAFETY: a primitive of the scene.
             #[allow(unsafe_code, reason = "kernels read without bounds checks")]
             unsafe {
-                distance::<{ PLANAR | TRIANGLES }>(&params, records, ray, &shear, primitive)
+                distance(FeatureSet::<{ SHAPES }>::ALL, &params, records, ray, &shear, primitive)
             }
         };
         let theirs = ObvhsRay::new(number(origin), number(direction), 0.0, f32::MAX);

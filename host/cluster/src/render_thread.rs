@@ -4,6 +4,8 @@
 //! (`render_image`), or frames of a series (`series`).
 
 use crate::Error;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -15,6 +17,8 @@ enum Step<Product> {
     /// A task is done.
     Done,
     Failed(Error),
+    /// The thread panicked, with this payload.
+    Panicked(Box<dyn Any + Send>),
 }
 
 /// The thread, with the channels of its tasks and products.
@@ -46,10 +50,14 @@ where
                 let mut out = |product| {
                     let _ = sender.send(Step::Product(product)); // the receiver may have ended
                 };
-                let done = work(&mut state, order, &mut out);
-                let goes_on = done.is_ok();
-                let step = done.map_or_else(Step::Failed, |()| Step::Done);
-                if sender.send(step).is_err() || !goes_on {
+                let done = catch_unwind(AssertUnwindSafe(|| work(&mut state, order, &mut out)));
+                let step = match done {
+                    Ok(Ok(())) => Step::Done,
+                    Ok(Err(error)) => Step::Failed(error),
+                    Err(panic) => Step::Panicked(panic),
+                };
+                let is_last = !matches!(step, Step::Done);
+                if sender.send(step).is_err() || is_last {
                     break;
                 }
             }
@@ -76,6 +84,8 @@ where
                 Ok(Step::Product(product)) => return Some(Ok(product)),
                 Ok(Step::Done) => self.open -= 1,
                 Ok(Step::Failed(error)) => return Some(Err(error)),
+                // Otherwise this rank would send heartbeats for ever, and others wait for its part.
+                Ok(Step::Panicked(panic)) => resume_unwind(panic),
                 Err(RecvTimeoutError::Timeout) => return None,
                 Err(RecvTimeoutError::Disconnected) => {
                     std::thread::sleep(within);
@@ -91,7 +101,31 @@ where
         drop(self.steps);
         match self.thread.join() {
             Ok(state) => state,
-            Err(panic) => std::panic::resume_unwind(panic),
+            Err(panic) => resume_unwind(panic),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A panic of the thread is one of the rank: it does not leave others waiting.
+    #[test]
+    fn a_panic_is_not_silence() {
+        let work = |state: &mut u32, task: u32, out: &mut (dyn FnMut(u32) + Send)| {
+            assert!(task < 2, "a fault");
+            *state += task;
+            out(*state);
+            Ok(())
+        };
+        let within = Duration::from_secs(60);
+        let mut thread = RenderThread::new(0, work).unwrap();
+        thread.submit(1);
+        assert_eq!(thread.next_product(within).map(Result::unwrap), Some(1));
+        thread.submit(2);
+        let panic = catch_unwind(AssertUnwindSafe(|| thread.next_product(within)));
+        assert!(panic.is_err());
+        assert_eq!(thread.end(), 1);
     }
 }

@@ -14,7 +14,7 @@ pub struct Buffer {
 
 impl Buffer {
     /// Wraps a backend's own handle to `bytes` bytes.
-    pub fn new(memory: impl Any + Send + Sync, bytes: u64) -> Self {
+    pub(crate) fn new(memory: impl Any + Send + Sync, bytes: u64) -> Self {
         Self { memory: Arc::new(memory), bytes }
     }
 

@@ -59,16 +59,13 @@ pub struct Dispatch<'a> {
     pub math: MathMode,
     /// Launch parameters, as the entry point's record.
     pub params: &'a [u8],
-    /// Numbers of records of the arrays that the entry point reads, for CUDA, whose kernels get
-    /// arrays as addresses; empty for entry points whose arrays have a record for each pixel.
+    /// Record with the numbers of records of the arrays, as long as the entry point says.
     pub lengths: &'a [u8],
     /// Arrays, in the order of the entry point's bindings.
     pub arrays: Vec<&'a Buffer>,
-    /// Threads across and down.
+    /// Threads across and down. If lanes take the threads' pixels from a queue, its counter was set
+    /// to 0.
     pub threads: (u32, u32),
-    /// True if lanes take the threads' pixels from a queue, whose counter was set to 0: then the
-    /// device decides on the number of lanes.
-    pub queue: bool,
 }
 
 impl Dispatch<'_> {
@@ -86,21 +83,27 @@ impl Dispatch<'_> {
         BackendError::TooLong { backend, width, rows, limit }
     }
 
-    /// Checks that parameters and arrays are as many as the entry point has.
+    /// Checks that parameters, lengths and arrays are as many as the entry point has.
     pub(crate) fn check(&self, backend: &'static str) -> Result<(), BackendError> {
         let of = self.entry_point;
-        if self.params.len() == of.params && self.arrays.len() == of.arrays() {
+        let has = (self.params.len(), self.lengths.len(), self.arrays.len());
+        let wanted = (of.params, of.lengths, of.arrays());
+        if has == wanted {
             return Ok(());
         }
         let message = format!(
-            "{} has {} bytes of parameters and {} arrays, not {} and {}",
-            of.name,
-            of.params,
-            of.arrays(),
-            self.params.len(),
-            self.arrays.len()
+            "{backend}: {} has parameters and lengths of {} and {} bytes and {} arrays, not of {} and {} and {}",
+            of.name, wanted.0, wanted.1, wanted.2, has.0, has.1, has.2
         );
-        Err(BackendError::Device { backend, action: "launching", message })
+        Err(BackendError::Misuse { message })
+    }
+
+    /// Checks, for a GPU, that the entry point has no arrays of the wide BVH.
+    pub(crate) fn check_extra(&self, backend: &'static str) -> Result<(), BackendError> {
+        match self.entry_point.extra {
+            0 => Ok(()),
+            _ => Err(misuse(backend, "the wide BVH is for the CPU only")),
+        }
     }
 }
 
@@ -144,5 +147,5 @@ pub(crate) fn check_rows(
 
 /// Returns the error of a call with wrong arguments.
 pub(crate) fn misuse(backend: &'static str, message: &str) -> BackendError {
-    BackendError::Device { backend, action: "running commands", message: message.to_owned() }
+    BackendError::Misuse { message: format!("{backend}: {message}") }
 }

@@ -15,7 +15,7 @@ use trisect_kernels::native::{Arguments, Array, Kernel, native};
 use trisect_shared::features::Features;
 
 /// Name of the backend.
-const NAME: &str = "cpu";
+pub(crate) const NAME: &str = "cpu";
 
 /// Number of threads of a launch, next to each other in a row, that make a task of the pool.
 const TASK: u32 = 64;
@@ -58,7 +58,7 @@ impl Cpu {
     /// Returns the kernel of an entry point: for the device's instruction set if it traces the wide
     /// BVH, else for the baseline.
     fn kernel(&self, entry_point: EntryPoint) -> Result<Kernel, BackendError> {
-        let native = native(entry_point.name).ok_or_else(|| misuse(NAME, "there is no such kernel"))?;
+        let native = native(entry_point).ok_or_else(|| misuse(NAME, "there is no such kernel"))?;
         if entry_point.extra == 0 {
             return Ok(native.baseline);
         }
@@ -79,6 +79,9 @@ impl Cpu {
     unsafe fn dispatch(&self, launch: &Dispatch<'_>) -> Result<Duration, BackendError> {
         let start = Instant::now();
         launch.check(NAME)?;
+        if launch.math == MathMode::Fast {
+            return Err(BackendError::NoFastMath { backend: NAME });
+        }
         let kernel = self.kernel(launch.entry_point)?;
         let arrays: Vec<Array> = launch
             .arrays
@@ -86,7 +89,8 @@ impl Cpu {
             .zip(handles::<HostMemory>(launch, NAME)?)
             .map(|(buffer, memory)| Array { first: memory.first(), bytes: buffer.bytes() as usize })
             .collect();
-        let arguments = Arguments { params: launch.params, arrays: &arrays };
+        let features = launch.entry_point.features;
+        let arguments = Arguments { params: launch.params, arrays: &arrays, features };
         let (across, down) = launch.threads;
         let of_row = across.div_ceil(TASK);
         (0..u64::from(of_row) * u64::from(down)).into_par_iter().for_each(|task| {
@@ -134,7 +138,7 @@ impl Device for Cpu {
         &self.info
     }
 
-    fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
+    fn best_method(&self, _kernel: Features, _primitives: usize) -> (Traversal, Schedule) {
         let traversal = match self.instructions {
             InstructionSet::Baseline => Traversal::Stack,
             InstructionSet::Avx2 | InstructionSet::Avx512 => Traversal::Wide,

@@ -73,7 +73,13 @@ pub enum BackendError {
     /// Threads of the CPU could not be started.
     #[error(transparent)]
     Threads(#[from] ThreadError),
-    /// An action on the device failed: the driver reported an error, or a call was out of order.
+    /// A call of this program was wrong or out of order: a fault of the program, not of the device.
+    #[error("fault of this program: {message}")]
+    Misuse {
+        /// Description of the fault.
+        message: String,
+    },
+    /// An action on the device failed: the driver reported an error.
     #[error("{backend}: {action}: {message}")]
     Device {
         /// Name of the backend.
@@ -87,9 +93,9 @@ pub enum BackendError {
 
 impl BackendError {
     /// Returns whether another backend may succeed: for all errors except settings that the backend
-    /// lacks and a `--device` that does not exist.
+    /// lacks, a `--device` that does not exist and faults of this program.
     pub fn is_of_device(&self) -> bool {
-        !self.is_unsupported() && !matches!(self, Self::NoSuchDevice { .. })
+        !self.is_unsupported() && !matches!(self, Self::NoSuchDevice { .. } | Self::Misuse { .. })
     }
 
     /// Returns whether the backend lacks a method that the settings name.

@@ -72,11 +72,11 @@ pub trait Device: Send {
     /// Returns the description of the device.
     fn info(&self) -> &DeviceInfo;
 
-    /// Returns the fastest traversal and schedule for a kernel with these features in this math
-    /// build (docs/notebook/kernels-and-schedules.md, docs/notebook/vulkan.md). With
+    /// Returns the fastest traversal and schedule for a kernel with these features and for this
+    /// number of primitives (docs/notebook/specialisation.md). With
     /// [`Traversal::Wide`] a wide BVH is built, and each kernel that traces the binary BVH can
     /// trace it instead.
-    fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
+    fn best_method(&self, _kernel: Features, _primitives: usize) -> (Traversal, Schedule) {
         (Traversal::Stack, Schedule::Regenerate)
     }
 

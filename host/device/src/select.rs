@@ -16,6 +16,18 @@ pub enum Choice {
     Cuda,
 }
 
+impl Choice {
+    /// Returns the choice of the backend with this [name](DeviceInfo::backend), if there is one.
+    pub fn of_backend(name: &str) -> Option<Self> {
+        match name {
+            cpu::NAME => Some(Self::Cpu),
+            wgpu::NAME => Some(Self::Wgpu),
+            cuda::NAME => Some(Self::Cuda),
+            _ => None,
+        }
+    }
+}
+
 /// Device that was opened, with the reason for its choice.
 pub struct Selection {
     /// Device, ready for a scene.

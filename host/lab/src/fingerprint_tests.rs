@@ -5,7 +5,7 @@ use crate::tradeoff::hash;
 use trisect::bvh::BvhQuality;
 use trisect::checkpoint::Identity;
 use trisect::device::cpu::Cpu;
-use trisect::render::{Fresnel, MathMode, Renderer, Sampler, Schedule, Settings, Traversal};
+use trisect::render::{Fresnel, KernelFeatures, MathMode, Renderer, Sampler, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_cluster::handshake::fingerprint;
 
@@ -58,7 +58,7 @@ fn ranks_checkpoints_and_references_agree() {
         ("traversal", |s, _| s.traversal = Some(Traversal::Linear)),
         ("schedule", |s, _| s.schedule = Some(Schedule::Pixel)),
         ("tile", |s, _| s.tile = Some(8)),
-        ("variant", |s, _| s.variant = Some("render")),
+        ("features", |s, _| s.features = KernelFeatures::Also(trisect_shared::features::TEXTURES)),
     ];
     for (name, change) in ways {
         assert_eq!(changed(change), (false, false, false), "{name}");

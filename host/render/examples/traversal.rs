@@ -32,7 +32,7 @@ use trisect::device::cpu::{Cpu, InstructionSet};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
 use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
-use trisect_shared::features::{self, Features, TRIANGLES, WIDE};
+use trisect_shared::features::{self, FeatureSet, Features, TRIANGLES, WIDE};
 use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{OriginPrimitive, Ray};
@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // SAFETY: `Bvh::build` validated the BVH for these triangles.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         unsafe {
-            closest_hit::<TRIANGLES>(&params, arrays, *ray, RayQuery::CLOSEST)
+            closest_hit(FeatureSet::<TRIANGLES>::ALL, &params, arrays, *ray, RayQuery::CLOSEST)
         }
     };
     let sets = [InstructionSet::best(), InstructionSet::Avx2].map(|set| match set.is_available() {
@@ -211,7 +211,8 @@ fn trace_wide(set: InstructionSet, params: &RenderParams, scene: shared::Scene, 
         let mut answer = (0, 0.0);
         for ray in rays {
             // SAFETY: the caller's promise.
-            let hit = unsafe { closest_hit::<FEATURES>(params, scene, *ray, RayQuery::CLOSEST) };
+            let hit =
+                unsafe { closest_hit(FeatureSet::<FEATURES>::ALL, params, scene, *ray, RayQuery::CLOSEST) };
             count(&mut answer, black_box(hit.distance));
         }
         answer

@@ -1,8 +1,10 @@
 //! Settings of a render, and their errors.
 
 mod error;
+mod kernel_features;
 
 pub use error::SettingsError;
+pub use kernel_features::KernelFeatures;
 
 use crate::denoise::DenoiseSettings;
 use crate::film::{Film, RowSet, SampleBlock};
@@ -62,10 +64,10 @@ pub struct Settings {
     /// True if the film gets AOV totals: normal, albedo, position, emission and diffuseness of the
     /// first hits.
     pub guides: bool,
-    /// Kernel variant, by name; `None` for the cheapest that supports the scene.
-    pub variant: Option<&'static str>,
+    /// Features of the kernel, to measure what they cost.
+    pub features: KernelFeatures,
     /// Filter that [`Renderer::render`](crate::render::Renderer::render) runs over the film, which
-    /// stays as it is. Other functions have the filter as an argument.
+    /// stays as it is, and has AOVs then. Other functions have the filter as an argument.
     #[serde(skip)]
     pub denoise: Option<DenoiseSettings>,
 }
@@ -101,7 +103,7 @@ impl From<ImageSettings> for Settings {
             tile: None,
             clamp: None,
             guides: false,
-            variant: None,
+            features: KernelFeatures::Needed,
             denoise: None,
         }
     }
@@ -195,8 +197,8 @@ impl Settings {
         }
     }
 
-    /// Returns the features that a kernel needs besides those of the scene.
-    pub fn features(&self) -> Features {
+    /// Returns the features that a kernel needs besides those of the scene and its lights.
+    pub fn needed_features(&self) -> Features {
         let roulette = if self.roulette { ROULETTE } else { 0 };
         let schlick = if self.fresnel == Fresnel::Schlick { SCHLICK } else { 0 };
         let sobol = if self.sampler == Sampler::Sobol { SOBOL } else { 0 };
@@ -279,7 +281,7 @@ mod tests {
             schedule: None,
             tile: None,
             guides: false,
-            variant: None,
+            features: KernelFeatures::Needed,
             denoise: None,
         }
     }

@@ -14,7 +14,7 @@ use serde::Serialize;
 use std::time::Duration;
 use trisect_device::DeviceInfo;
 use trisect_device::{Schedule, Traversal};
-use trisect_kernels::Variant;
+use trisect_kernels::{EntryPoint, feature_names};
 
 /// Version of the JSON that `--stats` writes. It is raised when a field changes its meaning or is
 /// removed.
@@ -60,6 +60,8 @@ pub struct RenderStats {
     pub choice: String,
     /// Name of the kernel.
     pub kernel: &'static str,
+    /// Names of the kernel's features, with commas between them.
+    pub features: String,
     /// Traversal of the kernel.
     pub traversal: Traversal,
     /// Schedule of the kernel.
@@ -107,16 +109,17 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
-    pub(crate) fn new(device: &DeviceInfo, settings: &Settings, variant: Variant, phases: Phases) -> Self {
+    pub(crate) fn new(device: &DeviceInfo, settings: &Settings, kernel: EntryPoint, phases: Phases) -> Self {
         Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
             scene: String::new(),
             device: device.clone(),
             choice: String::new(),
-            kernel: variant.name,
-            traversal: Traversal::of(variant.features),
-            schedule: Schedule::of(variant.features),
+            kernel: kernel.name,
+            features: feature_names(kernel.features),
+            traversal: Traversal::of(kernel.features),
+            schedule: Schedule::of(kernel.features),
             tile: None,
             tiles_refused: None,
             settings: settings.clone(),
@@ -216,7 +219,10 @@ impl RenderStats {
         let tile = self.tile.map_or_else(|| "no tiles".to_owned(), |tile| format!("tiles of {tile}"));
         let (traversal, schedule) = (self.traversal, self.schedule);
         let method = format!("{traversal:?} traversal, {schedule:?} schedule").to_lowercase();
-        let mut text = format!("kernel {}: {method}, {tile}; {} submissions", self.kernel, self.submissions);
+        let mut text = format!(
+            "kernel {}: {method}, {tile}; {} submissions\nfeatures {}",
+            self.kernel, self.submissions, self.features
+        );
         let phases = [
             ("load the scene", load_seconds),
             ("build the BVH", bvh_seconds),

@@ -48,9 +48,8 @@ pub(crate) use space::triple;
 use description::Description;
 use glam::DVec3;
 use std::path::Path;
-use trisect_shared::bsdf::DIELECTRIC;
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{EMITTERS, ENVIRONMENT, Features, MICROFACETS, PLANAR, TEXTURES, TRIANGLES};
+use trisect_shared::features::{self, Features};
 use trisect_shared::light::Light;
 use trisect_shared::material::{BLENDED, MASKED, Material};
 use trisect_shared::math::max_component;
@@ -93,10 +92,15 @@ impl CameraPose {
         if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
             return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
         }
+        // First, because a builder's distance of focus is that of the two points.
+        limits::check_camera(self)?;
         if !(values::MIN_MAGNITUDE..=far).contains(&focus_distance) {
-            return Err(format!("focus_distance must lie between {:e} and {far:e}", values::MIN_MAGNITUDE));
+            let least = values::MIN_MAGNITUDE;
+            return Err(format!(
+                "focus_distance is {focus_distance:e}; it must lie between {least:e} and {far:e}"
+            ));
         }
-        limits::check_camera(self)
+        Ok(())
     }
 }
 
@@ -190,26 +194,22 @@ impl Scene {
         self.spheres.len() + self.flats.len() + self.triangles.len()
     }
 
-    /// Returns the features that a kernel needs to render the scene.
+    /// Returns the features that a kernel needs to render the scene; not
+    /// [`NEE`](features::NEE), which the settings decide on.
     pub fn features(&self) -> Features {
-        let mut features = 0;
-        let mut needs = |feature: Features, needed: bool| features |= if needed { feature } else { 0 };
-        needs(PLANAR, !self.flats.is_empty());
-        needs(TRIANGLES, !self.triangles.is_empty());
-        needs(ENVIRONMENT, self.environment.is_some());
-        needs(EMITTERS, !self.lights.is_empty());
+        let mut all = 0;
+        let mut needs = |feature: Features, needed: bool| all |= if needed { feature } else { 0 };
+        needs(features::SPHERES, !self.spheres.is_empty());
+        needs(features::PLANAR, !self.flats.is_empty());
+        needs(features::TRIANGLES, !self.triangles.is_empty());
+        needs(features::ENVIRONMENT, self.environment.is_some());
+        needs(features::PUNCTUAL, !self.lights.is_empty());
         for material in &self.materials {
-            needs(EMITTERS, max_component(material.emission) > 0.0);
-            needs(MICROFACETS, material.kind > DIELECTRIC);
-            let textures = [
-                material.albedo_texture,
-                material.metallic_roughness_texture,
-                material.emission_texture,
-                material.transmission_texture,
-            ];
-            needs(TEXTURES, textures.iter().any(|&texture| texture != NO_TEXTURE));
-            needs(TEXTURES, material.flags & (MASKED | BLENDED) != 0);
+            needs(features::of_material(material.kind), true);
+            needs(features::EMITTERS, max_component(material.emission) > 0.0);
+            needs(features::TEXTURES, material.textures().iter().any(|&texture| texture != NO_TEXTURE));
+            needs(features::HOLES, material.flags & (MASKED | BLENDED) != 0);
         }
-        features
+        all
     }
 }

@@ -35,9 +35,7 @@ impl Scene {
         }
         let textures = self.textures.len();
         for (index, m) in self.materials.iter().enumerate() {
-            let named =
-                [m.albedo_texture, m.metallic_roughness_texture, m.emission_texture, m.transmission_texture];
-            if let Some(texture) = named.iter().find(|&&t| t != NO_TEXTURE && t as usize >= textures) {
+            if let Some(texture) = m.textures().iter().find(|&&t| t != NO_TEXTURE && t as usize >= textures) {
                 return Some(format!(
                     "material {index} has texture {texture}, but there are {textures} textures"
                 ));

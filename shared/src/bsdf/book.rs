@@ -2,7 +2,7 @@
 //! base direction plus a point of a ball, and its weight is the albedo in each direction.
 
 use super::Bsdf;
-use crate::features::Features;
+use crate::features::{FeatureSet, Features};
 use crate::material::Material;
 use crate::math::{normalize, unit_sphere};
 use crate::rng::Words;
@@ -11,10 +11,10 @@ use glam::Vec3;
 /// A material of the book.
 pub(super) trait BookLobe {
     /// Samples the base direction; `random.z` is its random word.
-    fn scatter<const FEATURES: Features>(
+    fn scatter<const POSSIBLE: Features>(
+        features: FeatureSet<POSSIBLE>,
         material: &Material,
         at: &Incidence,
-        schlick: bool,
         random: Words,
     ) -> Scattered;
 
@@ -72,26 +72,25 @@ pub struct Scatter {
 /// Samples the lobe of one of the book's materials.
 ///
 /// `incoming` is the unit direction of the arriving ray, `normal` the unit normal on its side,
-/// `front` true if that side is the outside, `schlick` true if a variant that can do both uses
-/// Schlick's approximation. The offset is computed for all kinds at once, so that the lanes of a
-/// warp stay together.
+/// `front` true if that side is the outside. The offset is computed for all kinds at once, so that
+/// the lanes of a warp stay together.
 #[inline(always)]
-pub fn scatter<const FEATURES: Features>(
+pub fn scatter<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     material: &Material,
     incoming: Vec3,
     normal: Vec3,
     front: bool,
-    schlick: bool,
     random: Words,
 ) -> Scatter {
     let cos = -incoming.dot(normal);
     let at = Incidence { incoming, normal, cos, reflected: incoming + normal * (2.0 * cos), front };
     let Scattered { base, radius, transmitted } =
-        super::of_book!(material.kind, scatter::<FEATURES>(material, &at, schlick, random));
+        super::of_book!(features, material.kind, scatter(features, material, &at, random));
     let moved = base + unit_sphere(random.x, random.y) * radius;
     // A diffuse point opposite the normal leaves no direction; the book also uses the normal then.
     let direction = if moved.dot(moved) > 1e-12 { normalize(moved) } else { normal };
-    let absorbed = super::of_book!(material.kind, ABSORBS_BELOW) && direction.dot(normal) <= 0.0;
+    let absorbed = super::of_book!(features, material.kind, ABSORBS_BELOW) && direction.dot(normal) <= 0.0;
     Scatter { direction, transmitted, absorbed }
 }
 
@@ -99,13 +98,15 @@ pub fn scatter<const FEATURES: Features>(
 mod tests {
     use super::*;
     use crate::bsdf::{DIELECTRIC, LAMBERTIAN, METAL};
-    use crate::features::SCHLICK;
+    use crate::features::{BOOK, SCHLICK};
     use crate::math::{cbrt_unit, unit_f32};
     use crate::rng::PathKey;
 
     fn material(kind: u32, fuzz: f32, ior: f32) -> Material {
         Material { fuzz, ior, ..Material::new(kind, Vec3::ONE) }
     }
+
+    const EXACT: FeatureSet<BOOK> = FeatureSet::ALL;
 
     fn words(i: u32) -> Words {
         PathKey { seed: 5, pixel: i, sample: 0 }.words(1)
@@ -123,10 +124,11 @@ mod tests {
             if incoming.y > -1e-3 {
                 continue;
             }
-            let exact = scatter::<0>(&glass, incoming, Vec3::Y, true, true, w);
+            let exact = scatter(EXACT, &glass, incoming, Vec3::Y, true, w);
             assert!(exact.transmitted && (exact.direction - incoming).length() < 1e-6);
+            let schlick = FeatureSet::<{ BOOK | SCHLICK }>::ALL;
             reflected_by_schlick +=
-                u32::from(!scatter::<SCHLICK>(&glass, incoming, Vec3::Y, true, true, w).transmitted);
+                u32::from(!scatter(schlick, &glass, incoming, Vec3::Y, true, w).transmitted);
         }
         assert!(reflected_by_schlick > 0);
     }
@@ -141,7 +143,7 @@ mod tests {
                 if incoming.y >= 0.0 {
                     continue;
                 }
-                let s = scatter::<0>(&m, incoming, Vec3::Y, i % 2 == 0, true, w);
+                let s = scatter(EXACT, &m, incoming, Vec3::Y, i % 2 == 0, w);
                 assert!((s.direction.dot(s.direction) - 1.0).abs() < 1e-6);
                 if !s.absorbed {
                     let side = s.direction.y * if s.transmitted { -1.0 } else { 1.0 };
@@ -158,7 +160,7 @@ mod tests {
         let n = 200_000;
         let (mut first, mut second) = (0.0, 0.0);
         for i in 0..n {
-            let cos = f64::from(scatter::<0>(&m, Vec3::NEG_Y, Vec3::Y, true, true, words(i)).direction.y);
+            let cos = f64::from(scatter(EXACT, &m, Vec3::NEG_Y, Vec3::Y, true, words(i)).direction.y);
             first += cos;
             second += cos * cos;
         }
@@ -183,7 +185,7 @@ mod tests {
         // The height word at its ends makes the sphere's point +z or nearly -z.
         for normal in [Vec3::NEG_Z, Vec3::Z] {
             for x in [0, u32::MAX] {
-                let s = scatter::<0>(&m, -normal, normal, true, true, Words { x, y: 0, z: 0, w: 0 });
+                let s = scatter(EXACT, &m, -normal, normal, true, Words { x, y: 0, z: 0, w: 0 });
                 assert!((s.direction.dot(s.direction) - 1.0).abs() < 1e-5, "{normal} {x}: {}", s.direction);
             }
         }

@@ -2,7 +2,7 @@
 
 use super::Bsdf;
 use super::book::{BookLobe, Incidence, Scattered};
-use crate::features::{Features, SCHLICK, has};
+use crate::features::{FeatureSet, Features, SCHLICK};
 use crate::fresnel;
 use crate::material::Material;
 use crate::math::{sqrt, unit_f32};
@@ -13,10 +13,10 @@ pub(super) struct Dielectric;
 
 impl BookLobe for Dielectric {
     #[inline(always)]
-    fn scatter<const FEATURES: Features>(
+    fn scatter<const POSSIBLE: Features>(
+        features: FeatureSet<POSSIBLE>,
         material: &Material,
         at: &Incidence,
-        schlick: bool,
         random: Words,
     ) -> Scattered {
         let mut scattered = Scattered { base: at.reflected, radius: 0.0, transmitted: false };
@@ -27,7 +27,7 @@ impl BookLobe for Dielectric {
         // Total reflection if not above zero.
         if radicand > 0.0 {
             let cos_refracted = sqrt(radicand);
-            let reflectance = if const { has(FEATURES, SCHLICK) } && schlick {
+            let reflectance = if features.has(SCHLICK) {
                 fresnel::schlick(cos, eta)
             } else {
                 fresnel::dielectric(cos, cos_refracted, eta)

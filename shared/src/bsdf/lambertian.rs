@@ -2,7 +2,7 @@
 
 use super::Bsdf;
 use super::book::{BookLobe, Incidence, Scattered};
-use crate::features::Features;
+use crate::features::{FeatureSet, Features};
 use crate::material::Material;
 use crate::rng::Words;
 use core::f32::consts::PI;
@@ -12,7 +12,12 @@ pub(super) struct Lambertian;
 
 impl BookLobe for Lambertian {
     #[inline(always)]
-    fn scatter<const FEATURES: Features>(_: &Material, at: &Incidence, _: bool, _: Words) -> Scattered {
+    fn scatter<const POSSIBLE: Features>(
+        _: FeatureSet<POSSIBLE>,
+        _: &Material,
+        at: &Incidence,
+        _: Words,
+    ) -> Scattered {
         Scattered { base: at.normal, radius: 1.0, transmitted: false }
     }
 

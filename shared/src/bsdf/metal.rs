@@ -2,7 +2,7 @@
 
 use super::book::{BookLobe, Incidence, Scattered};
 use super::{Bsdf, reflect};
-use crate::features::Features;
+use crate::features::{FeatureSet, Features};
 use crate::material::Material;
 use crate::math::{cbrt_unit, sqrt, unit_f32};
 use crate::rng::Words;
@@ -13,10 +13,10 @@ pub(super) struct Metal;
 
 impl BookLobe for Metal {
     #[inline(always)]
-    fn scatter<const FEATURES: Features>(
+    fn scatter<const POSSIBLE: Features>(
+        _: FeatureSet<POSSIBLE>,
         material: &Material,
         at: &Incidence,
-        _: bool,
         random: Words,
     ) -> Scattered {
         let radius = material.fuzz * cbrt_unit(unit_f32(random.z));

@@ -7,26 +7,12 @@ use crate::material::Material;
 use crate::math::{max_component, sqrt, unit_circle, unit_f32};
 use crate::microfacet::{MIN_ROUGH_ALPHA, grazing_share, mean_grazing_share};
 use crate::rng::Words;
-use crate::scene::Scene;
-use crate::texture::color;
 use core::f32::consts::PI;
 use glam::Vec3;
 
 pub(super) struct MetallicRoughness;
 
 impl MicrofacetLobe for MetallicRoughness {
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "see buffer")]
-    unsafe fn read_textures(scene: Scene, material: &mut Material, u: f32, v: f32) {
-        // SAFETY: the caller's promise.
-        unsafe {
-            let c = color(scene, material.metallic_roughness_texture, u, v);
-            material.roughness *= c.y;
-            material.metallic *= c.z;
-            material.transmission *= color(scene, material.transmission_texture, u, v).x;
-        }
-    }
-
     #[inline(always)]
     fn diffuseness(bsdf: &Bsdf) -> f32 {
         let m = &bsdf.material;
@@ -46,7 +32,8 @@ impl MicrofacetLobe for MetallicRoughness {
         let probabilities = lobe_probabilities(bsdf);
         let mirror = choice < probabilities.specular;
         if !mirror {
-            if choice < probabilities.specular + probabilities.diffuse {
+            // Rounding may leave a number above both sums even where nothing is transmitted.
+            if choice < probabilities.specular + probabilities.diffuse || probabilities.transmission <= 0.0 {
                 let radius = sqrt(unit_f32(random.x));
                 let (c, s) = unit_circle(random.y);
                 proposal.direction = Vec3::new(radius * c, radius * s, sqrt(1.0 - unit_f32(random.x)));

@@ -2,26 +2,25 @@
 //! each material says what the facet does.
 
 use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, of_microfacets, reflect};
+use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
 use crate::material::Material;
 use crate::math::{max, min, sqrt};
 use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, lambda, sample_visible_normal};
 use crate::rng::Words;
-use crate::scene::Scene;
 use glam::Vec3;
+
+/// Returns whether `kind` is `of`, if it is none of the kinds before: the last kind that a kernel
+/// has needs no comparison.
+#[inline(always)]
+pub(super) fn is_kind<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32, of: u32) -> bool {
+    let bit = of_material(of);
+    features.has(bit) && (kind == of || !features.has_any(MICROFACETS & !(bit | (bit - 1))))
+}
 
 /// A microfacet material. Vectors are in the shading frame.
 pub(super) trait MicrofacetLobe {
     /// True if light that the facet transmits is refracted; a thin wall mirrors it.
     const REFRACTS: bool = false;
-
-    /// Multiplies the material's parameters by its textures at (`u`, `v`).
-    ///
-    /// # Safety
-    ///
-    /// The scene's textures were proven as [`crate::buffer`] says.
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "see buffer")]
-    unsafe fn read_textures(_scene: Scene, _material: &mut Material, _u: f32, _v: f32) {}
 
     /// Returns what [`Bsdf::albedo`] does.
     #[inline(always)]
@@ -96,52 +95,55 @@ pub(super) struct FacetEval {
 }
 
 impl Bsdf {
+    /// Samples a direction. Returns it, in world coordinates and in the shading frame, and whether
+    /// [`BsdfSample::weigh`] must still weigh it.
     #[inline(always)]
-    pub(super) fn sample_microfacets(&self, random: Words) -> BsdfSample {
+    pub(super) fn propose_microfacets<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        random: Words,
+    ) -> (BsdfSample, Vec3, bool) {
         let o = self.local_viewer;
         let smooth = self.alpha < MIN_ROUGH_ALPHA;
-        let absorbed = BsdfSample {
+        let mut sample = BsdfSample {
             direction: self.normal,
             weight: Vec3::ZERO,
             pdf: 0.0,
             transmitted: false,
             absorbed: true,
         };
+        let (mut i, mut is_pending) = (Vec3::Z, false);
         let h = if smooth { Vec3::Z } else { sample_visible_normal(o, self.alpha, random.x, random.y) };
         let cos = min(o.dot(h), 1.0);
-        if cos <= 0.0 {
-            return absorbed;
+        if cos > 0.0 {
+            let facet = Facet { normal: h, cos, mirrored: reflect(o, h), smooth };
+            let proposal = of_microfacets!(features, self.material.kind, scatter(self, &facet, random));
+            i = proposal.direction;
+            // A facet may send light to the wrong side of the surface; single scattering loses that
+            // light.
+            if (i.z < 0.0) == proposal.transmitted {
+                sample.direction = self.local_to_world(i);
+                sample.transmitted = proposal.transmitted;
+                sample.absorbed = false;
+                sample.weight = proposal.delta_weight;
+                is_pending = !proposal.is_delta;
+            }
         }
-        let facet = Facet { normal: h, cos, mirrored: reflect(o, h), smooth };
-        let proposal = of_microfacets!(self.material.kind, scatter(self, &facet, random));
-        let (i, transmitted) = (proposal.direction, proposal.transmitted);
-        // A facet may send light to the wrong side of the surface; single scattering loses that
-        // light.
-        if (i.z < 0.0) != transmitted {
-            return absorbed;
-        }
-        let direction = self.local_to_world(i);
-        if proposal.is_delta {
-            let weight = proposal.delta_weight;
-            return BsdfSample { direction, weight, pdf: 0.0, transmitted, absorbed: false };
-        }
-        let BsdfEval { value, pdf } = self.evaluate_microfacets(i);
-        // Written so that a pdf of NaN also ends the path.
-        if pdf > 0.0 {
-            BsdfSample { direction, weight: value * (1.0 / pdf), pdf, transmitted, absorbed: false }
-        } else {
-            absorbed
-        }
+        (sample, i, is_pending)
     }
 
     /// Returns value and pdf of the microfacet materials for a direction of the shading frame.
     #[inline(always)]
-    pub(super) fn evaluate_microfacets(&self, i: Vec3) -> BsdfEval {
+    pub(super) fn evaluate_microfacets<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        i: Vec3,
+    ) -> BsdfEval {
         let (o, kind) = (self.local_viewer, self.material.kind);
-        if i.z == 0.0 || !of_microfacets!(kind, has_non_delta_lobe(self)) {
+        if i.z == 0.0 || !of_microfacets!(features, kind, has_non_delta_lobe(self)) {
             return ZERO_EVAL;
         }
-        let refracts = of_microfacets!(kind, REFRACTS);
+        let refracts = of_microfacets!(features, kind, REFRACTS);
         let reflected = i.z > 0.0;
         let eta = if reflected || !refracts { 1.0 } else { self.eta() };
         // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which
@@ -171,7 +173,7 @@ impl Bsdf {
             pdf = common / (1.0 + lambda_o);
         }
         let facets = FacetEval { value, pdf, cos: min(cos_o, 1.0), reflected };
-        of_microfacets!(kind, evaluate(self, i, &facets))
+        of_microfacets!(features, kind, evaluate(self, i, &facets))
     }
 
     /// Returns the ratio of refractive indices, incident over refracted.

@@ -16,48 +16,70 @@ mod metal;
 mod metallic_roughness;
 mod microfacets;
 mod rough_dielectric;
+mod textures;
 
-use crate::features::{Features, MICROFACETS, TEXTURES, has};
-use crate::material::{BLENDED, MASKED, Material};
+use crate::features::{BOOK, FeatureSet, Features, MICROFACETS, NEE, of_material};
+use crate::material::Material;
 use crate::math::{basis, max, normalize};
 use crate::rng::Words;
-use crate::scene::Scene;
-use crate::texture::{NO_TEXTURE, color, sample};
 use glam::Vec3;
 
 /// Kind of a diffuse material.
 pub const LAMBERTIAN: u32 = 0;
 /// Kind of the book's metal.
 pub const METAL: u32 = 1;
-/// Kind of smooth clear glass; kinds above are microfacet materials.
+/// Kind of smooth clear glass.
 pub const DIELECTRIC: u32 = 2;
+/// First kind of the microfacet materials; kinds below are of the book.
+pub const MICROFACET_KINDS: u32 = 5;
 /// Kind of a rough metal.
-pub const CONDUCTOR: u32 = 3;
+pub const CONDUCTOR: u32 = 5;
 /// Kind of clear glass with a rough boundary.
-pub const ROUGH_DIELECTRIC: u32 = 4;
+pub const ROUGH_DIELECTRIC: u32 = 6;
 /// Kind of glTF's material.
-pub const METALLIC_ROUGHNESS: u32 = 5;
+pub const METALLIC_ROUGHNESS: u32 = 7;
 
-/// Evaluates an item of the `book::BookLobe` of a kind.
+/// Kinds with the names of their features.
+pub const NAMES: [(u32, &str); 6] = [
+    (LAMBERTIAN, "lambertian"),
+    (METAL, "metal"),
+    (DIELECTRIC, "dielectric"),
+    (CONDUCTOR, "conductor"),
+    (ROUGH_DIELECTRIC, "rough-dielectric"),
+    (METALLIC_ROUGHNESS, "metallic-roughness"),
+];
+
+const _: () = assert!(
+    of_material(MICROFACET_KINDS) & MICROFACETS != 0 && of_material(MICROFACET_KINDS - 1) & BOOK != 0
+);
+
+/// Evaluates an item of the `book::BookLobe` of a kind, among those that `$features` has.
 macro_rules! of_book {
-    ($kind:expr, $($item:tt)+) => {{
-        use $crate::bsdf::book::BookLobe;
-        match $kind {
-            $crate::bsdf::METAL => $crate::bsdf::metal::Metal::$($item)+,
-            $crate::bsdf::DIELECTRIC => $crate::bsdf::dielectric::Dielectric::$($item)+,
-            _ => $crate::bsdf::lambertian::Lambertian::$($item)+,
+    ($features:expr, $kind:expr, $($item:tt)+) => {{
+        use $crate::bsdf::{DIELECTRIC, METAL, book::BookLobe, dielectric, lambertian, metal};
+        use $crate::features::of_material;
+        if $features.has(of_material(METAL)) && $kind == METAL {
+            metal::Metal::$($item)+
+        } else if $features.has(of_material(DIELECTRIC)) && $kind == DIELECTRIC {
+            dielectric::Dielectric::$($item)+
+        } else {
+            lambertian::Lambertian::$($item)+
         }
     }};
 }
 
-/// Evaluates an item of the `microfacets::MicrofacetLobe` of a kind.
+/// Evaluates an item of the `microfacets::MicrofacetLobe` of a kind, among those that `$features`
+/// has. The arms are in the order of the kinds.
 macro_rules! of_microfacets {
-    ($kind:expr, $($item:tt)+) => {{
-        use $crate::bsdf::microfacets::MicrofacetLobe;
-        match $kind {
-            $crate::bsdf::CONDUCTOR => $crate::bsdf::conductor::Conductor::$($item)+,
-            $crate::bsdf::ROUGH_DIELECTRIC => $crate::bsdf::rough_dielectric::RoughDielectric::$($item)+,
-            _ => $crate::bsdf::metallic_roughness::MetallicRoughness::$($item)+,
+    ($features:expr, $kind:expr, $($item:tt)+) => {{
+        use $crate::bsdf::microfacets::{MicrofacetLobe, is_kind};
+        use $crate::bsdf::{CONDUCTOR, ROUGH_DIELECTRIC, conductor, metallic_roughness, rough_dielectric};
+        if is_kind($features, $kind, CONDUCTOR) {
+            conductor::Conductor::$($item)+
+        } else if is_kind($features, $kind, ROUGH_DIELECTRIC) {
+            rough_dielectric::RoughDielectric::$($item)+
+        } else {
+            metallic_roughness::MetallicRoughness::$($item)+
         }
     }};
 }
@@ -65,49 +87,56 @@ macro_rules! of_microfacets {
 use {of_book, of_microfacets};
 
 pub use book::{Scatter, scatter};
-
-/// Returns the opacity of `material` at texture coordinates (`u`, `v`), 0 to 1: the part of the
-/// light that does not pass straight through.
-///
-/// # Safety
-///
-/// The scene's textures were proven as [`crate::buffer`] says.
-#[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn opacity(scene: Scene, material: &Material, u: f32, v: f32) -> f32 {
-    if material.flags & (MASKED | BLENDED) == 0 {
-        return 1.0;
-    }
-    let mut opacity = material.opacity;
-    if material.albedo_texture != NO_TEXTURE {
-        // SAFETY: the caller's promise.
-        opacity *= unsafe { sample(scene, material.albedo_texture, u, v) }.w;
-    }
-    if material.flags & MASKED == 0 {
-        opacity
-    } else if opacity >= material.alpha_cutoff {
-        1.0
-    } else {
-        0.0
-    }
+pub use textures::{Slots, load_material, opacity};
+/// Slots of a material's textures.
+pub mod slots {
+    pub use super::textures::{ALBEDO, ALL, EMISSION, METALLIC_ROUGHNESS, TRANSMISSION};
 }
 
-/// Direction in which the path continues.
+/// Returns whether a material of this kind is a microfacet material, not one of the book.
+#[inline(always)]
+pub const fn is_microfacet(kind: u32) -> bool {
+    kind >= MICROFACET_KINDS
+}
+
+/// Returns whether a material of this kind is a microfacet material, in a kernel with `features`.
+#[inline(always)]
+fn uses_microfacets<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
+    features.has_any(MICROFACETS) && (!features.has_any(BOOK) || is_microfacet(kind))
+}
+
+/// Direction in which the path continues. (Vectors begin rows of 16 bytes: naga lays records out
+/// so.)
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
     /// Unit vector, in world coordinates.
     pub direction: Vec3,
-    /// Value times |cosine| over pdf: factor on the throughput.
-    pub weight: Vec3,
     /// pdf of the direction, per steradian; 0 for a delta lobe, which light sampling cannot find.
     pub pdf: f32,
+    /// Value times |cosine| over pdf: factor on the throughput.
+    pub weight: Vec3,
     /// True if the direction is on the other side of the surface than the viewer.
     pub transmitted: bool,
     /// True if the path ends here.
     pub absorbed: bool,
 }
 
+impl BsdfSample {
+    /// Sets weight and pdf of a direction with this value and pdf.
+    #[inline(always)]
+    fn weigh(&mut self, BsdfEval { value, pdf }: BsdfEval) {
+        // Written so that a pdf of NaN also ends the path.
+        if pdf > 0.0 {
+            (self.weight, self.pdf) = (value * (1.0 / pdf), pdf);
+        } else {
+            self.absorbed = true;
+        }
+    }
+}
+
 /// Value of a BSDF for one direction, and pdf of sampling that direction.
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfEval {
     /// Value times |cosine| by channel; zero where the surface does not scatter.
@@ -143,34 +172,19 @@ fn reflect(v: Vec3, h: Vec3) -> Vec3 {
 }
 
 impl Bsdf {
-    /// Creates the BSDF of `material` with its textures read at (`u`, `v`), seen along the unit
-    /// vector `incoming`. `normal` is the unit shading normal on the viewer's side; `front` is true
-    /// if that is the outside.
-    ///
-    /// # Safety
-    ///
-    /// The scene's textures were proven as [`crate::buffer`] says.
+    /// Creates the BSDF of `material`, whose textures were [read](load_material), seen along the
+    /// unit vector `incoming`. `normal` is the unit shading normal on the viewer's side; `front` is
+    /// true if that is the outside.
     #[inline(always)]
-    #[allow(unsafe_code, reason = "see buffer")]
-    pub unsafe fn new<const FEATURES: Features>(
-        scene: Scene,
-        mut material: Material,
+    pub fn new<const POSSIBLE: Features>(
+        features: FeatureSet<POSSIBLE>,
+        material: Material,
         incoming: Vec3,
         normal: Vec3,
         front: bool,
-        (u, v): (f32, f32),
     ) -> Self {
-        if const { has(FEATURES, TEXTURES) } {
-            // SAFETY: the caller's promise.
-            unsafe {
-                material.albedo *= color(scene, material.albedo_texture, u, v);
-                if const { has(FEATURES, MICROFACETS) } && material.kind > DIELECTRIC {
-                    of_microfacets!(material.kind, read_textures(scene, &mut material, u, v));
-                }
-            }
-        }
         let (mut x, mut y, mut local) = (Vec3::X, Vec3::Y, Vec3::Z);
-        if const { has(FEATURES, MICROFACETS) } {
+        if features.has_any(MICROFACETS) {
             (x, y) = basis(normal);
             local = -Vec3::new(incoming.dot(x), incoming.dot(y), incoming.dot(normal));
             local.z = max(local.z, 1e-6);
@@ -183,10 +197,10 @@ impl Bsdf {
     /// of the book's metal or of a texture; a conductor's reflectance at normal incidence; 1 for
     /// glass.
     #[inline(always)]
-    pub fn albedo<const FEATURES: Features>(&self) -> Vec3 {
+    pub fn albedo<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> Vec3 {
         let m = &self.material;
-        if const { has(FEATURES, MICROFACETS) } && m.kind > DIELECTRIC {
-            return of_microfacets!(m.kind, albedo(m));
+        if uses_microfacets(features, m.kind) {
+            return of_microfacets!(features, m.kind, albedo(m));
         }
         m.albedo
     }
@@ -195,23 +209,23 @@ impl Bsdf {
     /// to 1. It is the fraction that a diffuse base scatters, and of the rest a part that grows
     /// with the width of the lobe.
     #[inline(always)]
-    pub fn diffuseness<const FEATURES: Features>(&self) -> f32 {
+    pub fn diffuseness<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> f32 {
         let m = &self.material;
-        if const { has(FEATURES, MICROFACETS) } && m.kind > DIELECTRIC {
-            return of_microfacets!(m.kind, diffuseness(self));
+        if uses_microfacets(features, m.kind) {
+            return of_microfacets!(features, m.kind, diffuseness(self));
         }
-        of_book!(m.kind, diffuseness(m))
+        of_book!(features, m.kind, diffuseness(m))
     }
 
     /// Returns whether a lobe is not a delta, so that light sampling can find some directions that
     /// [`Bsdf::sample`] returns.
     #[inline(always)]
-    pub fn has_non_delta_lobe<const FEATURES: Features>(&self) -> bool {
+    pub fn has_non_delta_lobe<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> bool {
         let m = &self.material;
-        if const { has(FEATURES, MICROFACETS) } && m.kind > DIELECTRIC {
-            return of_microfacets!(m.kind, has_non_delta_lobe(self));
+        if uses_microfacets(features, m.kind) {
+            return of_microfacets!(features, m.kind, has_non_delta_lobe(self));
         }
-        of_book!(m.kind, has_non_delta_lobe(m))
+        of_book!(features, m.kind, has_non_delta_lobe(m))
     }
 
     #[inline(always)]
@@ -220,23 +234,67 @@ impl Bsdf {
     }
 
     /// Samples a direction: `random.x` and `random.y` choose it within a lobe, `random.z` chooses
-    /// the lobe or, for the book's metal, the distance from the ball's centre. `schlick` chooses
-    /// Schlick's approximation in kernels that can do both.
+    /// the lobe or, for the book's metal, the distance from the ball's centre.
     #[inline(always)]
-    pub fn sample<const FEATURES: Features>(&self, schlick: bool, random: Words) -> BsdfSample {
-        let kind = self.material.kind;
-        if const { has(FEATURES, MICROFACETS) } && kind > DIELECTRIC {
-            return self.sample_microfacets(random);
+    pub fn sample<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        random: Words,
+    ) -> BsdfSample {
+        self.sample_and_evaluate(features, random, Vec3::ZERO, false).0
+    }
+
+    /// Samples a direction as [`sample`](Self::sample) does; returns also what
+    /// [`evaluate`](Self::evaluate) does for the unit vector `light`, or zero unless `evaluates`.
+    ///
+    /// The evaluations of a microfacet material are a loop, so that a kernel has their code once:
+    /// large kernels do not fit a GPU's instruction cache.
+    #[inline(always)]
+    pub fn sample_and_evaluate<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        random: Words,
+        light: Vec3,
+        evaluates: bool,
+    ) -> (BsdfSample, BsdfEval) {
+        let mut of_light = ZERO_EVAL;
+        if uses_microfacets(features, self.material.kind) {
+            let (mut sample, local, is_pending) = self.propose_microfacets(features, random);
+            let mut at_light = features.has(NEE) && evaluates;
+            let mut remaining = at_light || is_pending;
+            while remaining {
+                let eval = self.evaluate_microfacets(
+                    features,
+                    if at_light { self.world_to_local(light) } else { local },
+                );
+                if at_light {
+                    of_light = eval;
+                } else {
+                    sample.weigh(eval);
+                }
+                remaining = at_light && is_pending;
+                at_light = false;
+            }
+            return (sample, of_light);
         }
-        let scatter =
-            scatter::<FEATURES>(&self.material, -self.viewer, self.normal, self.front, schlick, random);
-        BsdfSample {
+        let scatter = scatter(features, &self.material, -self.viewer, self.normal, self.front, random);
+        let sample = BsdfSample {
             direction: scatter.direction,
             weight: self.material.albedo,
-            pdf: self.evaluate_book(scatter.direction).pdf,
+            pdf: self.evaluate_book(features, scatter.direction).pdf,
             transmitted: scatter.transmitted,
             absorbed: scatter.absorbed,
+        };
+        if features.has(NEE) && evaluates {
+            of_light = self.evaluate_book(features, light);
         }
+        (sample, of_light)
+    }
+
+    /// Returns a vector of world coordinates in the shading frame.
+    #[inline(always)]
+    fn world_to_local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.normal))
     }
 
     /// Returns the cosine between `direction` and the shading normal.
@@ -247,23 +305,30 @@ impl Bsdf {
 
     /// Returns value and pdf for the unit vector `direction`.
     #[inline(always)]
-    pub fn evaluate<const FEATURES: Features>(&self, direction: Vec3) -> BsdfEval {
+    pub fn evaluate<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        direction: Vec3,
+    ) -> BsdfEval {
         let kind = self.material.kind;
-        if const { has(FEATURES, MICROFACETS) } && kind > DIELECTRIC {
-            let to = Vec3::new(direction.dot(self.x), direction.dot(self.y), direction.dot(self.normal));
-            return self.evaluate_microfacets(to);
+        if uses_microfacets(features, kind) {
+            return self.evaluate_microfacets(features, self.world_to_local(direction));
         }
-        self.evaluate_book(direction)
+        self.evaluate_book(features, direction)
     }
 
     /// Returns value and pdf of the book's materials.
     #[inline(always)]
-    fn evaluate_book(&self, direction: Vec3) -> BsdfEval {
+    fn evaluate_book<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        direction: Vec3,
+    ) -> BsdfEval {
         let cos = direction.dot(self.normal);
         if cos <= 0.0 {
             return ZERO_EVAL;
         }
-        let pdf = of_book!(self.material.kind, pdf(self, direction, cos));
+        let pdf = of_book!(features, self.material.kind, pdf(self, direction, cos));
         BsdfEval { value: self.material.albedo * pdf, pdf }
     }
 }

@@ -1,17 +1,16 @@
 //! Lights that are emitting primitives: spheres, planar shapes and triangles.
 
 use super::{LightSample, NO_LIGHT, ReferencePoint};
-use crate::bsdf::opacity;
+use crate::bsdf::{load_material, opacity, slots};
 use crate::buffer::load;
-use crate::features::{Features, PLANAR, TEXTURES, TRIANGLES, has};
-use crate::material::Material;
+use crate::features::{FeatureSet, Features, HOLES, TEXTURES};
 use crate::math::{atan2_turns, basis, max, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::params::RenderParams;
 use crate::planar::Planar;
+use crate::primitive::{is_planar, is_triangle};
 use crate::rng::Words;
 use crate::scene::Scene;
 use crate::sphere::Sphere;
-use crate::texture;
 use crate::triangle::{Triangle, TriangleShading};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -33,7 +32,8 @@ fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
 /// As [`super::sample`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub(super) unsafe fn sample<const FEATURES: Features>(
+pub(super) unsafe fn sample<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     primitive: u32,
@@ -47,7 +47,7 @@ pub(super) unsafe fn sample<const FEATURES: Features>(
     // may be the very point that the sphere is seen from.
     let mut inside_cone = Vec3::ZERO;
     let (mut texture_u, mut texture_v) = (0.0, 0.0);
-    if const { has(FEATURES, TRIANGLES) } && primitive >= params.first_triangle {
+    if is_triangle(features, params, primitive) {
         let index = primitive - params.first_triangle;
         // SAFETY: the caller's promise.
         let triangle = unsafe { load::<Triangle>(scene.triangles, index) };
@@ -59,13 +59,13 @@ pub(super) unsafe fn sample<const FEATURES: Features>(
         let n = triangle.normal();
         normal = n * (1.0 / sqrt(n.dot(n)));
         material = triangle.material;
-        if const { has(FEATURES, TEXTURES) } {
+        if features.has(TEXTURES) {
             // SAFETY: as above.
             let s = unsafe { load::<TriangleShading>(scene.shading, index) };
             texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
             texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
         }
-    } else if const { has(FEATURES, PLANAR) } && primitive >= params.first_planar {
+    } else if is_planar(features, params, primitive) {
         // SAFETY: the caller's promise.
         let planar = unsafe { load::<Planar>(scene.planars, primitive - params.first_planar) };
         let (mut across, mut down) = (u, v);
@@ -106,15 +106,18 @@ pub(super) unsafe fn sample<const FEATURES: Features>(
             normal = unit_sphere(random.x, random.y);
             target = sphere.center + normal * sphere.radius;
         }
-        if const { has(FEATURES, TEXTURES) } {
+        if features.has(TEXTURES) {
             texture_u = 0.5 + atan2_turns(-normal.z, normal.x);
             texture_v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
         }
     }
     let to = target - point;
     let square = to.dot(to);
-    // SAFETY: each primitive's material is in range.
-    let material = unsafe { load::<Material>(scene.materials, material) };
+    // SAFETY: each primitive's material and its textures are in range.
+    let material = unsafe {
+        let wanted = if features.has(HOLES) { slots::EMISSION | slots::ALBEDO } else { slots::EMISSION };
+        load_material(features, scene, material, wanted, (texture_u, texture_v))
+    };
     let distance = sqrt(square);
     let mut direction = to * (1.0 / distance);
     let mut cos = -direction.dot(normal);
@@ -124,21 +127,13 @@ pub(super) unsafe fn sample<const FEATURES: Features>(
     if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
         return NO_LIGHT;
     }
-    let mut radiance = material.emission;
-    if const { has(FEATURES, TEXTURES) } {
-        // SAFETY: the scene's textures are proven.
-        unsafe {
-            radiance *= texture::color(scene, material.emission_texture, texture_u, texture_v);
-            radiance *= opacity(scene, &material, texture_u, texture_v);
-        }
-    }
     LightSample {
         direction,
         t_max: distance * 1.001, // only to skip what lies behind
         primitive,
-        radiance,
+        radiance: material.emission * opacity(features, &material),
         // SAFETY: the caller's promise.
-        pdf: unsafe { pdf::<FEATURES>(params, scene, primitive, material.light_pdf, from, distance, -cos) },
+        pdf: unsafe { pdf(features, params, scene, primitive, material.light_pdf, from, distance, -cos) },
         is_delta: false,
     }
 }
@@ -151,8 +146,9 @@ pub(super) unsafe fn sample<const FEATURES: Features>(
 ///
 /// As [`super::sample`].
 #[inline(always)]
-#[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn pdf<const FEATURES: Features>(
+#[allow(clippy::too_many_arguments, unsafe_code, reason = "one place, seen from one point; see buffer")]
+pub unsafe fn pdf<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     primitive: u32,
@@ -161,9 +157,7 @@ pub unsafe fn pdf<const FEATURES: Features>(
     distance: f32,
     cos: f32,
 ) -> f32 {
-    let is_sphere = (const { !has(FEATURES, PLANAR) } || primitive < params.first_planar)
-        && (const { !has(FEATURES, TRIANGLES) } || primitive < params.first_triangle);
-    if is_sphere {
+    if !is_triangle(features, params, primitive) && !is_planar(features, params, primitive) {
         // SAFETY: the caller's promise.
         let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
         let half_cone = sphere_cone(&sphere, primitive, from);

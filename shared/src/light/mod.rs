@@ -13,7 +13,7 @@ pub use area::pdf;
 use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
 use crate::environment;
-use crate::features::{EMITTERS, ENVIRONMENT, Features, has};
+use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, PUNCTUAL};
 use crate::math::{mul_high, unit_f32};
 use crate::params::RenderParams;
 pub use crate::records::light::Light;
@@ -29,25 +29,28 @@ pub const POINT: u32 = 1;
 /// Kind of a directional light: infinitely far.
 pub const DIRECTIONAL: u32 = 2;
 
-/// Sampled point of a light or of the environment map.
+/// Sampled point of a light or of the environment map. (Vectors begin rows of 16 bytes: naga lays
+/// records out so.)
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Unit vector towards the light.
     pub direction: Vec3,
     /// Maximum distance of the shadow ray.
     pub t_max: f32,
-    /// Primitive that the shadow ray may hit, or [`NO_PRIMITIVE`].
-    pub primitive: u32,
     /// Arriving radiance, zero for a choice that gives nothing; irradiance for a light without
     /// extent.
     pub radiance: Vec3,
+    /// Primitive that the shadow ray may hit, or [`NO_PRIMITIVE`].
+    pub primitive: u32,
     /// pdf of this choice, per steradian at the point; its probability for a light without extent.
     pub pdf: f32,
     /// True if only light sampling can find this light.
     pub is_delta: bool,
 }
 
-const NO_LIGHT: LightSample = LightSample {
+/// Choice that gives no light.
+pub(crate) const NO_LIGHT: LightSample = LightSample {
     direction: Vec3::Y,
     t_max: MISS,
     primitive: NO_PRIMITIVE,
@@ -76,14 +79,15 @@ pub struct ReferencePoint {
 /// map with a probability above 0.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn sample<const FEATURES: Features>(
+pub unsafe fn sample<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     from: ReferencePoint,
     random: Words,
     choice: u32,
 ) -> LightSample {
-    if const { has(FEATURES, ENVIRONMENT) } && unit_f32(choice) < params.environment_probability {
+    if features.has(ENVIRONMENT) && unit_f32(choice) < params.environment_probability {
         // SAFETY: a probability above zero means that there is an environment map.
         let sky = unsafe { environment::sample(params, scene, random) };
         return LightSample {
@@ -95,7 +99,7 @@ pub unsafe fn sample<const FEATURES: Features>(
             is_delta: false,
         };
     }
-    if const { !has(FEATURES, EMITTERS) } || params.light_count == 0 {
+    if !features.has_any(EMITTERS | PUNCTUAL) || params.light_count == 0 {
         return NO_LIGHT;
     }
     // SAFETY: the index is below the number of lights, as is each alias.
@@ -103,11 +107,13 @@ pub unsafe fn sample<const FEATURES: Features>(
         let light = load::<Light>(scene.lights, mul_high(random.z, params.light_count));
         if random.w < light.threshold { light } else { load::<Light>(scene.lights, light.alias) }
     };
-    match light.kind {
+    if !features.has(PUNCTUAL) || (features.has(EMITTERS) && light.kind == AREA) {
         // SAFETY: the caller's promise for the light's primitive.
-        AREA => unsafe { area::sample::<FEATURES>(params, scene, light.primitive, from, random) },
-        DIRECTIONAL => directional::sample(&light),
-        _ => point::sample(&light, from),
+        unsafe { area::sample(features, params, scene, light.primitive, from, random) }
+    } else if light.kind == DIRECTIONAL {
+        directional::sample(&light)
+    } else {
+        point::sample(&light, from)
     }
 }
 

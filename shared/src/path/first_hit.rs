@@ -1,7 +1,7 @@
 //! First hits of camera rays, for the tests that compare backends.
 
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
-use crate::features::{PLANAR, TRIANGLES};
+use crate::features::{FeatureSet, SHAPES};
 use crate::params::RenderParams;
 pub use crate::records::first_hit::FirstHit;
 use crate::rng::PathKey;
@@ -22,11 +22,11 @@ pub unsafe fn first_hit(params: &RenderParams, scene: Scene, x: u32, y: u32) -> 
     let key = PathKey { seed: params.seed, pixel, sample: params.first_sample };
     let ray = params.camera.ray(x, y, key.words(0));
     // SAFETY: the caller's promise.
-    let hit = unsafe { closest_hit::<{ PLANAR | TRIANGLES }>(params, scene, ray, RayQuery::CLOSEST) };
+    let hit = unsafe { closest_hit(FeatureSet::<SHAPES>::ALL, params, scene, ray, RayQuery::CLOSEST) };
     let mut normal = Vec3::ZERO;
     if hit.primitive != NO_PRIMITIVE {
         // SAFETY: traversal returns a primitive of the scene.
-        normal = unsafe { surface::at::<{ PLANAR | TRIANGLES }>(params, scene, ray, hit) }.normal;
+        normal = unsafe { surface::at(FeatureSet::<SHAPES>::ALL, params, scene, ray, hit) }.normal;
     }
     FirstHit { normal, primitive: hit.primitive, distance: hit.distance, pad: [0; 3] }
 }

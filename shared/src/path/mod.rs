@@ -15,9 +15,9 @@ pub use persistent::render_persistent;
 pub use render::render_pixel;
 
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
-use crate::features::{Features, NEE, TEXTURES, has, has_any};
+use crate::features::{FeatureSet, Features, HOLES, NEE};
 use crate::film::{Compensation, PixelSums};
-use crate::params::{FLAG_HOLES, FLAG_OPAQUE_ZERO, RenderParams};
+use crate::params::{FLAG_OPAQUE_ZERO, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::PathKey;
 use crate::sampler::words;
@@ -114,8 +114,14 @@ impl Path {
 
     /// Starts the sample with the camera ray through pixel (`x`, `y`).
     #[inline(always)]
-    fn begin_sample<const FEATURES: Features>(&mut self, params: &RenderParams, x: u32, y: u32) {
-        self.ray = params.camera.ray(x, y, words::<FEATURES>(self.key, 0));
+    fn begin_sample<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        x: u32,
+        y: u32,
+    ) {
+        self.ray = params.camera.ray(x, y, words(features, self.key, 0));
         self.needs_camera_ray = false;
         self.throughput = Vec3::ONE;
         self.radiance = Vec3::ZERO;
@@ -126,14 +132,15 @@ impl Path {
 
     /// Adds the finished sample to its pixel's sums, and moves on to the pixel's next sample.
     #[inline(always)]
-    fn finish_sample<const FEATURES: Features>(
+    fn finish_sample<const POSSIBLE: Features>(
         &mut self,
+        features: FeatureSet<POSSIBLE>,
         params: &RenderParams,
         sums: &mut PixelSums,
         compensation: &mut Compensation,
     ) {
         sums.add(clamped(self.radiance, params.max_radiance), compensation, params.flags & FLAG_OPAQUE_ZERO);
-        sums.segments += if const { has_any(FEATURES, NEE | TEXTURES) } { self.rays } else { self.segment };
+        sums.segments += if features.has_any(NEE | HOLES) { self.rays } else { self.segment };
         self.key.sample += 1;
         self.needs_camera_ray = true;
         self.segment = 0;
@@ -143,10 +150,13 @@ impl Path {
 
     /// Returns the query of the current ray.
     #[inline(always)]
-    fn query<const FEATURES: Features>(&self, params: &RenderParams) -> RayQuery {
-        if const { has_any(FEATURES, NEE) } && self.shadow {
-            let any = const { !has(FEATURES, TEXTURES) } || params.flags & FLAG_HOLES == 0;
-            RayQuery { t_max: self.shadow_t_max, light_primitive: self.light_primitive, any_hit: any }
+    fn query<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> RayQuery {
+        if features.has(NEE) && self.shadow {
+            RayQuery {
+                t_max: self.shadow_t_max,
+                light_primitive: self.light_primitive,
+                any_hit: !features.has(HOLES),
+            }
         } else {
             RayQuery::CLOSEST
         }

@@ -5,7 +5,7 @@ use super::render::trace_segment;
 use crate::aovs::AovSums;
 use crate::buffer::{SharedSlice, load_shared, store_shared};
 use crate::bvh::Child;
-use crate::features::{AOVS, Features, NEE, has, has_any};
+use crate::features::{AOVS, FeatureSet, Features, NEE};
 use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
 use crate::rng::PathKey;
@@ -50,7 +50,8 @@ fn tiled_pixel(params: &RenderParams, index: u32) -> (u32, u32, bool) {
 /// up. `params.max_lane_pixels` is not 0, and so large that all lanes together may take all pixels.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn render_persistent<const FEATURES: Features>(
+pub unsafe fn render_persistent<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     film: &mut SharedSlice<PixelSums>,
@@ -96,7 +97,7 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
                             load_shared::<Compensation>(compensations, pixel),
                         )
                     };
-                } else if const { has(FEATURES, AOVS) } {
+                } else if features.has(AOVS) {
                     // SAFETY: the pixel lies inside the image.
                     unsafe { store_shared(aovs, pixel, AovSums::ZERO) };
                 }
@@ -105,15 +106,15 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
         if !warp::any(busy || has_work) {
             break;
         }
-        if traces_now::<FEATURES>(params, busy, path.needs_camera_ray) {
+        if traces_now(features, params, busy, path.needs_camera_ray) {
             let needs_camera_ray = path.needs_camera_ray;
             let root = if needs_camera_ray { tile_entry } else { Child(params.root) };
             if needs_camera_ray {
-                path.begin_sample::<FEATURES>(params, x, y);
+                path.begin_sample(features, params, x, y);
             }
             // SAFETY: the caller's promise.
-            if unsafe { trace_segment::<FEATURES>(params, scene, &mut path, root, aovs) } {
-                path.finish_sample::<FEATURES>(params, &mut sums, &mut compensation);
+            if unsafe { trace_segment(features, params, scene, &mut path, root, aovs) } {
+                path.finish_sample(features, params, &mut sums, &mut compensation);
                 if path.key.sample == params.end_sample {
                     busy = false;
                     if params.flags & FLAG_END_OF_CHUNK != 0 {
@@ -136,9 +137,14 @@ pub unsafe fn render_persistent<const FEATURES: Features>(
 /// few nodes, and the same ones. Not in kernels with next-event estimation, whose paths are so long
 /// that lanes would wait for enough camera rays.
 #[inline(always)]
-fn traces_now<const FEATURES: Features>(params: &RenderParams, busy: bool, needs_camera_ray: bool) -> bool {
+fn traces_now<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    busy: bool,
+    needs_camera_ray: bool,
+) -> bool {
     let mut traces = busy;
-    if const { warp::HAS_WARP_VOTES && !has_any(FEATURES, NEE) } {
+    if warp::HAS_WARP_VOTES && !features.has_any(NEE) {
         let camera_lanes = warp::count(busy && needs_camera_ray);
         let traces_camera_rays = camera_lanes >= MIN_CAMERA_LANES || camera_lanes == warp::count(busy);
         let has_tile_entries = params.first_tile_entry != NO_TILE_ENTRIES;

@@ -5,7 +5,7 @@ use crate::aovs::AovSums;
 use crate::buffer::{SharedSlice, load, store, store_shared};
 use crate::buffer_layout::Packed;
 use crate::bvh::Child;
-use crate::features::{AOVS, Features, REGENERATE, has};
+use crate::features::{AOVS, FeatureSet, Features, REGENERATE};
 use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
 use crate::rng::PathKey;
@@ -30,7 +30,8 @@ use crate::warp;
 /// a warp that have not ended call this together, for equally many samples each.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, unsafe_code, reason = "one argument per buffer; see buffer")]
-pub unsafe fn render_pixel<const FEATURES: Features>(
+pub unsafe fn render_pixel<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     x: u32,
@@ -54,7 +55,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
         unsafe {
             store(film, slot, PixelSums::ZERO);
             store(compensations, slot, Compensation::ZERO);
-            if const { has(FEATURES, AOVS) } {
+            if features.has(AOVS) {
                 store_shared(aovs, pixel, AovSums::ZERO);
             }
         }
@@ -65,19 +66,19 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
     while path.key.sample < params.end_sample {
         let needs_camera_ray = path.needs_camera_ray;
         if needs_camera_ray {
-            path.begin_sample::<FEATURES>(params, x, y);
+            path.begin_sample(features, params, x, y);
         }
         let mut ended;
         let mut root = if needs_camera_ray { tile_entry } else { Child(params.root) };
         loop {
             // SAFETY: the caller's promise.
-            ended = unsafe { trace_segment::<FEATURES>(params, scene, &mut path, root, aovs) };
+            ended = unsafe { trace_segment(features, params, scene, &mut path, root, aovs) };
             root = Child(params.root);
-            if ended || const { has(FEATURES, REGENERATE) } {
+            if ended || features.has(REGENERATE) {
                 break;
             }
         }
-        if const { !has(FEATURES, REGENERATE) } {
+        if !features.has(REGENERATE) {
             warp::sync_warp();
         }
         if ended {
@@ -85,7 +86,7 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
             unsafe {
                 let (mut sums, mut compensation) =
                     (load::<PixelSums>(film, slot), load::<Compensation>(compensations, slot));
-                path.finish_sample::<FEATURES>(params, &mut sums, &mut compensation);
+                path.finish_sample(features, params, &mut sums, &mut compensation);
                 store(film, slot, sums);
                 store(compensations, slot, compensation);
             }
@@ -109,7 +110,8 @@ pub unsafe fn render_pixel<const FEATURES: Features>(
 /// As [`render_pixel`].
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub(super) unsafe fn trace_segment<const FEATURES: Features>(
+pub(super) unsafe fn trace_segment<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     path: &mut Path,
@@ -118,8 +120,8 @@ pub(super) unsafe fn trace_segment<const FEATURES: Features>(
 ) -> bool {
     // SAFETY: the caller's promise.
     unsafe {
-        let query = path.query::<FEATURES>(params);
-        let hit = closest_hit_below::<FEATURES>(params, scene, path.ray, query, root);
-        path.shade::<FEATURES>(params, scene, hit, aovs)
+        let query = path.query(features);
+        let hit = closest_hit_below(features, params, scene, path.ray, query, root);
+        path.shade(features, params, scene, hit, aovs)
     }
 }

@@ -1,9 +1,8 @@
 //! Vertex of a path: the point of a surface that a ray hits, and how rays leave it.
 
-use crate::bsdf::{LAMBERTIAN, opacity};
-use crate::buffer::load;
+use crate::bsdf::{LAMBERTIAN, Slots, load_material, opacity};
 use crate::bvh::Hit;
-use crate::features::{Features, PLANAR, TRIANGLES, has, has_any};
+use crate::features::{FeatureSet, Features, PLANAR, TRIANGLES};
 use crate::material::Material;
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
@@ -22,7 +21,7 @@ pub(super) struct Vertex {
 }
 
 impl Vertex {
-    /// Loads what is at `hit`.
+    /// Loads what is at `hit`, with the textures of the material's slots `wanted`.
     ///
     /// # Safety
     ///
@@ -30,16 +29,19 @@ impl Vertex {
     /// traversal.
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
-    pub(super) unsafe fn at<const FEATURES: Features>(
+    pub(super) unsafe fn at<const POSSIBLE: Features>(
+        features: FeatureSet<POSSIBLE>,
         params: &RenderParams,
         scene: Scene,
         ray: Ray,
         hit: Hit,
+        wanted: Slots,
     ) -> Self {
         // SAFETY: a primitive that traversal returned; the caller's promise for materials.
         let (surface, material) = unsafe {
-            let surface = surface::at::<FEATURES>(params, scene, ray, hit);
-            (surface, load::<Material>(scene.materials, surface.material))
+            let surface = surface::at(features, params, scene, ray, hit);
+            let place = (surface.u, surface.v);
+            (surface, load_material(features, scene, surface.material, wanted, place))
         };
         Self { ray, hit, surface, material }
     }
@@ -51,15 +53,9 @@ impl Vertex {
     }
 
     /// Returns the surface's opacity.
-    ///
-    /// # Safety
-    ///
-    /// As [`render_pixel`](super::render_pixel).
     #[inline(always)]
-    #[allow(unsafe_code, reason = "see buffer")]
-    pub(super) unsafe fn opacity(&self, scene: Scene) -> f32 {
-        // SAFETY: the caller's promise for textures.
-        unsafe { opacity(scene, &self.material, self.surface.u, self.surface.v) }
+    pub(super) fn opacity<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> f32 {
+        opacity(features, &self.material)
     }
 
     /// Returns the continuation of the ray beyond the surface.
@@ -76,9 +72,14 @@ impl Vertex {
 
     /// Returns the ray that leaves the surface in `direction`, to its inside or its outside.
     #[inline(always)]
-    pub(super) fn leave<const FEATURES: Features>(&self, direction: Vec3, inside: bool) -> Ray {
+    pub(super) fn leave<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        direction: Vec3,
+        inside: bool,
+    ) -> Ray {
         let Surface { point, normal, error_bound, .. } = self.surface;
-        let origin = if const { has_any(FEATURES, PLANAR | TRIANGLES) } {
+        let origin = if features.has_any(PLANAR | TRIANGLES) {
             surface::offset_ray_origin(point, normal, error_bound, !inside)
         } else {
             point
@@ -88,16 +89,17 @@ impl Vertex {
 
     /// Returns the normals on the side that the ray comes from, as `front` says.
     #[inline(always)]
-    pub(super) fn facing_normals<const FEATURES: Features>(
+    pub(super) fn facing_normals<const POSSIBLE: Features>(
         &self,
+        features: FeatureSet<POSSIBLE>,
         params: &RenderParams,
         front: bool,
     ) -> FacingNormals {
         let Surface { normal, shading_normal, .. } = self.surface;
         let geometric = if front { normal } else { -normal };
         let mut shading = geometric;
-        // Only a triangle has a shading normal of its own: others keep their bits in every variant.
-        let differ = const { has(FEATURES, TRIANGLES) } && self.hit.primitive >= params.first_triangle;
+        // Only a triangle has a shading normal of its own: others keep their bits in every kernel.
+        let differ = features.has(TRIANGLES) && self.hit.primitive >= params.first_triangle;
         if differ {
             shading = if front { shading_normal } else { -shading_normal };
             // A diffuse surface keeps its normal: its shading must not depend on the viewer.

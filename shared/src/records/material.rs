@@ -90,6 +90,33 @@ impl Material {
         }
     }
 
+    /// Returns the indices of the textures, or [`NO_TEXTURE`], slot by slot. (By destructuring, so
+    /// that the compiler asks about each new field: kernels read textures without bounds checks.)
+    pub const fn textures(&self) -> [u32; 4] {
+        let Self {
+            albedo: _,
+            kind: _,
+            fuzz: _,
+            ior: _,
+            roughness: _,
+            metallic: _,
+            emission: _,
+            light_pdf: _,
+            eta: _,
+            transmission: _,
+            k: _,
+            flags: _,
+            albedo_texture,
+            metallic_roughness_texture,
+            emission_texture,
+            transmission_texture,
+            opacity: _,
+            alpha_cutoff: _,
+            pad: _,
+        } = *self;
+        [albedo_texture, metallic_roughness_texture, emission_texture, transmission_texture]
+    }
+
     /// Returns whether a surface of this material emits from its front (`front`) or its back.
     #[inline(always)]
     pub fn emits(&self, front: bool) -> bool {

@@ -4,7 +4,7 @@
 use super::initial_hit;
 use crate::buffer::{load, load_local, store_local};
 use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
-use crate::features::{COUNTED, Features, HEAVY, has, has_any};
+use crate::features::{COUNTED, FeatureSet, Features, HEAVY, PADDED_BOXES};
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -13,19 +13,20 @@ use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
 use crate::triangle::Shear;
 use core::mem::MaybeUninit;
 
-/// Returns the hit below `root` that `query` asks for, and the visits if `FEATURES` has
-/// [`COUNTED`]. `PADDED` selects the slab test for boxes that the host padded.
+/// Returns the hit below `root` that `query` asks for, and the visits if the kernel has
+/// [`COUNTED`].
 ///
 /// The loops are "while-while" (Aila and Laine 2009): a lane descends to a leaf, waits for the
-/// others, tests it, and continues with the stack. In heavy SPIR-V kernels it waits for at most two
-/// nodes, which is faster in those kernels only (docs/notebook/vulkan.md).
+/// others, tests it, and continues with the stack. In heavy SPIR-V kernels it waits for at most
+/// two nodes, which is faster in those kernels only (docs/notebook/vulkan.md).
 ///
 /// # Safety
 ///
 /// As [`closest_hit_below`](super::closest_hit_below).
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
+pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
@@ -35,7 +36,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     let shear = Shear::new(ray.direction); // unused without triangles
     let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
-    let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
+    let mut hit = unsafe { initial_hit(features, params, scene, ray, &shear, query) };
     // Not cleared: clearing 256 bytes for each ray costs more than all the boxes that it tests.
     // Stack and depth are separate variables, and the steps are macros. In one record with the
     // depth, LLVM would clear the stack as well; and a record cannot borrow the stack, because
@@ -56,13 +57,13 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     }
     macro_rules! visit {
         () => {
-            if const { has(FEATURES, COUNTED) } {
+            if features.has(COUNTED) {
                 visits.nodes += 1;
             }
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
             let BoxHits { first, second, t_first, t_second } =
-                intersect_boxes::<PADDED>(ray.origin, &reciprocals, &node, hit.distance);
+                intersect_boxes(features.has(PADDED_BOXES), ray.origin, &reciprocals, &node, hit.distance);
             if first {
                 if second {
                     let second_is_near = t_second < t_first;
@@ -84,12 +85,12 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     }
     macro_rules! test {
         () => {
-            if const { has(FEATURES, COUNTED) } {
+            if features.has(COUNTED) {
                 visits.leaves += 1;
             }
             let primitive = child.index();
             // SAFETY: the caller's promise.
-            let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
+            let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
             if is_closer(t, primitive, hit.distance, hit.primitive) {
                 hit = Hit { distance: t, primitive };
                 if query.any_hit && primitive != query.light_primitive {
@@ -100,7 +101,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
         };
     }
     // `pop` sets `EMPTY` when the stack is empty. Its top bit is set, so it counts as a leaf.
-    if const { cfg!(target_arch = "spirv") && has_any(FEATURES, HEAVY) } {
+    if cfg!(target_arch = "spirv") && features.has_any(HEAVY) {
         while child != Child::EMPTY {
             if !child.is_leaf() {
                 visit!();

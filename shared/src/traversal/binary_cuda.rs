@@ -3,7 +3,7 @@
 use super::initial_hit;
 use crate::buffer::{load, load_local, store_local};
 use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
-use crate::features::{COUNTED, Features, has};
+use crate::features::{COUNTED, FeatureSet, Features, PADDED_BOXES};
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -21,19 +21,18 @@ use core::mem::MaybeUninit;
 /// As [`closest_hit`](super::closest_hit).
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
+pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
     ray: Ray,
     query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
-    /// Number of nodes that a lane visits before it tests a leaf.
-    const STEPS: u32 = 2;
     let shear = Shear::new(ray.direction);
     let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
-    let mut hit = unsafe { initial_hit::<FEATURES>(params, scene, ray, &shear, query) };
+    let mut hit = unsafe { initial_hit(features, params, scene, ray, &shear, query) };
     // One entry more than levels: the lowest is `EMPTY`, which ends the search.
     let mut stack = MaybeUninit::<[u32; STACK_SIZE + 1]>::uninit();
     // SAFETY: the stack has a first entry.
@@ -41,30 +40,29 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
     let mut depth = 1u32;
     let mut child = root;
     let mut visits = Visits::NONE;
-    while child != Child::EMPTY {
-        let mut steps = 0;
-        while steps < STEPS {
+    macro_rules! visit {
+        () => {
             if !child.is_leaf() {
-                if const { has(FEATURES, COUNTED) } {
+                if features.has(COUNTED) {
                     visits.nodes += 1;
                 }
                 // SAFETY: the caller's promise for each child's index.
                 let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-                let BoxHits { first, second, t_first, t_second } =
-                    intersect_boxes::<PADDED>(ray.origin, &reciprocals, &node, hit.distance);
+                let BoxHits { first, second, t_first, t_second } = intersect_boxes(
+                    features.has(PADDED_BOXES),
+                    ray.origin,
+                    &reciprocals,
+                    &node,
+                    hit.distance,
+                );
                 if first {
                     if second {
                         let second_is_near = t_second < t_first;
                         child = Child(if second_is_near { node.second } else { node.first });
+                        let far = if second_is_near { node.first } else { node.second };
                         // SAFETY: there is at most one push a level, and the caller promises the
                         // number of levels.
-                        unsafe {
-                            store_local(
-                                &mut stack,
-                                depth,
-                                if second_is_near { node.first } else { node.second },
-                            );
-                        }
+                        unsafe { store_local(&mut stack, depth, far) };
                         depth += 1;
                     } else {
                         child = Child(node.first);
@@ -77,10 +75,14 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
                     child = Child(unsafe { load_local(&stack, depth) });
                 }
             }
-            steps += 1;
-        }
+        };
+    }
+    while child != Child::EMPTY {
+        // Two nodes before a leaf; written out, because LLVM does not unroll a loop of this size.
+        visit!();
+        visit!();
         if child.is_leaf() && child != Child::EMPTY {
-            if const { has(FEATURES, COUNTED) } {
+            if features.has(COUNTED) {
                 visits.leaves += 1;
             }
             let primitive = child.index();
@@ -88,7 +90,7 @@ pub unsafe fn closest_in_tree<const FEATURES: Features, const PADDED: bool>(
             // SAFETY: `depth` entries were stored.
             child = Child(unsafe { load_local(&stack, depth) });
             // SAFETY: the caller's promise.
-            let t = unsafe { distance::<FEATURES>(params, scene, ray, &shear, primitive) };
+            let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
             if is_closer(t, primitive, hit.distance, hit.primitive) {
                 hit = Hit { distance: t, primitive };
                 if query.any_hit && primitive != query.light_primitive {

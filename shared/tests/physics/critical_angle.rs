@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use trisect_shared::bsdf::{DIELECTRIC, scatter};
+use trisect_shared::features::{BOOK, FeatureSet};
 use trisect_shared::material::Material;
 use trisect_shared::rng::Words;
 
@@ -34,7 +35,7 @@ fn refracts(cos: f32, ior: f32) -> bool {
     let glass = Material { ior, ..Material::new(DIELECTRIC, Vec3::ONE) };
     let incoming = Vec3::new((1.0 - f64::from(cos).powi(2)).sqrt() as f32, -cos, 0.0);
     let random = Words { x: 0, y: 0, z: u32::MAX, w: 0 };
-    let scatter = scatter::<0>(&glass, incoming, Vec3::Y, false, false, random);
+    let scatter = scatter(FeatureSet::<BOOK>::ALL, &glass, incoming, Vec3::Y, false, random);
     assert!((scatter.direction.length() - 1.0).abs() < 1e-6, "{ior} {cos}: {}", scatter.direction);
     let below = scatter.direction.y < 0.0;
     assert!(

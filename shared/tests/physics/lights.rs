@@ -8,7 +8,7 @@ use core::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use trisect_shared::bsdf::LAMBERTIAN;
 use trisect_shared::bvh::NO_PRIMITIVE;
-use trisect_shared::features::{EMITTERS, PLANAR, TRIANGLES};
+use trisect_shared::features::{EMITTERS, FeatureSet, SHAPES};
 use trisect_shared::light::{Light, LightSample, ReferencePoint, pdf, sample};
 use trisect_shared::material::{EMITS_BOTH_SIDES, Material};
 use trisect_shared::params::RenderParams;
@@ -18,7 +18,7 @@ use trisect_shared::scene::Scene;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
-const F: u32 = EMITTERS | PLANAR | TRIANGLES;
+const F: u32 = EMITTERS | SHAPES;
 
 /// The only light of a scene.
 #[derive(Clone, Copy)]
@@ -91,7 +91,7 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
     };
     for i in 0..samples(200_000) {
         // SAFETY: the scene has one light, on primitive 0.
-        let s = unsafe { sample::<F>(&params, scene, from, words(8, i), 0) };
+        let s = unsafe { sample(FeatureSet::<F>::ALL, &params, scene, from, words(8, i), 0) };
         if s.radiance == Vec3::ZERO {
             continue; // seen edge-on
         }
@@ -116,7 +116,7 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
             _ => s.direction.dot(normal),
         };
         // SAFETY: as above.
-        let again = unsafe { pdf::<F>(&params, scene, 0, light_pdf, from, distance, cos) };
+        let again = unsafe { pdf(FeatureSet::<F>::ALL, &params, scene, 0, light_pdf, from, distance, cos) };
         each(&s, again, distance);
     }
 }

@@ -6,7 +6,7 @@ use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
 use glam::Vec3;
 use trisect_shared::bvh::Hit;
-use trisect_shared::features::{PLANAR, TEXTURES, TRIANGLES};
+use trisect_shared::features::{FeatureSet, SHAPES, TEXTURES};
 use trisect_shared::light::mis_weight;
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
@@ -186,7 +186,7 @@ fn images_are_upright() {
             Ray { origin: point + normal * 5.0, direction: -normal, origin_primitive: OriginPrimitive::NONE };
         let hit = Hit { distance: 5.0, primitive };
         // SAFETY: the primitives are there.
-        let s = unsafe { surface::at::<{ PLANAR | TRIANGLES | TEXTURES }>(&params, scene, ray, hit) };
+        let s = unsafe { surface::at(FeatureSet::<{ SHAPES | TEXTURES }>::ALL, &params, scene, ray, hit) };
         (s.u, s.v)
     };
     let up = Vec3::Z;

@@ -10,6 +10,7 @@ mod critical_angle;
 mod environment;
 mod furnace;
 mod lights;
+mod lobe_choice;
 mod lookups;
 mod materials;
 mod mesh;

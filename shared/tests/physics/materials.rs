@@ -6,12 +6,12 @@ use trisect_shared::bsdf::{
     Bsdf, BsdfEval, BsdfSample, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS,
     ROUGH_DIELECTRIC,
 };
-use trisect_shared::features::MICROFACETS;
+use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS};
 use trisect_shared::material::{COMPLEX_IOR, Material};
 use trisect_shared::math::{basis, normalize};
 use trisect_shared::scene::Scene;
 
-/// Empty scene: a material without textures reads nothing of it.
+/// Empty scene.
 pub const NO_SCENE: Scene = Scene {
     spheres: &[],
     nodes: &[],
@@ -25,6 +25,9 @@ pub const NO_SCENE: Scene = Scene {
     environment: &[],
     wide: trisect_shared::wide::WideTree::NONE,
 };
+
+/// Materials of all kinds.
+const ALL: FeatureSet<{ BOOK | MICROFACETS }> = FeatureSet::ALL;
 
 /// Material seen from its front or its back.
 #[derive(Clone)]
@@ -58,10 +61,7 @@ impl Setup {
     }
 
     pub fn view_from(&self, viewer: Vec3, normal: Vec3) -> BsdfView {
-        // SAFETY: no textures.
-        let bsdf = unsafe {
-            Bsdf::new::<MICROFACETS>(NO_SCENE, self.material, -viewer, normal, self.front, (0.0, 0.0))
-        };
+        let bsdf = Bsdf::new(ALL, self.material, -viewer, normal, self.front);
         BsdfView { bsdf, viewer, normal }
     }
 }
@@ -74,11 +74,11 @@ pub struct BsdfView {
 
 impl BsdfView {
     pub fn sample(&self, stream: u32, i: u32) -> BsdfSample {
-        self.bsdf.sample::<MICROFACETS>(false, words(stream, i))
+        self.bsdf.sample(ALL, words(stream, i))
     }
 
     pub fn evaluate(&self, direction: Vec3) -> BsdfEval {
-        self.bsdf.evaluate::<MICROFACETS>(direction)
+        self.bsdf.evaluate(ALL, direction)
     }
 
     pub fn mirrored(&self) -> Vec3 {

@@ -8,7 +8,7 @@ use crate::statistics::{SLOW, samples, words};
 use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use trisect_shared::bvh::Hit;
-use trisect_shared::features::{PLANAR, TRIANGLES};
+use trisect_shared::features::{FeatureSet, SHAPES};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::planar::{Planar, QUAD};
@@ -35,7 +35,7 @@ fn found(scene: Scene, index: u32, origin: Vec3, target: Vec3) -> Option<Surface
     let (hit, departure) = (Hit { distance, primitive: index }, OriginPrimitive::NONE);
     let ray = Ray { origin, direction, origin_primitive: departure };
     // SAFETY: the index is of a primitive.
-    (distance < MISS).then(|| unsafe { surface::at::<{ PLANAR | TRIANGLES }>(&params, scene, ray, hit) })
+    (distance < MISS).then(|| unsafe { surface::at(FeatureSet::<SHAPES>::ALL, &params, scene, ray, hit) })
 }
 
 /// Returns an outward direction; one in four lies almost along the surface.

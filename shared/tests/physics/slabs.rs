@@ -6,6 +6,7 @@ use crate::statistics::{samples, words};
 use bytemuck::Zeroable;
 use glam::Vec3;
 use trisect_shared::bvh::{BvhNode, Child, RayQuery};
+use trisect_shared::features::FeatureSet;
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{OriginPrimitive, Ray};
@@ -31,7 +32,7 @@ fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
         params.root = Child::inner(0).0;
         let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
         // SAFETY: one node, two spheres.
-        unsafe { closest_hit::<0>(&params, scene, ray, RayQuery::CLOSEST) }.primitive == 0
+        unsafe { closest_hit(FeatureSet::<0>::ALL, &params, scene, ray, RayQuery::CLOSEST) }.primitive == 0
     })
 }
 

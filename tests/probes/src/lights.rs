@@ -1,7 +1,7 @@
 //! Probe of next-event estimation: one sample of a light.
 
 use crate::record::{Input, Output, ProbeParams, row, vector, words};
-use trisect_shared::features::{ALL, TEXTURES};
+use trisect_shared::features::{FeatureSet, HOLES, NEEDS, TEXTURES};
 use trisect_shared::light::{ReferencePoint, sample};
 use trisect_shared::scene::Scene;
 
@@ -17,7 +17,15 @@ use trisect_shared::scene::Scene;
 pub unsafe fn lights(params: &ProbeParams, scene: Scene, input: Input) -> Output {
     let from = ReferencePoint { point: vector(input.a), primitive: input.a.w };
     // SAFETY: the caller guarantees it.
-    let light =
-        unsafe { sample::<{ ALL & !TEXTURES }>(&params.render, scene, from, words(input.b), input.c.x) };
+    let light = unsafe {
+        sample(
+            FeatureSet::<{ NEEDS & !(TEXTURES | HOLES) }>::ALL,
+            &params.render,
+            scene,
+            from,
+            words(input.b),
+            input.c.x,
+        )
+    };
     Output { a: row(light.direction, light.pdf.to_bits()), b: row(light.radiance, light.t_max.to_bits()) }
 }

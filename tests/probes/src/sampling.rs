@@ -3,7 +3,7 @@
 
 use crate::record::{Input, Output, ProbeParams, row, words};
 use glam::UVec4;
-use trisect_shared::features::SOBOL;
+use trisect_shared::features::{FeatureSet, SOBOL};
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::rng::{PathKey, Words};
 use trisect_shared::sampler;
@@ -34,10 +34,10 @@ pub fn sampling(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let operation = params.operation;
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
     if operation == INDEPENDENT {
-        let w = sampler::words::<0>(key, input.a.w);
+        let w = sampler::words(FeatureSet::<0>::ALL, key, input.a.w);
         out = Output { a: UVec4::new(w.x, w.y, w.z, w.w), b: numbers(w) };
     } else if operation == SEQUENCE {
-        let w = sampler::words::<SOBOL>(key, input.a.w);
+        let w = sampler::words(FeatureSet::<SOBOL>::ALL, key, input.a.w);
         out = Output { a: UVec4::new(w.x, w.y, w.z, w.w), b: numbers(w) };
     } else if operation == UNIT_SPHERE {
         out.a = row(unit_sphere(input.a.x, input.a.y), 0);
@@ -45,7 +45,7 @@ pub fn sampling(params: &ProbeParams, _: Scene, input: Input) -> Output {
         let ray = params.render.camera.ray(input.b.x, input.b.y, words(input.a));
         out = Output { a: row(ray.direction, 0), b: row(ray.origin, 0) };
     } else if operation == INDEPENDENT_TO_ONE {
-        let w = sampler::words::<0>(key, input.a.w);
+        let w = sampler::words(FeatureSet::<0>::ALL, key, input.a.w);
         let number = |bits: u32| (bits as f32 * (1.0 / 4_294_967_296.0)).to_bits();
         out.a = UVec4::new(w.x, w.y, w.z, w.w);
         out.b = UVec4::new(number(w.x), number(w.y), number(w.z), number(w.w));

@@ -4,7 +4,7 @@ use crate::record::{Input, Output, ProbeParams, row, vector, words};
 use glam::UVec4;
 use trisect_shared::bsdf::Bsdf;
 use trisect_shared::buffer::load;
-use trisect_shared::features::{ALL, TEXTURES};
+use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS, SCHLICK};
 use trisect_shared::material::Material;
 use trisect_shared::scene::Scene;
 
@@ -26,19 +26,17 @@ pub const EVALUATE: u32 = 2;
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Output {
-    // SAFETY: the caller guarantees it; no texture is read.
-    let bsdf = unsafe {
-        let material = load::<Material>(scene.materials, input.a.w);
-        let (incoming, normal) = (vector(input.a), vector(input.b));
-        Bsdf::new::<{ ALL & !TEXTURES }>(scene, material, incoming, normal, input.b.w != 0, (0.0, 0.0))
-    };
+    let schlick = if params.operation == SAMPLE_SCHLICK { SCHLICK } else { 0 };
+    let features = FeatureSet::<{ BOOK | MICROFACETS | SCHLICK }>::new(BOOK | MICROFACETS | schlick);
+    // SAFETY: the caller guarantees it.
+    let material = unsafe { load::<Material>(scene.materials, input.a.w) };
+    let bsdf = Bsdf::new(features, material, vector(input.a), vector(input.b), input.b.w != 0);
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
     if params.operation == EVALUATE {
-        let evaluation = bsdf.evaluate::<{ ALL & !TEXTURES }>(vector(input.c));
+        let evaluation = bsdf.evaluate(features, vector(input.c));
         out.a = row(evaluation.value, evaluation.pdf.to_bits());
     } else {
-        let schlick = params.operation == SAMPLE_SCHLICK;
-        let sample = bsdf.sample::<{ ALL & !TEXTURES }>(schlick, words(input.c));
+        let sample = bsdf.sample(features, words(input.c));
         out.a = row(sample.direction, sample.transmitted as u32 | (sample.absorbed as u32) << 1);
         out.b = row(sample.weight, sample.pdf.to_bits());
     }

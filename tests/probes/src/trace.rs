@@ -3,7 +3,7 @@
 use crate::record::{Input, Output, ProbeParams, row, vector};
 use glam::UVec4;
 use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
-use trisect_shared::features::{Features, PLANAR, TRIANGLES};
+use trisect_shared::features::{FeatureSet, SHAPES};
 use trisect_shared::primitive::distance;
 use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
@@ -25,8 +25,6 @@ pub const LEAVE_SURFACE: u32 = 2;
 /// without an offset: a negative control.
 pub const LEAVE_WITHOUT_OFFSET: u32 = 3;
 
-const SHAPES: Features = PLANAR | TRIANGLES;
-
 /// Runs the operation that `params.operation` names; the constants above state rows and output.
 ///
 /// # Safety
@@ -46,14 +44,14 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
         if params.operation == LINEAR {
             closest_by_linear_search(params, scene, ray)
         } else {
-            closest_hit::<SHAPES>(&params.render, scene, ray, RayQuery::CLOSEST)
+            closest_hit(FeatureSet::<SHAPES>::ALL, &params.render, scene, ray, RayQuery::CLOSEST)
         }
     };
     out.a.w = hit.primitive;
     out.b.x = hit.distance.to_bits();
     if hit.primitive != NO_PRIMITIVE {
         // SAFETY: traversal returns a primitive of the scene.
-        let surface = unsafe { surface::at::<SHAPES>(&params.render, scene, ray, hit) };
+        let surface = unsafe { surface::at(FeatureSet::<SHAPES>::ALL, &params.render, scene, ray, hit) };
         out.a = row(surface.normal, hit.primitive);
         if params.operation >= LEAVE_SURFACE {
             let direction = vector(input.c);
@@ -73,7 +71,9 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
                 next.origin_primitive = OriginPrimitive::NONE;
             }
             // SAFETY: the caller guarantees it.
-            let second = unsafe { closest_hit::<SHAPES>(&params.render, scene, next, RayQuery::CLOSEST) };
+            let second = unsafe {
+                closest_hit(FeatureSet::<SHAPES>::ALL, &params.render, scene, next, RayQuery::CLOSEST)
+            };
             out.a = row(next.origin, second.primitive);
             out.b = UVec4::new(hit.distance.to_bits(), second.distance.to_bits(), hit.primitive, 0);
         }
@@ -91,7 +91,7 @@ unsafe fn closest_by_linear_search(params: &ProbeParams, scene: Scene, ray: Ray)
     let mut index = 0;
     while index < count {
         // SAFETY: the index is below the number of primitives.
-        let t = unsafe { distance::<SHAPES>(&params.render, scene, ray, &shear, index) };
+        let t = unsafe { distance(FeatureSet::<SHAPES>::ALL, &params.render, scene, ray, &shear, index) };
         if t < best.distance {
             best = Hit { distance: t, primitive: index };
         }

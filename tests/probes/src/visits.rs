@@ -3,7 +3,7 @@
 use crate::record::{Input, Output, ProbeParams, vector};
 use glam::UVec4;
 use trisect_shared::bvh::{NO_PRIMITIVE, RayQuery};
-use trisect_shared::features::{COUNTED, PLANAR, TRIANGLES};
+use trisect_shared::features::{COUNTED, FeatureSet, SHAPES};
 use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::traversal::closest_hit_counted;
@@ -29,8 +29,9 @@ pub unsafe fn visits(params: &ProbeParams, scene: Scene, input: Input) -> Output
     let ray = Ray { origin: vector(input.a), direction: vector(input.b), origin_primitive };
     let query = RayQuery { any_hit: params.operation == SHADOW, ..RayQuery::CLOSEST };
     // SAFETY: the caller guarantees it.
-    let (hit, visits) =
-        unsafe { closest_hit_counted::<{ PLANAR | TRIANGLES | COUNTED }>(&params.render, scene, ray, query) };
+    let (hit, visits) = unsafe {
+        closest_hit_counted(FeatureSet::<{ SHAPES | COUNTED }>::ALL, &params.render, scene, ray, query)
+    };
     let answer = UVec4::new(visits.nodes, visits.leaves, hit.primitive, hit.distance.to_bits());
     Output { a: answer, b: UVec4::ZERO }
 }

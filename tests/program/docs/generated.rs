@@ -5,11 +5,9 @@
 use super::text;
 use std::fmt::Write as _;
 use std::fs;
-use trisect_kernels::{VARIANTS, is_level, workgroup};
-use trisect_shared::features::{
-    AOVS, EMITTERS, ENVIRONMENT, LINEAR, MICROFACETS, PERSISTENT, PLANAR, REGENERATE, ROULETTE, SCHLICK,
-    SOBOL, TEXTURES, TRIANGLES,
-};
+use trisect_kernels::{is_level, workgroup};
+use trisect_shared::bsdf;
+use trisect_shared::features::{CHOICES, NAMES, STRATEGY};
 use trisect_tests::program::trisect;
 use trisect_tests::root;
 
@@ -79,47 +77,25 @@ fn generated_command_line() {
     compare("docs/reference/command-line.md", &(page.trim_end().to_owned() + "\n"));
 }
 
-/// Returns the table of render variants.
-fn variants() -> String {
-    let columns = [
-        ("planar", PLANAR),
-        ("triangles", TRIANGLES),
-        ("emitters", EMITTERS),
-        ("environment", ENVIRONMENT),
-        ("textures", TEXTURES),
-        ("microfacets", MICROFACETS),
-    ];
-    let mut table = String::from("| entry point |");
-    for (name, _) in columns {
-        write!(table, " {name} |").unwrap();
+/// Returns the table of features: name, kind, and what the source says of it.
+fn features() -> String {
+    let source = text(&root().join("shared/src/features.rs"));
+    let mut table = String::from("| feature | | content |\n|---|---|---|");
+    for (feature, name) in NAMES {
+        let constant = format!("pub const {}: Features = ", name.to_uppercase().replace('-', "_"));
+        let (before, _) = source.split_once(&constant).unwrap_or_else(|| panic!("no constant for {name}"));
+        let lines: Vec<&str> = before.lines().rev().map_while(|line| line.strip_prefix("/// ")).collect();
+        let about = lines.into_iter().rev().collect::<Vec<_>>().join(" ").replace("](crate::slabs)", "]");
+        let about = about.replace("(crate::aovs::AovSums)", "").replace(['[', ']'], "");
+        let kind = match feature {
+            feature if feature & CHOICES != 0 => "choice",
+            feature if feature & STRATEGY != 0 => "method",
+            _ => "need",
+        };
+        write!(table, "\n| `{name}` | {kind} | {about} |").unwrap();
     }
-    table.push_str(" Fresnel | roulette | sampler | traversal | schedule | AOVs |\n|");
-    table.push_str(&"---|".repeat(columns.len() + 7));
-    for variant in VARIANTS {
-        let has = |bit| variant.features & bit != 0;
-        write!(table, "\n| `{}` |", variant.name).unwrap();
-        let cells = columns.iter().map(|(_, bit)| if has(*bit) { "yes" } else { "" });
-        let fresnel = match (has(MICROFACETS), has(SCHLICK)) {
-            (true, _) => "exact, Schlick",
-            (false, true) => "Schlick",
-            (false, false) => "exact",
-        };
-        let schedule = match (has(PERSISTENT), has(REGENERATE)) {
-            (true, _) => "persistent",
-            (false, true) => "regenerate",
-            (false, false) => "pixel",
-        };
-        let others = [
-            fresnel,
-            if has(ROULETTE) { "yes" } else { "" },
-            if has(SOBOL) { "Sobol" } else { "independent" },
-            if has(LINEAR) { "linear" } else { "stack" },
-            schedule,
-            if has(AOVS) { "yes" } else { "" },
-        ];
-        for cell in cells.chain(others) {
-            if cell.is_empty() { table.push_str(" |") } else { write!(table, " {cell} |").unwrap() }
-        }
+    for (_, name) in bsdf::NAMES {
+        write!(table, "\n| `{name}` | need | Material of this kind. |").unwrap();
     }
     table
 }
@@ -207,10 +183,11 @@ fn work_groups(lists: &[&str]) -> String {
 fn all_bindings() -> String {
     let (across, down) = workgroup("render");
     format!(
-        "### Render kernels and `first_hit`\n\n- work group {across} x {down}: each variant above, `first_hit`\n\n{}\n\n\
+        "### Render kernels and `first_hit`\n\n- work group {across} x {down}: {}, `first_hit`\n\n{}\n\n\
          ### Passes of the filter\n\n{}\n{}\n\n\
          ### Passes over earlier frames\n\n{}\n{}\n\n\
          ### Display\n\n{}\n{}",
+        entry_points("for_each_render").iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
         bindings("entry_point", "`[PixelSums]` or `[FirstHit]`"),
         work_groups(&["for_each_pass", "for_each_level"]),
         bindings("pass", ""),
@@ -286,7 +263,7 @@ fn records() -> String {
 fn generated_kernels() {
     let page = "docs/reference/kernels.md";
     let found = text(&root().join(page));
-    let wanted = [("variants", variants()), ("bindings", all_bindings()), ("records", records())]
+    let wanted = [("features", features()), ("bindings", all_bindings()), ("records", records())]
         .iter()
         .fold(found, |page, (name, content)| with_section(&page, name, content));
     compare(page, &wanted);

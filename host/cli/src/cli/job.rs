@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
 use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
-use trisect::render::{MathMode, Sampler, Schedule, Settings, Traversal};
+use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Traversal};
 use trisect::scene::Includes;
 use trisect::scene::import::is_model;
 
@@ -110,10 +110,11 @@ pub struct JobArgs {
     #[arg(long, value_name = "PIXELS")]
     pub tile: Option<u32>,
 
-    /// Kernel variant by name (default: the cheapest that supports scene and options; --stats names
-    /// it).
-    #[arg(long, value_name = "NAME", value_parser = parse_variant)]
-    pub variant: Option<&'static str>,
+    /// Features of the kernel, to measure what they cost: names as --stats has them, with commas
+    /// between them; after a `+`, in addition to those needed; `all`; does not affect the image
+    /// (default: those that scene and options need).
+    #[arg(long, value_name = "NAMES")]
+    pub features: Option<KernelFeatures>,
 
     /// Build of the kernels; fast is available on cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathMode::Precise)]
@@ -188,15 +189,8 @@ impl JobArgs {
             traversal: self.traversal,
             schedule: self.schedule,
             tile: self.tile,
-            variant: self.variant,
+            features: self.features.unwrap_or_default(),
             ..scene
         }
     }
-}
-
-fn parse_variant(text: &str) -> Result<&'static str, String> {
-    trisect_kernels::variant_by_name(text).map(|variant| variant.name).ok_or_else(|| {
-        let names: Vec<&str> = trisect_kernels::VARIANTS.iter().map(|variant| variant.name).collect();
-        format!("unknown kernel variant; available: {}", names.join(", "))
-    })
 }

@@ -1,6 +1,5 @@
 //! Output of data to the file that an option names, or to standard output if it is `-`.
 
-use crate::terminal::with_options;
 use std::path::Path;
 use trisect::output;
 use trisect_lab::Error;
@@ -16,11 +15,11 @@ pub fn probe(path: &Path) -> Result<(), Error> {
     if is_stdout(path) { Ok(()) } else { Ok(output::probe(path)?) }
 }
 
-/// Writes data to the file or to standard output, with a line break after it.
+/// Writes data to the file or to standard output as they are, with a line break after them.
 pub fn write(path: &Path, data: &str) -> Result<(), Error> {
-    let data = format!("{}\n", with_options(data));
+    let data = format!("{data}\n");
     if is_stdout(path) {
-        return super::print(&data);
+        return crate::terminal::print_data(&data);
     }
     Ok(output::write_file(path, data.as_bytes())?)
 }

@@ -115,11 +115,7 @@ fn devices() -> Result<Vec<Finding>, Error> {
     let cpu = render(Choice::Cpu, None)?;
     let mut findings = Vec::new();
     for (name, devices) in device::list() {
-        let choice = match name {
-            "cuda" => Choice::Cuda,
-            "wgpu" => Choice::Wgpu,
-            _ => Choice::Cpu,
-        };
+        let choice = Choice::of_backend(name).unwrap_or(Choice::Auto);
         match devices {
             Ok(devices) => {
                 for device in devices {

@@ -30,7 +30,7 @@ use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
 use trisect::output::Outputs;
 use trisect::precision;
-use trisect::render::{MathMode, Renderer, Settings};
+use trisect::render::{KernelFeatures, MathMode, Renderer, Settings};
 use trisect::scene::{Rebase, Scene, SceneDocument};
 use trisect::threads::start_shared;
 use trisect_cluster::ClusterError;
@@ -156,8 +156,9 @@ impl Loaded {
 
 /// Resets the settings that are for other devices. They affect the image by rounding only.
 pub fn fit_to_cpu(settings: &mut Settings) {
-    let Settings { variant, traversal, schedule, tile, math, .. } = settings;
-    (*variant, *traversal, *schedule, *tile, *math) = (None, None, None, None, MathMode::Precise);
+    let Settings { features, traversal, schedule, tile, math, .. } = settings;
+    (*traversal, *schedule, *tile) = (None, None, None);
+    (*features, *math) = (KernelFeatures::Needed, MathMode::Precise);
 }
 
 impl Session {

@@ -74,7 +74,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
         // The image does not depend on these, and another backend may not have them.
-        (command.job.variant, command.job.schedule, command.job.traversal, command.job.tile) =
+        (command.job.features, command.job.schedule, command.job.traversal, command.job.tile) =
             (None, None, None, None);
         if backend == Choice::Cpu {
             // The CPU has no other math. The checkpoint's identity is checked against it later.

@@ -39,7 +39,7 @@ const OPTIONS: [&str; 36] = [
     "threads",
     "time_limit",
     "traversal",
-    "variant",
+    "features",
     "write_partial",
 ];
 

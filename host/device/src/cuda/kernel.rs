@@ -8,18 +8,7 @@ use cudarc::driver::sys::CUdevice_attribute_enum;
 use cudarc::driver::{CudaFunction, CudaSlice, DevicePtr, result};
 use cudarc::nvrtc::Ptx;
 use std::ffi::c_void;
-use trisect_kernels::{EntryPoint, is_level, ptx, variant_by_name};
-use trisect_shared::features::{Features, HEAVY, has_any};
-
-/// Returns the maximum number of registers per lane of a render kernel. More lanes at a time gain
-/// more than spilling costs (docs/notebook/kernels-and-schedules.md).
-fn registers(features: Features) -> u32 {
-    if has_any(features, HEAVY) { 96 } else { 64 }
-}
-
-/// Maximum number of registers per lane of a level of the denoiser's filters
-/// (docs/notebook/denoising.md).
-const LEVEL_REGISTERS: u32 = 96;
+use trisect_kernels::{EntryPoint, ptx, specialise};
 
 /// Returns a module of one entry point with a maximum of registers per lane. More lanes then fit
 /// the device, and values that do not fit the registers spill to memory.
@@ -31,33 +20,29 @@ fn limit_registers(ptx: &str, registers: u32) -> String {
 }
 
 impl Cuda {
-    /// Returns the kernel of an entry point. It is compiled once, as a module of its own, because
-    /// the driver compiles a whole module before it starts any kernel of it.
-    pub(super) fn kernel(
-        &mut self,
-        name: &'static str,
-        math: MathMode,
-    ) -> Result<CudaFunction, BackendError> {
-        if let Some(kernel) = self.kernels.get(&(name, math)) {
+    /// Returns the kernel of an entry point, specialised for its features. It is compiled once, as
+    /// a module of its own, because the driver compiles a whole module before it starts any kernel
+    /// of it.
+    pub(super) fn kernel(&mut self, of: EntryPoint, math: MathMode) -> Result<CudaFunction, BackendError> {
+        if let Some(kernel) = self.kernels.get(&(of, math)) {
             return Ok(kernel.clone());
         }
-        let source = ptx(name, math == MathMode::Fast).ok_or_else(|| BackendError::Device {
+        let module = ptx(of.name, math == MathMode::Fast).ok_or_else(|| BackendError::Device {
             backend: NAME,
             action: "finding the kernel",
-            message: format!("the built-in PTX has no entry point {name}"),
+            message: format!("the built-in PTX has no entry point {}", of.name),
         })?;
-        let limit = variant_by_name(name).map(|variant| registers(variant.features));
-        let source = match limit.or_else(|| is_level(name).then_some(LEVEL_REGISTERS)) {
-            Some(limit) => limit_registers(source, limit),
-            None => source.to_owned(),
-        };
+        let mut source = specialise::ptx(module, of.features);
+        if let Some(limit) = of.registers {
+            source = limit_registers(&source, limit);
+        }
         let module = self
             .stream
             .context()
             .load_module(Ptx::from_src(source))
             .map_err(failed("compiling the kernels"))?;
-        let kernel = module.load_function(name).map_err(failed("finding the kernel"))?;
-        self.kernels.insert((name, math), kernel.clone());
+        let kernel = module.load_function(of.name).map_err(failed("finding the kernel"))?;
+        self.kernels.insert((of, math), kernel.clone());
         Ok(kernel)
     }
 
@@ -72,13 +57,14 @@ impl Cuda {
         launch: &Dispatch<'_>,
     ) -> Result<(), BackendError> {
         launch.check(NAME)?;
+        launch.check_extra(NAME)?;
         let (across, down) = launch.groups();
         if down > GRID_LIMIT {
             return Err(launch.too_long(NAME, GRID_LIMIT));
         }
         let group = launch.entry_point.workgroup();
         let mut grid = (across, down, 1);
-        if launch.queue {
+        if launch.entry_point.queue {
             let lanes = u64::from(across) * u64::from(down) * u64::from(group.0 * group.1);
             if lanes > MAX_QUEUE {
                 let (width, rows) = launch.threads;
@@ -128,10 +114,10 @@ mod tests {
     /// changes nothing else.
     #[test]
     fn registers_are_limited() {
-        let module = ptx("render_all", false).unwrap();
+        let module = ptx("render", false).unwrap();
         let limited = limit_registers(module, 96);
         assert_eq!(limited.matches(".maxnreg 96\n{").count(), 1);
         assert_eq!(limited.replace(".maxnreg 96\n", ""), module);
-        assert!(limited.find(".entry render_all(").unwrap() < limited.find(".maxnreg").unwrap());
+        assert!(limited.find(".entry render(").unwrap() < limited.find(".maxnreg").unwrap());
     }
 }

@@ -22,16 +22,20 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::EntryPoint;
-use trisect_shared::features::Features;
+use trisect_shared::features::{Features, HEAVY, has_any};
 
 /// Name of the backend.
-const NAME: &str = "cuda";
+pub(crate) const NAME: &str = "cuda";
 
 /// Oldest compute capability, major and minor, that the kernels are compiled for.
 const MIN_CAPABILITY: (i32, i32) = (6, 1);
 
 /// Maximum number of blocks down a grid.
 const GRID_LIMIT: u32 = 65_535;
+
+/// Number of primitives from which on a light kernel gains from a queue: with fewer, rays of a warp
+/// visit the same few nodes anyway (docs/notebook/specialisation.md).
+const MIN_QUEUE_PRIMITIVES: usize = 32;
 
 /// Maximum number of pixels in a launch of persistent lanes, which count them in 32 bits.
 const MAX_QUEUE: u64 = 1 << 31;
@@ -41,7 +45,7 @@ pub struct Cuda {
     info: DeviceInfo,
     stream: Arc<CudaStream>,
     /// Kernels that were used so far, by entry point and math build.
-    kernels: HashMap<(&'static str, MathMode), CudaFunction>,
+    kernels: HashMap<(EntryPoint, MathMode), CudaFunction>,
     /// Events between launches, kept from run to run.
     events: Vec<CudaEvent>,
     /// Pinned host memory, to which this device copies directly.
@@ -113,7 +117,7 @@ impl Cuda {
                 }
                 Command::Copy { from, to, bytes } => self.copy(from, to, *bytes)?,
                 Command::Dispatch(launch) => {
-                    let kernel = self.kernel(launch.entry_point.name, launch.math)?;
+                    let kernel = self.kernel(launch.entry_point, launch.math)?;
                     let first = match before {
                         Some(event) => event,
                         None => {
@@ -141,8 +145,9 @@ impl Device for Cuda {
         &self.info
     }
 
-    fn best_method(&self, _kernel: Features, _math: MathMode) -> (Traversal, Schedule) {
-        (Traversal::Stack, Schedule::Persistent)
+    fn best_method(&self, kernel: Features, primitives: usize) -> (Traversal, Schedule) {
+        let queue = has_any(kernel, HEAVY) || primitives >= MIN_QUEUE_PRIMITIVES;
+        (Traversal::Stack, if queue { Schedule::Persistent } else { Schedule::Regenerate })
     }
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
@@ -157,7 +162,7 @@ impl Device for Cuda {
 
     fn compile(&mut self, entry_point: EntryPoint, math: MathMode) -> Result<(), BackendError> {
         self.bind()?;
-        self.kernel(entry_point.name, math).map(|_| ())
+        self.kernel(entry_point, math).map(|_| ())
     }
 
     unsafe fn run(&mut self, mut commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError> {

@@ -18,12 +18,12 @@ use memory::Pool;
 use pipeline::Pipelines;
 use std::time::Duration;
 use timer::Timer;
-use trisect_kernels::{EntryPoint, variant_by_name};
-use trisect_shared::features::{Features, HEAVY, PERSISTENT, TEXTURES, has, has_any};
+use trisect_kernels::EntryPoint;
+use trisect_shared::features::{Features, is_of_many_materials};
 use wgpu::BufferUsages;
 
 /// Name of the backend.
-const NAME: &str = "wgpu";
+pub(crate) const NAME: &str = "wgpu";
 
 /// Route of the kernels to the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,12 +87,12 @@ impl Device for Wgpu {
         &self.info
     }
 
-    fn best_method(&self, kernel: Features, math: MathMode) -> (Traversal, Schedule) {
-        // Kernels with textures gain from a queue; other heavy ones only with fast math, which
-        // shortens their shading (docs/notebook/vulkan.md).
-        let large = has(kernel, TEXTURES) || math == MathMode::Fast && has_any(kernel, HEAVY);
-        let queue =
-            large && self.info.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
+    fn best_method(&self, kernel: Features, _primitives: usize) -> (Traversal, Schedule) {
+        // Kernels of many materials gain from a queue, others lose
+        // (docs/notebook/specialisation.md).
+        let queue = is_of_many_materials(kernel)
+            && self.info.kind != DeviceKind::SoftwareGpu
+            && self.pipelines.pass_through(&self.gpu);
         (Traversal::Stack, if queue { Schedule::Persistent } else { Schedule::Regenerate })
     }
 
@@ -120,9 +120,7 @@ impl Device for Wgpu {
     fn compile(&mut self, entry_point: EntryPoint, math: MathMode) -> Result<(), BackendError> {
         // The queue needs an atomic operation on a plain word of a buffer, which naga does not
         // support.
-        let queue =
-            variant_by_name(entry_point.name).is_some_and(|variant| has(variant.features, PERSISTENT));
-        if queue && !self.pipelines.pass_through(&self.gpu) {
+        if entry_point.queue && !self.pipelines.pass_through(&self.gpu) {
             return Err(BackendError::NoQueue { backend: NAME });
         }
         self.pipelines.compile(&self.gpu, entry_point, math)

@@ -7,7 +7,7 @@ use crate::command::handles;
 use crate::{BackendError, Dispatch, MathMode};
 use std::collections::HashMap;
 use std::num::NonZero;
-use trisect_kernels::{EntryPoint, spirv, workgroup};
+use trisect_kernels::{EntryPoint, specialise, spirv};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingResource, BindingType, Buffer, BufferBinding, BufferBindingType,
@@ -19,17 +19,20 @@ use wgpu::{
 /// least any record's size, and a multiple of any device's alignment of uniforms.
 pub(super) const PARAMS_STRIDE: u64 = 512;
 
+const _: () = assert!(trisect_kernels::MAX_PARAMS as u64 <= PARAMS_STRIDE);
+
 /// Bind group layout, and the pipeline layout with only this group.
 struct Layout {
     bindings: BindGroupLayout,
     pipeline: PipelineLayout,
 }
 
-/// Layouts by numbers of arrays, and the pipelines compiled so far, by entry point and math mode.
+/// Layouts by numbers of arrays, and the pipelines compiled so far, by entry point with its
+/// features, and by math mode.
 pub(super) struct Pipelines {
     route: Route,
     layouts: HashMap<(usize, usize), Layout>,
-    compiled: HashMap<(&'static str, MathMode), ComputePipeline>,
+    compiled: HashMap<(EntryPoint, MathMode), ComputePipeline>,
 }
 
 impl Layout {
@@ -70,14 +73,14 @@ impl Pipelines {
 
     /// Compiles an entry point unless that was done before.
     pub fn compile(&mut self, gpu: &Gpu, of: EntryPoint, math: MathMode) -> Result<(), BackendError> {
-        if self.compiled.contains_key(&(of.name, math)) {
+        if self.compiled.contains_key(&(of, math)) {
             return Ok(());
         }
         let layout = self
             .layouts
             .entry((of.reads, of.writes))
             .or_insert_with(|| Layout::new(&gpu.device, of.reads, of.writes));
-        let module = module(&gpu.device, self.route, of.name, math)?;
+        let module = module(&gpu.device, self.route, of, math)?;
         let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
             label: Some(of.name),
             layout: Some(&layout.pipeline),
@@ -87,7 +90,7 @@ impl Pipelines {
             cache: None,
         });
         gpu.check("compiling the kernels")?;
-        self.compiled.insert((of.name, math), pipeline);
+        self.compiled.insert((of, math), pipeline);
         Ok(())
     }
 
@@ -100,7 +103,7 @@ impl Pipelines {
         (params, place): (&Buffer, u64),
     ) -> Result<(&ComputePipeline, BindGroup), BackendError> {
         let of = launch.entry_point;
-        let compiled = self.compiled.get(&(of.name, launch.math));
+        let compiled = self.compiled.get(&(of, launch.math));
         let (Some(pipeline), Some(layout)) = (compiled, self.layouts.get(&(of.reads, of.writes))) else {
             return Err(failed("rendering", format!("the kernel {} was not compiled", of.name)));
         };
@@ -138,24 +141,25 @@ fn failed(action: &'static str, message: String) -> BackendError {
     BackendError::Device { backend: "wgpu", action, message }
 }
 
-/// Creates the shader module of one entry point.
+/// Creates the shader module of an entry point, specialised for its features.
 fn module(
     device: &Device,
     route: Route,
-    entry: &'static str,
+    of: EntryPoint,
     math: MathMode,
 ) -> Result<ShaderModule, BackendError> {
-    let module = spirv(entry).ok_or_else(|| {
-        failed("finding the kernel", format!("no built-in SPIR-V has the entry point {entry}"))
+    let module = spirv(of.name).ok_or_else(|| {
+        failed("finding the kernel", format!("no built-in SPIR-V has the entry point {}", of.name))
     })?;
     let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(module);
+    specialise::spirv(&mut words, of.features);
     if math == MathMode::Fast {
         words = contractible(&words);
     }
     if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
-        let threads = workgroup(entry);
+        let threads = of.workgroup();
         let entry_points = vec![wgpu::PassthroughShaderEntryPoint {
-            name: entry.into(),
+            name: of.name.into(),
             workgroup_size: (threads.0, threads.1, 1),
         }];
         // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded
@@ -187,7 +191,7 @@ mod tests {
 
     #[test]
     fn contractible_removes_only_no_contraction() {
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(spirv("render_all").unwrap());
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(spirv("render").unwrap());
         let decorations =
             |words: &[u32]| words.windows(3).filter(|w| w[0] == 3 << 16 | 71 && w[2] == 42).count();
         let fast = contractible(&words);

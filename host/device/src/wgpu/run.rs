@@ -84,6 +84,7 @@ impl Wgpu {
             match command {
                 Command::Dispatch(dispatch) => {
                     dispatch.check(NAME)?;
+                    dispatch.check_extra(NAME)?;
                     let groups = dispatch.groups();
                     if groups.0.max(groups.1) > limit {
                         return Err(dispatch.too_long(NAME, limit));
@@ -133,7 +134,7 @@ impl Wgpu {
         let place = u64::from(launch) * PARAMS_STRIDE;
         let (pipeline, group) = self.pipelines.bind(&self.gpu.device, dispatch, (params, place))?;
         let (mut across, mut down) = dispatch.groups();
-        if dispatch.queue {
+        if dispatch.entry_point.queue {
             // As many lanes as pixels; those that start late find the queue empty.
             let (groups, limit) =
                 (across * down, self.gpu.device.limits().max_compute_workgroups_per_dimension);

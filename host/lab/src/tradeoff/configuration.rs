@@ -78,10 +78,30 @@ impl Configuration {
     /// paths too rare for the samples, or from a fault. `lights`: true if the scene has lights
     /// without extent, which no path hits by chance.
     pub fn is_exact(&self, base: &Self, lights: bool) -> bool {
-        let Settings { depth, fresnel, light_sampling, .. } = self.settings;
+        // Each field is named, so that whoever adds one decides whether it biases the image.
+        let Settings {
+            depth,
+            fresnel,
+            math,
+            light_sampling,
+            clamp,
+            denoise: _, // the lab's own is below
+            width: _,
+            height: _,
+            samples: _,
+            seed: _,
+            roulette: _,
+            roulette_depth: _,
+            sampler: _,
+            traversal: _,
+            schedule: _,
+            tile: _,
+            guides: _,
+            features: _,
+        } = self.settings;
         (depth, fresnel) == (base.settings.depth, base.settings.fresnel)
-            && self.settings.math == MathMode::Precise
-            && self.settings.clamp.is_none()
+            && math == MathMode::Precise
+            && clamp.is_none()
             && (light_sampling || !lights)
             && self.denoise.is_none()
             && self.divisor == 1

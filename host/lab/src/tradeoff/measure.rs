@@ -271,7 +271,7 @@ fn epochs_deviation(logs: &[f64]) -> f64 {
 pub(super) fn is_missing(error: &Error) -> bool {
     match error {
         Error::Render(trisect::Error::Settings(error)) => {
-            matches!(error, SettingsError::NoVariant { .. } | SettingsError::VariantLacks { .. })
+            matches!(error, SettingsError::NoWideTree | SettingsError::FeaturesLack { .. })
         }
         Error::Render(trisect::Error::Backend(error)) => error.is_unsupported(),
         _ => false,

@@ -136,7 +136,7 @@ pub(crate) fn passes(
                 let color = f64::from(*color) / f64::from(step);
                 (Kernel::Atrous, stop_factor(color * color))
             }
-            _ => (Kernel::Svgf, params.color_factor),
+            Some(DenoiseSettings { filter: Filter::Svgf, .. }) | None => (Kernel::Svgf, params.color_factor),
         };
         passes.push(Pass {
             kernel,

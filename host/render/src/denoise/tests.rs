@@ -90,6 +90,9 @@ fn a_frame_is_denoised() {
     let by_hand = renderer.denoise(&frame.film, &settings, &DenoiseSettings::new(Filter::Svgf)).unwrap().0;
     assert!(frame.image() == by_hand && frame.image() != noisy.image());
     assert!(frame.film.pixels == noisy.film.pixels);
+    // The filter's AOVs are rendered without being asked for.
+    let only_filter = Settings { guides: false, ..settings.clone() };
+    assert!(renderer.render(&only_filter).unwrap().image() == by_hand);
     let wrong = DenoiseSettings { levels: 0, ..DenoiseSettings::new(Filter::Svgf) };
     assert!(renderer.render(&settings.denoise(wrong)).is_err());
 }

@@ -113,7 +113,6 @@ impl DenoiseBuffers {
             lengths: &[],
             arrays: self.arrays(pass, own)?,
             threads: pass.threads(),
-            queue: false,
         })
     }
 

@@ -68,7 +68,6 @@ impl DisplayPass {
             lengths: &[],
             arrays: vec![sums, image, &shown],
             threads: (of.width, rows.len() as u32),
-            queue: false,
         };
         let read = Command::Read { from: &shown, to };
         // SAFETY: each array has at least a record for each pixel of the film, whose size was

@@ -7,9 +7,9 @@ use std::time::Duration;
 use trisect_device::{
     BackendError, Buffer, Command, Device, DeviceKind, Dispatch, MathMode, RowSet, RowTarget,
 };
-use trisect_kernels::{FIRST_HIT, Variant, entry_point};
+use trisect_kernels::{EntryPoint, FIRST_HIT, entry_point, render_kernel};
 use trisect_shared::aovs::AovSums;
-use trisect_shared::features::{AOVS, PERSISTENT, WIDE, has};
+use trisect_shared::features::{AOVS, PADDED_BOXES, WIDE};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
@@ -21,10 +21,27 @@ pub(crate) struct FilmDesc {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Kernel variant.
-    pub variant: Variant,
+    /// Kernel.
+    pub kernel: EntryPoint,
     /// Math build of the kernels.
     pub math: MathMode,
+}
+
+/// Launch of a render kernel over a scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Launch {
+    /// Launch parameters.
+    pub params: RenderParams,
+    /// True if the BVH's boxes are padded for all ray origins of the launch.
+    pub padded: bool,
+}
+
+impl Launch {
+    /// Returns the form of the kernel for this launch: the camera may have left the space for which
+    /// boxes are padded.
+    fn kernel(&self, of: EntryPoint) -> EntryPoint {
+        if self.padded { of } else { render_kernel(of.features & !PADDED_BOXES) }
+    }
 }
 
 /// Film on a device, with a record for each pixel.
@@ -49,7 +66,7 @@ impl FilmDesc {
 
     /// Returns whether the kernel writes AOV sums.
     pub fn has_aovs(&self) -> bool {
-        has(self.variant.features, AOVS)
+        self.kernel.has(AOVS)
     }
 }
 
@@ -76,7 +93,7 @@ impl DeviceFilm {
     /// Selects the kernel, and makes a film of [`PixelSums::UNWRITTEN`], with the memory of another
     /// film if that fits.
     pub fn begin(device: &mut dyn Device, of: FilmDesc, other: Option<Self>) -> Result<Self, BackendError> {
-        device.compile(of.variant.entry_point(), of.math)?;
+        device.compile(of.kernel, of.math)?;
         let film = match other.filter(|film| film.fits(&of)) {
             Some(film) => Self { of, ..film },
             None => Self::new(device, of)?,
@@ -87,35 +104,34 @@ impl DeviceFilm {
     }
 
     /// Renders one submission into the film and waits for it. Returns the device's own measure of
-    /// its time. The parameters are those of the renderer that uploaded the scene.
+    /// its time. The launch is one of the renderer that uploaded the scene.
     pub fn render(
         &self,
         device: &mut dyn Device,
         scene: &SceneArrays,
-        params: &RenderParams,
+        launch: &Launch,
     ) -> Result<Duration, BackendError> {
+        let mut params = launch.params;
         let Self { of, sums, compensations, counter, aovs } = self;
         let last = params.rows.checked_sub(1).map_or(0, |last| params.row(last));
         if (params.width, params.height) != (of.width, of.height) || last >= of.height {
             return Err(misuse("the launch is for a film of another size"));
         }
-        let (features, mut params) = (of.variant.features, *params);
-        let queue = has(features, PERSISTENT);
-        if queue && device.info().kind == DeviceKind::SoftwareGpu {
+        let kernel = launch.kernel(of.kernel);
+        if kernel.queue && device.info().kind == DeviceKind::SoftwareGpu {
             // A software adapter runs lanes one after the other, and Mesa's lavapipe ends each loop
             // of a lane after 65,535 iterations.
             params.max_lane_pixels = 1;
         }
         let launch = Command::Dispatch(Dispatch {
-            entry_point: of.variant.entry_point(),
+            entry_point: kernel,
             math: of.math,
             params: bytes_of(&params),
             lengths: bytes_of(&scene.lengths),
-            arrays: scene.of_launch([sums, compensations, counter, aovs], has(features, WIDE))?,
+            arrays: scene.of_launch([sums, compensations, counter, aovs], kernel.has(WIDE))?,
             threads: (params.width, params.rows),
-            queue,
         });
-        let commands = if queue { vec![Command::clear(counter), launch] } else { vec![launch] };
+        let commands = if kernel.queue { vec![Command::clear(counter), launch] } else { vec![launch] };
         // SAFETY: the arrays are a valid scene's, and the renderer takes roots and counts from the
         // same scene. The film has a record for each pixel of the launch, whose size was compared,
         // and the kernels with AOVS got AOV sums.
@@ -183,7 +199,6 @@ impl DeviceFilm {
             lengths: bytes_of(&scene.lengths),
             arrays: scene.of_launch([&output, &unused, &unused, &unused], false)?,
             threads: (of.width, of.height),
-            queue: false,
         };
         let read = Command::Read { from: &output, to: RowTarget::records(hits, &rows) };
         let commands = vec![Command::clear(&output), Command::Dispatch(launch), read];

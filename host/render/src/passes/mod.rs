@@ -12,7 +12,7 @@ mod on_device;
 mod scene;
 
 pub(crate) use display::DisplayPass;
-pub(crate) use film::FilmDesc;
+pub(crate) use film::{FilmDesc, Launch};
 pub(crate) use on_device::DeviceScene;
 pub(crate) use scene::ValidScene;
 
@@ -20,5 +20,5 @@ use trisect_device::BackendError;
 
 /// Returns the error of a call that comes too early, or for an image of another size.
 fn misuse(message: &str) -> BackendError {
-    BackendError::Device { backend: "renderer", action: "running passes", message: message.to_owned() }
+    BackendError::Misuse { message: message.to_owned() }
 }

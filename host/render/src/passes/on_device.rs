@@ -2,7 +2,7 @@
 
 use super::denoise::DenoiseBuffers;
 use super::display::DisplayPass;
-use super::film::{DeviceFilm, FilmDesc};
+use super::film::{DeviceFilm, FilmDesc, Launch};
 use super::misuse;
 use super::scene::SceneArrays;
 use crate::denoise::Pass;
@@ -74,9 +74,9 @@ impl DeviceScene {
     }
 
     /// Renders one submission into the film and waits for it. Returns the device's own measure of
-    /// its time. The parameters are those of the renderer that uploaded the scene.
-    pub fn render(&mut self, params: &RenderParams) -> Result<Duration, BackendError> {
-        made(self.film.as_ref())?.render(self.device.as_mut(), &self.scene, params)
+    /// its time. The launch is one of the renderer that uploaded the scene.
+    pub fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
+        made(self.film.as_ref())?.render(self.device.as_mut(), &self.scene, launch)
     }
 
     /// Copies these rows of the film, packed, to `sums`, and those of its AOV sums to `aovs`, which

@@ -1,10 +1,9 @@
 //! Construction of a renderer, and of renderers beside it.
 
 use super::Renderer;
-use super::chunk_buffers::ChunkBuffers;
-use super::interactive::LiveSession;
+use super::chunk_buffers::ChunkPipeline;
+use super::film_state::FilmState;
 use super::prepared_scene::PreparedScene;
-use super::submissions::SubmissionSizer;
 use super::tile_entry_cache::TileEntryCache;
 use crate::Error;
 use crate::bvh::BvhQuality;
@@ -40,13 +39,11 @@ impl Renderer {
 
     fn of(prepared: PreparedScene, uploaded: DeviceScene, tile_entries: TileEntryCache) -> Self {
         Self {
-            submission_sizer: SubmissionSizer::new(uploaded.device().info().kind),
+            pipeline: ChunkPipeline::new(uploaded.device().info().kind),
             prepared,
             uploaded,
             tile_entries,
-            chunks: ChunkBuffers::default(),
-            live: LiveSession::default(),
-            ready: None,
+            film_state: FilmState::default(),
             film: None,
             filtered: Vec::new(),
         }

@@ -2,13 +2,14 @@
 //! copied to the host. The pipeline, adaptive sampling and the cluster use it.
 
 use super::chunk_buffers::ChunkSums;
+use super::film_state::FilmState;
 use super::submissions::{Submission, Submissions};
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::RowSet;
 use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
-use trisect_kernels::Variant;
+use trisect_kernels::EntryPoint;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::params::FLAG_END_OF_CHUNK;
@@ -68,12 +69,12 @@ impl Renderer {
         samples: Range<u32>,
         observer: &mut dyn RenderObserver,
     ) -> Result<ChunkResult<'_>, Error> {
-        let variant = self.ready_for(settings, rows, std::slice::from_ref(&samples))?;
+        let kernel = self.ready_for(settings, rows, std::slice::from_ref(&samples))?;
         let total = u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
         let mut watch = |done: u64| observer.progress(done, total);
-        let took = self.run_chunk(settings, variant, rows, samples, &mut watch)?;
+        let took = self.run_chunk(settings, kernel, rows, samples, &mut watch)?;
         let ChunkTiming { device, submissions, .. } = took;
-        let (pixels, guides) = (&self.chunks.current.pixels, &self.chunks.current.aovs);
+        let (pixels, guides) = (&self.pipeline.current.pixels, &self.pipeline.current.aovs);
         Ok(ChunkResult { pixels, aovs: guides, seed: settings.seed, device, submissions })
     }
 
@@ -83,31 +84,30 @@ impl Renderer {
         settings: &Settings,
         rows: &RowSet,
         samples: &[Range<u32>],
-    ) -> Result<Variant, Error> {
-        let variant = self.prepare(settings)?;
+    ) -> Result<EntryPoint, Error> {
+        let kernel = self.prepare(settings)?;
         samples.iter().try_for_each(|samples| settings.check_rows(rows, samples))?;
         let camera = self.camera(settings);
-        self.tile_entries.update(&mut self.uploaded, &camera, settings, variant, false)?;
-        Ok(variant)
+        self.tile_entries.update(&mut self.uploaded, &camera, settings, kernel, false)?;
+        Ok(kernel)
     }
 
     /// Renders a chunk and reads it into the current chunk's memory.
     pub(super) fn run_chunk(
         &mut self,
         settings: &Settings,
-        variant: Variant,
+        kernel: EntryPoint,
         rows: &RowSet,
         samples: Range<u32>,
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<ChunkTiming, Error> {
-        self.ready = None;
-        self.live.display = None;
+        self.film_state = FilmState::Unknown;
         let pixels = settings.width as usize * rows.len() as usize;
-        self.chunks.current.resize(self.uploaded.device_mut(), pixels, settings.guides);
+        self.pipeline.current.resize(self.uploaded.device_mut(), pixels, settings.guides);
         let mut took = ChunkTiming::default();
         let (mut done, count) = (0, samples.len() as u32);
         let mut submissions = Submissions::new(settings.width, rows.clone(), count);
-        while let Some(submission) = submissions.next(&self.submission_sizer) {
+        while let Some(submission) = submissions.next(&self.pipeline.sizer) {
             done += submission.samples(settings.width);
             took.device += self.submit(settings, submission, samples.start, count)?;
             took.submissions += 1;
@@ -116,10 +116,10 @@ impl Renderer {
             }
         }
         let read = Instant::now();
-        let ChunkSums { pixels, aovs } = &mut self.chunks.current;
+        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
         self.uploaded.read_film(rows, pixels, aovs)?;
         took.read = read.elapsed();
-        self.ready = Some((settings.clone(), variant));
+        self.film_state = FilmState::Empty(settings.clone(), kernel);
         Ok(took)
     }
 
@@ -132,8 +132,9 @@ impl Renderer {
         first_sample: u32,
         samples: u32,
     ) -> Result<Duration, Error> {
-        let mut params = self.prepared.launch(settings);
-        self.tile_entries.fill_params(&mut params);
+        let mut launch = self.prepared.launch(settings);
+        let params = &mut launch.params;
+        self.tile_entries.fill_params(params);
         (params.share_first_row, params.block_shift, params.block_gap) = submission.share;
         params.first_row = submission.first_row;
         params.rows = submission.rows;
@@ -144,9 +145,9 @@ impl Renderer {
             params.flags |= FLAG_END_OF_CHUNK;
         }
         let wall = Instant::now();
-        let time = self.uploaded.render(&params)?;
+        let time = self.uploaded.render(&launch)?;
         let taken = submission.samples(settings.width);
-        self.submission_sizer.learn(taken, wall.elapsed().max(time));
+        self.pipeline.sizer.learn(taken, wall.elapsed().max(time));
         Ok(time)
     }
 }

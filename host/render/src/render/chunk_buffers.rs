@@ -1,5 +1,6 @@
-//! Host memory for chunks as a device returns them.
+//! Pipeline of chunks: sizes of submissions, and host memory for chunks as a device returns them.
 
+use super::submissions::SubmissionSizer;
 use crate::film::HostRecords;
 use bytemuck::{Pod, Zeroable};
 use trisect_device::{Device, DeviceKind};
@@ -14,9 +15,11 @@ pub(super) struct ChunkSums {
     pub aovs: HostRecords<AovSums>,
 }
 
-/// Memory for two chunks, kept from frame to frame: one is rendered while one is added to the film.
-#[derive(Default)]
-pub(super) struct ChunkBuffers {
+/// Sizes of submissions, and memory for two chunks, kept from frame to frame: one chunk is rendered
+/// while the other is added to the film.
+pub(super) struct ChunkPipeline {
+    /// Sizes submissions by the speed of earlier ones, also of earlier frames.
+    pub sizer: SubmissionSizer,
     /// Chunk that is rendered.
     pub current: ChunkSums,
     /// Memory for another chunk.
@@ -32,7 +35,20 @@ impl ChunkSums {
     }
 }
 
-impl ChunkBuffers {
+impl ChunkPipeline {
+    /// Unpins the memory: the device goes to another scene.
+    pub fn unpin(&self, device: &mut dyn Device) {
+        for chunk in [&self.current, &self.spare] {
+            device.unpin(chunk.pixels.memory());
+            device.unpin(chunk.aovs.memory());
+        }
+    }
+
+    /// Creates a pipeline for a device of this kind, without memory yet.
+    pub fn new(kind: DeviceKind) -> Self {
+        Self { sizer: SubmissionSizer::new(kind), current: ChunkSums::default(), spare: ChunkSums::default() }
+    }
+
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
     pub fn pin(&mut self, device: &mut dyn Device, pixels: usize, with_aovs: bool) {
         if device.info().kind != DeviceKind::Gpu {
@@ -49,6 +65,7 @@ impl ChunkBuffers {
     }
 }
 
+/// Resizes records; memory that is too small is unpinned first.
 fn resize<T: Pod + Zeroable>(device: &mut dyn Device, records: &mut HostRecords<T>, pixels: usize) {
     if records.memory().bytes() < pixels * size_of::<T>() {
         device.unpin(records.memory());

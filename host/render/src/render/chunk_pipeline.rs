@@ -9,7 +9,7 @@ use std::ops::{ControlFlow, Range};
 use std::thread::ScopedJoinHandle;
 use std::time::{Duration, Instant};
 use trisect_device::DeviceKind;
-use trisect_kernels::Variant;
+use trisect_kernels::EntryPoint;
 use trisect_system::threads::refused;
 
 /// Total times of some chunks.
@@ -62,7 +62,7 @@ impl<'a> ChunkJob<'a> {
 /// A job that runs: its chunks so far.
 struct Run<'a> {
     job: ChunkJob<'a>,
-    variant: Variant,
+    kernel: EntryPoint,
     /// Samples of the chunks so far.
     samples: u64,
     times: PipelineTiming,
@@ -80,7 +80,7 @@ impl Run<'_> {
         let before = self.samples;
         let mut watch = |done| watch(before + done);
         let settings = Settings { seed, ..settings.clone() };
-        let took = renderer.run_chunk(&settings, self.variant, rows, samples.clone(), &mut watch)?;
+        let took = renderer.run_chunk(&settings, self.kernel, rows, samples.clone(), &mut watch)?;
         self.samples += u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
         self.times.device += took.device;
         self.times.read += took.read;
@@ -127,8 +127,8 @@ impl Renderer {
         state: T,
         take: &(impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error> + Sync),
     ) -> Result<T, Error> {
-        let variant = self.ready_for(parts.settings, parts.rows, parts.samples)?;
-        Ok(self.for_each_prepared_chunk(parts, variant, watch, state, take)?.0)
+        let kernel = self.ready_for(parts.settings, parts.rows, parts.samples)?;
+        Ok(self.for_each_prepared_chunk(parts, kernel, watch, state, take)?.0)
     }
 
     /// Renders chunks as [`for_each_chunk`](Self::for_each_chunk) does, after they were prepared.
@@ -140,12 +140,12 @@ impl Renderer {
     pub(super) fn for_each_prepared_chunk<T: Send>(
         &mut self,
         parts: &ChunkJob<'_>,
-        variant: Variant,
+        kernel: EntryPoint,
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
         state: T,
         take: &(impl Fn(&mut T, &Range<u32>, &ChunkResult<'_>) -> Result<(), Error> + Sync),
     ) -> Result<(T, PipelineTiming), Error> {
-        let mut run = Run { job: *parts, variant, samples: 0, times: PipelineTiming::default() };
+        let mut run = Run { job: *parts, kernel, samples: 0, times: PipelineTiming::default() };
         let count = parts.samples.len() * parts.seeds.len();
         let state = match count < 2 || self.device().info().kind != DeviceKind::Gpu {
             true => self.chunks_in_turn(&mut run, watch, state, take)?,
@@ -166,7 +166,7 @@ impl Renderer {
         for (seed, samples) in job.chunks().take_while(|_| (job.should_continue)()) {
             let ChunkTiming { device, submissions, .. } = run.chunk(self, (seed, samples), watch)?;
             let start = Instant::now();
-            let ChunkSums { pixels, aovs } = &self.chunks.current;
+            let ChunkSums { pixels, aovs } = &self.pipeline.current;
             take(&mut state, samples, &ChunkResult { pixels, aovs, seed, device, submissions })?;
             run.times.waited += start.elapsed();
         }
@@ -187,12 +187,12 @@ impl Renderer {
             self.pin_chunks(pixels, job.settings.guides);
         }
         std::thread::scope(|scope| {
-            let mut held = ConsumerState::Idle((state, std::mem::take(&mut self.chunks.spare)));
+            let mut held = ConsumerState::Idle((state, std::mem::take(&mut self.pipeline.spare)));
             for (seed, samples) in job.chunks().take_while(|_| (job.should_continue)()) {
                 let ChunkTiming { device, submissions, .. } = run.chunk(self, (seed, samples), watch)?;
                 let start = Instant::now();
                 let (mut state, free) = held.wait()?;
-                let chunk = std::mem::replace(&mut self.chunks.current, free);
+                let chunk = std::mem::replace(&mut self.pipeline.current, free);
                 let work = move || {
                     let ChunkSums { pixels, aovs } = &chunk;
                     take(&mut state, samples, &ChunkResult { pixels, aovs, seed, device, submissions })?;
@@ -206,7 +206,7 @@ impl Renderer {
             }
             let start = Instant::now();
             let (state, free) = held.wait()?;
-            self.chunks.spare = std::mem::replace(&mut self.chunks.current, free);
+            self.pipeline.spare = std::mem::replace(&mut self.pipeline.current, free);
             run.times.waited += start.elapsed();
             Ok(state)
         })
@@ -214,6 +214,6 @@ impl Renderer {
 
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
     pub fn pin_chunks(&mut self, pixels: usize, with_aovs: bool) {
-        self.chunks.pin(self.uploaded.device_mut(), pixels, with_aovs);
+        self.pipeline.pin(self.uploaded.device_mut(), pixels, with_aovs);
     }
 }

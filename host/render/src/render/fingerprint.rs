@@ -45,7 +45,7 @@ impl Fingerprint {
             traversal: _,
             schedule: _,
             tile: _,
-            variant: _,
+            features: _,
             // The film is not denoised.
             denoise: _,
         } = settings;
@@ -116,12 +116,12 @@ mod tests {
     fn kernels_count_and_their_sources_do_not() {
         let manifest = trisect_kernels::MANIFEST;
         let all = artifacts(manifest);
-        assert!(all.lines().count() > 30 && all.contains("render_all.spv"), "{all}");
+        assert!(all.lines().count() > 30 && all.contains("render.spv"), "{all}");
         let mut other: Value = serde_json::from_str(manifest).unwrap_or_default();
         other["sources"]["shared/src/path/mod.rs"] = "a comment".into();
         other["artifacts"]["tests/probes/prebuilt/probes.precise.ptx"] = "another probe".into();
         assert_eq!(artifacts(&other.to_string()), all);
-        other["artifacts"]["kernels/prebuilt/spirv/render_all.spv"] = "another kernel".into();
+        other["artifacts"]["kernels/prebuilt/spirv/render.spv"] = "another kernel".into();
         assert_ne!(artifacts(&other.to_string()), all);
     }
 

@@ -1,5 +1,6 @@
 //! Frames for a display straight from the samples: without AOVs, filters or sums on the host.
 
+use super::film_state::FilmState;
 use super::interactive::display_params;
 use super::submissions::Submissions;
 use super::{DisplayOptions, Renderer, Settings};
@@ -33,7 +34,7 @@ impl Renderer {
         screen: &DisplayOptions,
         pixels: &mut Vec<u32>,
     ) -> Result<DisplayTiming, Error> {
-        if self.live.display.as_ref().is_none_or(|framed| framed.0 != *settings) {
+        if self.film_state.displayed(settings).is_none() {
             settings.check()?;
         }
         settings.check_rows(rows, &(0..settings.samples))?;
@@ -58,16 +59,16 @@ impl Renderer {
         settings.check_live()?;
         settings.check_rows(&rows, &(0..settings.samples))?;
         // Each frame writes all pixels of its rows again, so nothing needs to be erased.
-        let variant = match self.live.display.take().filter(|framed| framed.0 == *settings) {
-            Some((_, variant)) => variant,
+        let kernel = match self.film_state.displayed(settings) {
+            Some(kernel) => kernel,
             None => self.prepare(settings)?,
         };
-        self.ready = None;
+        self.film_state = FilmState::Unknown;
         let camera = self.camera(settings);
-        self.tile_entries.update(&mut self.uploaded, &camera, settings, variant, false)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, settings, kernel, false)?;
         let mut trace = Duration::ZERO;
         let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
-        while let Some(submission) = submissions.next(&self.submission_sizer) {
+        while let Some(submission) = submissions.next(&self.pipeline.sizer) {
             trace += self.submit(settings, submission, 0, settings.samples)?;
         }
         let size = (settings.width, settings.height);
@@ -75,7 +76,7 @@ impl Renderer {
         let params = display_params(size, settings.width, screen.stops, first);
         let shown = DisplayPass { params, image: None, accumulated: false };
         let display = self.uploaded.display(&shown, to.reborrow())?;
-        self.live.display = Some((settings.clone(), variant));
-        Ok(DisplayTiming { kernel: variant.name, trace, display })
+        self.film_state = FilmState::Display(settings.clone(), kernel);
+        Ok(DisplayTiming { kernel: kernel.name, trace, display })
     }
 }

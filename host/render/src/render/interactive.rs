@@ -2,6 +2,8 @@
 //! device.
 
 use super::chunk_buffers::ChunkSums;
+use super::film_state::FilmState;
+use super::live_session::LiveSession;
 use super::submissions::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
@@ -15,9 +17,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use trisect_image::Image;
 use trisect_image::output::exposure::MAX_STOPS;
-use trisect_kernels::Variant;
 use trisect_shared::aovs::AovSums;
-use trisect_shared::denoise::{FilteredPixel, PinholeView, STOP_FACTORS};
+use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::display::DisplayParams;
 use trisect_shared::film::PixelSums;
 
@@ -45,93 +46,6 @@ pub struct LiveFrame {
 /// Maximum number of samples per pixel that frames are summed to while the camera rests. The
 /// rounding of these sums, relative 1e-5, stays well below the noise that is left.
 pub const MAX_ACCUMULATED_SAMPLES: u32 = 1 << 16;
-
-/// Frames that follow each other on the device.
-#[derive(Default)]
-pub(super) struct LiveSession {
-    /// State of the live frames before, if nothing else was rendered since.
-    pub series: Option<TemporalState>,
-    /// Settings and kernel of the display frame before, if nothing else was rendered since.
-    pub display: Option<(Settings, Variant)>,
-}
-
-/// State of live frames that follow each other with the same settings.
-pub(super) struct TemporalState {
-    settings: Settings,
-    variant: Variant,
-    /// Rows of the image that the frames render.
-    rows: Range<u32>,
-    /// Image of the last frame.
-    image: Option<FrameView>,
-    /// View that the history to read was seen from.
-    previous_view: Option<PinholeView>,
-    /// History to read, 0 or 1.
-    past: usize,
-    /// True if the last frame wrote the other history.
-    wrote: bool,
-    /// Samples per pixel since the camera came to rest; 0 without temporal settings.
-    accumulated: u32,
-    /// Index of the next frame's first sample.
-    sample: u32,
-}
-
-impl TemporalState {
-    fn new(variant: Variant, settings: Settings, rows: Range<u32>) -> Self {
-        Self {
-            settings,
-            variant,
-            rows,
-            image: None,
-            previous_view: None,
-            past: 0,
-            wrote: false,
-            accumulated: 0,
-            sample: 0,
-        }
-    }
-
-    /// Returns whether the camera moved since the last frame.
-    fn moves(&self, image: &FrameView) -> bool {
-        self.image.is_some_and(|last| last != *image)
-    }
-
-    /// Returns the next frame's inputs from earlier frames, and advances the state.
-    fn next(&mut self, image: &FrameView, history: Option<&TemporalSettings>) -> TemporalInputs {
-        let last = self.image.replace(*image);
-        let Some(history) = history else {
-            (self.previous_view, self.wrote, self.accumulated, self.sample) = (None, false, 0, 0);
-            return TemporalInputs::none(image);
-        };
-        let samples = self.settings.samples;
-        let kept = self.accumulated > 0 && last == Some(*image);
-        if !kept {
-            // The camera moved, so the history that the last frame wrote is the one to read.
-            self.previous_view = last.filter(|_| self.wrote).map(|last| last.view);
-            self.past = 1 - self.past;
-            self.accumulated = 0;
-        }
-        let spent = self.accumulated as f32;
-        self.accumulated += samples;
-        self.wrote = history.frames > 0;
-        TemporalInputs {
-            previous_view: self.previous_view.unwrap_or(image.view),
-            history: if self.previous_view.is_some() { (history.frames * samples) as f32 } else { 0.0 },
-            spent,
-            clamp: history.clamp.min(STOP_FACTORS.1),
-            reproject: self.wrote,
-            past: self.past,
-            accumulated: kept,
-        }
-    }
-
-    /// Returns the index of this frame's first sample, and advances the state.
-    fn first_sample(&mut self) -> u32 {
-        let count = self.settings.samples;
-        let first = if self.sample.checked_add(count).is_some() { self.sample } else { 0 };
-        self.sample = first + count;
-        first
-    }
-}
 
 impl Renderer {
     /// Denoises a film of this scene on the device. `settings` are those that rendered it, with
@@ -170,8 +84,8 @@ impl Renderer {
         // counted then.
         self.make_film(&settings)?;
         let count = settings.pixels() as usize;
-        self.chunks.current.resize(self.uploaded.device_mut(), count, true);
-        let ChunkSums { pixels, aovs } = &mut self.chunks.current;
+        self.pipeline.current.resize(self.uploaded.device_mut(), count, true);
+        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
         fill(pixels, aovs);
         self.uploaded.write_film(pixels, aovs)?;
         let (width, height) = (settings.width, settings.height);
@@ -233,18 +147,18 @@ impl Renderer {
         let camera = self.camera(&settings);
         let image = FrameView::by(&camera, settings.width, settings.height);
         // The state is taken, so that after an error the next frame starts anew.
-        let same = |series: &TemporalState| series.settings == settings && series.rows == *rows;
-        let mut series = match self.live.series.take().filter(same) {
+        let same = |series: &LiveSession| series.settings == settings && series.rows == *rows;
+        let mut series = match self.film_state.take_live().filter(|session| same(session)) {
             Some(series) => series,
             None => {
                 settings.check()?;
-                TemporalState::new(self.make_film(&settings)?, settings.clone(), rows.clone())
+                Box::new(LiveSession::new(self.make_film(&settings)?, settings.clone(), rows.clone()))
             }
         };
         let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
         let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
         let moves = series.moves(&image);
-        self.tile_entries.update(&mut self.uploaded, &camera, &settings, series.variant, moves)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, &settings, series.kernel, moves)?;
         let frames = series.next(&image, history);
         let mut trace = Duration::ZERO;
         let goes_on = !frames.accumulated || series.accumulated <= MAX_ACCUMULATED_SAMPLES;
@@ -254,7 +168,7 @@ impl Renderer {
         if goes_on {
             let first = series.first_sample();
             let mut submissions = Submissions::new(settings.width, around.clone(), settings.samples);
-            while let Some(submission) = submissions.next(&self.submission_sizer) {
+            while let Some(submission) = submissions.next(&self.pipeline.sizer) {
                 trace += self.submit(&settings, submission, first, settings.samples)?;
             }
         }
@@ -265,7 +179,7 @@ impl Renderer {
         }
         let times = self.uploaded.denoise(&passes)?;
         let live = LiveFrame {
-            kernel: series.variant.name,
+            kernel: series.kernel.name,
             samples: series.accumulated.max(settings.samples),
             trace,
             passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
@@ -274,7 +188,7 @@ impl Renderer {
             size: (image.width, image.height),
             rows: rows.clone(),
         };
-        self.live.series = Some(series);
+        self.film_state = FilmState::Live(series);
         Ok(live)
     }
 

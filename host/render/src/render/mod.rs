@@ -9,10 +9,12 @@ mod chunk;
 mod chunk_buffers;
 mod chunk_pipeline;
 mod fallback;
+mod film_state;
 mod fingerprint;
 mod frame;
 mod interactive;
 mod kernel_selection;
+mod live_session;
 mod prepared_scene;
 mod resume;
 mod scene_params;
@@ -21,7 +23,7 @@ mod tile_entry_cache;
 mod tile_samples;
 
 pub use crate::film::SampleBlock;
-pub use crate::settings::{MAX_DEPTH, Sampler, Settings, SettingsError};
+pub use crate::settings::{KernelFeatures, MAX_DEPTH, Sampler, Settings, SettingsError};
 pub use chunk::{ChunkResult, chunks};
 pub use fallback::FallbackFactory;
 pub use fingerprint::Fingerprint;
@@ -32,23 +34,21 @@ pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 
 use crate::Error;
-use crate::denoise::DenoiseSettings;
 use crate::film::{Film, RowSet};
 use crate::passes::{DeviceScene, FilmDesc};
 use crate::stats::RenderStats;
-use chunk_buffers::ChunkBuffers;
+use chunk_buffers::ChunkPipeline;
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
-use interactive::LiveSession;
+use film_state::FilmState;
 use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
-use submissions::SubmissionSizer;
 use tile_entry_cache::TileEntryCache;
 pub(crate) use tile_samples::TileSamples;
 use trisect_device::Device;
 use trisect_image::Image;
-use trisect_kernels::Variant;
+use trisect_kernels::EntryPoint;
 use trisect_scene::{CameraPose, SceneError};
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::FilteredPixel;
@@ -98,12 +98,8 @@ pub struct Renderer {
     prepared: PreparedScene,
     uploaded: DeviceScene,
     tile_entries: TileEntryCache,
-    /// Sizes submissions by the speed of earlier ones, also of earlier frames.
-    submission_sizer: SubmissionSizer,
-    chunks: ChunkBuffers,
-    live: LiveSession,
-    /// Settings and kernel for which the device's film is ready, with nothing written to it.
-    ready: Option<(Settings, Variant)>,
+    pipeline: ChunkPipeline,
+    film_state: FilmState,
     /// Film whose memory the next render may use.
     film: Option<Film>,
     /// Memory for a denoised image as the device returns it.
@@ -120,7 +116,7 @@ impl Renderer {
     /// Sets the size of submissions to about `samples` samples, but at least one for each pixel of
     /// a row; `None` returns to about 50 ms. The film does not depend on it.
     pub fn limit_submissions(&mut self, samples: Option<u64>) {
-        self.submission_sizer.limit(samples);
+        self.pipeline.sizer.limit(samples);
     }
 
     /// Returns the device in use.
@@ -129,7 +125,8 @@ impl Renderer {
     }
 
     /// Returns the device itself, for another scene.
-    pub fn into_device(self) -> Box<dyn Device> {
+    pub fn into_device(mut self) -> Box<dyn Device> {
+        self.pipeline.unpin(self.uploaded.device_mut());
         self.uploaded.into_device()
     }
 
@@ -154,11 +151,14 @@ impl Renderer {
         settings: &Settings,
         observer: &mut dyn RenderObserver,
     ) -> Result<Frame, Error> {
-        settings.denoise.as_ref().map_or(Ok(()), DenoiseSettings::check)?;
+        let Some(denoise) = &settings.denoise else {
+            return self.render_part(settings, &settings.whole(), observer);
+        };
+        denoise.check()?;
+        // The filter needs AOVs, whether or not the settings ask for them.
+        let settings = &Settings { guides: true, ..settings.clone() };
         let mut frame = self.render_part(settings, &settings.whole(), observer)?;
-        if let Some(denoise) = &settings.denoise {
-            frame.denoised = Some(self.denoise(&frame.film, settings, denoise)?.0);
-        }
+        frame.denoised = Some(self.denoise(&frame.film, settings, denoise)?.0);
         Ok(frame)
     }
 
@@ -178,7 +178,7 @@ impl Renderer {
         part: &SampleBlock,
         observer: &mut dyn RenderObserver,
     ) -> Result<Frame, Error> {
-        let (variant, mut stats) = self.begin(settings, 0)?;
+        let (kernel, mut stats) = self.begin(settings, 0)?;
         settings.check_part(part)?;
         let start = Instant::now();
         let mut film = self.empty_film(settings);
@@ -197,7 +197,7 @@ impl Renderer {
         let took;
         (film, took) = self.for_each_prepared_chunk(
             &parts,
-            variant,
+            kernel,
             &mut watch,
             film,
             &|film: &mut Film, samples, sums: &ChunkResult<'_>| {
@@ -217,19 +217,19 @@ impl Renderer {
 
     /// Prepares a frame, of whose memory `held` bytes are allocated already. Returns the kernel,
     /// and statistics with the times of the preparation.
-    fn begin(&mut self, settings: &Settings, held: u64) -> Result<(Variant, RenderStats), Error> {
+    fn begin(&mut self, settings: &Settings, held: u64) -> Result<(EntryPoint, RenderStats), Error> {
         let start = Instant::now();
-        let variant = self.prepare_holding(settings, held)?;
+        let kernel = self.prepare_holding(settings, held)?;
         let mut stats =
-            RenderStats::new(self.device().info(), settings, variant, self.prepared.phases.clone());
+            RenderStats::new(self.device().info(), settings, kernel, self.prepared.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let camera = self.camera(settings);
-        self.tile_entries.update(&mut self.uploaded, &camera, settings, variant, false)?;
+        self.tile_entries.update(&mut self.uploaded, &camera, settings, kernel, false)?;
         stats.phases.view_seconds = start.elapsed().as_secs_f64();
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
-        Ok((variant, stats))
+        Ok((kernel, stats))
     }
 
     /// Takes a film that is no longer needed. The next render of its size then needs no fresh
@@ -256,7 +256,7 @@ impl Renderer {
     /// Returns the first hit of one sample of each pixel, row-major.
     pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
         self.prepare(settings)?;
-        let mut params = self.prepared.launch(settings);
+        let mut params = self.prepared.launch(settings).params;
         params.rows = settings.height;
         params.first_sample = sample;
         params.end_sample = sample.saturating_add(1);
@@ -266,9 +266,9 @@ impl Renderer {
     }
 
     /// Returns the kernel that renders the scene with these settings.
-    fn select_kernel(&self, settings: &Settings) -> Result<Variant, Error> {
-        let best = |kernel| self.device().best_method(kernel, settings.math);
-        Ok(kernel_selection::choose(self.prepared.features, settings, best, self.prepared.wide)?)
+    fn select_kernel(&self, settings: &Settings) -> Result<EntryPoint, Error> {
+        let best = |kernel| self.device().best_method(kernel, self.prepared.primitives());
+        Ok(kernel_selection::choose(self.prepared.features(), settings, best, self.prepared.wide)?)
     }
 
     /// Returns the statistics of a render with these settings, without counts and times of its own.
@@ -277,41 +277,32 @@ impl Renderer {
     ///
     /// [`Error::Settings`] if no kernel has these settings.
     pub fn statistics(&self, settings: &Settings) -> Result<RenderStats, Error> {
-        let variant = self.select_kernel(settings)?;
+        let kernel = self.select_kernel(settings)?;
         let mut stats =
-            RenderStats::new(self.device().info(), settings, variant, self.prepared.phases.clone());
+            RenderStats::new(self.device().info(), settings, kernel, self.prepared.phases.clone());
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
         Ok(stats)
     }
 
     /// Selects the kernel and makes the device's film.
-    fn make_film(&mut self, settings: &Settings) -> Result<Variant, Error> {
-        self.ready = None;
-        self.live.display = None;
-        let variant = self.select_kernel(settings)?;
-        self.live.series = None;
+    fn make_film(&mut self, settings: &Settings) -> Result<EntryPoint, Error> {
+        let kernel = self.select_kernel(settings)?;
+        self.film_state = FilmState::Unknown;
         let Settings { width, height, math, .. } = *settings;
-        self.uploaded.begin_film(FilmDesc { width, height, variant, math })?;
-        Ok(variant)
+        self.uploaded.begin_film(FilmDesc { width, height, kernel, math })?;
+        Ok(kernel)
     }
 
     /// Checks the settings and the memory that they need, selects the kernel and makes the
     /// device's film.
-    fn prepare(&mut self, settings: &Settings) -> Result<Variant, Error> {
+    fn prepare(&mut self, settings: &Settings) -> Result<EntryPoint, Error> {
         self.prepare_holding(settings, 0)
     }
 
-    fn prepare_holding(&mut self, settings: &Settings, held: u64) -> Result<Variant, Error> {
-        // A film that is ready serves any seed and number of samples.
-        let alike = |ready: &Settings| {
-            let Settings { seed, samples, .. } = *settings;
-            Settings { seed, samples, ..ready.clone() } == *settings
-        };
-        if let Some((_, variant)) =
-            self.ready.as_ref().filter(|ready| settings.samples > 0 && alike(&ready.0))
-        {
-            return Ok(*variant);
+    fn prepare_holding(&mut self, settings: &Settings, held: u64) -> Result<EntryPoint, Error> {
+        if let Some(kernel) = self.film_state.ready_for(settings) {
+            return Ok(kernel);
         }
         settings.check_holding(held)?;
         self.make_film(settings)

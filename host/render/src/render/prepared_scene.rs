@@ -4,19 +4,19 @@
 use super::camera;
 use super::scene_params::SceneParams;
 use super::tile_entry_cache::TileEntryCache;
-use super::{MathMode, Settings, Traversal};
+use super::{Settings, Traversal};
 use crate::Error;
 use crate::bvh::{Bvh, BvhQuality, Wide};
 use crate::lights::Lights;
-use crate::passes::{DeviceScene, ValidScene};
+use crate::passes::{DeviceScene, Launch, ValidScene};
 use crate::stats::Phases;
 use glam::Vec3;
 use std::time::Instant;
 use trisect_device::Device;
-use trisect_scene::{CameraPose, Fresnel, Scene, SceneError};
+use trisect_scene::{CameraPose, Scene, SceneError};
 use trisect_shared::camera::Camera;
-use trisect_shared::features::Features;
-use trisect_shared::params::{FLAG_HOLES, FLAG_PADDED_BOXES, FLAG_SCHLICK, NO_CLAMP, RenderParams};
+use trisect_shared::features::{Features, PADDED_BOXES};
+use trisect_shared::params::{NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
 /// Scene that was validated, and for which trees and light table were built: its camera, and what
@@ -25,7 +25,7 @@ use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 pub(super) struct PreparedScene {
     camera: CameraPose,
     /// Features that a kernel for the scene needs.
-    pub features: Features,
+    features: Features,
     /// True if a wide BVH was built.
     pub wide: bool,
     /// Launch parameters that the scene decides.
@@ -72,7 +72,7 @@ impl PreparedScene {
         let start = Instant::now();
         let valid = ValidScene::new(scene)?;
         let mut bvh = Bvh::build(scene, quality)?;
-        let wide = match device.best_method(scene.features(), MathMode::Precise).0 {
+        let wide = match device.best_method(scene.features(), scene.primitives()).0 {
             Traversal::Wide => Wide::new(scene, &bvh)?,
             _ => None,
         };
@@ -148,13 +148,30 @@ impl PreparedScene {
         }
     }
 
-    /// Returns launch parameters of an image without rows and samples.
-    pub fn launch(&self, settings: &Settings) -> RenderParams {
+    /// Returns the launch of an image without rows and samples.
+    pub fn launch(&self, settings: &Settings) -> Launch {
+        Launch { params: self.launch_params(settings), padded: self.params.padded }
+    }
+
+    /// Forgets features of the scene, for a test that its kernel then renders another image.
+    #[cfg(test)]
+    pub fn forget_features(&mut self, features: Features) {
+        self.features &= !features;
+    }
+
+    /// Returns the number of primitives.
+    pub fn primitives(&self) -> usize {
+        self.params.primitives as usize
+    }
+
+    /// Returns the features that a kernel needs to render the scene.
+    pub fn features(&self) -> Features {
+        self.features | if self.params.padded { PADDED_BOXES } else { 0 }
+    }
+
+    fn launch_params(&self, settings: &Settings) -> RenderParams {
         let SceneParams { sky, root, first_flat, first_triangle, .. } = self.params;
         let (sine, cosine) = self.params.environment_rotation.sin_cos();
-        let schlick = if settings.fresnel == Fresnel::Schlick { FLAG_SCHLICK } else { 0 };
-        let holes = if self.params.holes { FLAG_HOLES } else { 0 };
-        let room = if self.params.padded { FLAG_PADDED_BOXES } else { 0 };
         let sampled = settings.light_sampling;
         RenderParams {
             camera: self.camera(settings),
@@ -173,7 +190,7 @@ impl PreparedScene {
             first_triangle,
             light_count: if sampled { self.params.lights } else { 0 },
             roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
-            flags: schlick | holes | room,
+            flags: 0,
             environment_probability: if sampled { self.params.environment_probability } else { 0.0 },
             environment_width: self.params.environment_size.0,
             environment_height: self.params.environment_size.1,

@@ -10,7 +10,7 @@ use crate::stats::RenderStats;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use trisect_device::DeviceKind;
-use trisect_kernels::Variant;
+use trisect_kernels::EntryPoint;
 use trisect_shared::film::CHUNK_SAMPLES;
 
 /// Observer of a film that grows part by part, which may end the render.
@@ -96,7 +96,7 @@ impl Renderer {
         keeper: &dyn FilmObserver,
         observer: &mut dyn RenderObserver,
     ) -> Result<RenderStats, Error> {
-        let (variant, mut stats) = self.begin(settings, film.bytes())?;
+        let (kernel, mut stats) = self.begin(settings, film.bytes())?;
         settings.check_part(&SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
         check_film(film, settings)?;
         let start = Instant::now();
@@ -121,7 +121,7 @@ impl Renderer {
                     let mut watch = |here: u64| observer.progress(done + here, total);
                     let added = self.render_block_into(
                         film,
-                        (settings, variant),
+                        (settings, kernel),
                         (&rows, chunks),
                         keeper,
                         &mut watch,
@@ -142,7 +142,7 @@ impl Renderer {
     fn render_block_into(
         &mut self,
         film: &mut Film,
-        (settings, variant): (&Settings, Variant),
+        (settings, kernel): (&Settings, EntryPoint),
         (rows, samples): (&Range<u32>, &[Range<u32>]),
         keeper: &dyn FilmObserver,
         watch: &mut dyn FnMut(u64) -> std::ops::ControlFlow<()>,
@@ -160,7 +160,7 @@ impl Renderer {
             keeper.part_added(film);
             Ok(())
         };
-        Ok(self.for_each_prepared_chunk(&parts, variant, watch, film, &take)?.1)
+        Ok(self.for_each_prepared_chunk(&parts, kernel, watch, film, &take)?.1)
     }
 }
 

@@ -4,7 +4,6 @@ use crate::bvh::Bvh;
 use crate::lights::Lights;
 use trisect_scene::Scene;
 use trisect_shared::bvh::Child;
-use trisect_shared::material::{BLENDED, MASKED};
 use trisect_shared::sky::Sky;
 
 /// Launch parameters that the scene decides; `padded` also depends on the camera's position.
@@ -18,15 +17,13 @@ pub(super) struct SceneParams {
     pub lights: u32,
     /// True if the BVH's boxes are padded enough for rays that start at the camera.
     pub padded: bool,
-    /// True if any material is masked or blended.
-    pub holes: bool,
     pub environment_probability: f32,
     pub environment_size: (u32, u32),
     pub environment_rotation: f64,
 }
 
 impl SceneParams {
-    pub fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, room: bool) -> Self {
+    pub fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, padded: bool) -> Self {
         let environment = scene.environment.as_ref();
         Self {
             sky: scene.sky,
@@ -35,8 +32,7 @@ impl SceneParams {
             first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
             primitives: (scene.spheres.len() + scene.flats.len() + scene.triangles.len()) as u32,
             lights: lights.lights.len() as u32,
-            padded: room,
-            holes: scene.materials.iter().any(|material| material.flags & (MASKED | BLENDED) != 0),
+            padded,
             environment_probability: lights.environment_probability,
             environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
             environment_rotation: environment.map_or(0.0, |e| e.rotation),

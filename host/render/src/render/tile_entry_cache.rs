@@ -6,7 +6,7 @@ use crate::Error;
 use crate::bvh::{Bvh, build_tile_entries};
 use crate::passes::DeviceScene;
 use trisect_device::BackendError;
-use trisect_kernels::Variant;
+use trisect_kernels::EntryPoint;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
 use trisect_shared::features::{HEAVY, has_any};
@@ -47,16 +47,16 @@ impl TileEntryCache {
         scene: &mut DeviceScene,
         camera: &Camera,
         settings: &Settings,
-        variant: Variant,
+        kernel: EntryPoint,
         moves: bool,
     ) -> Result<(), Error> {
-        let default = match has_any(variant.features, HEAVY) || moves {
+        let default = match has_any(kernel.features, HEAVY) || moves {
             true => 0,
             false if settings.samples < FINE_FROM => 16,
             false => 8,
         };
         let tile = settings.tile.unwrap_or(default);
-        if tile == 0 || Traversal::of(variant.features) != Traversal::Stack || self.nodes.is_empty() {
+        if tile == 0 || Traversal::of(kernel.features) != Traversal::Stack || self.nodes.is_empty() {
             (self.built_for, self.refused) = (None, None);
             return Ok(());
         }

@@ -3,6 +3,7 @@
 
 use super::chunk::ChunkResult;
 use super::chunk_buffers::ChunkSums;
+use super::film_state::FilmState;
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::Tiles;
@@ -44,10 +45,9 @@ impl Renderer {
         let most = counts.iter().copied().max().unwrap_or(0).min(CHUNK_SAMPLES).min(end);
         let rows = RowSet::from(0..settings.height);
         let window = end - most..end;
-        let variant = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
-        self.ready = None;
-        self.live.display = None;
-        let chunk = &mut self.chunks.current;
+        let kernel = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
+        self.film_state = FilmState::Unknown;
+        let chunk = &mut self.pipeline.current;
         chunk.resize(self.uploaded.device_mut(), settings.pixels() as usize, settings.guides);
         let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
         let pixels = chunk.pixels.par_iter_mut().enumerate().with_min_len(TASK);
@@ -68,9 +68,9 @@ impl Renderer {
             // and until the rows left can do so too.
             let (from, mut samples, mut pixels) = (next, 0, 0);
             while let Some(row) = of_row.get(next) {
-                let few = pixels.min(left) < self.submission_sizer.pixels();
+                let few = pixels.min(left) < self.pipeline.sizer.pixels();
                 let longest =
-                    self.submission_sizer.budget().saturating_mul(if few { MAX_SUBMISSION_RATIO } else { 1 });
+                    self.pipeline.sizer.budget().saturating_mul(if few { MAX_SUBMISSION_RATIO } else { 1 });
                 if samples > 0 && samples + row.0 > longest {
                     break;
                 }
@@ -80,8 +80,9 @@ impl Renderer {
             if samples == 0 {
                 continue;
             }
-            let mut params = self.prepared.launch(settings);
-            self.tile_entries.fill_params(&mut params);
+            let mut launch = self.prepared.launch(settings);
+            let params = &mut launch.params;
+            self.tile_entries.fill_params(params);
             (params.share_first_row, params.block_shift, params.block_gap) = rows.share();
             let band = tiles.rows(from as u32..next as u32);
             (params.first_row, params.rows) = (band.start, band.len() as u32);
@@ -89,15 +90,15 @@ impl Renderer {
             params.flags |= FLAG_PER_PIXEL_RANGE | FLAG_END_OF_CHUNK;
             // The time says little about the device's speed: it depends on the pixels with the most
             // samples.
-            let time = self.uploaded.render(&params)?;
+            let time = self.uploaded.render(&launch)?;
             (device, submissions, done) = (device + time, submissions + 1, done + samples);
             if observer.progress(done, total).is_break() {
                 return Err(Error::Cancelled);
             }
         }
-        let ChunkSums { pixels, aovs } = &mut self.chunks.current;
+        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
         self.uploaded.read_film(&rows, pixels, aovs)?;
-        self.ready = Some((settings.clone(), variant));
+        self.film_state = FilmState::Empty(settings.clone(), kernel);
         Ok(ChunkResult { pixels, aovs, seed: settings.seed, device, submissions })
     }
 }

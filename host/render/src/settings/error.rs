@@ -90,34 +90,23 @@ pub enum SettingsError {
         /// Requested samples per pixel.
         samples: u32,
     },
-    /// `--variant` names a kernel that does not exist.
-    #[error("`variant`: unknown kernel variant {name}; available: {known}")]
-    NoSuchVariant {
-        /// Requested name.
-        name: String,
-        /// Names of all variants.
-        known: String,
-    },
-    /// `--variant` names a kernel that would not render the scene correctly.
-    #[error("`variant` {name} lacks {missing}; variants that support this render: {able}")]
-    VariantLacks {
-        /// Name of the kernel.
-        name: String,
-        /// Features that it lacks.
+    /// The features named would not render the scene correctly.
+    #[error("`features` lacks what scene and settings need: {missing}")]
+    FeaturesLack {
+        /// Names of the features that are missing.
         missing: String,
-        /// Names of the variants that support the render.
-        able: String,
     },
-    /// No kernel was built for this combination.
+    /// The features named are those of another image.
     #[error(
-        "no kernel variant combines {needed}; leave `traversal` and `schedule` out, or choose those of one of these variants: {able}"
+        "`features` and the settings differ in {other}, which changes the image; name it in both or in none"
     )]
-    NoVariant {
-        /// Features that the kernel would need.
-        needed: String,
-        /// Names of the variants that support the scene by other methods.
-        able: String,
+    FeaturesDiffer {
+        /// Names of the features that are in one of both.
+        other: String,
     },
+    /// The settings name the traversal of a tree that the device does not have.
+    #[error("`traversal` wide needs a CPU with AVX2; choose another, or leave it out")]
+    NoWideTree,
     /// `--device` without `--backend`.
     #[error("`device` needs `backend`: its index is one of that backend's, as `device::list` says")]
     DeviceWithoutBackend,

@@ -36,6 +36,15 @@ fn a_whole_scene() {
     assert_eq!(scene.camera.focus_distance, 4.0);
 }
 
+/// The message is about the points that the caller gave, not about a distance that follows.
+#[test]
+fn a_camera_looks_somewhere() {
+    let mut scene = whole();
+    scene.camera(Camera::look_at([1.0; 3], [1.0; 3]));
+    let error = scene.build().unwrap_err().to_string();
+    assert!(error.contains("look_from") && error.contains("look_at"), "{error}");
+}
+
 /// A scene file of the same content has the same records.
 #[test]
 fn a_scene_file_is_the_same() {

@@ -157,11 +157,16 @@ fn supported_version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, 
     }
 }
 
+/// Returns the parser's message. It has names in quotes, because backquotes stand for settings.
+pub(crate) fn quoted(error: &ron::Error) -> String {
+    error.to_string().replace('`', "\"")
+}
+
 /// Parses the text of a scene file; `file` stands for it in messages.
 pub fn parse<'a>(text: &'a str, file: &'a str) -> Result<SceneFile<'a>, SceneError> {
     let mut scene: SceneFile<'a> = ron::from_str(text).map_err(|error| {
         let place = error.span.start;
-        SceneError::at(file, text, place.line, place.col, error.code.to_string())
+        SceneError::at(file, text, place.line, place.col, quoted(&error.code))
     })?;
     scene.source = Source { file, text };
     scene.check_names()?;

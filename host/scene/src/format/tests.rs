@@ -189,7 +189,7 @@ fn faults_are_placed() {
             26,
             &["color_space: Linear"],
         ),
-        ("alpha_cutoff: 0.4", "alpha_cut: 0.4", 27, &["alpha_cut", "metallic", "`alpha_cutoff`"]),
+        ("alpha_cutoff: 0.4", "alpha_cut: 0.4", 27, &["alpha_cut", "metallic", "\"alpha_cutoff\""]),
         ("alpha_cutoff: 0.4", "alpha_cutoff: inf", 27, &["inf is not"]),
         ("radius: 1, material: \"globe\"", "radius: 0, material: \"globe\"", 31, &["0 is not a positive"]),
         (

@@ -5,6 +5,7 @@ use super::source_location::SourceLocation;
 use super::warnings::Warnings;
 use crate::description::{Instance, Mesh};
 use crate::error::SceneError;
+use crate::limits::is_singular;
 use crate::values::MAX_MAGNITUDE;
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -94,8 +95,7 @@ pub(super) fn check_instance(
     if !(farthest.max_element() <= MAX_MAGNITUDE && (x + y + z).max_element() <= MAX_MAGNITUDE) {
         return Err(site.too_large("the instance's position, extent or scale is too large", "1e18"));
     }
-    let inverse = transform.inverse();
-    if transform.matrix3.determinant() == 0.0 || !inverse.is_finite() {
+    if is_singular(transform) {
         return Ok(false);
     }
     budget.place(triangles as u64, site)?;

@@ -4,7 +4,7 @@ use super::super::{WarmUp, measure};
 use super::plan::Effort;
 use crate::Error;
 use trisect::device::BackendError;
-use trisect::render::{Renderer, Schedule, Settings, SettingsError, Traversal};
+use trisect::render::{KernelFeatures, Renderer, Schedule, Settings, SettingsError, Traversal};
 use trisect::stats::RenderStats;
 
 /// A combination of traversal and schedule. The image does not depend on it.
@@ -41,7 +41,12 @@ impl Method {
 
     /// Returns a scene's settings with this method.
     pub(super) fn settings(&self, settings: Settings) -> Settings {
-        Settings { traversal: Some(self.traversal), schedule: Some(self.schedule), variant: None, ..settings }
+        Settings {
+            traversal: Some(self.traversal),
+            schedule: Some(self.schedule),
+            features: KernelFeatures::Needed,
+            ..settings
+        }
     }
 }
 
@@ -65,5 +70,5 @@ pub(super) fn frames(renderer: &mut Renderer, settings: &Settings, effort: Effor
 /// Returns whether the error means only that the backend lacks the method.
 fn is_missing(error: &trisect::Error) -> bool {
     use trisect::Error::{Backend, Settings};
-    matches!(error, Settings(SettingsError::NoVariant { .. }) | Backend(BackendError::NoQueue { .. }))
+    matches!(error, Settings(SettingsError::NoWideTree) | Backend(BackendError::NoQueue { .. }))
 }

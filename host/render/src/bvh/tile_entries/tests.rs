@@ -5,6 +5,7 @@ use crate::bvh::Bvh;
 use glam::Quat;
 use trisect_scene::Scene;
 use trisect_shared::bvh::{Hit, RayQuery};
+use trisect_shared::features::FeatureSet;
 use trisect_shared::math::{basis, unit_f32};
 use trisect_shared::params::RenderParams;
 use trisect_shared::rng::PathKey;
@@ -124,7 +125,9 @@ fn count(scene: &Scene, camera: &Camera, shift: u32, count: &mut Count) {
             // above.
             #[allow(unsafe_code, reason = "kernels read without bounds checks")]
             let [want, got, beside]: [Hit; 3] = unsafe {
-                let below = |root| closest_hit_below::<0>(&params, arrays, ray, RayQuery::CLOSEST, root);
+                let below = |root| {
+                    closest_hit_below(FeatureSet::<0>::ALL, &params, arrays, ray, RayQuery::CLOSEST, root)
+                };
                 let right = (x + (1 << shift)).min(SIZE.0 - 1);
                 [bvh.root, tile_entry(&params, arrays, x, y), tile_entry(&params, arrays, right, y)]
                     .map(below)

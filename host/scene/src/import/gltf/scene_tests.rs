@@ -47,6 +47,16 @@ fn nodes_must_be_trees() {
     assert!(error(&triangle(&chain(258))).contains("nodes are nested too deep; the maximum is 256 levels"));
 }
 
+/// A node that is flat between two rotations has a determinant that rounding makes other than 0.
+#[test]
+fn a_rotated_flat_node_is_left_out() {
+    let flat = r#"{"children":[1],"rotation":[0.1,0.2,0.3,0.9273618495495703],"scale":[1,0,1]},
+        {"mesh":0,"rotation":[0.5,-0.5,0.1,0.7]},{"mesh":0}"#;
+    let scene = read(&triangle(&format!(r#"{TRIANGLE_MESH},"nodes":[{flat}]"#)));
+    assert_eq!(scene.instances.len(), 1);
+    assert_eq!(scene.warnings, ["instances that are scaled to nothing, left out: 1, the first in nodes[1]"]);
+}
+
 #[test]
 fn the_default_scene_or_all_roots() {
     let nodes = r#""nodes":[{"mesh":0},{"mesh":0,"scale":[1,0,1]}],"scenes":[{"nodes":[0]},{"nodes":[1]}]"#;

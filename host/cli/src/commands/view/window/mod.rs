@@ -87,11 +87,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
 
 /// Returns all available devices.
 fn choices() -> Vec<DeviceChoice> {
-    let argument = |name| match name {
-        "cuda" => Choice::Cuda,
-        "wgpu" => Choice::Wgpu,
-        _ => Choice::Cpu,
-    };
+    let argument = |name| Choice::of_backend(name).unwrap_or(Choice::Auto);
     let all = device::list().into_iter().flat_map(|(name, devices)| {
         let devices = devices.unwrap_or_default().into_iter();
         devices.map(move |device| {

@@ -1,0 +1,82 @@
+//! Specialisation of compiled kernels: the features are a constant of the module, which the host
+//! sets before the driver compiles it. The driver then removes what the features lack.
+
+use trisect_shared::features::Features;
+
+/// Number in the PTX of render kernels that stands for the features.
+pub(crate) const PTX_FEATURES: u32 = 0x7ea5_e7ed;
+
+/// Identifier of the specialisation constant of SPIR-V that holds the features.
+pub(crate) const SPIRV_FEATURES: u32 = 0;
+
+/// Returns a PTX module for these features. Modules of other kernels stay as they are.
+pub fn ptx(module: &str, features: Features) -> String {
+    // LLVM prints a move of a constant as it stands in the assembly of `ptx::features`.
+    module.replace(&format!("{PTX_FEATURES:#x}"), &format!("{features:#x}"))
+}
+
+/// Sets the features of a SPIR-V module: the default of its specialisation constant. Modules of
+/// other kernels stay as they are.
+///
+/// wgpu hands no specialisation constants to the driver with modules that it passes through, but
+/// the driver takes a constant's default where it gets no other value.
+pub fn spirv(words: &mut [u32], features: Features) {
+    const HEADER: usize = 5;
+    const DECORATE: u32 = 4 << 16 | 71; // OpDecorate of four words
+    const SPEC_ID: u32 = 1;
+    const SPEC_CONSTANT: u32 = 4 << 16 | 50; // OpSpecConstant of four words
+    let mut constant = None;
+    let mut place = HEADER;
+    while let Some(&first) = words.get(place) {
+        let instruction = words.get_mut(place..place + 4);
+        if let Some(instruction) = instruction {
+            if *instruction == [DECORATE, instruction[1], SPEC_ID, SPIRV_FEATURES] {
+                constant = Some(instruction[1]);
+            } else if first == SPEC_CONSTANT && Some(instruction[2]) == constant {
+                instruction[3] = features;
+            }
+        }
+        place += ((first >> 16).max(1)) as usize;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::entry_points;
+
+    macro_rules! names {
+        ($($name:ident $text:tt: $persistent:expr,)*) => { [$($text),*] };
+    }
+
+    const RENDER: [&str; 2] = for_each_render!(names);
+
+    /// A render kernel has its constant once in each form, and other kernels have none.
+    #[test]
+    fn each_render_kernel_has_one_constant() {
+        for name in entry_points() {
+            let constants = usize::from(RENDER.contains(&name));
+            for fast in [false, true] {
+                let module = crate::ptx(name, fast).expect(name);
+                let special = ptx(module, 0x1234_5678);
+                assert_eq!(special.matches("0x12345678").count(), constants, "{name}");
+                assert_eq!(special == module, constants == 0, "{name}");
+            }
+            let (words, _) = crate::spirv(name).expect(name).as_chunks();
+            let module: Vec<u32> = words.iter().copied().map(u32::from_le_bytes).collect();
+            let mut special = module.clone();
+            spirv(&mut special, 0x1234_5678);
+            let changed = module.iter().zip(&special).filter(|(before, after)| before != after).count();
+            assert_eq!(changed, constants, "{name}");
+        }
+    }
+
+    #[test]
+    fn modules_that_end_early_are_left() {
+        for words in [vec![], vec![0; 4], vec![0; 7], vec![0, 0, 0, 0, 0, 4 << 16 | 71, 1]] {
+            let mut special = words.clone();
+            spirv(&mut special, 1);
+            assert_eq!(special, words);
+        }
+    }
+}
