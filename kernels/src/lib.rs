@@ -28,13 +28,15 @@
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, asm_experimental_arch, stdarch_nvptx))]
 
 /// Calls a macro with each render kernel: entry point, its name (attributes take literals only),
-/// and whether its lanes take their pixels from a queue.
+/// whether its lanes take their pixels from a queue, and the features that it can have.
 #[macro_export]
 macro_rules! for_each_render {
     ($render:ident) => {
         $render! {
-            render "render": false,
-            render_persistent "render_persistent": true,
+            render "render": false, OF_GPUS,
+            render_persistent "render_persistent": true, OF_GPUS,
+            render_book "render_book": false, OF_BOOK,
+            render_book_persistent "render_book_persistent": true, OF_BOOK,
         }
     };
 }

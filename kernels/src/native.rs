@@ -79,7 +79,7 @@ const RENDER_NAME: &str = "render";
 /// Returns the kernels of an entry point: of a render kernel the first that can have all its
 /// features.
 pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
-    let name = if of.name == crate::RENDER_PERSISTENT { RENDER_NAME } else { of.name };
+    let name = if crate::is_render(of.name) { RENDER_NAME } else { of.name };
     let able = |kernel: &&NativeEntryPoint| {
         kernel.name == name && of.features & (NEEDS | LINEAR) & !kernel.possible == 0
     };

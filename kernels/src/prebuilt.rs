@@ -2,7 +2,7 @@
 
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
-use trisect_shared::features::{Features, HEAVY, PERSISTENT, WIDE, has_any, is_of_many_materials};
+use trisect_shared::features::{Features, HEAVY, OF_BOOK, PERSISTENT, WIDE, has_any, is_of_many_materials};
 use trisect_shared::params::RenderParams;
 use trisect_shared::scene::SceneLengths;
 
@@ -15,9 +15,6 @@ pub const WORKGROUP: (u32, u32) = (8, 8);
 
 /// Name of the entry point that makes an image for a screen.
 pub const DISPLAY: &str = "display";
-
-/// Name of the render kernel whose lanes take pixels from a queue.
-pub(crate) const RENDER_PERSISTENT: &str = "render_persistent";
 
 /// Name of the entry point that writes first hits.
 pub const FIRST_HIT: &str = "first_hit";
@@ -124,12 +121,11 @@ pub fn entry_point(name: &str) -> Option<EntryPoint> {
 /// Returns the maximum number of registers of a lane of a render kernel
 /// (docs/notebook/specialisation.md).
 fn registers(features: Features) -> u32 {
-    if is_of_many_materials(features) {
-        128
-    } else if has_any(features, HEAVY) {
-        80
-    } else {
-        64
+    match () {
+        () if is_of_many_materials(features) => 128,
+        () if has_any(features, HEAVY) => 80,
+        () if !has_any(features, !OF_BOOK) => 72,
+        () => 64,
     }
 }
 
@@ -137,8 +133,14 @@ fn registers(features: Features) -> u32 {
 /// the arrays of the wide BVH after all others.
 pub fn render_kernel(features: Features) -> EntryPoint {
     let queue = has_any(features, PERSISTENT);
+    let is_of_book = !has_any(features, !OF_BOOK);
     EntryPoint {
-        name: if queue { RENDER_PERSISTENT } else { "render" },
+        name: match (is_of_book, queue) {
+            (true, true) => "render_book_persistent",
+            (true, false) => "render_book",
+            (false, true) => "render_persistent",
+            (false, false) => "render",
+        },
         features,
         extra: if has_any(features, WIDE) { WIDE_ARRAYS } else { 0 },
         registers: Some(registers(features)),
@@ -156,6 +158,7 @@ struct Modules {
 }
 
 macro_rules! modules {
+    ($($name:ident $text:tt: $what:expr, $possible:expr,)*) => { modules! { $($name $text: $what,)* } };
     ($($name:ident $text:tt: $what:expr,)*) => {
         &[$(Modules {
             name: $text,
@@ -176,6 +179,11 @@ const FIRST_HITS: &[Modules] = modules!(first_hit "first_hit": (),);
 /// Returns the compiled modules of an entry point.
 fn modules_of(entry_point: &str) -> Option<&'static Modules> {
     LISTS.into_iter().flat_map(|(list, _)| list).find(|modules| modules.name == entry_point)
+}
+
+/// Returns whether an entry point is a render kernel.
+pub(crate) fn is_render(entry_point: &str) -> bool {
+    RENDER.iter().any(|kernel| kernel.name == entry_point)
 }
 
 /// Returns whether an entry point is a level of the denoiser's filters, of which a thread computes

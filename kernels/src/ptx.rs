@@ -16,7 +16,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{FeatureSet, OF_GPUS};
+use trisect_shared::features::{FeatureSet, OF_BOOK, OF_GPUS};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -114,19 +114,19 @@ macro_rules! entry_point {
 /// Returns the features of a render kernel: a constant that the host replaces in the text before
 /// the driver compiles it.
 #[inline(always)]
-fn features() -> FeatureSet<OF_GPUS> {
+fn features() -> u32 {
     let mask: u32;
     // SAFETY: a move of a constant.
     unsafe {
         asm!("mov.u32 {}, 0x7ea5e7ed;", out(reg32) mask, options(pure, nomem, nostack, preserves_flags));
     }
-    FeatureSet::new(mask)
+    mask
 }
 
 macro_rules! render {
-    ($($name:ident $text:tt: $persistent:expr,)*) => {$(
+    ($($name:ident $text:tt: $persistent:expr, $possible:expr,)*) => {$(
         entry_point!($name, PixelSums, $persistent, |params, scene, x, y, film, compensations, counter, aovs| {
-            let features = features();
+            let features = FeatureSet::<{ $possible }>::new(features());
             let pixels = params.width as usize * params.height as usize;
             let mut aovs = SharedSlice::new(aovs, pixels);
             if $persistent {

@@ -45,17 +45,11 @@ mod tests {
     use super::*;
     use crate::entry_points;
 
-    macro_rules! names {
-        ($($name:ident $text:tt: $persistent:expr,)*) => { [$($text),*] };
-    }
-
-    const RENDER: [&str; 2] = for_each_render!(names);
-
     /// A render kernel has its constant once in each form, and other kernels have none.
     #[test]
     fn each_render_kernel_has_one_constant() {
         for name in entry_points() {
-            let constants = usize::from(RENDER.contains(&name));
+            let constants = usize::from(crate::is_render(name));
             for fast in [false, true] {
                 let module = crate::ptx(name, fast).expect(name);
                 let special = ptx(module, 0x1234_5678);

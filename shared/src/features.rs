@@ -99,6 +99,11 @@ pub const fn is_of_many_materials(features: Features) -> bool {
     (features & MICROFACETS).count_ones() > 1
 }
 
+/// Features that the kernels for spheres with the book's materials may have. They are modules of
+/// their own: what LLVM knows to be missing costs one to three percent less than what the driver
+/// removes, which shows in kernels as small as these (docs/notebook/specialisation.md).
+pub const OF_BOOK: Features = CHOICES | ROULETTE | SPHERES | BOOK | PADDED_BOXES | REGENERATE | PERSISTENT;
+
 /// Features that make a kernel large: it takes many registers, and its lanes diverge.
 pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | TEXTURES | HOLES;
 

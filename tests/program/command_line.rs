@@ -76,7 +76,7 @@ fn stats_say_what_was_done() {
     assert_eq!(json["format"], 1);
     assert_eq!(json["device"]["backend"], "cpu");
     assert!(json["device"]["details"].as_str().is_some_and(|details| details.starts_with("2 threads, ")));
-    assert_eq!(json["kernel"], "render");
+    assert!(json["kernel"].as_str().is_some_and(|kernel| kernel.starts_with("render")));
     assert!(json["features"].as_str().is_some_and(|features| features.starts_with("roulette,spheres,")));
     // Only the width is given: the height follows from the scene's aspect ratio.
     assert_eq!((&json["settings"]["width"], &json["settings"]["height"]), (&32.into(), &18.into()));
