@@ -15,7 +15,8 @@ use trisect_shared::display::{self, DisplayParams};
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
 use trisect_shared::features::{
-    BOOK, CHOICES, FeatureSet, Features, HOLES, LINEAR, NEEDS, ROULETTE, SPHERES, TEXTURES, WIDE, has_any,
+    BOOK, CHOICES, FeatureSet, Features, HOLES, LINEAR, NEEDS, REGENERATE, ROULETTE, SPHERES, TEXTURES, WIDE,
+    has_any,
 };
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
@@ -81,7 +82,7 @@ const RENDER_NAME: &str = "render";
 pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
     let name = if crate::is_render(of.name) { RENDER_NAME } else { of.name };
     let able = |kernel: &&NativeEntryPoint| {
-        kernel.name == name && of.features & (NEEDS | LINEAR) & !kernel.possible == 0
+        kernel.name == name && of.features & (CHOICES | NEEDS | LINEAR) & !kernel.possible == 0
     };
     [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten().find(able)
 }
@@ -345,11 +346,12 @@ macro_rules! render {
 }
 
 /// Render kernels, from cheap to general. Few suffice, because a CPU predicts the branches on
-/// features.
+/// features; code that is left out for a choice gains up to 6 % (docs/notebook/specialisation.md).
 const RENDER: &[NativeEntryPoint] = render! {
     CHOICES | ROULETTE | SPHERES | BOOK,
-    CHOICES | NEEDS & !(TEXTURES | HOLES),
-    CHOICES | NEEDS | LINEAR,
+    NEEDS & !(TEXTURES | HOLES),
+    NEEDS | REGENERATE,
+    CHOICES | NEEDS | LINEAR | REGENERATE,
 };
 
 /// Writes first hits of pixels next to each other.

@@ -101,7 +101,7 @@ fn roundings_of_several_devices() {
     };
     let renderer = renderer(&scene);
     let of = |device: &DeviceInfo| {
-        let any = Identity::new(&scene.digest(), &Settings::of(&scene), None, &renderer);
+        let any = Identity::new(&scene.digest(), &Settings::of(&scene), &renderer);
         Identity { arithmetic: arithmetic(device, MathMode::Precise), ..any }
     };
     let (cpu, one, other) = (device("cpu", ""), device("wgpu", "one"), device("wgpu", "other"));

@@ -5,36 +5,50 @@ use super::ClusterError;
 use super::heartbeat::Heartbeat;
 use super::network::{Network, Tag};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
-use trisect::bvh::BvhQuality;
-use trisect::render::{Fingerprint, Settings};
+use trisect::error::Difference;
+use trisect::render::Fingerprint;
 
-/// Properties that must be equal on all ranks: names and values.
-pub type FingerprintFields = Vec<(String, String)>;
+/// Properties that must be equal on all ranks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RankFacts {
+    /// Fingerprint of the image.
+    pub fingerprint: Fingerprint,
+    /// Further properties: names and values.
+    pub others: Vec<(String, String)>,
+}
 
 /// Message of a rank to the root.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Handshake {
     host: String,
     device: String,
-    /// Fingerprint, or the error because of which the rank cannot render: exit code and message.
-    facts: Result<FingerprintFields, (u8, String)>,
+    /// Facts, or the error because of which the rank cannot render: exit code and message.
+    facts: Result<RankFacts, (u8, String)>,
 }
 
-/// Returns the [fingerprint](Fingerprint) of the image, for a scene with this
-/// [digest](trisect::scene::Scene::digest), with readable names.
-pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQuality>) -> FingerprintFields {
-    let Fingerprint { version, kernels, scene, settings } = Fingerprint::new(scene, settings, quality);
-    let text = |value: Value| match value {
-        Value::Null => "not given".to_owned(),
-        Value::String(text) => text,
-        other => other.to_string(),
-    };
-    let settings = settings.into_iter();
-    let settings = settings.map(|(name, value)| (format!("the {}", name.replace('_', " ")), text(value)));
-    let programs =
-        [("the program's version", version), ("the kernels' hash", kernels), ("the scene's hash", scene)];
-    programs.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(settings).collect()
+impl RankFacts {
+    /// Returns the first property in which another rank differs, with a readable name, its value
+    /// here and there.
+    fn difference(&self, theirs: &Self) -> Option<Difference> {
+        if let Some(Difference { field, one, other }) = self.fingerprint.difference(&theirs.fingerprint) {
+            let field = match field.as_str() {
+                "version" => "the program's version".to_owned(),
+                "kernels" => "the kernels' hash".to_owned(),
+                "scene" => "the scene's hash".to_owned(),
+                setting => format!("the {}", setting.replace('_', " ")),
+            };
+            return Some(Difference { field, one, other });
+        }
+        self.others.iter().find_map(|(name, ours)| {
+            let other = theirs.others.iter().find(|fact| fact.0 == *name);
+            let other = other.map_or("missing", |fact| fact.1.as_str());
+            (other != ours).then(|| Difference {
+                field: name.clone(),
+                one: ours.clone(),
+                other: other.to_owned(),
+            })
+        })
+    }
 }
 
 /// Sends this rank's host, device and fingerprint to the root, which compares all ranks with
@@ -49,7 +63,7 @@ pub fn fingerprint(scene: &[u8; 32], settings: &Settings, quality: Option<BvhQua
 pub fn handshake<N: Network>(
     link: &mut Heartbeat<N>,
     device: &str,
-    facts: Result<FingerprintFields, (u8, String)>,
+    facts: Result<RankFacts, (u8, String)>,
 ) -> Result<Vec<String>, ClusterError> {
     let hello = Handshake { host: link.host_of(link.rank()), device: device.to_owned(), facts };
     let encode = |hello: &Handshake| serde_json::to_vec(hello).unwrap_or_default();
@@ -130,11 +144,7 @@ fn differs(rank: u32, root: &Handshake, theirs: &Handshake) -> Option<ClusterErr
         (Err(_), Ok(_)) => return None, // the root's own error is reported
         (Ok(ours), Ok(facts)) => (ours, facts),
     };
-    let other = |(name, ours): &(String, String)| {
-        let theirs = facts.iter().find(|fact| fact.0 == *name).map_or("missing", |fact| fact.1.as_str());
-        (theirs != ours).then(|| (name.clone(), theirs.to_owned(), ours.clone()))
-    };
-    let (what, theirs, ours) = ours.iter().find_map(other)?;
+    let Difference { field: what, one: ours, other: theirs } = ours.difference(facts)?;
     Some(ClusterError::Mismatch { rank, host, what, theirs, ours })
 }
 
@@ -145,9 +155,16 @@ mod tests {
     use super::super::heartbeat::DEFAULT_PATIENCE;
     use super::super::local::Local;
     use super::*;
+    use trisect::bvh::BvhQuality;
+    use trisect::render::Settings;
     use trisect::scene::Scene;
 
-    fn meet(of: Vec<Result<FingerprintFields, (u8, String)>>) -> Vec<Result<Vec<String>, ClusterError>> {
+    fn facts(scene: &Scene, settings: &Settings, quality: Option<BvhQuality>) -> RankFacts {
+        let fingerprint = Fingerprint::new(&scene.digest(), settings, quality);
+        RankFacts { fingerprint, others: vec![("the plan".to_owned(), "rows".to_owned())] }
+    }
+
+    fn meet(of: Vec<Result<RankFacts, (u8, String)>>) -> Vec<Result<Vec<String>, ClusterError>> {
         let ranks = Local::ranks(of.len() as u32).into_iter().zip(of).map(|(local, facts)| {
             std::thread::spawn(move || {
                 handshake(&mut Heartbeat::new(local, DEFAULT_PATIENCE), "a device", facts)
@@ -160,28 +177,32 @@ mod tests {
     #[test]
     fn who_differs_is_named() {
         let scene = Scene::hello_world().unwrap();
-        let same = fingerprint(&scene.digest(), &Settings::of(&scene), None);
+        let same = facts(&scene, &Settings::of(&scene), None);
         let all = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(same.clone())]);
         assert_eq!(all[0], Ok(vec!["a device".to_owned(); 3]));
         assert!(all[1..].iter().all(|rank| *rank == Ok(Vec::new())));
 
-        let other = fingerprint(&scene.digest(), &Settings { seed: 7, ..Settings::of(&scene) }, None);
+        let other = facts(&scene, &Settings { seed: 7, ..Settings::of(&scene) }, None);
         let mixed = meet(vec![Ok(same.clone()), Ok(same.clone()), Ok(other)]);
         let text = mixed[0].as_ref().unwrap_err().to_string();
         assert!(text.contains("rank 2 on thread-2: the seed is 7, rank 0 has 0"), "{text}");
         assert!(mixed.iter().all(|rank| rank.as_ref().unwrap_err().exit_code() == 2));
 
         // BVHs of another quality decide ties differently.
-        let tree = fingerprint(&scene.digest(), &Settings::of(&scene), Some(BvhQuality::Fast));
+        let tree = facts(&scene, &Settings::of(&scene), Some(BvhQuality::Fast));
         let mixed = meet(vec![Ok(same.clone()), Ok(tree)]);
         let text = mixed[0].as_ref().unwrap_err().to_string();
         assert!(text.contains("the bvh quality is fast, rank 0 has not given"), "{text}");
 
         let mut moved = scene.clone();
         moved.spheres[0].center.x += 1e-3;
-        let mixed =
-            meet(vec![Ok(same.clone()), Ok(fingerprint(&moved.digest(), &Settings::of(&scene), None))]);
+        let mixed = meet(vec![Ok(same.clone()), Ok(facts(&moved, &Settings::of(&scene), None))]);
         assert!(mixed[0].as_ref().unwrap_err().to_string().contains("the scene's hash"));
+
+        let mut tiles = same.clone();
+        tiles.others[0].1 = "tiles".to_owned();
+        let text = meet(vec![Ok(same.clone()), Ok(tiles)])[0].as_ref().unwrap_err().to_string();
+        assert!(text.contains("the plan is tiles, rank 0 has rows"), "{text}");
 
         let missing = (4, "a.ron: no such file".to_owned());
         for broken in [0, 1] {

@@ -4,10 +4,11 @@
 use crate::tradeoff::hash;
 use trisect::bvh::BvhQuality;
 use trisect::checkpoint::Identity;
-use trisect::device::cpu::Cpu;
-use trisect::render::{Fresnel, KernelFeatures, MathMode, Renderer, Sampler, Schedule, Settings, Traversal};
+use trisect::device::{Device, cpu::Cpu};
+use trisect::render::{
+    Fresnel, KernelFeatures, MathMode, PreparedScene, Renderer, Sampler, Schedule, Settings, Traversal,
+};
 use trisect::scene::Scene;
-use trisect_cluster::handshake::fingerprint;
 
 /// Change of one field of the settings, or of the BVH's quality.
 type Change = fn(&mut Settings, &mut Option<BvhQuality>);
@@ -17,21 +18,24 @@ fn ranks_checkpoints_and_references_agree() {
     let scene = Scene::hello_world().unwrap_or_else(|error| panic!("{error}"));
     let digest = scene.digest();
     let cpu = Cpu::open(Some(1)).unwrap_or_else(|error| panic!("{error}"));
-    let renderer = Renderer::new(cpu, &scene).unwrap_or_else(|error| panic!("{error}"));
-    let all = |settings: &Settings, quality| {
-        (
-            fingerprint(&digest, settings, quality),
-            Identity::new(&digest, settings, quality, &renderer),
-            hash(&scene, settings, quality),
-        )
+    let mut cpu = Some(Box::new(cpu) as Box<dyn Device>);
+    let mut all = |settings: &Settings, quality| {
+        let mut prepared = PreparedScene::new(&scene, quality).unwrap_or_else(|error| panic!("{error}"));
+        let ranks = prepared.fingerprint(settings);
+        let device = cpu.take().unwrap_or_else(|| panic!("the device was given back"));
+        let renderer = Renderer::upload(device, &mut prepared).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(renderer.fingerprint(&digest, settings).difference(&ranks), None);
+        let identity = Identity::new(&digest, settings, &renderer);
+        cpu = Some(renderer.into_device());
+        (ranks, identity, hash(&scene, settings, quality))
     };
     let first = Settings { roulette: true, roulette_depth: 2, ..Settings::of(&scene) };
     let same = all(&first, None);
-    let changed = |change: Change| {
+    let mut changed = |change: Change| {
         let (mut settings, mut quality) = (first.clone(), None);
         change(&mut settings, &mut quality);
         let (facts, identity, hash) = all(&settings, quality);
-        (facts != same.0, identity.check(&same.1).is_err(), hash != same.2)
+        (facts.difference(&same.0).is_some(), identity.check(&same.1).is_err(), hash != same.2)
     };
     let decisive: [(&str, Change); 14] = [
         ("width", |s, _| s.width += 1),

@@ -165,6 +165,7 @@
 
 pub mod adaptive;
 pub mod bvh;
+mod camera;
 pub mod checkpoint;
 pub mod denoise;
 pub mod error;

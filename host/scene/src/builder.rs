@@ -197,14 +197,7 @@ impl Camera {
         let (look_from, look_at) = (from.into(), at.into());
         let focus_distance = (look_at - look_from).length();
         let vertical_fov = 40f64.to_radians();
-        Self(CameraPose {
-            look_from,
-            look_at,
-            up: DVec3::Y,
-            vertical_fov,
-            defocus_angle: 0.0,
-            focus_distance,
-        })
+        Self(CameraPose { look_from, look_at, vertical_fov, focus_distance, ..CameraPose::PINHOLE })
     }
 
     /// Returns the camera with this up direction of the image.

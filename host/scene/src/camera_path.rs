@@ -98,15 +98,7 @@ impl CameraPath {
             return Ok(a);
         }
         let share = f64::from(frame.saturating_sub(from)) / f64::from(to - from);
-        let line = |a: f64, b: f64| a + (b - a) * share;
-        let pose = CameraPose {
-            look_from: a.look_from.lerp(b.look_from, share),
-            look_at: a.look_at.lerp(b.look_at, share),
-            up: a.up.lerp(b.up, share),
-            vertical_fov: line(a.vertical_fov, b.vertical_fov),
-            defocus_angle: line(a.defocus_angle, b.defocus_angle),
-            focus_distance: line(a.focus_distance, b.focus_distance),
-        };
+        let pose = a.mix(&b, share);
         pose.check().map_err(|message| SceneError::Inconsistent {
             file: format!("camera path, frame {frame}"),
             message: format!("{message}; add a key between frames {from} and {to}"),

@@ -244,6 +244,6 @@ fn move_camera(camera: &CameraPose, transform: &DAffine3) -> Result<CameraPose, 
         focus_distance,
         ..*camera
     };
-    limits::check_camera(&moved)?;
+    moved.check_together()?;
     Ok(moved)
 }

@@ -5,6 +5,7 @@
 
 pub mod alias;
 pub mod builder;
+mod camera;
 mod camera_path;
 mod check;
 pub mod description;
@@ -34,19 +35,19 @@ mod validate;
 mod values;
 mod warnings;
 
+pub use camera::CameraPose;
+pub(crate) use camera::{Camera, camera_value};
 pub use camera_path::CameraPath;
 pub use error::SceneError;
-pub(crate) use format::Camera;
 pub use image_settings::{Fresnel, ImageSettings};
 pub use import::Includes;
 pub use import::is_model;
-pub(crate) use ron_edit::{camera_value, insert_camera, insert_space, point};
+pub(crate) use ron_edit::{insert_camera, insert_space};
 pub use scene_document::SceneDocument;
 pub use space::Rebase;
 pub(crate) use space::triple;
 
 use description::Description;
-use glam::DVec3;
 use std::path::Path;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{self, Features};
@@ -58,51 +59,6 @@ use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
-
-/// A thin-lens camera in the world; lengths in scene units, angles in radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraPose {
-    /// Centre of the lens.
-    pub look_from: DVec3,
-    /// A point on the optical axis.
-    pub look_at: DVec3,
-    /// Up direction of the image; not along the axis.
-    pub up: DVec3,
-    /// Vertical angle of the whole image, in (0, π).
-    pub vertical_fov: f64,
-    /// Cone angle from a point in focus to the lens, in [0, π); 0 for a pinhole.
-    pub defocus_angle: f64,
-    /// Distance from the lens to the plane in focus.
-    pub focus_distance: f64,
-}
-
-impl CameraPose {
-    /// Checks that the camera is valid.
-    ///
-    /// # Errors
-    ///
-    /// A message that says what would be valid.
-    pub fn check(&self) -> Result<(), String> {
-        let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
-        let far = values::MAX_MAGNITUDE;
-        if ![look_from, look_at, up].iter().all(|v| v.abs().cmple(DVec3::splat(far)).all()) {
-            return Err(format!("look_from, look_at and up must be numbers within {far:e}"));
-        }
-        let angle = |a: f64| (0.0..std::f64::consts::PI).contains(&a);
-        if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
-            return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
-        }
-        // First, because a builder's distance of focus is that of the two points.
-        limits::check_camera(self)?;
-        if !(values::MIN_MAGNITUDE..=far).contains(&focus_distance) {
-            let least = values::MIN_MAGNITUDE;
-            return Err(format!(
-                "focus_distance is {focus_distance:e}; it must lie between {least:e} and {far:e}"
-            ));
-        }
-        Ok(())
-    }
-}
 
 /// A panorama (environment map).
 #[derive(Clone, Debug)]

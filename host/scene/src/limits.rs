@@ -1,31 +1,8 @@
 //! Checks of values that are valid on their own but may not be together: after they are read, and
 //! after a change of space.
 
-use crate::CameraPose;
 use crate::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use glam::{DAffine3, DMat3, DVec3};
-
-/// Checks values of a camera that are valid on their own but may not be together.
-pub fn check_camera(camera: &CameraPose) -> Result<(), String> {
-    let axis = camera.look_at - camera.look_from;
-    if axis.length() == 0.0 {
-        return Err("look_from and look_at are the same point; move one of them".to_owned());
-    }
-    let sine = axis.normalize().cross(camera.up.normalize_or_zero()).length();
-    if sine.is_nan() || sine < 1e-6 {
-        return Err("up points along the view (or is zero); choose another direction".to_owned());
-    }
-    // The rays of a lens are differences of vectors of this length, and their squares must stay
-    // finite in f32.
-    let widest = (0.5 * camera.vertical_fov).tan().max((0.5 * camera.defocus_angle).tan()).max(1.0);
-    if camera.defocus_angle > 0.0 && camera.focus_distance * widest > 1e15 {
-        return Err(format!(
-            "focus_distance {} is too large for these angles; it times the tangent of half an angle must be at most 1e15",
-            camera.focus_distance
-        ));
-    }
-    Ok(())
-}
 
 /// Checks that a parallelogram still has an area after rounding to f32.
 pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {

@@ -1,8 +1,7 @@
 //! A scene as bytes, to send it to another process and to identify it by a digest.
 
 use super::{CameraPose, Environment, ImageSettings, Scene, SceneError};
-use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_collect_to_vec};
-use glam::DVec3;
+use bytemuck::{Pod, bytes_of, cast_slice, pod_collect_to_vec};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use trisect_shared::sky::Sky;
@@ -17,19 +16,6 @@ struct Header {
     environment: Option<(u32, u32)>,
 }
 
-/// The numbers of camera and panorama, encoded so that they keep their bits.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Numbers {
-    look_from: [f64; 3],
-    look_at: [f64; 3],
-    up: [f64; 3],
-    vertical_fov: f64,
-    defocus_angle: f64,
-    focus_distance: f64,
-    environment_rotation: f64,
-}
-
 /// The bytes that have not been read yet.
 struct Reader<'a>(&'a [u8]);
 
@@ -40,8 +26,12 @@ impl<'a> Reader<'a> {
         Some(part)
     }
 
+    fn record<T: Pod>(&mut self) -> Option<T> {
+        Some(bytemuck::pod_read_unaligned(self.take(size_of::<T>())?))
+    }
+
     fn array<T: Pod>(&mut self) -> Option<Vec<T>> {
-        let count: u64 = bytemuck::pod_read_unaligned(self.take(8)?);
+        let count: u64 = self.record()?;
         let length = usize::try_from(count).ok()?.checked_mul(size_of::<T>())?;
         Some(pod_collect_to_vec(self.take(length)?))
     }
@@ -70,18 +60,10 @@ impl Scene {
 
     /// Appends everything that decides the image, except settings.
     fn put_records(&self, bytes: &mut Vec<u8>) {
-        let CameraPose { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = self.camera;
         let environment = self.environment.as_ref();
-        let numbers = Numbers {
-            look_from: look_from.to_array(),
-            look_at: look_at.to_array(),
-            up: up.to_array(),
-            vertical_fov,
-            defocus_angle,
-            focus_distance,
-            environment_rotation: environment.map_or(0.0, |environment| environment.rotation),
-        };
-        bytes.extend_from_slice(bytes_of(&numbers));
+        let rotation = environment.map_or(0.0, |environment| environment.rotation);
+        bytes.extend_from_slice(bytes_of(&self.camera));
+        bytes.extend_from_slice(bytes_of(&rotation));
         bytes.extend_from_slice(bytes_of(&self.sky));
         put(bytes, environment.map_or(&[], |environment| environment.texels.as_slice()));
         put(bytes, &self.spheres);
@@ -111,15 +93,12 @@ impl Scene {
     fn read_bytes(bytes: &[u8]) -> Option<Self> {
         let mut reader = Reader(bytes);
         let header: Header = serde_json::from_slice(&reader.array::<u8>()?).ok()?;
-        let numbers: Numbers = bytemuck::pod_read_unaligned(reader.take(size_of::<Numbers>())?);
-        let sky: Sky = bytemuck::pod_read_unaligned(reader.take(size_of::<Sky>())?);
+        let camera: CameraPose = reader.record()?;
+        let rotation: f64 = reader.record()?;
+        let sky: Sky = reader.record()?;
         let texels = reader.array()?;
-        let environment = header.environment.map(|(width, height)| Environment {
-            width,
-            height,
-            rotation: numbers.environment_rotation,
-            texels,
-        });
+        let environment =
+            header.environment.map(|(width, height)| Environment { width, height, rotation, texels });
         if environment
             .as_ref()
             .is_some_and(|e| e.texels.len() as u64 != u64::from(e.width) * u64::from(e.height))
@@ -128,14 +107,7 @@ impl Scene {
         }
         Some(Self {
             name: header.name,
-            camera: CameraPose {
-                look_from: DVec3::from_array(numbers.look_from),
-                look_at: DVec3::from_array(numbers.look_at),
-                up: DVec3::from_array(numbers.up),
-                vertical_fov: numbers.vertical_fov,
-                defocus_angle: numbers.defocus_angle,
-                focus_distance: numbers.focus_distance,
-            },
+            camera,
             sky,
             environment,
             spheres: reader.array()?,

@@ -1,9 +1,10 @@
 //! Makes a description from a parsed scene file and the files that it names.
 
 use super::ImageSettings;
+use super::camera::Camera;
 use super::description::{Description, Filter, Material, Shape, ShapeKind, Sky, TextureUse, Wrap};
 use super::error::SceneError;
-use super::format::{self, Camera, Index, Name, Object, SceneFile, Source};
+use super::format::{self, Index, Name, Object, SceneFile, Source};
 use super::import::Folder;
 use super::include::Models;
 use super::loader::Loader;

@@ -2,8 +2,7 @@
 //! rest as it is. `precision::write` uses it for `trisect check --write` and for the viewer.
 
 use super::error::SceneError;
-use super::{CameraPose, format};
-use glam::DVec3;
+use super::{CameraPose, camera_value, format};
 use ron::value::RawValue;
 use serde::Deserialize;
 
@@ -65,25 +64,6 @@ fn same(a: &CameraPose, b: &CameraPose) -> bool {
     (a.look_from, a.look_at, a.up, a.focus_distance) == (b.look_from, b.look_at, b.up, b.focus_distance)
         && near(a.vertical_fov, b.vertical_fov)
         && near(a.defocus_angle, b.defocus_angle)
-}
-
-/// Formats a point or a direction as in a scene file. Rust's debug form of an f64 reads back to the
-/// same bits.
-pub(crate) fn point(v: DVec3) -> String {
-    format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
-}
-
-/// Formats a camera as the value of the field `camera`.
-pub(crate) fn camera_value(camera: &CameraPose) -> String {
-    format!(
-        "(\n        look_from: {}, look_at: {}, up: {},\n        vertical_fov: {:?}, defocus_angle: {:?}, focus_distance: {:?},\n    )",
-        point(camera.look_from),
-        point(camera.look_at),
-        point(camera.up),
-        camera.vertical_fov.to_degrees(),
-        camera.defocus_angle.to_degrees(),
-        camera.focus_distance
-    )
 }
 
 fn no_place(file: &str, name: &str, value: &str) -> SceneError {

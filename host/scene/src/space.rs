@@ -132,7 +132,7 @@ impl Description {
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
             let inside =
                 in_world(camera.look_from) && in_world(camera.look_at) && is_length(camera.focus_distance);
-            let checked = if inside { limits::check_camera(camera) } else { Err(beyond()) };
+            let checked = if inside { camera.check_together() } else { Err(beyond()) };
             checked.map_err(|reason| fault(format!("the camera \"{name}\" is invalid: {reason}")))?;
         }
         for (index, shape) in self.shapes.iter_mut().enumerate() {

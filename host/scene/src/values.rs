@@ -136,6 +136,12 @@ pub fn vector<T: Into<f64>>((x, y, z): (T, T, T)) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into())
 }
 
+/// Formats a point or a direction as in a scene file. Rust's debug form of an f64 reads back to the
+/// same bits.
+pub fn point_text(v: DVec3) -> String {
+    format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
+}
+
 /// Reads a number of type `N`.
 pub fn number<'de, N: Deserialize<'de> + Into<f64>, D: Deserializer<'de>>(
     deserializer: D,

@@ -125,10 +125,10 @@ fn camera() -> CameraPose {
     CameraPose {
         look_from: DVec3::new(13.0, 2.0, 3.0),
         look_at: DVec3::ZERO,
-        up: DVec3::Y,
         vertical_fov: 20f64.to_radians(),
         defocus_angle: 0.6f64.to_radians(),
         focus_distance: 10.0,
+        ..CameraPose::PINHOLE
     }
 }
 

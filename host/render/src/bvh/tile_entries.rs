@@ -2,7 +2,8 @@
 //! camera rays may hit. A renderer builds them for its camera and appends their nodes to the
 //! scene's.
 
-use glam::{DVec3, Vec3, Vec4};
+use crate::camera::Lens;
+use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
@@ -21,7 +22,7 @@ const BLOCK_SHIFT: u32 = 3;
 /// Returns the nodes to append to those of `tree`, for an image of `width` x `height` pixels in
 /// tiles of 2^`shift` pixels a side. Besides its own children, node t of them has in `tile_entry`
 /// the entry of tile t; tiles are numbered row by row. Returns `None` if there are more nodes than
-/// a [`Child`] can number.
+/// a [`Child`] can number, or for a camera without a [`Lens`].
 ///
 /// Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, find the
 /// deepest common node. A tile's own nodes also drop what is beside the tile's rays further down.
@@ -36,7 +37,7 @@ pub fn build_tile_entries(
     let (across, down) = (width.div_ceil(1 << shift), height.div_ceil(1 << shift));
     let first = u32::try_from(tree.len()).ok()?;
     let (blocks_x, blocks_y) = (across.div_ceil(1 << BLOCK_SHIFT), down.div_ceil(1 << BLOCK_SHIFT));
-    let lens = Lens::new(camera, width, height);
+    let lens = Lens::new(camera, width, height)?;
     let blocks: Vec<TileBlock> = (0..blocks_x * blocks_y)
         .into_par_iter()
         .map(|index| {
@@ -93,7 +94,7 @@ impl TileBlock<'_> {
         if x0 >= self.size.0 || y0 >= self.size.1 {
             return;
         }
-        let frustum = self.lens.frustum((x0, y0), 1 << edge);
+        let frustum = Frustum::new(self.lens, (x0, y0), 1 << edge);
         let root = match root {
             (child, place) if child == Child::EMPTY || !frustum.intersects(&place) => (Child::EMPTY, place),
             (child, place) => self.prune(child, place, &frustum, LEVELS),
@@ -173,69 +174,6 @@ impl ChildBox {
     }
 }
 
-/// Lens and image plane of a camera in the camera's own axes (right, down, forward), relative to
-/// the centre of the lens.
-struct Lens {
-    origin: DVec3,
-    axes: [DVec3; 3],
-    /// Distance of the image plane from the lens.
-    focus: f64,
-    /// Top left corner of the image plane.
-    corner: (f64, f64),
-    /// Width and height of a pixel on the image plane.
-    pixel: (f64, f64),
-    /// Radius of the lens; 0 for a pinhole.
-    radius: f64,
-    /// Length to which a device's rounding errors are proportional.
-    scale: f64,
-}
-
-impl Lens {
-    fn new(camera: &Camera, width: u32, height: u32) -> Self {
-        let [corner, step_x, step_y] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
-        let (x, y) = (step_x.normalize(), step_y.normalize());
-        let z = x.cross(y);
-        let z = if z.dot(corner) < 0.0 { -z } else { z };
-        let radius = camera.lens_x.as_dvec3().length().max(camera.lens_y.as_dvec3().length());
-        let across = f64::from(width) * step_x.length() + f64::from(height) * step_y.length();
-        Self {
-            origin: camera.origin.as_dvec3(),
-            axes: [x, y, z],
-            focus: z.dot(corner),
-            corner: (x.dot(corner), y.dot(corner)),
-            pixel: (step_x.length(), step_y.length()),
-            radius,
-            scale: corner.abs().element_sum() + across + radius,
-        }
-    }
-
-    /// Returns the frustum of the rays through `size` x `size` pixels, of which (`x`, `y`) is the
-    /// top left one.
-    fn frustum(&self, (x, y): (u32, u32), size: u32) -> Frustum<'_> {
-        let [right, down, forward] = self.axes;
-        let mut planes = Vec::with_capacity(8);
-        let sides = [
-            (right, self.corner.0 + self.pixel.0 * f64::from(x), 1.0),
-            (right, self.corner.0 + self.pixel.0 * (f64::from(x) + f64::from(size)), -1.0),
-            (down, self.corner.1 + self.pixel.1 * f64::from(y), 1.0),
-            (down, self.corner.1 + self.pixel.1 * (f64::from(y) + f64::from(size)), -1.0),
-        ];
-        // A ray from l on the lens through p in the image plane is at (1 - s) l + s p at depth s ·
-        // focus. So if p is beyond p0 along an axis, the ray is beyond s p0 - |1 - s| r. A box is
-        // outside if it is outside both of these planes.
-        for (axis, border, sign) in sides {
-            for radius in [self.radius, -self.radius] {
-                let normal = (axis - forward * ((border * sign + radius) * sign / self.focus)) * sign;
-                planes.push((normal, normal.abs(), radius));
-            }
-            if self.radius == 0.0 {
-                planes.pop();
-            }
-        }
-        Frustum { lens: self, planes }
-    }
-}
-
 /// Frustum of the rays through some pixels.
 struct Frustum<'a> {
     lens: &'a Lens,
@@ -245,7 +183,33 @@ struct Frustum<'a> {
     planes: Vec<(DVec3, DVec3, f64)>,
 }
 
-impl Frustum<'_> {
+impl<'a> Frustum<'a> {
+    /// Returns the frustum of the rays through `size` x `size` pixels, of which (`x`, `y`) is the
+    /// top left one.
+    fn new(lens: &'a Lens, (x, y): (u32, u32), size: u32) -> Self {
+        let [right, down, forward] = lens.axes;
+        let mut planes = Vec::with_capacity(8);
+        let sides = [
+            (right, lens.corner.0 + lens.pixel.0 * f64::from(x), 1.0),
+            (right, lens.corner.0 + lens.pixel.0 * (f64::from(x) + f64::from(size)), -1.0),
+            (down, lens.corner.1 + lens.pixel.1 * f64::from(y), 1.0),
+            (down, lens.corner.1 + lens.pixel.1 * (f64::from(y) + f64::from(size)), -1.0),
+        ];
+        // A ray from l on the lens through p in the image plane is at (1 - s) l + s p at depth s ·
+        // focus. So if p is beyond p0 along an axis, the ray is beyond s p0 - |1 - s| r. A box is
+        // outside if it is outside both of these planes.
+        for (axis, border, sign) in sides {
+            for radius in [lens.radius, -lens.radius] {
+                let normal = (axis - forward * ((border * sign + radius) * sign / lens.focus)) * sign;
+                planes.push((normal, normal.abs(), radius));
+            }
+            if lens.radius == 0.0 {
+                planes.pop();
+            }
+        }
+        Self { lens, planes }
+    }
+
     fn intersects(&self, ChildBox(axes): &ChildBox) -> bool {
         let center = DVec3::from(axes.map(|axis| f64::from(axis.0))) - self.lens.origin;
         let half = DVec3::from(axes.map(|axis| f64::from(axis.1)));

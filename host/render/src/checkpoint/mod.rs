@@ -143,10 +143,6 @@ impl Checkpoint {
             .identity
             .check(&other.header.identity)
             .map_err(|difference| CheckpointError::Differs { path: path(), difference })?;
-        if self.header.spp != other.header.spp {
-            let difference = Difference::new("spp", &self.header.spp, &other.header.spp);
-            return Err(CheckpointError::Differs { path: path(), difference });
-        }
         self.film.add(&other.film).map_err(|source| CheckpointError::Film { path: path(), source })?;
         self.header.identity.add_rounding(&other.header.identity.arithmetic);
         self.header.seconds += other.header.seconds;
@@ -165,6 +161,9 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
         return Err(format!("{} bytes of data do not match a film of {width}x{height}", data.len()));
     }
     let (spp, of) = (stored.header.spp, &stored.header.samples);
+    if stored.header.identity.samples() != Some(spp.into()) {
+        return Err(format!("its image does not have the {spp} samples per pixel of its header"));
+    }
     if of.is_empty() || of.end > spp {
         return Err(format!("samples {} to {} are not a valid range of {spp}", of.start, of.end));
     }

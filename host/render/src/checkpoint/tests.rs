@@ -1,5 +1,6 @@
 use super::*;
 use crate::film::FilmError;
+use crate::render::Fingerprint;
 use glam::Vec3;
 use std::fs;
 use trisect_shared::film::PixelSums;
@@ -25,14 +26,15 @@ fn film(parts: &[SampleBlock]) -> Film {
 }
 
 fn checkpoint(parts: &[SampleBlock]) -> Checkpoint {
-    let identity = Identity {
+    let settings = [("seed", 5.into()), ("clamp", serde_json::Value::Null), ("spp", 1024.into())];
+    let fingerprint = Fingerprint {
         version: "0.1.0".to_owned(),
-        prepared: "00000000".to_owned(),
         scene: "5ce3e".to_owned(),
         kernels: "cafe".to_owned(),
-        arithmetic: "precise".to_owned(),
-        settings: serde_json::json!({ "seed": 5, "clamp": null }),
+        settings: settings.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
     };
+    let (prepared, arithmetic) = ("00000000".to_owned(), "precise".to_owned());
+    let identity = Identity { fingerprint, prepared, arithmetic };
     let header = Header {
         format: FORMAT,
         identity,
@@ -44,6 +46,10 @@ fn checkpoint(parts: &[SampleBlock]) -> Checkpoint {
         seconds: 1.5,
     };
     Checkpoint { header, film: film(parts) }
+}
+
+fn set(header: &mut Header, name: &str, value: u32) {
+    header.identity.fingerprint.settings.insert(name.to_owned(), value.into());
 }
 
 fn path(name: &str) -> PathBuf {
@@ -110,7 +116,7 @@ fn what_cannot_be_is_refused() {
         ("\"start\":0,\"end\":256", "\"start\":9,\"end\":256"),
         ("\"seconds\"", "\"hours\""),
         ("\"end\":256}", "\"end\":100}"),
-        ("\"spp\":1024", "\"spp\":100"),
+        ("\"spp\":1024", "\"spp\":2048"),
         ("{", ""),
     ] {
         assert!(header.contains(from), "{from} in {header}");
@@ -150,15 +156,15 @@ fn parts_that_belong_together() {
     assert!(matches!(twice, Err(CheckpointError::Film { source: FilmError::Overlap { .. }, .. })));
     assert_eq!(one, before);
     for (field, change) in [
-        ("scene", (|it: &mut Header| it.identity.scene.push('f')) as fn(&mut Header)),
-        ("version", |it| it.identity.version.push('f')),
+        ("scene", (|it: &mut Header| it.identity.fingerprint.scene.push('f')) as fn(&mut Header)),
+        ("version", |it| it.identity.fingerprint.version.push('f')),
         ("prepared", |it| it.identity.prepared.push('f')),
-        ("kernels", |it| it.identity.kernels.push('f')),
+        ("kernels", |it| it.identity.fingerprint.kernels.push('f')),
         ("arithmetic", |it| it.identity.arithmetic.push('f')),
-        ("seed", |it| it.identity.settings["seed"] = 6.into()),
-        ("clamp", |it| it.identity.settings["clamp"] = 1.into()),
-        ("depth", |it| it.identity.settings["depth"] = 1.into()),
-        ("spp", |it| it.spp = 2048),
+        ("seed", |it| set(it, "seed", 6)),
+        ("clamp", |it| set(it, "clamp", 1)),
+        ("depth", |it| set(it, "depth", 1)),
+        ("spp", |it| set(it, "spp", 2048)),
     ] {
         let mut stranger = checkpoint(&[]);
         change(&mut stranger.header);

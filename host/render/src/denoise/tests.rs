@@ -51,7 +51,7 @@ fn the_view_is_the_cameras() {
     let scene = Scene::hello_world().unwrap();
     let renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
     let camera = renderer.camera(&Settings { width: 160, height: 90, ..Settings::of(&scene) });
-    let view = view::of(&camera);
+    let view = crate::camera::pinhole_view(&camera);
     assert_eq!(view.origin, camera.origin);
     for (x, y) in [(0, 0), (159, 0), (31, 89)] {
         let half = 1 << 31;

@@ -1,7 +1,7 @@
 //! View of a camera, as the denoiser uses it, and launch parameters of an image.
 
 use super::stop_factor;
-use glam::{DVec3, Vec3};
+use crate::camera;
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::{DenoiseParams, PinholeView, STOP_FACTORS};
 
@@ -16,7 +16,7 @@ pub(crate) struct FrameView {
 impl FrameView {
     /// Returns the image that a camera shows.
     pub fn by(camera: &Camera, width: u32, height: u32) -> Self {
-        Self { view: of(camera), width, height }
+        Self { view: camera::pinhole_view(camera), width, height }
     }
 
     /// Returns launch parameters without a filter: colours stop nothing, normals and depths stop as
@@ -43,23 +43,3 @@ impl FrameView {
 
 /// Minimum number of samples for which a pixel's own variance is used, as in SVGF.
 const MIN_VARIANCE_SAMPLES: u32 = 4;
-
-/// Returns the view of the pinhole camera at the middle of the lens.
-pub(super) fn of(camera: &Camera) -> PinholeView {
-    let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
-    let axis = right.cross(down).normalize_or(DVec3::NEG_Z);
-    let focus = corner.dot(axis);
-    let record = |v: DVec3| (v / focus).as_vec3();
-    PinholeView {
-        origin: camera.origin,
-        pad0: 0,
-        first_pixel: record(corner + (right + down) * 0.5),
-        pad1: 0,
-        right: record(right),
-        pad2: 0,
-        down: record(down),
-        pad3: 0,
-        axis: axis.as_vec3(),
-        pad4: 0,
-    }
-}

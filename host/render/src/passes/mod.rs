@@ -14,7 +14,7 @@ mod scene;
 pub(crate) use display::DisplayPass;
 pub(crate) use film::{FilmDesc, Launch};
 pub(crate) use on_device::DeviceScene;
-pub(crate) use scene::ValidScene;
+pub(crate) use scene::{SceneArrays, ValidScene};
 
 use trisect_device::BackendError;
 

@@ -46,6 +46,11 @@ impl DeviceScene {
         self.device.as_ref()
     }
 
+    /// Returns whether the device has a wide BVH of the scene.
+    pub fn has_wide(&self) -> bool {
+        self.scene.has_wide()
+    }
+
     /// Returns the device, to change what does not concern the scene.
     pub fn device_mut(&mut self) -> &mut dyn Device {
         self.device.as_mut()

@@ -9,7 +9,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::scene::SceneLengths;
 use trisect_shared::wide::WideTree;
 
-/// Scene that was validated, with the trees and the light table that were made for it.
+/// Scene that was validated.
 pub(crate) struct ValidScene<'a>(&'a Scene);
 
 /// Arrays of a scene on a device, which several streams may share. They are those of a
@@ -33,6 +33,11 @@ impl<'a> ValidScene<'a> {
     /// Validates the scene.
     pub fn new(scene: &'a Scene) -> Result<Self, SceneError> {
         scene.validate().map(|()| Self(scene))
+    }
+
+    /// Returns the scene.
+    pub fn get(&self) -> &'a Scene {
+        self.0
     }
 
     /// Copies the scene to a device, with the trees and the light table that were made for it.
@@ -111,6 +116,11 @@ impl SceneArrays {
         device.write(&self.scene[NODES], own, bytes)?;
         self.lengths.nodes = self.own_nodes + nodes.len();
         Ok(())
+    }
+
+    /// Returns whether there is a wide BVH.
+    pub fn has_wide(&self) -> bool {
+        self.wide.is_some()
     }
 
     /// Returns the arrays of a render kernel's launch: those of the scene, then those that it

@@ -1,25 +1,27 @@
 //! Construction of a renderer, and of renderers beside it.
 
-use super::Renderer;
 use super::chunk_buffers::ChunkPipeline;
 use super::film_state::FilmState;
+use super::fingerprint::Fingerprint;
+use super::launch_scene::LaunchScene;
 use super::prepared_scene::PreparedScene;
 use super::tile_entry_cache::TileEntryCache;
+use super::{Renderer, Settings};
 use crate::Error;
 use crate::bvh::BvhQuality;
 use crate::passes::DeviceScene;
+use crate::stats::Phases;
 use trisect_device::Device;
 use trisect_scene::Scene;
 
 impl Renderer {
-    /// Creates a renderer: builds the BVH and the light table, and uploads the scene.
+    /// Creates a renderer: prepares the scene and uploads it.
     ///
     /// # Errors
     ///
-    /// [`Error::Scene`] for a scene that is not valid; [`Error::Backend`] if it does not fit the
-    /// device, or the device fails.
+    /// The errors of [`PreparedScene::new`] and [`upload`](Self::upload).
     pub fn new(device: impl Into<Box<dyn Device>>, scene: &Scene) -> Result<Self, Error> {
-        Self::with_quality(device, scene, None)
+        Self::upload(device, &mut PreparedScene::new(scene, None)?)
     }
 
     /// Creates a renderer with a BVH of this quality; `None` chooses the quality by the number of
@@ -33,16 +35,28 @@ impl Renderer {
         scene: &Scene,
         quality: Option<BvhQuality>,
     ) -> Result<Self, Error> {
-        let (prepared, uploaded, tile_entries) = PreparedScene::upload(device.into(), scene, quality)?;
-        Ok(Self::of(prepared, uploaded, tile_entries))
+        Self::upload(device, &mut PreparedScene::new(scene, quality)?)
     }
 
-    fn of(prepared: PreparedScene, uploaded: DeviceScene, tile_entries: TileEntryCache) -> Self {
+    /// Creates a renderer of a scene that was prepared, which further devices may render, too.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the scene does not fit the device, or the device fails;
+    /// [`Error::Scene`] if there is no memory for a wide BVH.
+    pub fn upload(device: impl Into<Box<dyn Device>>, scene: &mut PreparedScene<'_>) -> Result<Self, Error> {
+        let mut device = device.into();
+        let (arrays, phases) = scene.upload(device.as_mut())?;
+        Ok(Self::of(scene.launch_scene(), DeviceScene::new(device, arrays), phases))
+    }
+
+    fn of(scene: LaunchScene, uploaded: DeviceScene, phases: Phases) -> Self {
         Self {
             pipeline: ChunkPipeline::new(uploaded.device().info().kind),
-            prepared,
+            scene,
             uploaded,
-            tile_entries,
+            phases,
+            tile_entries: TileEntryCache::default(),
             film_state: FilmState::default(),
             film: None,
             filtered: Vec::new(),
@@ -58,13 +72,19 @@ impl Renderer {
     /// [`Error::Backend`] if the device fails.
     pub fn second_stream(&self) -> Result<Option<Self>, Error> {
         let Some(uploaded) = self.uploaded.second_stream()? else { return Ok(None) };
-        Ok(Some(Self::of(self.prepared.clone(), uploaded, self.tile_entries.for_other_stream())))
+        Ok(Some(Self::of(self.scene.clone(), uploaded, self.phases.clone())))
+    }
+
+    /// Returns the fingerprint of the image with these settings, for the scene's
+    /// [digest](Scene::digest).
+    pub fn fingerprint(&self, scene: &[u8; 32], settings: &Settings) -> Fingerprint {
+        Fingerprint::new(scene, settings, self.scene.quality)
     }
 
     /// Returns the CRC-32 of BVH, light table and camera record, for an image of this size. Films
     /// that differ in it do not belong together, even with equal scene and settings: another
     /// version of a library may have built another BVH.
     pub fn prepared_crc(&self, width: u32, height: u32) -> u32 {
-        self.prepared.crc(width, height)
+        self.scene.crc(width, height)
     }
 }

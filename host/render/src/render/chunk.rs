@@ -87,8 +87,7 @@ impl Renderer {
     ) -> Result<EntryPoint, Error> {
         let kernel = self.prepare(settings)?;
         samples.iter().try_for_each(|samples| settings.check_rows(rows, samples))?;
-        let camera = self.camera(settings);
-        self.tile_entries.update(&mut self.uploaded, &camera, settings, kernel, false)?;
+        self.tile_entries.update(&mut self.uploaded, &self.scene, settings, kernel, false)?;
         Ok(kernel)
     }
 
@@ -132,9 +131,9 @@ impl Renderer {
         first_sample: u32,
         samples: u32,
     ) -> Result<Duration, Error> {
-        let mut launch = self.prepared.launch(settings);
+        let mut launch = self.scene.launch(settings);
         let params = &mut launch.params;
-        self.tile_entries.fill_params(params);
+        self.tile_entries.fill_params(&self.scene, params);
         (params.share_first_row, params.block_shift, params.block_gap) = submission.share;
         params.first_row = submission.first_row;
         params.rows = submission.rows;

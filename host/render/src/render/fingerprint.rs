@@ -3,13 +3,14 @@
 
 use super::Settings;
 use crate::bvh::BvhQuality;
-use serde::Serialize;
-use serde_json::{Map, Value};
+use crate::error::Difference;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
 /// Everything that decides the samples of an image, except the device's rounding. Films with equal
 /// fingerprints belong to one image.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fingerprint {
     /// Version of the program.
     pub version: String,
@@ -57,14 +58,14 @@ impl Fingerprint {
             ("seed", Value::from(*seed)),
             ("roulette", Value::from(*roulette)),
             ("roulette_depth", Value::from(if *roulette { *roulette_depth } else { 1 })),
-            ("fresnel", value(fresnel)),
-            ("math", value(math)),
-            ("sampler", value(sampler)),
+            ("fresnel", json!(fresnel)),
+            ("math", json!(math)),
+            ("sampler", json!(sampler)),
             ("light_sampling", Value::from(*light_sampling)),
             ("clamp", Value::from(*clamp)),
             ("guides", Value::from(*guides)),
             // The BVH decides which of two coincident surfaces is hit.
-            ("bvh_quality", value(&quality)),
+            ("bvh_quality", json!(quality)),
         ];
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -72,6 +73,23 @@ impl Fingerprint {
             scene: hex(scene),
             settings: settings.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
         }
+    }
+
+    /// Returns the first field in which another fingerprint differs; `None` if both are of one
+    /// image.
+    pub fn difference(&self, other: &Self) -> Option<Difference> {
+        let Self { version, kernels, scene, settings } = self;
+        let texts = [
+            ("version", version, &other.version),
+            ("scene", scene, &other.scene),
+            ("kernels", kernels, &other.kernels),
+        ];
+        if let Some((field, one, other)) = texts.into_iter().find(|(_, one, other)| one != other) {
+            return Some(Difference::new(field, one, other));
+        }
+        let mut fields = settings.keys().chain(other.settings.keys());
+        let field = fields.find(|field| settings.get(*field) != other.settings.get(*field))?;
+        Some(Difference::new(field, &text(settings.get(field)), &text(other.settings.get(field))))
     }
 
     /// Returns a hash of the fingerprint.
@@ -89,17 +107,23 @@ impl Fingerprint {
     }
 }
 
-/// Returns the names and hashes of the compiled kernels that a manifest lists, a line each.
+/// Returns the names and hashes of the compiled kernels that a manifest lists, a line each. Of a
+/// text that is no manifest all counts.
 fn artifacts(manifest: &str) -> String {
-    let manifest: Value = serde_json::from_str(manifest).unwrap_or_default();
+    let Ok(manifest) = serde_json::from_str::<Value>(manifest) else { return manifest.to_owned() };
     let all = manifest["artifacts"].as_object().into_iter().flatten();
     let kernels = all.filter(|(name, _)| name.starts_with("kernels/"));
     kernels.map(|(name, hash)| format!("{name} {hash}\n")).collect()
 }
 
-/// Returns the JSON value of an enum without data.
-fn value(of: &impl Serialize) -> Value {
-    serde_json::to_value(of).unwrap_or_default()
+/// Returns a setting's value as a message shows it.
+fn text(value: Option<&Value>) -> String {
+    match value {
+        None => "missing".to_owned(),
+        Some(Value::Null) => "not given".to_owned(),
+        Some(Value::String(text)) => text.clone(),
+        Some(other) => other.to_string(),
+    }
 }
 
 /// Returns the first half of a hash, hexadecimal: enough to tell two apart.
@@ -123,6 +147,7 @@ mod tests {
         assert_eq!(artifacts(&other.to_string()), all);
         other["artifacts"]["kernels/prebuilt/spirv/render.spv"] = "another kernel".into();
         assert_ne!(artifacts(&other.to_string()), all);
+        assert_ne!(artifacts("no manifest"), artifacts("another"));
     }
 
     #[test]

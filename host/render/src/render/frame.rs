@@ -64,8 +64,7 @@ impl Renderer {
             None => self.prepare(settings)?,
         };
         self.film_state = FilmState::Unknown;
-        let camera = self.camera(settings);
-        self.tile_entries.update(&mut self.uploaded, &camera, settings, kernel, false)?;
+        self.tile_entries.update(&mut self.uploaded, &self.scene, settings, kernel, false)?;
         let mut trace = Duration::ZERO;
         let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
         while let Some(submission) = submissions.next(&self.pipeline.sizer) {

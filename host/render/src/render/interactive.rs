@@ -158,7 +158,7 @@ impl Renderer {
         let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
         let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
         let moves = series.moves(&image);
-        self.tile_entries.update(&mut self.uploaded, &camera, &settings, series.kernel, moves)?;
+        self.tile_entries.update(&mut self.uploaded, &self.scene, &settings, series.kernel, moves)?;
         let frames = series.next(&image, history);
         let mut trace = Duration::ZERO;
         let goes_on = !frames.accumulated || series.accumulated <= MAX_ACCUMULATED_SAMPLES;

@@ -141,7 +141,7 @@ mod tests {
         let settings = settings().size(32, 18).spp(4);
         let image = |forgotten| {
             let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
-            renderer.prepared.forget_features(forgotten);
+            renderer.scene.forget_features(forgotten);
             renderer.render(&settings).unwrap().film.image()
         };
         let want = image(0);

@@ -4,7 +4,6 @@
 //! the chunks into a [`Film`] or shows them on a display. [`Settings`] say what to render.
 
 mod build;
-mod camera;
 mod chunk;
 mod chunk_buffers;
 mod chunk_pipeline;
@@ -14,6 +13,7 @@ mod fingerprint;
 mod frame;
 mod interactive;
 mod kernel_selection;
+mod launch_scene;
 mod live_session;
 mod prepared_scene;
 mod resume;
@@ -36,11 +36,12 @@ pub use trisect_scene::Fresnel;
 use crate::Error;
 use crate::film::{Film, RowSet};
 use crate::passes::{DeviceScene, FilmDesc};
-use crate::stats::RenderStats;
+use crate::stats::{Phases, RenderStats};
 use chunk_buffers::ChunkPipeline;
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
-use prepared_scene::PreparedScene;
+use launch_scene::LaunchScene;
+pub use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
@@ -95,8 +96,10 @@ impl Frame {
 
 /// Scene on a device, ready for any number of frames.
 pub struct Renderer {
-    prepared: PreparedScene,
+    scene: LaunchScene,
     uploaded: DeviceScene,
+    /// Times of the preparation.
+    phases: Phases,
     tile_entries: TileEntryCache,
     pipeline: ChunkPipeline,
     film_state: FilmState,
@@ -220,12 +223,10 @@ impl Renderer {
     fn begin(&mut self, settings: &Settings, held: u64) -> Result<(EntryPoint, RenderStats), Error> {
         let start = Instant::now();
         let kernel = self.prepare_holding(settings, held)?;
-        let mut stats =
-            RenderStats::new(self.device().info(), settings, kernel, self.prepared.phases.clone());
+        let mut stats = RenderStats::new(self.device().info(), settings, kernel, self.phases.clone());
         stats.phases.prepare_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let camera = self.camera(settings);
-        self.tile_entries.update(&mut self.uploaded, &camera, settings, kernel, false)?;
+        self.tile_entries.update(&mut self.uploaded, &self.scene, settings, kernel, false)?;
         stats.phases.view_seconds = start.elapsed().as_secs_f64();
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
@@ -256,7 +257,7 @@ impl Renderer {
     /// Returns the first hit of one sample of each pixel, row-major.
     pub fn first_hits(&mut self, settings: &Settings, sample: u32) -> Result<Vec<FirstHit>, Error> {
         self.prepare(settings)?;
-        let mut params = self.prepared.launch(settings).params;
+        let mut params = self.scene.launch(settings).params;
         params.rows = settings.height;
         params.first_sample = sample;
         params.end_sample = sample.saturating_add(1);
@@ -267,8 +268,8 @@ impl Renderer {
 
     /// Returns the kernel that renders the scene with these settings.
     fn select_kernel(&self, settings: &Settings) -> Result<EntryPoint, Error> {
-        let best = |kernel| self.device().best_method(kernel, self.prepared.primitives());
-        Ok(kernel_selection::choose(self.prepared.features(), settings, best, self.prepared.wide)?)
+        let best = |kernel| self.device().best_method(kernel, self.scene.primitives());
+        Ok(kernel_selection::choose(self.scene.features(), settings, best, self.uploaded.has_wide())?)
     }
 
     /// Returns the statistics of a render with these settings, without counts and times of its own.
@@ -278,8 +279,7 @@ impl Renderer {
     /// [`Error::Settings`] if no kernel has these settings.
     pub fn statistics(&self, settings: &Settings) -> Result<RenderStats, Error> {
         let kernel = self.select_kernel(settings)?;
-        let mut stats =
-            RenderStats::new(self.device().info(), settings, kernel, self.prepared.phases.clone());
+        let mut stats = RenderStats::new(self.device().info(), settings, kernel, self.phases.clone());
         stats.tile = self.tile_entries.tile();
         stats.tiles_refused = self.tile_entries.refused().map(str::to_owned);
         Ok(stats)
@@ -310,7 +310,7 @@ impl Renderer {
 
     /// Returns the pose of the camera.
     pub fn pose(&self) -> &CameraPose {
-        self.prepared.pose()
+        self.scene.pose()
     }
 
     /// Moves the camera, from the next frame on.
@@ -319,7 +319,7 @@ impl Renderer {
     ///
     /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
     pub fn set_camera(&mut self, pose: CameraPose) -> Result<(), SceneError> {
-        if self.prepared.set_camera(pose)? {
+        if self.scene.set_camera(pose)? {
             self.tile_entries.forget();
         }
         Ok(())
@@ -328,11 +328,11 @@ impl Renderer {
     /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
     /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
     pub fn object(&self, primitive: Option<u32>) -> u32 {
-        self.prepared.object(primitive)
+        self.scene.object(primitive)
     }
 
     /// Returns the camera record of the launch parameters.
     pub fn camera(&self, settings: &Settings) -> Camera {
-        self.prepared.camera(settings)
+        self.scene.camera(settings)
     }
 }

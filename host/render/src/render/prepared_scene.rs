@@ -1,209 +1,77 @@
-//! A scene as the host prepares it for rendering: what is left of it after its arrays, trees and
-//! light table were uploaded.
+//! A scene as the host prepares it for rendering: validated, with its trees, its light table and
+//! the fingerprint of its images. No device takes part.
 
-use super::camera;
-use super::scene_params::SceneParams;
-use super::tile_entry_cache::TileEntryCache;
+use super::fingerprint::Fingerprint;
+use super::launch_scene::LaunchScene;
 use super::{Settings, Traversal};
 use crate::Error;
 use crate::bvh::{Bvh, BvhQuality, Wide};
+use crate::camera;
 use crate::lights::Lights;
-use crate::passes::{DeviceScene, Launch, ValidScene};
+use crate::passes::{SceneArrays, ValidScene};
 use crate::stats::Phases;
 use glam::Vec3;
 use std::time::Instant;
 use trisect_device::Device;
-use trisect_scene::{CameraPose, Scene, SceneError};
-use trisect_shared::camera::Camera;
-use trisect_shared::features::{Features, PADDED_BOXES};
-use trisect_shared::params::{NO_CLAMP, RenderParams};
-use trisect_shared::tile_entry::NO_TILE_ENTRIES;
+use trisect_scene::Scene;
 
-/// Scene that was validated, and for which trees and light table were built: its camera, and what
-/// launches need to know of it.
-#[derive(Clone)]
-pub(super) struct PreparedScene {
-    camera: CameraPose,
-    /// Features that a kernel for the scene needs.
-    features: Features,
-    /// True if a wide BVH was built.
-    pub wide: bool,
-    /// Launch parameters that the scene decides.
-    params: SceneParams,
+/// Scene that was validated, with trees and light table, ready for any number of devices.
+pub struct PreparedScene<'a> {
+    scene: ValidScene<'a>,
+    quality: Option<BvhQuality>,
+    bvh: Bvh,
+    /// Wide BVH, once a device has asked for it.
+    wide: Option<Wide>,
+    lights: Lights,
     /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
-    /// boxes are padded.
-    ray_origin_extent: Vec3,
-    /// CRC-32 of BVH and light table.
-    structures_crc: u32,
-    /// Mesh instance of each triangle, in BVH order.
-    instances: Vec<u32>,
-    /// Times of the preparation.
-    pub phases: Phases,
+    /// boxes are padded; `None` if they are not.
+    padded_for: Option<Vec3>,
+    /// Seconds that the trees and the light table took.
+    seconds: f64,
 }
 
-/// Returns the CRC-32 of BVH and light table.
-fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
-    let mut crc = crc32fast::Hasher::new();
-    let parts: [&[u8]; 6] = [
-        bytemuck::bytes_of(&bvh.root.0),
-        bytemuck::cast_slice(&bvh.nodes),
-        bytemuck::cast_slice(&bvh.triangles),
-        bytemuck::cast_slice(&bvh.shading),
-        bytemuck::cast_slice(&lights.lights),
-        bytemuck::bytes_of(&lights.environment_probability),
-    ];
-    parts.into_iter().for_each(|part| crc.update(part));
-    crc.finalize()
-}
-
-impl PreparedScene {
-    /// Validates a scene, builds its trees and its light table, and uploads them. Also returns what
-    /// depends on the device: the scene there, and tile entries that are built later.
+impl<'a> PreparedScene<'a> {
+    /// Validates a scene, and builds its BVH and its light table. `None` chooses the quality of the
+    /// BVH by the number of primitives.
     ///
     /// # Errors
     ///
-    /// [`Error::Scene`] for a scene that is not valid; [`Error::Backend`] if it does not fit the
-    /// device, or the device fails.
-    pub fn upload(
-        mut device: Box<dyn Device>,
-        scene: &Scene,
-        quality: Option<BvhQuality>,
-    ) -> Result<(Self, DeviceScene, TileEntryCache), Error> {
+    /// [`Error::Scene`] for a scene that is not valid, or whose BVH exceeds the memory.
+    pub fn new(scene: &'a Scene, quality: Option<BvhQuality>) -> Result<Self, Error> {
         let start = Instant::now();
         let valid = ValidScene::new(scene)?;
         let mut bvh = Bvh::build(scene, quality)?;
-        let wide = match device.best_method(scene.features(), scene.primitives()).0 {
-            Traversal::Wide => Wide::new(scene, &bvh)?,
-            _ => None,
-        };
         let camera = camera::record(&scene.camera, 1, 1);
-        let reach = bvh.pad_boxes(camera.origin, camera.lens_x.length());
+        let padded_for = bvh.pad_boxes(camera.origin, camera.lens_x.length());
         let lights = Lights::new(scene, &bvh.triangles);
-        let structures_crc = structures_crc(&bvh, &lights);
-        let bvh_seconds = start.elapsed().as_secs_f64();
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Self { scene: valid, quality, bvh, wide: None, lights, padded_for, seconds })
+    }
+
+    /// Returns the fingerprint of the image with these settings.
+    pub fn fingerprint(&self, settings: &Settings) -> Fingerprint {
+        Fingerprint::new(&self.scene.get().digest(), settings, self.quality)
+    }
+
+    /// Copies the scene, its trees and its light table to a device. A wide BVH is built for a
+    /// device that traces it.
+    pub(super) fn upload(&mut self, device: &mut dyn Device) -> Result<(SceneArrays, Phases), Error> {
+        let scene = self.scene.get();
         let start = Instant::now();
-        let arrays = valid.upload(device.as_mut(), &bvh, wide.as_ref(), &lights)?;
+        let traversal = device.best_method(scene.features(), scene.primitives()).0;
+        if traversal == Traversal::Wide && self.wide.is_none() {
+            self.wide = Wide::new(scene, &self.bvh)?;
+        }
+        let wide = self.wide.as_ref().filter(|_| traversal == Traversal::Wide);
+        let bvh_seconds = self.seconds + start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let arrays = self.scene.upload(device, &self.bvh, wide, &self.lights)?;
         let upload_seconds = start.elapsed().as_secs_f64();
-        let prepared = Self {
-            camera: scene.camera,
-            features: scene.features(),
-            wide: wide.is_some(),
-            params: SceneParams::new(scene, &bvh, &lights, reach.is_some()),
-            ray_origin_extent: reach.unwrap_or(Vec3::ZERO),
-            structures_crc,
-            instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
-            phases: Phases { bvh_seconds, upload_seconds, ..Phases::default() },
-        };
-        Ok((prepared, DeviceScene::new(device, arrays), TileEntryCache::new(bvh)))
+        Ok((arrays, Phases { bvh_seconds, upload_seconds, ..Phases::default() }))
     }
 
-    /// Returns the pose of the camera.
-    pub fn pose(&self) -> &CameraPose {
-        &self.camera
-    }
-
-    /// Moves the camera. Returns whether it was elsewhere.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
-    pub fn set_camera(&mut self, pose: CameraPose) -> Result<bool, SceneError> {
-        pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
-        if pose == self.camera {
-            return Ok(false);
-        }
-        let record = camera::record(&pose, 1, 1);
-        let start = record.origin.abs() + record.lens_x.length();
-        // Rays from beyond use the test for boxes without padding. Padded boxes are wider than that
-        // needs, so no hit is lost.
-        self.params.padded = start.cmple(self.ray_origin_extent).all();
-        self.camera = pose;
-        Ok(true)
-    }
-
-    /// Returns the camera record of the launch parameters.
-    pub fn camera(&self, settings: &Settings) -> Camera {
-        camera::record(&self.camera, settings.width, settings.height)
-    }
-
-    /// Returns the CRC-32 of BVH, light table and camera record, for an image of this size. Films
-    /// that differ in it do not belong together, even with equal scene and settings: another
-    /// version of a library may have built another BVH.
-    pub fn crc(&self, width: u32, height: u32) -> u32 {
-        let mut crc = crc32fast::Hasher::new_with_initial(self.structures_crc);
-        crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));
-        crc.finalize()
-    }
-
-    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
-    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
-    pub fn object(&self, primitive: Option<u32>) -> u32 {
-        let first = self.params.first_triangle;
-        match primitive {
-            None => 0,
-            Some(shape) if shape < first => shape + 1,
-            Some(triangle) => {
-                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
-            }
-        }
-    }
-
-    /// Returns the launch of an image without rows and samples.
-    pub fn launch(&self, settings: &Settings) -> Launch {
-        Launch { params: self.launch_params(settings), padded: self.params.padded }
-    }
-
-    /// Forgets features of the scene, for a test that its kernel then renders another image.
-    #[cfg(test)]
-    pub fn forget_features(&mut self, features: Features) {
-        self.features &= !features;
-    }
-
-    /// Returns the number of primitives.
-    pub fn primitives(&self) -> usize {
-        self.params.primitives as usize
-    }
-
-    /// Returns the features that a kernel needs to render the scene.
-    pub fn features(&self) -> Features {
-        self.features | if self.params.padded { PADDED_BOXES } else { 0 }
-    }
-
-    fn launch_params(&self, settings: &Settings) -> RenderParams {
-        let SceneParams { sky, root, first_flat, first_triangle, .. } = self.params;
-        let (sine, cosine) = self.params.environment_rotation.sin_cos();
-        let sampled = settings.light_sampling;
-        RenderParams {
-            camera: self.camera(settings),
-            sky,
-            width: settings.width,
-            height: settings.height,
-            first_row: 0,
-            rows: 0,
-            first_sample: 0,
-            end_sample: 0,
-            resume: 0,
-            seed: settings.seed,
-            max_depth: settings.depth,
-            root: root.0,
-            first_planar: first_flat,
-            first_triangle,
-            light_count: if sampled { self.params.lights } else { 0 },
-            roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
-            flags: 0,
-            environment_probability: if sampled { self.params.environment_probability } else { 0.0 },
-            environment_width: self.params.environment_size.0,
-            environment_height: self.params.environment_size.1,
-            environment_cos: cosine as f32,
-            environment_sin: sine as f32,
-            primitive_count: self.params.primitives,
-            max_lane_pixels: u32::MAX,
-            first_tile_entry: NO_TILE_ENTRIES,
-            tile_shift: 0,
-            share_first_row: 0,
-            block_shift: 31,
-            block_gap: 0,
-            max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
-        }
+    /// Returns what launches need to know of the scene once its arrays are on a device.
+    pub(super) fn launch_scene(&self) -> LaunchScene {
+        LaunchScene::new(self.scene.get(), &self.bvh, &self.lights, self.padded_for, self.quality)
     }
 }

@@ -1,14 +1,13 @@
 //! Cache of the tile entries (the BVH nodes at which the camera rays of each tile start) for the
 //! current camera, kept on the device from frame to frame.
 
+use super::launch_scene::LaunchScene;
 use super::{Settings, Traversal};
 use crate::Error;
-use crate::bvh::{Bvh, build_tile_entries};
+use crate::bvh::build_tile_entries;
 use crate::passes::DeviceScene;
 use trisect_device::BackendError;
 use trisect_kernels::EntryPoint;
-use trisect_shared::bvh::{BvhNode, Child};
-use trisect_shared::camera::Camera;
 use trisect_shared::features::{HEAVY, has_any};
 use trisect_shared::params::RenderParams;
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
@@ -17,35 +16,34 @@ use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 /// (docs/notebook/camera-ray-tiles.md).
 const FINE_FROM: u32 = 64;
 
-/// BVH that is pruned, and the image for which the device has tile entries.
-pub(super) struct TileEntryCache {
-    nodes: Vec<BvhNode>,
-    root: Child,
-    /// Width and height of that image, and the base-2 logarithm of the edge of its tiles; `None`
-    /// without tile entries.
-    built_for: Option<(u32, u32, u32)>,
-    /// Error of the device when it last had no memory for tile entries.
-    refused: Option<String>,
+/// Tiles of an image.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Tiles {
+    width: u32,
+    height: u32,
+    /// Base-2 logarithm of the edge of a tile, in pixels.
+    shift: u32,
+}
+
+/// Tile entries that the device has for the current camera.
+#[derive(Default)]
+pub(super) enum TileEntryCache {
+    #[default]
+    Empty,
+    Built(Tiles),
+    /// The device has no memory for them; with its error.
+    Refused(Tiles, String),
 }
 
 impl TileEntryCache {
-    pub fn new(bvh: Bvh) -> Self {
-        Self { nodes: bvh.nodes, root: bvh.root, built_for: None, refused: None }
-    }
-
-    /// Returns a cache for another stream, which has no tile entries yet.
-    pub fn for_other_stream(&self) -> Self {
-        Self { nodes: self.nodes.clone(), built_for: None, refused: None, ..*self }
-    }
-
     /// Gives the device tile entries for the image of these settings, if the kernel can use them.
     /// Without [`Settings::tile`], only kernels without [`HEAVY`] features get them, and only while
     /// the camera rests. If there is no memory for them, the image is rendered without them and is
     /// the same; [`TileEntryCache::refused`] then returns the reason.
     pub fn update(
         &mut self,
-        scene: &mut DeviceScene,
-        camera: &Camera,
+        uploaded: &mut DeviceScene,
+        scene: &LaunchScene,
         settings: &Settings,
         kernel: EntryPoint,
         moves: bool,
@@ -56,46 +54,54 @@ impl TileEntryCache {
             false => 8,
         };
         let tile = settings.tile.unwrap_or(default);
-        if tile == 0 || Traversal::of(kernel.features) != Traversal::Stack || self.nodes.is_empty() {
-            (self.built_for, self.refused) = (None, None);
+        if tile == 0 || Traversal::of(kernel.features) != Traversal::Stack || scene.nodes.is_empty() {
+            *self = Self::Empty;
             return Ok(());
         }
-        let wanted = (settings.width, settings.height, tile.ilog2());
-        if self.built_for != Some(wanted) {
-            (self.built_for, self.refused) = (None, None);
-            if let Some(nodes) =
-                build_tile_entries(&self.nodes, self.root, camera, wanted.0, wanted.1, wanted.2)
-            {
-                match scene.write_tile_entries(&nodes) {
-                    Ok(()) => self.built_for = Some(wanted),
-                    Err(error @ BackendError::TooLarge { .. }) => self.refused = Some(error.to_string()),
-                    Err(error) => return Err(error.into()),
-                }
-            }
+        let Settings { width, height, .. } = *settings;
+        let wanted = Tiles { width, height, shift: tile.ilog2() };
+        if matches!(self, Self::Built(tiles) | Self::Refused(tiles, _) if *tiles == wanted) {
+            return Ok(());
+        }
+        *self = Self::Empty;
+        let camera = scene.camera(settings);
+        let entries = build_tile_entries(&scene.nodes, scene.root(), &camera, width, height, wanted.shift);
+        if let Some(nodes) = entries {
+            *self = match uploaded.write_tile_entries(&nodes) {
+                Ok(()) => Self::Built(wanted),
+                Err(error @ BackendError::TooLarge { .. }) => Self::Refused(wanted, error.to_string()),
+                Err(error) => return Err(error.into()),
+            };
         }
         Ok(())
     }
 
     /// Discards the tile entries, because the camera changed.
     pub fn forget(&mut self) {
-        self.built_for = None;
+        *self = Self::Empty;
     }
 
     /// Returns the edge in pixels of the tiles in use; `None` without tile entries.
     pub fn tile(&self) -> Option<u32> {
-        self.built_for.map(|(.., shift)| 1 << shift)
+        match self {
+            Self::Built(tiles) => Some(1 << tiles.shift),
+            Self::Empty | Self::Refused(..) => None,
+        }
     }
 
     /// Returns why there are no tile entries although there should be.
     pub fn refused(&self) -> Option<&str> {
-        self.refused.as_deref()
+        match self {
+            Self::Refused(_, error) => Some(error),
+            Self::Empty | Self::Built(_) => None,
+        }
     }
 
     /// Writes the index of the first tile entry and the size of the tiles to launch parameters.
-    pub fn fill_params(&self, params: &mut RenderParams) {
-        (params.first_tile_entry, params.tile_shift) = match self.built_for {
-            Some((_, _, shift)) => (self.nodes.len() as u32, shift),
-            None => (NO_TILE_ENTRIES, 0),
+    pub fn fill_params(&self, scene: &LaunchScene, params: &mut RenderParams) {
+        (params.first_tile_entry, params.tile_shift) = match self {
+            Self::Built(tiles) => (scene.nodes.len() as u32, tiles.shift),
+            Self::Empty | Self::Refused(..) => (NO_TILE_ENTRIES, 0),
         };
     }
 }

@@ -80,9 +80,9 @@ impl Renderer {
             if samples == 0 {
                 continue;
             }
-            let mut launch = self.prepared.launch(settings);
+            let mut launch = self.scene.launch(settings);
             let params = &mut launch.params;
-            self.tile_entries.fill_params(params);
+            self.tile_entries.fill_params(&self.scene, params);
             (params.share_first_row, params.block_shift, params.block_gap) = rows.share();
             let band = tiles.rows(from as u32..next as u32);
             (params.first_row, params.rows) = (band.start, band.len() as u32);

@@ -3,7 +3,6 @@
 //! Serde checks each value while it reads, and each object as a whole after that. Names are looked
 //! up once the whole file is read.
 
-mod camera;
 mod material;
 mod name;
 mod object;
@@ -13,11 +12,11 @@ mod transform;
 #[cfg(test)]
 mod tests;
 
-pub use camera::Camera;
 pub use material::{ColorSpace, Filter, Material, Texture, Wrap};
 pub use name::{Index, Name, Source};
 pub use object::{Object, sides};
 
+use super::camera::Camera;
 use super::error::SceneError;
 use super::light::PunctualLight;
 use super::material::surface::TextureRole;

@@ -81,10 +81,9 @@ pub(super) fn camera_for(center: DVec3, radius: f64) -> CameraPose {
     CameraPose {
         look_from: center + DVec3::new(0.35, 0.3, 1.0).normalize() * distance,
         look_at: center,
-        up: DVec3::Y,
         vertical_fov,
-        defocus_angle: 0.0,
         // A pinhole has everything in focus.
         focus_distance: distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE),
+        ..CameraPose::PINHOLE
     }
 }

@@ -1,8 +1,9 @@
 //! Writes a copy of a scene file with another `space` or camera. Used by `trisect check --write`
 //! and by the viewer.
 
+use crate::values::point_text;
 use crate::{
-    CameraPose, Rebase, SceneDocument, SceneError, camera_value, insert_camera, insert_space, is_model, point,
+    CameraPose, Rebase, SceneDocument, SceneError, camera_value, insert_camera, insert_space, is_model,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -109,7 +110,7 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
 /// Returns the value of the field `space`. Rust's debug format of an f64 reads back to the same
 /// bits.
 fn field(space: Rebase) -> String {
-    format!("(origin: {}, scale: {:?})", point(space.origin), space.scale)
+    format!("(origin: {}, scale: {:?})", point_text(space.origin), space.scale)
 }
 
 /// Returns the text of a scene file that contains the model, and the camera and sky that the model
@@ -138,7 +139,7 @@ fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<St
         text += &format!("    camera: {},\n", camera_value(&camera));
     }
     if let Some(crate::description::Sky::Gradient { bottom, top }) = &scene.description.sky {
-        text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", point(*bottom), point(*top));
+        text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", point_text(*bottom), point_text(*top));
     }
     text += &format!("    materials: {{}},\n    objects: [Mesh(file: \"{}\")],\n)\n", name.escape_default());
     Ok(text)

@@ -19,7 +19,7 @@ use trisect::output::Outputs;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect::threads::{ThreadError, start_shared};
-use trisect_cluster::handshake::{FingerprintFields, fingerprint, handshake};
+use trisect_cluster::handshake::{RankFacts, handshake};
 use trisect_cluster::mpi::Mpi;
 use trisect_cluster::{ClusterError, Heartbeat, Network, Tag, devices};
 use trisect_lab::Error;
@@ -113,7 +113,7 @@ impl ClusterSession {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<Vec<(String, String)>, Error> + Send + 'static,
     ) -> Result<Session, ExitCode> {
         match self.gather(job, ranks, check, adjust) {
             Ok(session) => Ok(session),
@@ -126,7 +126,7 @@ impl ClusterSession {
         job: &JobArgs,
         ranks: &RankArgs,
         check: impl FnOnce() -> Result<Outputs, Error> + Send + 'static,
-        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static,
+        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<Vec<(String, String)>, Error> + Send + 'static,
     ) -> Result<Session, Abort> {
         // An error of this rank does not end it yet: the handshake reports it to the root.
         let ready = match self.load(job, ranks, check)? {
@@ -190,8 +190,8 @@ impl ClusterSession {
         loaded: Loaded,
         job: &JobArgs,
         ranks: &RankArgs,
-        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static,
-    ) -> Result<Result<(Session, FingerprintFields), Error>, Abort> {
+        adjust: impl FnOnce(&mut Settings, &DeviceInfo) -> Result<Vec<(String, String)>, Error> + Send + 'static,
+    ) -> Result<Result<(Session, RankFacts), Error>, Abort> {
         let (job, spare, local) = (job.clone(), ranks.spare(), self.link.network().local_rank());
         let open = move || {
             if job.backend == Choice::Auto && job.device.is_some() {
@@ -201,13 +201,12 @@ impl ClusterSession {
             let (choice, device) = devices::for_rank(job.backend, job.device, local, spare)?;
             let selection = device::open(choice, device, job.threads.map(|threads| threads as usize))?;
             let mut settings = loaded.settings.clone();
-            let more = adjust(&mut settings, selection.device.info())?;
+            let others = adjust(&mut settings, selection.device.info())?;
             settings.check()?;
             let digest = loaded.scene.digest();
-            let quality = job.bvh_quality;
-            let mut facts = fingerprint(&digest, &settings, quality);
-            facts.extend(more);
             let session = loaded.on(selection, start.elapsed().as_secs_f64(), &job)?;
+            let fingerprint = session.renderer.fingerprint(&digest, &settings);
+            let facts = RankFacts { fingerprint, others };
             Ok((Session { settings, digest: Some(digest), ..session }, facts))
         };
         Ok(self.link.run_while_polling(open)?)

@@ -17,7 +17,6 @@ use trisect::device::DeviceInfo;
 use trisect::image::Image;
 use trisect::output::{self, Format};
 use trisect::render::Settings;
-use trisect_cluster::handshake::FingerprintFields;
 use trisect_cluster::{
     AssembledImage, ClusterError, ClusterPlan, DistributionMode, Failure, ResumableFilm, WireFormat, Work,
     choose, plan, render_into_film,
@@ -152,7 +151,7 @@ fn adjustment(
     arguments: &RenderArgs,
     before: Option<&ResumeState>,
     ranks: u32,
-) -> impl FnOnce(&mut Settings, &DeviceInfo) -> Result<FingerprintFields, Error> + Send + 'static {
+) -> impl FnOnce(&mut Settings, &DeviceInfo) -> Result<Vec<(String, String)>, Error> + Send + 'static {
     let own = arguments.clone();
     let resumed = before.map(|before| (before.header.spp, before.aovs));
     move |settings, device| {

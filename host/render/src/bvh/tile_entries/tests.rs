@@ -3,6 +3,7 @@
 use super::*;
 use crate::bvh::Bvh;
 use glam::Quat;
+use glam::Vec3;
 use trisect_scene::Scene;
 use trisect_shared::bvh::{Hit, RayQuery};
 use trisect_shared::features::FeatureSet;

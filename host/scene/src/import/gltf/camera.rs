@@ -47,7 +47,7 @@ pub fn read(
     };
     // Far from the origin, rounding would change the direction to a point nearby.
     let look_at = look_from + forward * look_from.abs().max_element().max(1.0);
-    let pose = CameraPose { look_from, look_at, up, vertical_fov, defocus_angle: 0.0, focus_distance: 1.0 };
+    let pose = CameraPose { look_from, look_at, up, vertical_fov, ..CameraPose::PINHOLE };
     output.budget.take(256, user)?; // many nodes may use one camera
     let name = node_name.or(camera.name.as_deref()).map_or_else(|| site.place.clone(), shown);
     output.description.cameras.push((name, pose));

@@ -1,0 +1,123 @@
+//! The camera of a scene: its record in launch parameters, and what the denoiser and tile entries
+//! need to know of its rays.
+
+use glam::{DVec3, Vec3};
+use trisect_scene::CameraPose;
+use trisect_shared::camera::Camera;
+use trisect_shared::denoise::PinholeView;
+
+/// Returns the camera record of an image. It is computed in f64; only the record's vectors are
+/// rounded to f32.
+pub(crate) fn record(pose: &CameraPose, width: u32, height: u32) -> Camera {
+    let back = (pose.look_from - pose.look_at).normalize();
+    let right = pose.up.cross(back).normalize();
+    let up = back.cross(right);
+    let (width, height) = (f64::from(width), f64::from(height));
+    // A pinhole is in focus everywhere, so its image plane may lie at distance 1.
+    let focus_distance = if pose.defocus_angle > 0.0 { pose.focus_distance } else { 1.0 };
+    let image_height = 2.0 * (0.5 * pose.vertical_fov).tan() * focus_distance;
+    let pixel = image_height / height; // square pixels
+    let corner = back * -focus_distance - right * (0.5 * pixel * width) + up * (0.5 * pixel * height);
+    let lens = (0.5 * pose.defocus_angle).tan() * focus_distance;
+    Camera {
+        origin: pose.look_from.as_vec3(),
+        pad0: 0,
+        corner: corner.as_vec3(),
+        pad1: 0,
+        step_x: (right * pixel).as_vec3(),
+        pad2: 0,
+        step_y: (up * -pixel).as_vec3(),
+        pad3: 0,
+        lens_x: (right * lens).as_vec3(),
+        pad4: 0,
+        lens_y: (up * lens).as_vec3(),
+        pad5: 0,
+    }
+}
+
+/// Returns the view of the pinhole camera at the middle of the lens.
+pub(crate) fn pinhole_view(camera: &Camera) -> PinholeView {
+    let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
+    let axis = right.cross(down).normalize_or(DVec3::NEG_Z);
+    let focus = corner.dot(axis);
+    let record = |v: DVec3| (v / focus).as_vec3();
+    PinholeView {
+        origin: camera.origin,
+        pad0: 0,
+        first_pixel: record(corner + (right + down) * 0.5),
+        pad1: 0,
+        right: record(right),
+        pad2: 0,
+        down: record(down),
+        pad3: 0,
+        axis: axis.as_vec3(),
+        pad4: 0,
+    }
+}
+
+/// Lens and image plane of a camera in the camera's own axes (right, down, forward), relative to
+/// the centre of the lens.
+pub(crate) struct Lens {
+    pub origin: DVec3,
+    pub axes: [DVec3; 3],
+    /// Distance of the image plane from the lens.
+    pub focus: f64,
+    /// Top left corner of the image plane.
+    pub corner: (f64, f64),
+    /// Width and height of a pixel on the image plane.
+    pub pixel: (f64, f64),
+    /// Radius of the lens; 0 for a pinhole.
+    pub radius: f64,
+    /// Length to which a device's rounding errors are proportional.
+    pub scale: f64,
+}
+
+impl Lens {
+    /// Returns lens and image plane of an image's camera. (A camera whose rays do not come from a
+    /// lens would return `None`: its images have no tile entries.)
+    #[allow(clippy::unnecessary_wraps, reason = "for cameras without a lens")]
+    pub fn new(camera: &Camera, width: u32, height: u32) -> Option<Self> {
+        let [corner, step_x, step_y] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
+        let (x, y) = (step_x.normalize(), step_y.normalize());
+        let z = x.cross(y);
+        let z = if z.dot(corner) < 0.0 { -z } else { z };
+        let radius = camera.lens_x.as_dvec3().length().max(camera.lens_y.as_dvec3().length());
+        let across = f64::from(width) * step_x.length() + f64::from(height) * step_y.length();
+        Some(Self {
+            origin: camera.origin.as_dvec3(),
+            axes: [x, y, z],
+            focus: z.dot(corner),
+            corner: (x.dot(corner), y.dot(corner)),
+            pixel: (step_x.length(), step_y.length()),
+            radius,
+            scale: corner.abs().element_sum() + across + radius,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec3, Vec3};
+    use trisect_shared::rng::Words;
+
+    #[test]
+    fn the_image_plane_of_a_square_view() {
+        let pose = CameraPose {
+            look_from: DVec3::new(0.0, 0.0, 5.0),
+            look_at: DVec3::ZERO,
+            up: DVec3::Y,
+            vertical_fov: std::f64::consts::FRAC_PI_2,
+            defocus_angle: 0.0,
+            focus_distance: 1.0,
+        };
+        let camera = record(&pose, 2, 2);
+        assert!((camera.corner - Vec3::new(-1.0, 1.0, -1.0)).length() < 1e-6);
+        assert!((camera.step_x - Vec3::X).length() < 1e-6 && (camera.step_y + Vec3::Y).length() < 1e-6);
+        // The middle of pixel (0, 0), pinhole.
+        let half = 1 << 31;
+        let ray = camera.ray(0, 0, Words { x: half, y: half, z: half, w: half });
+        let want = Vec3::new(-0.5, 0.5, -1.0) / 1.5f32.sqrt();
+        assert!(ray.origin == Vec3::new(0.0, 0.0, 5.0) && (ray.direction - want).length() < 1e-6);
+    }
+}

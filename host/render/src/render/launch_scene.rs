@@ -1,0 +1,190 @@
+//! The part of a scene that launches need once its arrays are on a device, and its camera.
+
+use super::Settings;
+use super::scene_params::SceneParams;
+use crate::bvh::{Bvh, BvhQuality};
+use crate::camera;
+use crate::lights::Lights;
+use crate::passes::Launch;
+use glam::Vec3;
+use std::sync::Arc;
+use trisect_scene::{CameraPose, Scene, SceneError};
+use trisect_shared::bvh::{BvhNode, Child};
+use trisect_shared::camera::Camera;
+use trisect_shared::features::{Features, PADDED_BOXES};
+use trisect_shared::params::{NO_CLAMP, RenderParams};
+use trisect_shared::tile_entry::NO_TILE_ENTRIES;
+
+/// Camera of a scene, and what launches and tile entries need to know of the scene.
+#[derive(Clone)]
+pub(super) struct LaunchScene {
+    camera: CameraPose,
+    /// Features that a kernel for the scene needs.
+    features: Features,
+    /// Launch parameters that the scene decides.
+    params: SceneParams,
+    /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
+    /// boxes are padded.
+    ray_origin_extent: Vec3,
+    /// Quality of the BVH, as it was asked for.
+    pub quality: Option<BvhQuality>,
+    /// CRC-32 of BVH and light table.
+    structures_crc: u32,
+    /// Mesh instance of each triangle, in BVH order.
+    instances: Arc<[u32]>,
+    /// Nodes of the BVH, from which tile entries are pruned.
+    pub nodes: Arc<[BvhNode]>,
+}
+
+/// Returns the CRC-32 of BVH and light table.
+fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    let parts: [&[u8]; 6] = [
+        bytemuck::bytes_of(&bvh.root.0),
+        bytemuck::cast_slice(&bvh.nodes),
+        bytemuck::cast_slice(&bvh.triangles),
+        bytemuck::cast_slice(&bvh.shading),
+        bytemuck::cast_slice(&lights.lights),
+        bytemuck::bytes_of(&lights.environment_probability),
+    ];
+    parts.into_iter().for_each(|part| crc.update(part));
+    crc.finalize()
+}
+
+impl LaunchScene {
+    /// Collects what launches need. `padded_for` says for which origins of rays the boxes are
+    /// padded, `None` for boxes without padding.
+    pub fn new(
+        scene: &Scene,
+        bvh: &Bvh,
+        lights: &Lights,
+        padded_for: Option<Vec3>,
+        quality: Option<BvhQuality>,
+    ) -> Self {
+        Self {
+            camera: scene.camera,
+            features: scene.features(),
+            params: SceneParams::new(scene, bvh, lights, padded_for.is_some()),
+            ray_origin_extent: padded_for.unwrap_or(Vec3::ZERO),
+            quality,
+            structures_crc: structures_crc(bvh, lights),
+            instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
+            nodes: bvh.nodes.as_slice().into(),
+        }
+    }
+
+    /// Returns the pose of the camera.
+    pub fn pose(&self) -> &CameraPose {
+        &self.camera
+    }
+
+    /// Moves the camera. Returns whether it was elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for a pose that is not valid; the camera stays where it was.
+    pub fn set_camera(&mut self, pose: CameraPose) -> Result<bool, SceneError> {
+        pose.check().map_err(|message| SceneError::Inconsistent { file: "camera".to_owned(), message })?;
+        if pose == self.camera {
+            return Ok(false);
+        }
+        let record = camera::record(&pose, 1, 1);
+        let start = record.origin.abs() + record.lens_x.length();
+        // Rays from beyond use the test for boxes without padding. Padded boxes are wider than that
+        // needs, so no hit is lost.
+        self.params.padded = start.cmple(self.ray_origin_extent).all();
+        self.camera = pose;
+        Ok(true)
+    }
+
+    /// Returns the camera record of the launch parameters.
+    pub fn camera(&self, settings: &Settings) -> Camera {
+        camera::record(&self.camera, settings.width, settings.height)
+    }
+
+    /// Returns the CRC-32 of BVH, light table and camera record, for an image of this size. Films
+    /// that differ in it do not belong together, even with equal scene and settings: another
+    /// version of a library may have built another BVH.
+    pub fn crc(&self, width: u32, height: u32) -> u32 {
+        let mut crc = crc32fast::Hasher::new_with_initial(self.structures_crc);
+        crc.update(bytemuck::bytes_of(&camera::record(&self.camera, width, height)));
+        crc.finalize()
+    }
+
+    /// Returns the number of the object that a primitive is part of, from 1 on: spheres, then quads
+    /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
+    pub fn object(&self, primitive: Option<u32>) -> u32 {
+        let first = self.params.first_triangle;
+        match primitive {
+            None => 0,
+            Some(shape) if shape < first => shape + 1,
+            Some(triangle) => {
+                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
+            }
+        }
+    }
+
+    /// Returns the launch of an image without rows and samples.
+    pub fn launch(&self, settings: &Settings) -> Launch {
+        Launch { params: self.launch_params(settings), padded: self.params.padded }
+    }
+
+    /// Forgets features of the scene, for a test that its kernel then renders another image.
+    #[cfg(test)]
+    pub fn forget_features(&mut self, features: Features) {
+        self.features &= !features;
+    }
+
+    /// Returns the number of primitives.
+    pub fn primitives(&self) -> usize {
+        self.params.primitives as usize
+    }
+
+    /// Returns the root of the BVH.
+    pub fn root(&self) -> Child {
+        self.params.root
+    }
+
+    /// Returns the features that a kernel needs to render the scene.
+    pub fn features(&self) -> Features {
+        self.features | if self.params.padded { PADDED_BOXES } else { 0 }
+    }
+
+    fn launch_params(&self, settings: &Settings) -> RenderParams {
+        let SceneParams { sky, root, first_flat, first_triangle, .. } = self.params;
+        let (sine, cosine) = self.params.environment_rotation.sin_cos();
+        let sampled = settings.light_sampling;
+        RenderParams {
+            camera: self.camera(settings),
+            sky,
+            width: settings.width,
+            height: settings.height,
+            first_row: 0,
+            rows: 0,
+            first_sample: 0,
+            end_sample: 0,
+            resume: 0,
+            seed: settings.seed,
+            max_depth: settings.depth,
+            root: root.0,
+            first_planar: first_flat,
+            first_triangle,
+            light_count: if sampled { self.params.lights } else { 0 },
+            roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
+            flags: 0,
+            environment_probability: if sampled { self.params.environment_probability } else { 0.0 },
+            environment_width: self.params.environment_size.0,
+            environment_height: self.params.environment_size.1,
+            environment_cos: cosine as f32,
+            environment_sin: sine as f32,
+            primitive_count: self.params.primitives,
+            max_lane_pixels: u32::MAX,
+            first_tile_entry: NO_TILE_ENTRIES,
+            tile_shift: 0,
+            share_first_row: 0,
+            block_shift: 31,
+            block_gap: 0,
+            max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
+        }
+    }
+}

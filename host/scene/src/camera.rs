@@ -1,0 +1,175 @@
+//! The camera: its pose, and how scene files and scenes between ranks write it.
+
+use crate::values::{
+    Coordinate, Defocus, FieldOfView, Length, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, point_text, vector,
+};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+use std::f64::consts::FRAC_PI_2;
+
+/// A thin-lens camera in the world; lengths in scene units, angles in radians. Its bytes are sent
+/// between ranks and are part of a scene's digest.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct CameraPose {
+    /// Centre of the lens.
+    pub look_from: DVec3,
+    /// A point on the optical axis.
+    pub look_at: DVec3,
+    /// Up direction of the image; not along the axis.
+    pub up: DVec3,
+    /// Vertical angle of the whole image, in (0, π).
+    pub vertical_fov: f64,
+    /// Cone angle from a point in focus to the lens, in [0, π); 0 for a pinhole.
+    pub defocus_angle: f64,
+    /// Distance from the lens to the plane in focus.
+    pub focus_distance: f64,
+}
+
+impl CameraPose {
+    /// A pinhole camera at the origin that looks along -z, upright, with a vertical angle of 90
+    /// degrees.
+    pub const PINHOLE: Self = Self {
+        look_from: DVec3::ZERO,
+        look_at: DVec3::NEG_Z,
+        up: DVec3::Y,
+        vertical_fov: FRAC_PI_2,
+        defocus_angle: 0.0,
+        focus_distance: 1.0,
+    };
+
+    /// Checks that the camera is valid.
+    ///
+    /// # Errors
+    ///
+    /// A message that says what would be valid.
+    pub fn check(&self) -> Result<(), String> {
+        let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
+        let far = MAX_MAGNITUDE;
+        if ![look_from, look_at, up].iter().all(|v| v.abs().cmple(DVec3::splat(far)).all()) {
+            return Err(format!("look_from, look_at and up must be numbers within {far:e}"));
+        }
+        let angle = |a: f64| (0.0..std::f64::consts::PI).contains(&a);
+        if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
+            return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
+        }
+        // First, because a builder's distance of focus is that of the two points.
+        self.check_together()?;
+        if !(MIN_MAGNITUDE..=far).contains(&focus_distance) {
+            let least = MIN_MAGNITUDE;
+            return Err(format!(
+                "focus_distance is {focus_distance:e}; it must lie between {least:e} and {far:e}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks values that are valid on their own but may not be together.
+    ///
+    /// # Errors
+    ///
+    /// A message that says what would be valid.
+    pub(crate) fn check_together(&self) -> Result<(), String> {
+        let axis = self.look_at - self.look_from;
+        if axis.length() == 0.0 {
+            return Err("look_from and look_at are the same point; move one of them".to_owned());
+        }
+        let sine = axis.normalize().cross(self.up.normalize_or_zero()).length();
+        if sine.is_nan() || sine < 1e-6 {
+            return Err("up points along the view (or is zero); choose another direction".to_owned());
+        }
+        // The rays of a lens are differences of vectors of this length, and their squares must stay
+        // finite in f32.
+        let widest = (0.5 * self.vertical_fov).tan().max((0.5 * self.defocus_angle).tan()).max(1.0);
+        if self.defocus_angle > 0.0 && self.focus_distance * widest > 1e15 {
+            return Err(format!(
+                "focus_distance {} is too large for these angles; it times the tangent of half an angle must be at most 1e15",
+                self.focus_distance
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns the pose between two others: `self` for a share of 0, `to` for 1.
+    pub(crate) fn mix(&self, to: &Self, share: f64) -> Self {
+        let line = |a: f64, b: f64| a + (b - a) * share;
+        Self {
+            look_from: self.look_from.lerp(to.look_from, share),
+            look_at: self.look_at.lerp(to.look_at, share),
+            up: self.up.lerp(to.up, share),
+            vertical_fov: line(self.vertical_fov, to.vertical_fov),
+            defocus_angle: line(self.defocus_angle, to.defocus_angle),
+            focus_distance: line(self.focus_distance, to.focus_distance),
+        }
+    }
+}
+
+/// A thin-lens camera; angles in degrees, lengths in scene units.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, remote = "Self")]
+pub struct Camera {
+    /// Centre of the lens.
+    pub look_from: Point,
+    /// A point on the optical axis.
+    pub look_at: Point,
+    /// Up direction of the image; default: +y.
+    #[serde(default = "default_up")]
+    pub up: Point,
+    /// Vertical angle of the whole image.
+    pub vertical_fov: FieldOfView,
+    /// Cone angle from a point in focus to the lens; 0, the default, for a pinhole.
+    #[serde(default = "default_defocus")]
+    pub defocus_angle: Defocus,
+    /// Distance from the lens to the plane in focus; default: 1.
+    #[serde(default = "default_focus")]
+    pub focus_distance: Length,
+}
+
+fn default_up() -> Point {
+    (Coordinate(0.0), Coordinate(1.0), Coordinate(0.0))
+}
+
+fn default_defocus() -> Defocus {
+    Defocus(0.0)
+}
+
+fn default_focus() -> Length {
+    Length(1.0)
+}
+
+impl<'de> Deserialize<'de> for Camera {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let camera = Self::deserialize(deserializer)?; // the inherent function of serde's derive
+        camera.pose().check_together().map_err(|fault| D::Error::custom(format!("camera: {fault}")))?;
+        Ok(camera)
+    }
+}
+
+impl Camera {
+    /// Returns the camera with angles in radians.
+    pub fn pose(&self) -> CameraPose {
+        CameraPose {
+            look_from: vector(self.look_from),
+            look_at: vector(self.look_at),
+            up: vector(self.up),
+            vertical_fov: self.vertical_fov.0.to_radians(),
+            defocus_angle: self.defocus_angle.0.to_radians(),
+            focus_distance: self.focus_distance.0,
+        }
+    }
+}
+
+/// Formats a camera as the value of the field `camera`.
+pub(crate) fn camera_value(camera: &CameraPose) -> String {
+    format!(
+        "(\n        look_from: {}, look_at: {}, up: {},\n        vertical_fov: {:?}, defocus_angle: {:?}, focus_distance: {:?},\n    )",
+        point_text(camera.look_from),
+        point_text(camera.look_at),
+        point_text(camera.up),
+        camera.vertical_fov.to_degrees(),
+        camera.defocus_angle.to_degrees(),
+        camera.focus_distance
+    )
+}
