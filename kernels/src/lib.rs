@@ -35,6 +35,17 @@ macro_rules! for_each_render {
         $render! {
             render "render": false, OF_GPUS,
             render_persistent "render_persistent": true, OF_GPUS,
+        }
+    };
+}
+
+/// Calls a macro with each render kernel that CUDA has in place of another for scenes of the book,
+/// as [`for_each_render!`] does. What LLVM knows to be missing costs one to three percent less than
+/// what the driver removes there (docs/notebook/specialisation.md); on Vulkan it costs no less.
+#[macro_export]
+macro_rules! for_each_book_render {
+    ($render:ident) => {
+        $render! {
             render_book "render_book": false, OF_BOOK,
             render_book_persistent "render_book_persistent": true, OF_BOOK,
         }
@@ -152,12 +163,18 @@ pub mod ptx;
 pub mod spirv;
 
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod fast_math;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod feature_names;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod native;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod outline;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod prebuilt;
+#[cfg(test)]
+mod ptxas;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod specialise;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-pub use {feature_names::*, prebuilt::*};
+pub use {fast_math::FAST_MATH, feature_names::*, prebuilt::*};

@@ -1,5 +1,7 @@
 //! Compiled kernels, as `cargo kernels` wrote them to `prebuilt/`. The host's backends load them.
 
+use crate::fast_math;
+use std::borrow::Cow;
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
 use trisect_shared::features::{Features, HEAVY, OF_BOOK, PERSISTENT, WIDE, has_any, is_of_many_materials};
@@ -133,14 +135,8 @@ fn registers(features: Features) -> u32 {
 /// the arrays of the wide BVH after all others.
 pub fn render_kernel(features: Features) -> EntryPoint {
     let queue = has_any(features, PERSISTENT);
-    let is_of_book = !has_any(features, !OF_BOOK);
     EntryPoint {
-        name: match (is_of_book, queue) {
-            (true, true) => "render_book_persistent",
-            (true, false) => "render_book",
-            (false, true) => "render_persistent",
-            (false, false) => "render",
-        },
+        name: if queue { "render_persistent" } else { "render" },
         features,
         extra: if has_any(features, WIDE) { WIDE_ARRAYS } else { 0 },
         registers: Some(registers(features)),
@@ -153,8 +149,7 @@ pub fn render_kernel(features: Features) -> EntryPoint {
 struct Modules {
     name: &'static str,
     spirv: &'static [u8],
-    precise_ptx: &'static str,
-    fast_ptx: &'static str,
+    ptx: &'static str,
 }
 
 macro_rules! modules {
@@ -163,13 +158,22 @@ macro_rules! modules {
         &[$(Modules {
             name: $text,
             spirv: include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv")),
-            precise_ptx: include_str!(concat!("../prebuilt/ptx/precise/", $text, ".ptx")),
-            fast_ptx: include_str!(concat!("../prebuilt/ptx/fast/", $text, ".ptx")),
+            ptx: include_str!(concat!("../prebuilt/ptx/", $text, ".ptx")),
         },)*]
     };
 }
 
 const RENDER: &[Modules] = for_each_render!(modules);
+
+macro_rules! book_modules {
+    ($($name:ident $text:tt: $what:expr, $possible:expr,)*) => {
+        &[$(($text, include_str!(concat!("../prebuilt/ptx/", $text, ".ptx"))),)*]
+    };
+}
+
+/// PTX modules for scenes of the book, by name, in the order of [`RENDER`].
+const BOOK_PTX: &[(&str, &str)] = for_each_book_render!(book_modules);
+
 const PASSES: &[Modules] = for_each_pass!(modules);
 const LEVELS: &[Modules] = for_each_level!(modules);
 const TEMPORAL: &[Modules] = for_each_temporal!(modules);
@@ -208,8 +212,23 @@ pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
 /// [`specialise::ptx`](crate::specialise::ptx)): with the CPU's bits (no contraction, correctly
 /// rounded division and square root), or with fused multiply-add and approximate division and
 /// square root. Returns `None` if there is no such entry point.
-pub fn ptx(entry_point: &str, fast: bool) -> Option<&'static str> {
-    modules_of(entry_point).map(|modules| if fast { modules.fast_ptx } else { modules.precise_ptx })
+pub fn ptx(entry_point: &str, fast: bool) -> Option<Cow<'static, str>> {
+    let of_book = BOOK_PTX.iter().find(|(name, _)| *name == entry_point).map(|(_, module)| *module);
+    let module = of_book.or_else(|| modules_of(entry_point).map(|modules| modules.ptx))?;
+    Some(if fast { Cow::Owned(fast_math::fast(module)) } else { Cow::Borrowed(module) })
+}
+
+/// Returns the name of the [PTX module](ptx) of a kernel, and of the entry point in it.
+pub fn ptx_name(of: EntryPoint) -> &'static str {
+    let is_of_book = !has_any(of.features, !OF_BOOK);
+    let render = RENDER.iter().position(|kernel| kernel.name == of.name);
+    let book = render.filter(|_| is_of_book).and_then(|index| BOOK_PTX.get(index));
+    book.map_or(of.name, |(name, _)| name)
+}
+
+/// Returns the names of all [PTX modules](ptx).
+pub fn ptx_names() -> impl Iterator<Item = &'static str> {
+    entry_points().chain(BOOK_PTX.iter().map(|(name, _)| *name))
 }
 
 /// Returns the names of all entry points.

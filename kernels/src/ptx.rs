@@ -151,6 +151,7 @@ macro_rules! render {
 }
 
 for_each_render!(render);
+for_each_book_render!(render);
 
 entry_point!(first_hit, FirstHit, false, |params, scene, x, y, hits, _compensations, _counter, _aovs| {
     *hits.add((y * params.width + x) as usize) = path::first_hit(&params, scene, x, y);

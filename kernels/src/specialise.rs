@@ -1,7 +1,8 @@
 //! Specialisation of compiled kernels: the features are a constant of the module, which the host
 //! sets before the driver compiles it. The driver then removes what the features lack.
 
-use trisect_shared::features::Features;
+use crate::outline::outlined;
+use trisect_shared::features::{Features, TEXTURES, has_any, is_of_many_materials};
 
 /// Number in the PTX of render kernels that stands for the features.
 pub(crate) const PTX_FEATURES: u32 = 0x7ea5_e7ed;
@@ -12,7 +13,13 @@ pub(crate) const SPIRV_FEATURES: u32 = 0;
 /// Returns a PTX module for these features. Modules of other kernels stay as they are.
 pub fn ptx(module: &str, features: Features) -> String {
     // LLVM prints a move of a constant as it stands in the assembly of `ptx::features`.
-    module.replace(&format!("{PTX_FEATURES:#x}"), &format!("{features:#x}"))
+    let module = module.replace(&format!("{PTX_FEATURES:#x}"), &format!("{features:#x}"));
+    if is_large(features) { outlined(&module) } else { module }
+}
+
+/// Returns whether a kernel is so large that its divisions and roots are outlined.
+fn is_large(features: Features) -> bool {
+    is_of_many_materials(features) || has_any(features, TEXTURES)
 }
 
 /// Sets the features of a SPIR-V module: the default of its specialisation constant. Modules of
@@ -43,19 +50,22 @@ pub fn spirv(words: &mut [u32], features: Features) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::entry_points;
+    use crate::{entry_points, ptx_names};
 
     /// A render kernel has its constant once in each form, and other kernels have none.
     #[test]
     fn each_render_kernel_has_one_constant() {
-        for name in entry_points() {
-            let constants = usize::from(crate::is_render(name));
+        for name in ptx_names() {
+            let constants = usize::from(name.starts_with("render"));
             for fast in [false, true] {
                 let module = crate::ptx(name, fast).expect(name);
-                let special = ptx(module, 0x1234_5678);
+                let special = ptx(&module, 0x1234_5678);
                 assert_eq!(special.matches("0x12345678").count(), constants, "{name}");
-                assert_eq!(special == module, constants == 0, "{name}");
+                assert_eq!(special == *module, constants == 0, "{name}");
             }
+        }
+        for name in entry_points() {
+            let constants = usize::from(crate::is_render(name));
             let (words, _) = crate::spirv(name).expect(name).as_chunks();
             let module: Vec<u32> = words.iter().copied().map(u32::from_le_bytes).collect();
             let mut special = module.clone();

@@ -52,6 +52,10 @@ pub const REGENERATE: Features = 1 << 16;
 /// Schedule: the device is filled once, and each lane takes pixels from a queue.
 pub const PERSISTENT: Features = 1 << 17;
 
+/// Schedule, with [`PERSISTENT`]: lanes whose rays are done shade and take their next rays while
+/// the searches of other lanes of the warp wait.
+pub const INTERLEAVED: Features = 1 << 31;
+
 /// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this.
 pub const COUNTED: Features = 1 << 18;
 /// Wide traversal by AVX2. The caller of a function with this feature promises that the CPU
@@ -72,7 +76,7 @@ pub const SHAPES: Features = SPHERES | PLANAR | TRIANGLES;
 pub const BOOK: Features = 0x1f << FIRST_MATERIAL;
 
 /// Microfacet materials: the other kinds.
-pub const MICROFACETS: Features = 0x3f << (FIRST_MATERIAL + 5);
+pub const MICROFACETS: Features = 0x1f << (FIRST_MATERIAL + 5);
 
 /// Place of the bit of material kind 0.
 const FIRST_MATERIAL: u32 = 21;
@@ -88,7 +92,7 @@ pub const NEEDS: Features =
     ROULETTE | SHAPES | BOOK | MICROFACETS | EMITTERS | NEE | PUNCTUAL | ENVIRONMENT | TEXTURES | HOLES;
 
 /// Features that choose traversal and schedule. They do not change the image.
-pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSISTENT;
+pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSISTENT | INTERLEAVED;
 
 /// Features that kernels for GPUs may have.
 pub const OF_GPUS: Features = CHOICES | NEEDS | STRATEGY & !WIDE;
@@ -99,9 +103,7 @@ pub const fn is_of_many_materials(features: Features) -> bool {
     (features & MICROFACETS).count_ones() > 1
 }
 
-/// Features that the kernels for spheres with the book's materials may have. They are modules of
-/// their own: what LLVM knows to be missing costs one to three percent less than what the driver
-/// removes, which shows in kernels as small as these (docs/notebook/specialisation.md).
+/// Features that CUDA's kernels for spheres with the book's materials may have.
 pub const OF_BOOK: Features = CHOICES | ROULETTE | SPHERES | BOOK | PADDED_BOXES | REGENERATE | PERSISTENT;
 
 /// Features that make a kernel large: it takes many registers, and its lanes diverge.
@@ -109,7 +111,7 @@ pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | 
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 18] = [
+pub const NAMES: [(Features, &str); 19] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -128,6 +130,7 @@ pub const NAMES: [(Features, &str); 18] = [
     (WIDE, "wide"),
     (REGENERATE, "regenerate"),
     (PERSISTENT, "persistent"),
+    (INTERLEAVED, "interleaved"),
 ];
 
 /// Features that a kernel asks for while it runs. Those outside of `POSSIBLE` are known to be

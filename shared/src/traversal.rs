@@ -6,11 +6,14 @@
 mod binary;
 #[cfg(target_arch = "nvptx64")]
 mod binary_cuda;
+mod interleaved;
 
 #[cfg(not(target_arch = "nvptx64"))]
 use binary::closest_in_tree;
 #[cfg(target_arch = "nvptx64")]
 use binary_cuda::closest_in_tree;
+
+pub use interleaved::{Search, Stack};
 
 use crate::bvh::{Child, Hit, NO_PRIMITIVE, RayQuery, Visits};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]

@@ -30,9 +30,12 @@ fn one_image_by_each_method(subject: BackendUnderTest) {
             (None, None),
             (Some(Traversal::Stack), Some(Schedule::Pixel)),
             (Some(Traversal::Stack), Some(Schedule::Persistent)),
+            (Some(Traversal::Stack), Some(Schedule::Interleaved)),
+            (Some(Traversal::Linear), Some(Schedule::Interleaved)),
             (Some(Traversal::Linear), None),
         ] {
-            if subject == BackendUnderTest::WgpuNaga && schedule == Some(Schedule::Persistent) {
+            let queue = matches!(schedule, Some(Schedule::Persistent | Schedule::Interleaved));
+            if subject == BackendUnderTest::WgpuNaga && queue {
                 continue; // refused: see `queues_of_parts`
             }
             let got = by(traversal, schedule);
@@ -109,7 +112,7 @@ fn tiles_without_memory_are_named() {
     assert!(other.stats.warnings().is_empty() && other.stats.tiles_refused.is_none());
 }
 
-/// The `persistent` schedule gives the same image if a launch renders few rows, and if it continues
+/// The schedules with a queue give the same image if a launch renders few rows, and if it continues
 /// the sums of an earlier launch.
 fn queues_of_parts(subject: BackendUnderTest) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/rtiow_final.ron");
@@ -117,16 +120,25 @@ fn queues_of_parts(subject: BackendUnderTest) {
     let settings = Settings { width: 21, height: 13, samples: 9, seed: 9, ..Settings::of(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let want = film(&mut renderer, &Settings { schedule: Some(Schedule::Regenerate), ..settings.clone() });
-    let persistent = Settings { schedule: Some(Schedule::Persistent), ..settings };
-    if subject == BackendUnderTest::WgpuNaga {
-        let refused = renderer.render(&persistent).map(|_| ()).map_err(|error| error.to_string());
-        assert!(refused.as_ref().is_err_and(|text| text.contains("`schedule` persistent")), "{refused:?}");
-        return;
-    }
-    for (samples, tile) in [(1, None), (21 * 5, Some(0)), (21 * 13 * 4, Some(4))] {
-        renderer.limit_submissions(Some(samples));
-        let got = film(&mut renderer, &Settings { tile, ..persistent.clone() });
-        assert_eq!(differing(&got, &want), 0, "submissions of {samples} samples, tile {tile:?}");
+    for schedule in [Schedule::Persistent, Schedule::Interleaved] {
+        let queue = Settings { schedule: Some(schedule), ..settings.clone() };
+        if subject == BackendUnderTest::WgpuNaga {
+            let refused = renderer.render(&queue).map(|_| ()).map_err(|error| error.to_string());
+            assert!(
+                refused.as_ref().is_err_and(|text| text.contains("`schedule` persistent")),
+                "{refused:?}"
+            );
+            continue;
+        }
+        for (samples, tile) in [(1, None), (21 * 5, Some(0)), (21 * 13 * 4, Some(4))] {
+            renderer.limit_submissions(Some(samples));
+            let got = film(&mut renderer, &Settings { tile, ..queue.clone() });
+            assert_eq!(
+                differing(&got, &want),
+                0,
+                "{schedule:?}, submissions of {samples} samples, tile {tile:?}"
+            );
+        }
     }
 }
 

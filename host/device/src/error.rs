@@ -58,7 +58,7 @@ pub enum BackendError {
     },
     /// The route to the driver does not support the schedule.
     #[error(
-        "`schedule` persistent needs SPIR-V pass-through, which {backend} has on Vulkan only; leave `schedule` out"
+        "`schedule` persistent and interleaved need SPIR-V pass-through, which {backend} has on Vulkan only; leave `schedule` out"
     )]
     NoQueue {
         /// Name of the backend.

@@ -1,7 +1,7 @@
 //! Methods of rendering: math build, traversal and schedule.
 
 use serde::Serialize;
-use trisect_shared::features::{Features, LINEAR, PERSISTENT, REGENERATE, WIDE};
+use trisect_shared::features::{Features, INTERLEAVED, LINEAR, PERSISTENT, REGENERATE, WIDE};
 
 /// Math build of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -29,6 +29,11 @@ pub enum Traversal {
     Wide,
 }
 
+/// Minimum number of primitives for which a GPU interleaves the searches of triangles. With fewer,
+/// and on CUDA with materials that take long to shade, lanes lose more by shading in small groups
+/// than by waiting for searches (docs/notebook/triangles-and-trees.md).
+pub(crate) const MIN_INTERLEAVED_PRIMITIVES: usize = 4096;
+
 /// Assignment of pixels and samples to the lanes of a device. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -40,6 +45,8 @@ pub enum Schedule {
     Regenerate,
     /// All lanes that the device holds; each takes pixels from a queue.
     Persistent,
+    /// Lanes as in `persistent`; those whose rays are done shade while the searches of others wait.
+    Interleaved,
 }
 
 impl Traversal {
@@ -65,10 +72,11 @@ impl Traversal {
 impl Schedule {
     /// Returns the schedule of a kernel with these features.
     pub fn of(features: Features) -> Self {
-        match features & (REGENERATE | PERSISTENT) {
+        match features & (REGENERATE | PERSISTENT | INTERLEAVED) {
             0 => Self::Pixel,
             REGENERATE => Self::Regenerate,
-            _ => Self::Persistent,
+            few if few & INTERLEAVED == 0 => Self::Persistent,
+            _ => Self::Interleaved,
         }
     }
 
@@ -78,6 +86,7 @@ impl Schedule {
             Self::Pixel => 0,
             Self::Regenerate => REGENERATE,
             Self::Persistent => REGENERATE | PERSISTENT,
+            Self::Interleaved => REGENERATE | PERSISTENT | INTERLEAVED,
         }
     }
 }

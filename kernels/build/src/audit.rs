@@ -22,7 +22,7 @@ pub fn audit(artifact: &Artifact) -> Result<(), Error> {
                 artifact.name
             ),
         },
-        Kind::PtxPrecise | Kind::PtxFast => {
+        Kind::Ptx => {
             check_instructions(artifact)?;
             match find(env::var_os("TRISECT_PTXAS"), "ptxas") {
                 Some(tool) => {
@@ -63,13 +63,10 @@ pub fn check_instructions(artifact: &Artifact) -> Result<(), Error> {
     ];
     let text = String::from_utf8_lossy(&artifact.bytes);
     for (index, line) in text.lines().enumerate() {
-        let mut rules: Vec<_> = everywhere.to_vec();
         let of_box_test =
             BOX_TEST_INSTRUCTIONS.iter().any(|&operation| line.trim_start().starts_with(operation));
-        if artifact.kind == Kind::PtxPrecise && !of_box_test {
-            rules.extend(precise);
-        }
-        if let Some((_, reason)) = rules.into_iter().find(|(pattern, _)| line.contains(pattern)) {
+        let mut rules = everywhere.into_iter().chain(precise.into_iter().filter(|_| !of_box_test));
+        if let Some((_, reason)) = rules.find(|(pattern, _)| line.contains(pattern)) {
             return Err(Error::Audit {
                 artifact: artifact.name.clone(),
                 line: index + 1,
@@ -111,19 +108,18 @@ impl Drop for TemporaryFile {
 mod tests {
     use super::*;
 
-    fn ptx(kind: Kind, line: &str) -> Artifact {
+    fn ptx(line: &str) -> Artifact {
         Artifact {
             name: "test.ptx".into(),
-            kind,
+            kind: Kind::Ptx,
             bytes: format!(".version 6.0\n{line}\nret;\n").into_bytes(),
         }
     }
 
     #[test]
     fn accepts_what_is_allowed() {
-        assert!(check_instructions(&ptx(Kind::PtxPrecise, "div.rn.f32 %r1, %r2, %r3;")).is_ok());
-        assert!(check_instructions(&ptx(Kind::PtxPrecise, "\tfma.rn.ftz.f32 %r1, %r2, %r3, %r4;")).is_ok());
-        assert!(check_instructions(&ptx(Kind::PtxFast, "fma.rn.f32 %r1, %r2, %r3, %r4;")).is_ok());
+        assert!(check_instructions(&ptx("div.rn.f32 %r1, %r2, %r3;")).is_ok());
+        assert!(check_instructions(&ptx("\tfma.rn.ftz.f32 %r1, %r2, %r3, %r4;")).is_ok());
     }
 
     #[test]
@@ -134,12 +130,11 @@ mod tests {
             "div.full.f32 %r1, %r2, %r3;",
             "rsqrt.approx.f32 %r1, %r2;",
             "add.ftz.f32 %r1, %r2, %r3;",
+            ".extern .func sinf",
+            "trap;",
         ] {
-            let error = check_instructions(&ptx(Kind::PtxPrecise, line));
+            let error = check_instructions(&ptx(line));
             assert!(matches!(error, Err(Error::Audit { line: 2, .. })), "{line}: {error:?}");
-        }
-        for line in [".extern .func sinf", "trap;"] {
-            assert!(check_instructions(&ptx(Kind::PtxFast, line)).is_err());
         }
     }
 }

@@ -18,9 +18,7 @@ pub enum Kind {
     /// SPIR-V words, little endian.
     Spirv,
     /// PTX text with the CPU's rounding.
-    PtxPrecise,
-    /// PTX text with [`ptx::FAST_MATH`].
-    PtxFast,
+    Ptx,
 }
 
 /// Compiled module of one entry point; of the probes' PTX, of all entry points.
@@ -38,13 +36,13 @@ const KERNELS: Package = Package { name: "trisect-kernels", folder: "kernels" };
 const PROBES: Package = Package { name: "trisect-probes", folder: "tests/probes" };
 
 /// Returns the folders, from the workspace, with a file for each entry point, and nothing else.
-pub fn entry_point_folders() -> [String; 4] {
+pub fn entry_point_folders() -> [String; 3] {
     let [kernels, probes] = [KERNELS, PROBES].map(|package| package.spirv_folder());
-    [kernels, probes, KERNELS.ptx_folder(false), KERNELS.ptx_folder(true)]
+    [kernels, probes, KERNELS.ptx_folder()]
 }
 
-/// Compiles SPIR-V, precise PTX and, for the kernels, fast PTX. rust-gpu and spirv-opt are
-/// single-threaded: SPIR-V is compiled in parallel with PTX, and optimised kernel by kernel.
+/// Compiles SPIR-V and PTX. rust-gpu and spirv-opt are single-threaded: SPIR-V is compiled in
+/// parallel with PTX, and optimised kernel by kernel.
 pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
     // spirv-builder runs the first `cargo` and `rustc` of the path.
     let mut path = toolchain.directory.join("bin").into_os_string();
@@ -58,29 +56,21 @@ pub fn all(root: &Path, toolchain: &Toolchain) -> Result<Vec<Artifact>, Error> {
         std::env::set_var("CARGO_PROFILE_RELEASE_LTO", "off");
         std::env::remove_var("RUSTUP_TOOLCHAIN");
     }
-    let to_ptx = |kind, package: &Package| {
-        let fast = kind == Kind::PtxFast;
-        let what = format!("{} to {} PTX", package.name, if fast { "fast" } else { "precise" });
-        timed(&what, || ptx::module(root, toolchain, package, fast))
+    let to_ptx = |package: &Package| {
+        timed(&format!("{} to PTX", package.name), || ptx::module(root, toolchain, package))
     };
-    // A module for each entry point, because the driver compiles all of a module at once.
-    let kernels = |kind| -> Result<Vec<Artifact>, Error> {
-        let module = to_ptx(kind, &KERNELS)?;
-        let folder = KERNELS.ptx_folder(kind == Kind::PtxFast);
-        let file = |(name, text): (String, String)| Artifact {
-            name: format!("{folder}/{name}.ptx"),
-            kind,
-            bytes: text.into_bytes(),
-        };
-        Ok(split(&String::from_utf8_lossy(&module)).into_iter().map(file).collect())
-    };
+    let artifact = |name, bytes| Artifact { name, kind: Kind::Ptx, bytes };
     let (spirv, ptx) = thread::scope(|scope| {
         let ptx = scope.spawn(|| {
-            let mut all = kernels(Kind::PtxPrecise)?;
-            all.extend(kernels(Kind::PtxFast)?);
+            let module = to_ptx(&KERNELS)?;
+            let folder = KERNELS.ptx_folder();
+            // A module for each entry point, because the driver compiles all of a module at once.
+            let modules = split(&String::from_utf8_lossy(&module)).into_iter().map(|(name, text)| {
+                artifact(format!("{folder}/{name}.ptx"), ptx::compact(&text).into_bytes())
+            });
+            let mut all: Vec<Artifact> = modules.collect();
             // Tests load all probes at once.
-            let (name, kind) = ("tests/probes/prebuilt/probes.precise.ptx".to_owned(), Kind::PtxPrecise);
-            all.push(Artifact { name, kind, bytes: to_ptx(kind, &PROBES)? });
+            all.push(artifact("tests/probes/prebuilt/probes.precise.ptx".to_owned(), to_ptx(&PROBES)?));
             Ok::<_, Error>(all)
         });
         let spirv = [KERNELS, PROBES].map(|package| {

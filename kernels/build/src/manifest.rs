@@ -201,7 +201,6 @@ fn settings(root: &Path) -> Result<BTreeMap<String, String>, Error> {
     let workspace = toml_file(&root.join("Cargo.toml"))?;
     let profiles = workspace.get("profile").map(ToString::to_string).unwrap_or_default();
     Ok(BTreeMap::from([
-        ("fast-math".to_owned(), ptx::FAST_MATH.join(" ")),
         ("profiles".to_owned(), profiles),
         ("ptx".to_owned(), format!("{} {}", ptx::ARCHITECTURE, ptx::VERSION)),
         ("spirv".to_owned(), spirv::TARGET.to_owned()),

@@ -18,10 +18,10 @@ impl Package {
         format!("{}/prebuilt/spirv", self.folder)
     }
 
-    /// Returns the folder of its PTX of a math build, from the workspace: a file for each entry
-    /// point, and nothing else.
-    pub fn ptx_folder(&self, fast: bool) -> String {
-        format!("{}/prebuilt/ptx/{}", self.folder, if fast { "fast" } else { "precise" })
+    /// Returns the folder of its PTX, from the workspace: a file for each entry point, and nothing
+    /// else.
+    pub fn ptx_folder(&self) -> String {
+        format!("{}/prebuilt/ptx", self.folder)
     }
 }
 

@@ -13,20 +13,8 @@ pub const ARCHITECTURE: &str = "sm_61";
 /// Oldest PTX version with votes that wait for all lanes of a warp: CUDA 9 (2017).
 pub const VERSION: &str = "ptx60";
 
-/// LLVM options of the fast build: fused multiply-add; division by `div.full`, within 2 ULP;
-/// approximate square root and reciprocal square root.
-pub const FAST_MATH: [&str; 3] = ["-fp-contract=fast", "-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0"];
-
-/// Instructions that [`FAST_MATH`] makes of division, square root and reciprocal square root.
-const APPROXIMATE_INSTRUCTIONS: [&str; 3] = ["div.full", "rcp.approx", "sqrt.approx"]; // also matches rsqrt.approx
-
 /// Compiles the crate to one module of all its entry points.
-pub(crate) fn module(
-    root: &Path,
-    toolchain: &Toolchain,
-    package: &Package,
-    fast: bool,
-) -> Result<Vec<u8>, Error> {
+pub(crate) fn module(root: &Path, toolchain: &Toolchain, package: &Package) -> Result<Vec<u8>, Error> {
     let target = root.join("target/kernels-ptx");
     let mut command = Command::new(toolchain.cargo());
     command
@@ -44,21 +32,31 @@ pub(crate) fn module(
         .args(["--", "--emit=asm", "-Clinker=/bin/true", "-Zlocation-detail=none"])
         .arg(format!("-Ctarget-cpu={ARCHITECTURE}"))
         .arg(format!("-Ctarget-feature=+{VERSION}"));
-    for option in FAST_MATH.iter().filter(|_| fast) {
-        command.arg(format!("-Cllvm-args={option}"));
-    }
     output_of(&mut command)?;
     let file = format!("{}.s", package.name.replace('-', "_"));
-    let ptx = read(&target.join("nvptx64-nvidia-cuda/kernels/deps").join(file))?;
-    Ok(if fast { flush_denormals(&ptx) } else { ptx })
+    read(&target.join("nvptx64-nvidia-cuda/kernels/deps").join(file))
 }
 
-/// Returns fast PTX whose approximate operations treat denormal numbers as zero; otherwise each has
-/// instructions around it that scale them.
-fn flush_denormals(ptx: &[u8]) -> Vec<u8> {
-    let mut text = String::from_utf8_lossy(ptx).into_owned();
-    for operation in APPROXIMATE_INSTRUCTIONS {
-        text = text.replace(&format!("{operation}.f32"), &format!("{operation}.ftz.f32"));
+/// Returns a module without blanks that only people need, which are a tenth of it.
+pub(crate) fn compact(module: &str) -> String {
+    let mut text = String::with_capacity(module.len());
+    for line in module.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        text.push_str(
+            &line.replace(" \t", " ").replace('\t', " ").replace(", ", ",").replace("$L__BB", "$L"),
+        );
+        text.push('\n');
     }
-    text.into_bytes()
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::compact;
+
+    #[test]
+    fn blanks_go() {
+        let module = "{\n\t.reg .b32 \t%r<3>;\n\n$L__BB2_1:\n\tadd.rn.f32 \t%f1, %f2, %f3;\n\t@%p1 bra \t$L__BB2_1;\n}\n";
+        let compacted = "{\n.reg .b32 %r<3>;\n$L2_1:\nadd.rn.f32 %f1,%f2,%f3;\n@%p1 bra $L2_1;\n}\n";
+        assert_eq!(compact(module), compacted);
+    }
 }

@@ -1,16 +1,16 @@
 //! Render kernel of persistent threads: lanes take pixels from a queue.
 
 use super::Path;
-use super::render::trace_segment;
 use crate::aovs::AovSums;
 use crate::buffer::{SharedSlice, load_shared, store_shared};
 use crate::bvh::Child;
-use crate::features::{AOVS, FeatureSet, Features, NEE};
+use crate::features::{AOVS, FeatureSet, Features, INTERLEAVED, LINEAR, NEE};
 use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
 use crate::rng::PathKey;
 use crate::scene::Scene;
 use crate::tile_entry::{self, NO_TILE_ENTRIES};
+use crate::traversal::{Search, Stack, closest_hit_below};
 use crate::warp::{self, Counter};
 
 /// Minimum number of lanes with a camera ray for which a warp traces camera rays
@@ -69,6 +69,7 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
     let (mut sums, mut compensation) = (PixelSums::ZERO, Compensation::ZERO);
     let mut path = Path::new(PathKey { seed: params.seed, pixel: 0, sample: 0 });
     let mut tile_entry = Child(params.root);
+    let (mut search, mut searching, mut stack) = (Search::ENDED, false, Stack::uninit());
     loop {
         let index = warp::take(counter, &mut batch, has_work && !busy);
         if index != warp::NO_WORK {
@@ -106,28 +107,68 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
         if !warp::any(busy || has_work) {
             break;
         }
-        if traces_now(features, params, busy, path.needs_camera_ray) {
-            let needs_camera_ray = path.needs_camera_ray;
+        let needs_camera_ray = path.needs_camera_ray;
+        let mut has_hit = false;
+        if features.has(INTERLEAVED) && !features.has(LINEAR) {
+            let begins = busy && !searching;
+            let root = if needs_camera_ray { tile_entry } else { Child(params.root) };
+            if begins && needs_camera_ray {
+                path.begin_sample(features, params, x, y);
+            }
+            let query = path.query(features);
+            // SAFETY: the caller's promise.
+            unsafe {
+                if begins {
+                    search = Search::new(features, params, scene, path.ray, query, root, &mut stack);
+                }
+                search.advance(features, params, scene, path.ray, query, &mut stack);
+            }
+            searching = !search.has_ended();
+            has_hit = busy && !searching;
+        } else if traces_now(features, params, busy, needs_camera_ray) {
             let root = if needs_camera_ray { tile_entry } else { Child(params.root) };
             if needs_camera_ray {
                 path.begin_sample(features, params, x, y);
             }
+            let query = path.query(features);
             // SAFETY: the caller's promise.
-            if unsafe { trace_segment(features, params, scene, &mut path, root, aovs) } {
-                path.finish_sample(features, params, &mut sums, &mut compensation);
-                if path.key.sample == params.end_sample {
-                    busy = false;
-                    if params.flags & FLAG_END_OF_CHUNK != 0 {
-                        sums.compensate(compensation);
-                    }
-                    // SAFETY: the pixel lies inside the image.
-                    unsafe {
-                        store_shared(film, path.key.pixel, sums);
-                        store_shared(compensations, path.key.pixel, compensation);
-                    }
-                }
+            search.hit = unsafe { closest_hit_below(features, params, scene, path.ray, query, root) };
+            has_hit = true;
+        }
+        // SAFETY: the caller's promise.
+        if has_hit && unsafe { path.shade(features, params, scene, search.hit, aovs) } {
+            path.finish_sample(features, params, &mut sums, &mut compensation);
+            if path.key.sample == params.end_sample {
+                busy = false;
+                // SAFETY: the pixel lies inside the image.
+                unsafe { store_sums(params, film, compensations, path.key.pixel, sums, compensation) };
             }
         }
+    }
+}
+
+/// Stores the sums of a pixel.
+///
+/// # Safety
+///
+/// The pixel lies inside the image.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn store_sums(
+    params: &RenderParams,
+    film: &mut SharedSlice<PixelSums>,
+    compensations: &mut SharedSlice<Compensation>,
+    pixel: u32,
+    mut sums: PixelSums,
+    compensation: Compensation,
+) {
+    if params.flags & FLAG_END_OF_CHUNK != 0 {
+        sums.compensate(compensation);
+    }
+    // SAFETY: the caller's promise.
+    unsafe {
+        store_shared(film, pixel, sums);
+        store_shared(compensations, pixel, compensation);
     }
 }
 

@@ -8,7 +8,7 @@ use cudarc::driver::sys::CUdevice_attribute_enum;
 use cudarc::driver::{CudaFunction, CudaSlice, DevicePtr, result};
 use cudarc::nvrtc::Ptx;
 use std::ffi::c_void;
-use trisect_kernels::{EntryPoint, ptx, specialise};
+use trisect_kernels::{EntryPoint, ptx, ptx_name, specialise};
 
 /// Returns a module of one entry point with a maximum of registers per lane. More lanes then fit
 /// the device, and values that do not fit the registers spill to memory.
@@ -27,12 +27,13 @@ impl Cuda {
         if let Some(kernel) = self.kernels.get(&(of, math)) {
             return Ok(kernel.clone());
         }
-        let module = ptx(of.name, math == MathMode::Fast).ok_or_else(|| BackendError::Device {
+        let name = ptx_name(of);
+        let module = ptx(name, math == MathMode::Fast).ok_or_else(|| BackendError::Device {
             backend: NAME,
             action: "finding the kernel",
-            message: format!("the built-in PTX has no entry point {}", of.name),
+            message: format!("the built-in PTX has no entry point {name}"),
         })?;
-        let mut source = specialise::ptx(module, of.features);
+        let mut source = specialise::ptx(&module, of.features);
         if let Some(limit) = of.registers {
             source = limit_registers(&source, limit);
         }
@@ -41,7 +42,7 @@ impl Cuda {
             .context()
             .load_module(Ptx::from_src(source))
             .map_err(failed("compiling the kernels"))?;
-        let kernel = module.load_function(of.name).map_err(failed("finding the kernel"))?;
+        let kernel = module.load_function(name).map_err(failed("finding the kernel"))?;
         self.kernels.insert((of, math), kernel.clone());
         Ok(kernel)
     }
@@ -115,7 +116,7 @@ mod tests {
     #[test]
     fn registers_are_limited() {
         let module = ptx("render", false).unwrap();
-        let limited = limit_registers(module, 96);
+        let limited = limit_registers(&module, 96);
         assert_eq!(limited.matches(".maxnreg 96\n{").count(), 1);
         assert_eq!(limited.replace(".maxnreg 96\n", ""), module);
         assert!(limited.find(".entry render(").unwrap() < limited.find(".maxnreg").unwrap());

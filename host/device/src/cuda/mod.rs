@@ -12,6 +12,7 @@ mod pinned;
 
 pub use driver::devices;
 
+use super::method::MIN_INTERLEAVED_PRIMITIVES;
 use crate::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory};
 use crate::{MathMode, Schedule, Traversal};
 use cudarc::driver::sys::CUevent_flags;
@@ -22,7 +23,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::EntryPoint;
-use trisect_shared::features::{Features, HEAVY, has_any};
+use trisect_shared::features::{Features, HEAVY, MICROFACETS, TEXTURES, TRIANGLES, has_any};
 
 /// Name of the backend.
 pub(crate) const NAME: &str = "cuda";
@@ -146,8 +147,17 @@ impl Device for Cuda {
     }
 
     fn best_method(&self, kernel: Features, primitives: usize) -> (Traversal, Schedule) {
-        let queue = has_any(kernel, HEAVY) || primitives >= MIN_QUEUE_PRIMITIVES;
-        (Traversal::Stack, if queue { Schedule::Persistent } else { Schedule::Regenerate })
+        let schedule = match () {
+            () if has_any(kernel, TRIANGLES)
+                && !has_any(kernel, MICROFACETS | TEXTURES)
+                && primitives >= MIN_INTERLEAVED_PRIMITIVES =>
+            {
+                Schedule::Interleaved
+            }
+            () if has_any(kernel, HEAVY) || primitives >= MIN_QUEUE_PRIMITIVES => Schedule::Persistent,
+            () => Schedule::Regenerate,
+        };
+        (Traversal::Stack, schedule)
     }
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {

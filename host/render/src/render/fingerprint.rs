@@ -69,7 +69,7 @@ impl Fingerprint {
         ];
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            kernels: hex(&Sha256::digest(artifacts(trisect_kernels::MANIFEST))),
+            kernels: hex(&Sha256::digest(artifacts(trisect_kernels::MANIFEST) + &fast_arithmetic())),
             scene: hex(scene),
             settings: settings.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
         }
@@ -114,6 +114,11 @@ fn artifacts(manifest: &str) -> String {
     let all = manifest["artifacts"].as_object().into_iter().flatten();
     let kernels = all.filter(|(name, _)| name.starts_with("kernels/"));
     kernels.map(|(name, hash)| format!("{name} {hash}\n")).collect()
+}
+
+/// Returns how fast kernels are made from the compiled ones.
+fn fast_arithmetic() -> String {
+    format!("{:?}", trisect_kernels::FAST_MATH)
 }
 
 /// Returns a setting's value as a message shows it.

@@ -29,6 +29,7 @@ pub const METHODS: &[Method] = &[
     method("stack, pixel", Traversal::Stack, Schedule::Pixel),
     method("stack, regenerate", Traversal::Stack, Schedule::Regenerate),
     method("stack, persistent", Traversal::Stack, Schedule::Persistent),
+    method("stack, interleaved", Traversal::Stack, Schedule::Interleaved),
     method("wide, regenerate", Traversal::Wide, Schedule::Regenerate),
     method("wide, persistent", Traversal::Wide, Schedule::Persistent),
 ];

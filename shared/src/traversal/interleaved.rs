@@ -1,0 +1,157 @@
+//! Search of the binary BVH in turns: lanes of a warp whose rays are done shade and take their next
+//! rays, while the searches of other lanes wait. [`crate::path::render_persistent`] calls it.
+
+use super::initial_hit;
+use crate::buffer::{load, load_local, store_local};
+use crate::bvh::{BvhNode, Child, Hit, NO_PRIMITIVE, RayQuery, STACK_SIZE};
+use crate::features::{FeatureSet, Features, PADDED_BOXES};
+use crate::params::RenderParams;
+use crate::primitive::{distance, is_closer};
+use crate::ray::Ray;
+use crate::scene::Scene;
+use crate::slabs::{BoxHits, RayReciprocals, intersect_boxes};
+use crate::triangle::Shear;
+use crate::warp;
+use core::mem::MaybeUninit;
+
+/// Minimum number of searching lanes for which a warp goes on searching
+/// (docs/notebook/triangles-and-trees.md).
+const MIN_SEARCHING_LANES: u32 = 16;
+
+/// Maximum number of steps of a turn where lanes cannot vote.
+const MAX_STEPS: u32 = 6;
+
+/// Stack of a search: one entry more than levels, of which the lowest is [`Child::EMPTY`], which
+/// ends the search.
+pub type Stack = MaybeUninit<[u32; STACK_SIZE + 1]>;
+
+/// Search that a lane keeps between turns. Its stack is apart: SPIR-V has no pointers in records.
+#[derive(Clone, Copy)]
+pub struct Search {
+    /// Next child to visit.
+    child: Child,
+    /// Number of entries of the stack.
+    depth: u32,
+    /// Closest hit so far.
+    pub hit: Hit,
+}
+
+impl Search {
+    /// A search that has ended.
+    pub const ENDED: Self =
+        Self { child: Child::EMPTY, depth: 0, hit: Hit { distance: 0.0, primitive: NO_PRIMITIVE } };
+
+    /// Returns whether the search has ended.
+    #[inline(always)]
+    pub fn has_ended(&self) -> bool {
+        self.child == Child::EMPTY
+    }
+
+    /// Begins the search that [`closest_hit_below`](super::closest_hit_below) does.
+    ///
+    /// # Safety
+    ///
+    /// As [`closest_hit_below`](super::closest_hit_below).
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub unsafe fn new<const POSSIBLE: Features>(
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        scene: Scene,
+        ray: Ray,
+        query: RayQuery,
+        root: Child,
+        stack: &mut Stack,
+    ) -> Self {
+        let shear = Shear::new(ray.direction);
+        // SAFETY: the caller's promise; the stack has a first entry.
+        let hit = unsafe {
+            store_local(stack, 0, Child::EMPTY.0);
+            initial_hit(features, params, scene, ray, &shear, query)
+        };
+        Self { child: root, depth: 1, hit }
+    }
+
+    /// Goes on with the search for a turn: until few lanes of the warp search, or for some steps
+    /// where lanes cannot vote.
+    ///
+    /// # Safety
+    ///
+    /// As [`closest_hit_below`](super::closest_hit_below), for the ray and the query with which the
+    /// search began; `stack` is that of the search. Lanes of a warp call this together, those
+    /// without a search, too.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub unsafe fn advance<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        scene: Scene,
+        ray: Ray,
+        query: RayQuery,
+        stack: &mut Stack,
+    ) {
+        // Made anew for each turn, because they would take registers while the lane shades.
+        let shear = Shear::new(ray.direction);
+        let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
+        let Self { mut child, mut depth, mut hit } = *self;
+        macro_rules! visit {
+            () => {
+                if !child.is_leaf() {
+                    // SAFETY: the caller's promise for each child's index.
+                    let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
+                    let padded = features.has(PADDED_BOXES);
+                    let BoxHits { first, second, t_first, t_second } =
+                        intersect_boxes(padded, ray.origin, &reciprocals, &node, hit.distance);
+                    if first {
+                        if second {
+                            let second_is_near = t_second < t_first;
+                            child = Child(if second_is_near { node.second } else { node.first });
+                            let far = if second_is_near { node.first } else { node.second };
+                            // SAFETY: there is at most one push a level, and the caller promises
+                            // the number of levels.
+                            unsafe { store_local(stack, depth, far) };
+                            depth += 1;
+                        } else {
+                            child = Child(node.first);
+                        }
+                    } else if second {
+                        child = Child(node.second);
+                    } else {
+                        depth -= 1;
+                        // SAFETY: `depth` entries were stored.
+                        child = Child(unsafe { load_local(stack, depth) });
+                    }
+                }
+            };
+        }
+        let mut steps = 0;
+        let mut goes_on = warp::any(child != Child::EMPTY);
+        while goes_on {
+            // Two nodes before a leaf, as without turns.
+            visit!();
+            visit!();
+            if child.is_leaf() && child != Child::EMPTY {
+                let primitive = child.index();
+                depth -= 1;
+                // SAFETY: `depth` entries were stored.
+                child = Child(unsafe { load_local(stack, depth) });
+                // SAFETY: the caller's promise.
+                let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
+                if is_closer(t, primitive, hit.distance, hit.primitive) {
+                    hit = Hit { distance: t, primitive };
+                    if query.any_hit && primitive != query.light_primitive {
+                        child = Child::EMPTY;
+                    }
+                }
+            }
+            steps += 1;
+            goes_on = if warp::HAS_WARP_VOTES {
+                warp::count(child != Child::EMPTY) >= MIN_SEARCHING_LANES
+            } else {
+                child != Child::EMPTY && steps < MAX_STEPS
+            };
+        }
+        *self = Self { child, depth, hit };
+    }
+}

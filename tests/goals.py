@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Measures the goals of docs/notebook/goals.md on this machine and prints its tables.
+
+    tests/goals.py target/release/trisect [--before OTHER_PROGRAM] [--quick]
+
+It needs scenes/generated/asteroid_500k.ply, asteroid.ply and the rooms:
+
+    cargo generate-scene mesh_ply scenes/generated/asteroid_500k.ply 158
+    cargo generate-scene mesh_ply scenes/generated/asteroid.ply
+    cargo generate-scene rooms scenes/generated
+
+With --before each scene is also measured with another program, in both orders. --quick renders small images on the
+CPU, to try the script. A combination that is not available here is printed as "-".
+"""
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+
+# Work: scene, image size, samples, options, whether the goal counts rays, and for each backend and math what was
+# measured before, what was predicted and the goal, in millions a second.
+GOALS = {
+    "book, 1280x720, 30 spp": ("rtiow_final.ron", "1280x720", 30, ["--roulette", "on"], False, {
+        ("cuda", "fast"): (9300, 9500, 10000), ("cuda", "precise"): (7800, 8000, 9000),
+        ("wgpu", "precise"): (6100, 6300, 8100)}),
+    "book, 1920x1080, 64 spp": ("rtiow_final.ron", "1920x1080", 64, ["--roulette", "on"], False, {
+        ("cuda", "fast"): (11000, 11200, 13000), ("cuda", "precise"): (9100, 9300, 11700),
+        ("wgpu", "precise"): (6800, 7000, 10500)}),
+    "`materials`": ("materials.ron", "1280x720", 16, [], False, {
+        ("cuda", "precise"): (261, 700, 900), ("wgpu", "precise"): (881, 1000, 1100)}),
+    "`features.glb`": ("gltf/features.glb", "1280x720", 16, [], False, {
+        ("cuda", "precise"): (205, 500, 500), ("wgpu", "precise"): (256, 450, 500)}),
+    "room, 0.5 M triangles, depth 8, 64 spp": ("generated/room.ron", "1280x720", 64, [], False, {
+        ("cuda", "fast"): (220, 400, 310)}),
+    "mesh of 0.5 M triangles, rays": ("generated/goals_view.ron", "1280x720", 16, [], True, {
+        ("cuda", "fast"): (2200, 2800, 4000), ("wgpu", "precise"): (2100, 2500, 3500)}),
+}
+
+EIGHT = ["rtiow_final.ron", "cornell_box.ron", "veach_mis.ron", "next_week.ron", "materials.ron", "many_lights.ron",
+         "gltf/features.glb", "generated/room.ron"]
+
+VIEW = """Scene(
+    version: 1,
+    image: (width: 1280, height: 720, samples: 16, depth: 8),
+    camera: (look_from: (0, 0, 1.6), look_at: (0, 0, 0), vertical_fov: 40),
+    sky: Uniform(radiance: (1, 1, 1)),
+    materials: {"grey": Lambertian(albedo: (0.7, 0.7, 0.7))},
+    objects: [Mesh(file: "asteroid_500k.ply", material: "grey")],
+)
+"""
+
+
+class Bench:
+    """Runs the program's benchmark, with the drivers' caches off."""
+
+    def __init__(self, quick):
+        self.quick = quick
+        self.scenes = pathlib.Path(__file__).resolve().parent.parent / "scenes"
+        self.environment = {**os.environ, "CUDA_CACHE_DISABLE": "1", "__GL_SHADER_DISK_CACHE": "0"}
+
+    def run(self, program, scene, backend, math, size, spp, options):
+        """Returns device time in ms, million samples a second, million rays a second and the start in s; None
+        without such a device."""
+        if self.quick:
+            backend, math, size, spp = "cpu", "precise", "64x36", 2
+        command = [program, "bench", self.scenes / scene, "--backend", backend, "--math", math, "--resolution", size,
+                   "--spp", str(spp), "--frames", "2" if self.quick else "9", "--json", "-", *options]
+        run = subprocess.run(command, capture_output=True, text=True, env=self.environment)
+        if run.returncode != 0:
+            return None
+        report = json.loads(run.stdout)
+        time = report["rows"][0]["summary"]["least"]
+        width, height = map(int, size.split("x"))
+        rate = width * height * spp / time / 1e3
+        return time, rate, rate * report["segments_per_sample"], report["once"]["start_to_first_kernel_seconds"]
+
+
+def cell(value, digits=0):
+    return "-" if value is None else f"{value:,.{digits}f}"
+
+
+def goals(bench, program):
+    print("| work | backend | before | predicted | goal | measured | of the goal |\n|---|---|---|---|---|---|---|")
+    for work, (scene, size, spp, options, rays, rows) in GOALS.items():
+        for (backend, math), (before, predicted, goal) in rows.items():
+            found = bench.run(program, scene, backend, math, size, spp, options)
+            rate = found and found[2 if rays else 1]
+            print(f"| {work} | {backend} {math} | {before:,} | {predicted:,} | {goal:,} | {cell(rate)} | "
+                  f"{cell(rate and rate / goal, 2)} |", flush=True)
+
+
+def ratios(bench, program):
+    print("\n| scene | CUDA precise / fast, ms | fast over precise | wgpu precise, ms | CUDA over wgpu |"
+          "\n|---|---|---|---|---|")
+    for scene in EIGHT:
+        found = [bench.run(program, scene, backend, math, "1280x720", 16, []) for backend, math in
+                 (("cuda", "precise"), ("cuda", "fast"), ("wgpu", "precise"))]
+        precise, fast, wgpu = (run and run[0] for run in found)
+        print(f"| `{scene}` | {cell(precise, 3)} / {cell(fast, 3)} | "
+              f"{cell(precise and fast and fast / precise, 2)} | {cell(wgpu, 3)} | "
+              f"{cell(precise and wgpu and precise / wgpu, 2)} |", flush=True)
+
+
+def before_and_now(bench, before, now):
+    print("\n| scene | backend | before, ms | now, ms | ratio | start before, s | start now, s |\n|---|---|---|---|---|---|---|")
+    for scene in EIGHT[:5] + ["three_spheres.ron"]:
+        for backend in ("cuda", "wgpu"):
+            for math in ("precise", "fast"):
+                runs = {before: [], now: []}
+                for program in (before, now, now, before):
+                    found = bench.run(program, scene, backend, math, "1280x720", 16, ["--roulette", "on"])
+                    runs[program] += [found] if found else []
+                if not all(runs.values()):
+                    continue
+                old, new = min(runs[before]), min(runs[now])
+                print(f"| `{scene}` | {backend} {math} | {old[0]:.3f} | {new[0]:.3f} | {new[0] / old[0]:.3f} | "
+                      f"{old[3]:.2f} | {new[3]:.2f} |", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--before")
+    parser.add_argument("--quick", action="store_true")
+    arguments = parser.parse_args()
+    bench = Bench(arguments.quick)
+    (bench.scenes / "generated" / "goals_view.ron").write_text(VIEW)
+    goals(bench, arguments.program)
+    ratios(bench, arguments.program)
+    if arguments.before:
+        before_and_now(bench, arguments.before, arguments.program)
+
+
+if __name__ == "__main__":
+    main()
