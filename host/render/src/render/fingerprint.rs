@@ -145,7 +145,7 @@ mod tests {
     fn kernels_count_and_their_sources_do_not() {
         let manifest = trisect_kernels::MANIFEST;
         let all = artifacts(manifest);
-        assert!(all.lines().count() > 30 && all.contains("render.spv"), "{all}");
+        assert!(all.lines().count() > 20 && all.contains("render.spv"), "{all}");
         let mut other: Value = serde_json::from_str(manifest).unwrap_or_default();
         other["sources"]["shared/src/path/mod.rs"] = "a comment".into();
         other["artifacts"]["tests/probes/prebuilt/probes.precise.ptx"] = "another probe".into();
