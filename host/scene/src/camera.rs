@@ -92,6 +92,24 @@ impl CameraPose {
         Ok(())
     }
 
+    /// Returns the pose with `length` applied to each length that is not between its points. A
+    /// pinhole has everything in focus, so its focus distance stays in range.
+    pub(crate) fn map_lengths(&self, length: impl Fn(f64) -> f64) -> Self {
+        let focus_distance = match length(self.focus_distance) {
+            distance if self.defocus_angle == 0.0 => distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE),
+            distance => distance,
+        };
+        Self { focus_distance, ..*self }
+    }
+
+    /// Returns whether this is `other`, up to the rounding of degrees.
+    pub(crate) fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+        let Self { vertical_fov, defocus_angle, .. } = *self;
+        let angles = [(vertical_fov, other.vertical_fov), (defocus_angle, other.defocus_angle)];
+        *self == Self { vertical_fov, defocus_angle, ..*other } && angles.into_iter().all(|(a, b)| near(a, b))
+    }
+
     /// Returns the pose between two others: `self` for a share of 0, `to` for 1.
     pub(crate) fn mix(&self, to: &Self, share: f64) -> Self {
         let line = |a: f64, b: f64| a + (b - a) * share;

@@ -8,7 +8,7 @@ use super::import::Folder;
 use super::limits;
 use super::loader::Loader;
 use super::memory_budget::MemoryBudget;
-use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE, unit};
+use super::values::{MAX_MAGNITUDE, unit};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -227,22 +227,15 @@ fn move_light(light: &PunctualLight, transform: &DAffine3) -> Result<PunctualLig
     Ok(moved)
 }
 
-/// Transforms a camera. Its angles stay, and its focus distance scales as lengths along its axis
-/// do. A transform that mirrors the scene does not mirror the image.
+/// Transforms a camera. Its angles stay, and its own lengths scale as those along its axis do. A transform that mirrors the scene does not mirror the image.
 fn move_camera(camera: &CameraPose, transform: &DAffine3) -> Result<CameraPose, String> {
     let axis = camera.look_at - camera.look_from;
     let scale = transform.transform_vector3(axis).length() / axis.length();
-    let focus_distance = match camera.focus_distance * scale {
-        // A pinhole has everything in focus.
-        distance if camera.defocus_angle == 0.0 => distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE),
-        distance => distance,
-    };
     let moved = CameraPose {
         look_from: move_point(camera.look_from, transform)?,
         look_at: move_point(camera.look_at, transform)?,
         up: transform.transform_vector3(camera.up),
-        focus_distance,
-        ..*camera
+        ..camera.map_lengths(|length| length * scale)
     };
     moved.check_together()?;
     Ok(moved)

@@ -50,20 +50,12 @@ pub(crate) fn insert_camera(
     let parsed = written.as_deref().map(|written| format::parse(written, file));
     match (&written, parsed) {
         (Some(written), Some(Ok(parsed)))
-            if parsed.camera.as_ref().is_some_and(|is| same(&is.pose(), camera)) =>
+            if parsed.camera.as_ref().is_some_and(|is| is.pose().is_near(camera)) =>
         {
             Ok((written.clone(), scene.names_files()))
         }
         _ => Err(no_place(file, "camera", &value)),
     }
-}
-
-/// Returns whether two cameras are equal up to the rounding of degrees.
-fn same(a: &CameraPose, b: &CameraPose) -> bool {
-    let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
-    (a.look_from, a.look_at, a.up, a.focus_distance) == (b.look_from, b.look_at, b.up, b.focus_distance)
-        && near(a.vertical_fov, b.vertical_fov)
-        && near(a.defocus_angle, b.defocus_angle)
 }
 
 fn no_place(file: &str, name: &str, value: &str) -> SceneError {

@@ -61,8 +61,7 @@ impl Rebase {
         CameraPose {
             look_from: self.point(pose.look_from),
             look_at: self.point(pose.look_at),
-            focus_distance: pose.focus_distance * self.scale,
-            ..*pose
+            ..pose.map_lengths(|length| length * self.scale)
         }
     }
 
@@ -72,8 +71,7 @@ impl Rebase {
         CameraPose {
             look_from: back(pose.look_from),
             look_at: back(pose.look_at),
-            focus_distance: pose.focus_distance / self.scale,
-            ..*pose
+            ..pose.map_lengths(|length| length / self.scale)
         }
     }
 
@@ -124,10 +122,7 @@ impl Description {
             let axis = (camera.look_at - camera.look_from) * space.scale;
             camera.look_from = space.point(camera.look_from);
             camera.look_at = camera.look_from + axis;
-            camera.focus_distance *= space.scale;
-            if camera.defocus_angle == 0.0 {
-                camera.focus_distance = camera.focus_distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE); // unused by a pinhole
-            }
+            *camera = camera.map_lengths(|length| length * space.scale);
             let beyond =
                 || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
             let inside =

@@ -22,7 +22,7 @@ const BLOCK_SHIFT: u32 = 3;
 /// Returns the nodes to append to those of `tree`, for an image of `width` x `height` pixels in
 /// tiles of 2^`shift` pixels a side. Besides its own children, node t of them has in `tile_entry`
 /// the entry of tile t; tiles are numbered row by row. Returns `None` if there are more nodes than
-/// a [`Child`] can number, or for a camera without a [`Lens`].
+/// a [`Child`] can number, or for a camera whose rays come from no lens.
 ///
 /// Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, find the
 /// deepest common node. A tile's own nodes also drop what is beside the tile's rays further down.
