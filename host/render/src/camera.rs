@@ -103,14 +103,7 @@ mod tests {
 
     #[test]
     fn the_image_plane_of_a_square_view() {
-        let pose = CameraPose {
-            look_from: DVec3::new(0.0, 0.0, 5.0),
-            look_at: DVec3::ZERO,
-            up: DVec3::Y,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-            defocus_angle: 0.0,
-            focus_distance: 1.0,
-        };
+        let pose = CameraPose { look_from: DVec3::new(0.0, 0.0, 5.0), ..CameraPose::PINHOLE };
         let camera = record(&pose, 2, 2);
         assert!((camera.corner - Vec3::new(-1.0, 1.0, -1.0)).length() < 1e-6);
         assert!((camera.step_x - Vec3::X).length() < 1e-6 && (camera.step_y + Vec3::Y).length() < 1e-6);

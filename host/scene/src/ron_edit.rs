@@ -167,10 +167,10 @@ mod tests {
         let camera = CameraPose {
             look_from: DVec3::new(0.1, 2.0, -3.5),
             look_at: DVec3::new(1.0, 1e-3, 7.0),
-            up: DVec3::Y,
             vertical_fov: 33.3f64.to_radians(),
             defocus_angle: 0.6f64.to_radians(),
             focus_distance: 10.0,
+            ..CameraPose::PINHOLE
         };
         let text = format!("Scene({REST}");
         let (written, files) = insert_camera(&text, "scene.ron", &camera).unwrap();

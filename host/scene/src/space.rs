@@ -201,10 +201,10 @@ mod tests {
         let camera = CameraPose {
             look_from: DVec3::new(5.0, 6.0, 8.0),
             look_at: DVec3::new(5.0, 6.0, 7.0),
-            up: DVec3::Y,
             vertical_fov: 1.0,
             defocus_angle: 0.1,
             focus_distance: 3.0,
+            ..CameraPose::PINHOLE
         };
         let center = DVec3::new(6.0, 6.0, 7.0);
         let shape = |kind| Shape { kind, material: 0 };

@@ -126,8 +126,8 @@ mod tests {
             look_at: DVec3::ZERO,
             up: DVec3::Y * 3.0,
             vertical_fov: 1.0,
-            defocus_angle: 0.0,
             focus_distance: 5.0,
+            ..CameraPose::PINHOLE
         })
     }
 

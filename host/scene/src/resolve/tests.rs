@@ -46,14 +46,7 @@ impl Loader for Files {
             Material { emission_texture: texture(), ..Material::from(surface) }.named(name)
         };
         let mesh = |material| Mesh { material, ..Mesh::default() };
-        let camera = CameraPose {
-            look_from: DVec3::ZERO,
-            look_at: DVec3::NEG_Z,
-            up: DVec3::Y,
-            vertical_fov: 1.0,
-            defocus_angle: 0.0,
-            focus_distance: 2.0,
-        };
+        let camera = CameraPose { vertical_fov: 1.0, focus_distance: 2.0, ..CameraPose::PINHOLE };
         Ok(Description {
             cameras: vec![("front".to_owned(), camera), ("back".to_owned(), camera)],
             materials: vec![material("first"), material("second")],

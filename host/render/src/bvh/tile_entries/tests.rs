@@ -65,12 +65,7 @@ fn camera(seed: u32, scale: f32, place: Vec3) -> Camera {
         step_y: down * pixel,
         lens_x: right * lens,
         lens_y: down * -lens,
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
-        pad3: 0,
-        pad4: 0,
-        pad5: 0,
+        ..bytemuck::Zeroable::zeroed()
     }
 }
 

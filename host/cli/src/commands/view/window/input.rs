@@ -107,10 +107,9 @@ mod tests {
         let mut navigator = Navigator::new(CameraPose {
             look_from: DVec3::new(0.0, 0.0, 5.0),
             look_at: DVec3::ZERO,
-            up: DVec3::Y,
             vertical_fov: 1.0,
-            defocus_angle: 0.0,
             focus_distance: 5.0,
+            ..CameraPose::PINHOLE
         });
         navigator.mode = mode;
         drag_camera(&mut navigator, drag, pans);
