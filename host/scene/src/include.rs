@@ -227,7 +227,8 @@ fn move_light(light: &PunctualLight, transform: &DAffine3) -> Result<PunctualLig
     Ok(moved)
 }
 
-/// Transforms a camera. Its angles stay, and its own lengths scale as those along its axis do. A transform that mirrors the scene does not mirror the image.
+/// Transforms a camera. Its angles stay, and its own lengths scale as those along its axis do. A
+/// transform that mirrors the scene does not mirror the image.
 fn move_camera(camera: &CameraPose, transform: &DAffine3) -> Result<CameraPose, String> {
     let axis = camera.look_at - camera.look_from;
     let scale = transform.transform_vector3(axis).length() / axis.length();
