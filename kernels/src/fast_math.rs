@@ -49,8 +49,8 @@ pub(crate) fn fast(module: &str) -> String {
     text
 }
 
-/// Returns an instruction's operation, the register that it writes and its next operand; empty
-/// where there is none.
+/// Returns an instruction's operation, the register that it writes and its next operand, or empty
+/// texts for those that it lacks.
 fn parts(line: &str) -> (&str, &str, &str) {
     let (operation, operands) = line.trim().split_once(char::is_whitespace).unwrap_or_default();
     let mut operands = operands.trim_end_matches(';').split(',').map(str::trim);

@@ -114,8 +114,7 @@ pub fn intersect_boxes(
     node: &BvhNode,
     limit: f32,
 ) -> BoxHits {
-    // Each form by itself: a driver that knows `padded` removes the other, but it does not remove a
-    // product with 1.
+    // Two separate forms: a driver that knows `padded` removes one of them, but no product with 1.
     #[cfg(any(target_arch = "nvptx64", target_arch = "spirv"))]
     return if padded {
         intersect_boxes_one_by_one::<true>(origin, reciprocals, node, limit)

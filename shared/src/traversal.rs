@@ -2,6 +2,40 @@
 //! test of each primitive. Paths call it; kernels with [`WIDE`] continue in
 //! `wide`.
 
+/// Visits an inner node, if `$child` is one, and sets `$child` to what the search visits next: the
+/// nearer child that the ray enters, or what `$stack` has on top. It is a macro, because a stack in
+/// a record would be cleared for each ray.
+macro_rules! visit_node {
+    ($features:expr, $scene:expr, $ray:expr, $reciprocals:expr, $hit:expr, $child:ident, $depth:ident, $stack:expr) => {
+        if !$child.is_leaf() {
+            // SAFETY: the caller's promise for each child's index.
+            let node = unsafe { load::<BvhNode>($scene.nodes, $child.index()) };
+            let padded = $features.has(PADDED_BOXES);
+            let BoxHits { first, second, t_first, t_second } =
+                intersect_boxes(padded, $ray.origin, &$reciprocals, &node, $hit.distance);
+            if first {
+                if second {
+                    let second_is_near = t_second < t_first;
+                    $child = Child(if second_is_near { node.second } else { node.first });
+                    let far = if second_is_near { node.first } else { node.second };
+                    // SAFETY: there is at most one push a level, and the caller promises the number
+                    // of levels.
+                    unsafe { store_local($stack, $depth, far) };
+                    $depth += 1;
+                } else {
+                    $child = Child(node.first);
+                }
+            } else if second {
+                $child = Child(node.second);
+            } else {
+                $depth -= 1;
+                // SAFETY: `$depth` entries were stored.
+                $child = Child(unsafe { load_local($stack, $depth) });
+            }
+        }
+    };
+}
+
 #[cfg(not(target_arch = "nvptx64"))]
 mod binary;
 #[cfg(target_arch = "nvptx64")]

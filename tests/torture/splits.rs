@@ -56,17 +56,23 @@ fn split(triangles: &[ObvhsTriangle], gain: f32, rounds: u32) -> (Vec<Aabb>, Vec
     (boxes, indices)
 }
 
+/// Splits gain where boxes overlap along diagonals, at least by these factors in tests of
+/// triangles. Reinsertion changes little of that. (The factors measured are 6.6, 4, 1.3 and 1.5.)
 #[test]
-#[ignore = "an experiment that prints figures and checks nothing"]
 fn splits_and_reinsertion() {
     for scene in cost_scenes::all() {
-        if !["100,000 needles", "overlapping soup", "slivers", "mesh"].contains(&scene.name) {
-            continue;
-        }
+        let minimum = match scene.name {
+            "100,000 needles" => 5.0,
+            "slivers" => 3.0,
+            "overlapping soup" => 1.2,
+            "mesh" => 1.4,
+            _ => continue,
+        };
         let number = |v: Vec3| Vec3A::from(v).to_array().into();
         let triangle = |t: &Triangle| ObvhsTriangle { v0: number(t.a), v1: number(t.b), v2: number(t.c) };
         let triangles: Vec<ObvhsTriangle> = scene.scene.triangles.iter().map(triangle).collect();
         let boxes: Vec<Aabb> = triangles.iter().map(ObvhsTriangle::aabb).collect();
+        let (mut unsplit, mut worst) = (f64::INFINITY, 0f64);
         for (name, preset) in [
             ("fast", BvhBuildParams::fast_build()),
             ("medium", BvhBuildParams::medium_build()),
@@ -74,8 +80,11 @@ fn splits_and_reinsertion() {
         ] {
             let preset = BvhBuildParams { max_prims_per_leaf: 1, pre_split: false, ..preset };
             let tree = build_bvh2(&boxes, preset, &mut Duration::default());
-            eprintln!("SPLIT {} | {name} | boxes 1.00 | tests {:.1}", scene.name, tests(&tree, &triangles));
+            let tests = tests(&tree, &triangles);
+            (unsplit, worst) = (unsplit.min(tests), worst.max(tests));
+            eprintln!("SPLIT {} | {name} | boxes 1.00 | tests {tests:.1}", scene.name);
         }
+        let (mut least, mut reinserted) = (f64::INFINITY, f64::INFINITY);
         for rounds in [1, 2, 3] {
             let (cut, indices) = split(&triangles, 0.7, rounds);
             let mut tree = PlocBuilder::with_capacity(cut.len()).build(
@@ -89,13 +98,18 @@ fn splits_and_reinsertion() {
                 if ratio > 0.0 {
                     ReinsertionOptimizer::default().run(&mut tree, ratio, None);
                 }
+                let tests = tests(&tree, &triangles);
+                let best = if ratio > 0.0 { &mut reinserted } else { &mut least };
+                *best = best.min(tests);
                 eprintln!(
-                    "SPLIT {} | {rounds} rounds of splits, reinsertion {ratio} | boxes {:.2} | tests {:.1}",
+                    "SPLIT {} | {rounds} rounds of splits, reinsertion {ratio} | boxes {:.2} | tests {tests:.1}",
                     scene.name,
                     cut.len() as f64 / triangles.len() as f64,
-                    tests(&tree, &triangles),
                 );
             }
         }
+        assert!(worst / unsplit < minimum, "{}: negative control, no splits", scene.name);
+        assert!(unsplit / least > minimum, "{}: {unsplit} tests, {least} after splits", scene.name);
+        assert!((reinserted / least - 1.0).abs() < 0.1, "{}: {least}, {reinserted}", scene.name);
     }
 }

@@ -9,8 +9,8 @@ use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, lambda, sample_visible_no
 use crate::rng::Words;
 use glam::Vec3;
 
-/// Returns whether `kind` is `of`, if it is none of the kinds before: the last kind that a kernel
-/// has needs no comparison.
+/// Returns whether `kind`, which is at least `of`, equals it. A kernel without greater kinds
+/// compares nothing.
 #[inline(always)]
 pub(super) fn is_kind<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32, of: u32) -> bool {
     let bit = of_material(of);

@@ -42,39 +42,10 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     let mut visits = Visits::NONE;
     macro_rules! visit {
         () => {
-            if !child.is_leaf() {
-                if features.has(COUNTED) {
-                    visits.nodes += 1;
-                }
-                // SAFETY: the caller's promise for each child's index.
-                let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-                let BoxHits { first, second, t_first, t_second } = intersect_boxes(
-                    features.has(PADDED_BOXES),
-                    ray.origin,
-                    &reciprocals,
-                    &node,
-                    hit.distance,
-                );
-                if first {
-                    if second {
-                        let second_is_near = t_second < t_first;
-                        child = Child(if second_is_near { node.second } else { node.first });
-                        let far = if second_is_near { node.first } else { node.second };
-                        // SAFETY: there is at most one push a level, and the caller promises the
-                        // number of levels.
-                        unsafe { store_local(&mut stack, depth, far) };
-                        depth += 1;
-                    } else {
-                        child = Child(node.first);
-                    }
-                } else if second {
-                    child = Child(node.second);
-                } else {
-                    depth -= 1;
-                    // SAFETY: `depth` entries were stored.
-                    child = Child(unsafe { load_local(&stack, depth) });
-                }
+            if features.has(COUNTED) {
+                visits.nodes += u32::from(!child.is_leaf());
             }
+            visit_node!(features, scene, ray, reciprocals, hit, child, depth, &mut stack);
         };
     }
     while child != Child::EMPTY {

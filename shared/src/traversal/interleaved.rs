@@ -14,7 +14,7 @@ use crate::triangle::Shear;
 use crate::warp;
 use core::mem::MaybeUninit;
 
-/// Minimum number of searching lanes for which a warp goes on searching
+/// Minimum number of searching lanes for which a warp continues a turn
 /// (docs/notebook/triangles-and-trees.md).
 const MIN_SEARCHING_LANES: u32 = 16;
 
@@ -72,7 +72,7 @@ impl Search {
         Self { child: root, depth: 1, hit }
     }
 
-    /// Goes on with the search for a turn: until few lanes of the warp search, or for some steps
+    /// Continues the search for a turn: until few lanes of the warp search, or for some steps
     /// where lanes cannot vote.
     ///
     /// # Safety
@@ -97,37 +97,12 @@ impl Search {
         let Self { mut child, mut depth, mut hit } = *self;
         macro_rules! visit {
             () => {
-                if !child.is_leaf() {
-                    // SAFETY: the caller's promise for each child's index.
-                    let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-                    let padded = features.has(PADDED_BOXES);
-                    let BoxHits { first, second, t_first, t_second } =
-                        intersect_boxes(padded, ray.origin, &reciprocals, &node, hit.distance);
-                    if first {
-                        if second {
-                            let second_is_near = t_second < t_first;
-                            child = Child(if second_is_near { node.second } else { node.first });
-                            let far = if second_is_near { node.first } else { node.second };
-                            // SAFETY: there is at most one push a level, and the caller promises
-                            // the number of levels.
-                            unsafe { store_local(stack, depth, far) };
-                            depth += 1;
-                        } else {
-                            child = Child(node.first);
-                        }
-                    } else if second {
-                        child = Child(node.second);
-                    } else {
-                        depth -= 1;
-                        // SAFETY: `depth` entries were stored.
-                        child = Child(unsafe { load_local(stack, depth) });
-                    }
-                }
+                visit_node!(features, scene, ray, reciprocals, hit, child, depth, &mut *stack);
             };
         }
         let mut steps = 0;
-        let mut goes_on = warp::any(child != Child::EMPTY);
-        while goes_on {
+        let mut searches = warp::any(child != Child::EMPTY);
+        while searches {
             // Two nodes before a leaf, as without turns.
             visit!();
             visit!();
@@ -146,7 +121,7 @@ impl Search {
                 }
             }
             steps += 1;
-            goes_on = if warp::HAS_WARP_VOTES {
+            searches = if warp::HAS_WARP_VOTES {
                 warp::count(child != Child::EMPTY) >= MIN_SEARCHING_LANES
             } else {
                 child != Child::EMPTY && steps < MAX_STEPS
