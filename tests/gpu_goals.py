@@ -17,6 +17,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 
 # Work: scene, image size, samples, options, whether the goal counts rays, and for each backend and math what was
 # measured before and the goal, in millions a second.
@@ -43,8 +44,8 @@ EIGHT = ["rtiow_final.ron", "cornell_box.ron", "veach_mis.ron", "next_week.ron",
 VIEW = """Scene(
     version: 1,
     image: (width: 1280, height: 720, samples: 16, depth: 8),
-    camera: (look_from: (0, 0, 1.6), look_at: (0, 0), vertical_fov: 40),
-    sky: Uniform(radiance: (1, 1)),
+    camera: (look_from: (0, 0, 1.6), look_at: (0, 0, 0), vertical_fov: 40),
+    sky: Uniform(radiance: (1, 1, 1)),
     materials: {"grey": Lambertian(albedo: (0.7, 0.7, 0.7))},
     objects: [Mesh(file: "asteroid_500k.ply", material: "grey")],
 )
@@ -68,7 +69,9 @@ class Bench:
                    "--spp", str(spp), "--frames", "2" if self.quick else "9", "--json", "-", *options]
         run = subprocess.run(command, capture_output=True, text=True, env=self.environment)
         if run.returncode != 0:
-            return None
+            if "not available" in run.stderr:
+                return None
+            sys.exit(f"{' '.join(map(str, command))}: {run.stderr}")
         report = json.loads(run.stdout)
         time = report["rows"][0]["summary"]["least"]
         width, height = map(int, size.split("x"))

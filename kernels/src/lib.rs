@@ -28,26 +28,27 @@
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, asm_experimental_arch, stdarch_nvptx))]
 
 /// Calls a macro with each render kernel: entry point, its name (attributes take literals only),
-/// whether its lanes take their pixels from a queue, and the features that it can have.
+/// whether its lanes take their pixels from a queue, the features that it can have, and those that
+/// it always has.
 #[macro_export]
 macro_rules! for_each_render {
     ($render:ident) => {
         $render! {
-            render "render": false, OF_GPUS,
-            render_persistent "render_persistent": true, OF_GPUS,
+            render "render": false, OF_GPUS, 0,
+            render_persistent "render_persistent": true, OF_GPUS, 0,
         }
     };
 }
 
 /// Calls a macro with each render kernel that CUDA has in place of another for scenes of the book,
-/// as [`for_each_render!`] does. What LLVM knows to be missing costs one to three percent less than
-/// what the driver removes there (docs/notebook/specialisation.md); on Vulkan it costs no less.
+/// as [`for_each_render!`] does. What LLVM knows of the features makes them one to three percent
+/// faster than what the driver removes (docs/notebook/specialisation.md); on Vulkan it does not.
 #[macro_export]
 macro_rules! for_each_book_render {
     ($render:ident) => {
         $render! {
-            render_book "render_book": false, OF_BOOK,
-            render_book_persistent "render_book_persistent": true, OF_BOOK,
+            render_book "render_book": false, OF_BOOK, REGENERATE,
+            render_book_persistent "render_book_persistent": true, OF_BOOK, REGENERATE,
         }
     };
 }

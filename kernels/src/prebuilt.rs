@@ -4,7 +4,7 @@ use crate::fast_math;
 use std::borrow::Cow;
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
-use trisect_shared::features::{Features, HEAVY, OF_BOOK, PERSISTENT, WIDE, has_any, is_of_many_materials};
+use trisect_shared::features::{Features, HEAVY, OF_BOOK, PERSISTENT, REGENERATE, WIDE, has_any, is_of_many_materials};
 use trisect_shared::params::RenderParams;
 use trisect_shared::scene::SceneLengths;
 
@@ -126,7 +126,6 @@ fn registers(features: Features) -> u32 {
     match () {
         () if is_of_many_materials(features) => 128,
         () if has_any(features, HEAVY) => 80,
-        () if !has_any(features, !OF_BOOK) => 72,
         () => 64,
     }
 }
@@ -153,7 +152,7 @@ struct Modules {
 }
 
 macro_rules! modules {
-    ($($name:ident $text:tt: $what:expr, $possible:expr,)*) => { modules! { $($name $text: $what,)* } };
+    ($($name:ident $text:tt: $what:expr, $possible:expr, $certain:expr,)*) => { modules! { $($name $text: $what,)* } };
     ($($name:ident $text:tt: $what:expr,)*) => {
         &[$(Modules {
             name: $text,
@@ -166,7 +165,7 @@ macro_rules! modules {
 const RENDER: &[Modules] = for_each_render!(modules);
 
 macro_rules! book_modules {
-    ($($name:ident $text:tt: $what:expr, $possible:expr,)*) => {
+    ($($name:ident $text:tt: $what:expr, $possible:expr, $certain:expr,)*) => {
         &[$(($text, include_str!(concat!("../prebuilt/ptx/", $text, ".ptx"))),)*]
     };
 }
@@ -220,7 +219,7 @@ pub fn ptx(entry_point: &str, fast: bool) -> Option<Cow<'static, str>> {
 
 /// Returns the name of the [PTX module](ptx) of a kernel, and of the entry point in it.
 pub fn ptx_name(of: EntryPoint) -> &'static str {
-    let is_of_book = !has_any(of.features, !OF_BOOK);
+    let is_of_book = !has_any(of.features, !OF_BOOK) && has_any(of.features, REGENERATE);
     let render = RENDER.iter().position(|kernel| kernel.name == of.name);
     let book = render.filter(|_| is_of_book).and_then(|index| BOOK_PTX.get(index));
     book.map_or(of.name, |(name, _)| name)
@@ -239,6 +238,7 @@ pub fn entry_points() -> impl Iterator<Item = &'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trisect_shared::features::{PLANAR, ROULETTE, SPHERES};
 
     /// The host's kernels are those of devices.
     #[test]
@@ -249,6 +249,21 @@ mod tests {
         }
         let none = EntryPoint { name: "none", ..DISPLAY_BINDINGS };
         assert!(crate::native::native(none).is_none() && entry_point("none").is_none());
+    }
+
+    /// The book's modules trace spheres by `regenerate` and by queues, and nothing else.
+    #[test]
+    fn modules_of_the_book_are_for_the_book() {
+        let of_book = SPHERES | ROULETTE | REGENERATE;
+        for (features, name) in [
+            (of_book, "render_book"),
+            (of_book | PERSISTENT, "render_book_persistent"),
+            (of_book & !REGENERATE, "render"),
+            (of_book | PLANAR, "render"),
+            (of_book | PLANAR | PERSISTENT, "render_persistent"),
+        ] {
+            assert_eq!(ptx_name(render_kernel(features)), name);
+        }
     }
 
     #[test]

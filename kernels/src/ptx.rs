@@ -16,7 +16,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{FeatureSet, OF_BOOK, OF_GPUS};
+use trisect_shared::features::{FeatureSet, OF_BOOK, OF_GPUS, REGENERATE};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -124,9 +124,9 @@ fn features() -> u32 {
 }
 
 macro_rules! render {
-    ($($name:ident $text:tt: $persistent:expr, $possible:expr,)*) => {$(
+    ($($name:ident $text:tt: $persistent:expr, $possible:expr, $certain:expr,)*) => {$(
         entry_point!($name, PixelSums, $persistent, |params, scene, x, y, film, compensations, counter, aovs| {
-            let features = FeatureSet::<{ $possible }>::new(features());
+            let features = FeatureSet::<{ $possible }>::new(features() | $certain);
             let pixels = params.width as usize * params.height as usize;
             let mut aovs = SharedSlice::new(aovs, pixels);
             if $persistent {

@@ -9,7 +9,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{FeatureSet, OF_BOOK, OF_GPUS};
+use trisect_shared::features::{FeatureSet, OF_GPUS};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -61,10 +61,11 @@ macro_rules! entry_point {
 }
 
 macro_rules! render {
-    ($($name:ident $text:tt: $persistent:expr, $possible:expr,)*) => {$(
+    ($($name:ident $text:tt: $persistent:expr, $possible:expr, $certain:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
             $name $text, PixelSums, $persistent, |features, params, scene, x, y, film, compensations, counter, aovs| {
+                const { assert!($certain == 0) }; // no module of SPIR-V always has a feature
                 let features = FeatureSet::<{ $possible }>::new(features);
                 // SAFETY: the guard, and the host's proof of the scene, and of film, compensations
                 // and AOV sums of width * height pixels.
