@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the goals of docs/notebook/goals.md on this machine and prints its tables.
 
-    tests/gpu_goals.py target/release/trisect [--before OTHER_PROGRAM] [--quick]
+    tests/gpu_goals.py target/release/trisect [--before OTHER_PROGRAM] [--mitsuba PYTHON] [--quick]
 
 It needs scenes/generated/asteroid_500k.ply, asteroid.ply and the rooms:
 
@@ -9,8 +9,9 @@ It needs scenes/generated/asteroid_500k.ply, asteroid.ply and the rooms:
     cargo generate-scene mesh_ply scenes/generated/asteroid.ply
     cargo generate-scene rooms scenes/generated
 
-With --before each scene is also measured with another program, in both orders. --quick renders small images on the
-CPU, to try the script. A combination that is not available here is printed as "-".
+With --before each scene is also measured with another program, in both orders; with --mitsuba the room also by Mitsuba,
+which that Python interpreter imports, on the GPU and on all threads of the CPU. --quick renders small images on the CPU, to
+try the script. A combination that is not available here is printed as "-".
 """
 import argparse
 import json
@@ -105,6 +106,24 @@ def ratios(bench, program):
               f"{cell(precise and wgpu and precise / wgpu, 2)} |", flush=True)
 
 
+def beside_mitsuba(bench, program, python):
+    print("\n| room | Trisect | Mitsuba | ratio |\n|---|---|---|---|")
+    peer = pathlib.Path(__file__).resolve().parent / "reference" / "mitsuba" / "room.py"
+    for variant, backend, math, size, spp in (("cuda_ad_rgb", "cuda", "fast", "1280x720", 64),
+                                              ("cuda_ad_rgb", "cuda", "precise", "1280x720", 64),
+                                              ("llvm_ad_rgb", "cpu", "precise", "640x360", 16)):
+        ours, theirs = [], []
+        for _ in range(2):
+            found = bench.run(program, "generated/room.ron", backend, math, size, spp, [])
+            run = subprocess.run([python, peer, variant, bench.scenes / "generated", "--resolution", size, "--spp", str(spp)],
+                                 capture_output=True, text=True)
+            ours += [found[1]] if found else []
+            theirs += [json.loads(run.stdout)["million_samples_a_second"]] if run.returncode == 0 else []
+        mine, peers = max(ours, default=None), max(theirs, default=None)
+        print(f"| {backend} {math}, `{variant}`, {size}, {spp} spp | {cell(mine, 2)} | {cell(peers, 2)} | "
+              f"{cell(mine and peers and mine / peers, 2)} |", flush=True)
+
+
 def before_and_now(bench, before, now):
     print("\n| scene | backend | before, ms | now, ms | ratio | start before, s | start now, s |\n|---|---|---|---|---|---|---|")
     for scene in EIGHT[:5] + ["three_spheres.ron"]:
@@ -125,12 +144,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("--before")
+    parser.add_argument("--mitsuba", metavar="PYTHON")
     parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
     bench = Bench(arguments.quick)
     (bench.scenes / "generated" / "goals_view.ron").write_text(VIEW)
     goals(bench, arguments.program)
     ratios(bench, arguments.program)
+    if arguments.mitsuba:
+        beside_mitsuba(bench, arguments.program, arguments.mitsuba)
     if arguments.before:
         before_and_now(bench, arguments.before, arguments.program)
 

@@ -12,7 +12,6 @@ mod pinned;
 
 pub use driver::devices;
 
-use super::method::MIN_INTERLEAVED_PRIMITIVES;
 use crate::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory};
 use crate::{MathMode, Schedule, Traversal};
 use cudarc::driver::sys::CUevent_flags;
@@ -23,7 +22,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::EntryPoint;
-use trisect_shared::features::{Features, HEAVY, MICROFACETS, TEXTURES, TRIANGLES, has_any};
+use trisect_shared::features::Features;
 
 /// Name of the backend.
 pub(crate) const NAME: &str = "cuda";
@@ -33,10 +32,6 @@ const MIN_CAPABILITY: (i32, i32) = (6, 1);
 
 /// Maximum number of blocks down a grid.
 const GRID_LIMIT: u32 = 65_535;
-
-/// Number of primitives from which on a light kernel gains from a queue: with fewer, rays of a warp
-/// visit the same few nodes anyway (docs/notebook/specialisation.md).
-const MIN_QUEUE_PRIMITIVES: usize = 32;
 
 /// Maximum number of pixels in a launch of persistent lanes, which count them in 32 bits.
 const MAX_QUEUE: u64 = 1 << 31;
@@ -147,17 +142,7 @@ impl Device for Cuda {
     }
 
     fn best_method(&self, kernel: Features, primitives: usize) -> (Traversal, Schedule) {
-        let schedule = match () {
-            () if has_any(kernel, TRIANGLES)
-                && !has_any(kernel, MICROFACETS | TEXTURES)
-                && primitives >= MIN_INTERLEAVED_PRIMITIVES =>
-            {
-                Schedule::Interleaved
-            }
-            () if has_any(kernel, HEAVY) || primitives >= MIN_QUEUE_PRIMITIVES => Schedule::Persistent,
-            () => Schedule::Regenerate,
-        };
-        (Traversal::Stack, schedule)
+        (Traversal::Stack, Schedule::best_on_cuda(kernel, primitives))
     }
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {

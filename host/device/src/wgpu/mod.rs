@@ -10,7 +10,6 @@ mod transfer;
 
 pub use adapter::devices;
 
-use super::method::MIN_INTERLEAVED_PRIMITIVES;
 use crate::command::{check_range, handle};
 use crate::{BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind};
 use crate::{MathMode, Schedule, Traversal};
@@ -20,7 +19,7 @@ use pipeline::Pipelines;
 use std::time::Duration;
 use timer::Timer;
 use trisect_kernels::EntryPoint;
-use trisect_shared::features::{Features, TRIANGLES, has_any, is_of_many_materials};
+use trisect_shared::features::Features;
 use wgpu::BufferUsages;
 
 /// Name of the backend.
@@ -89,18 +88,9 @@ impl Device for Wgpu {
     }
 
     fn best_method(&self, kernel: Features, primitives: usize) -> (Traversal, Schedule) {
-        // Meshes and kernels of many materials gain from a queue, others lose
-        // (docs/notebook/specialisation.md).
         let has_queue = self.info.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
-        let schedule = match () {
-            () if !has_queue => Schedule::Regenerate,
-            () if has_any(kernel, TRIANGLES) && primitives >= MIN_INTERLEAVED_PRIMITIVES => {
-                Schedule::Interleaved
-            }
-            () if is_of_many_materials(kernel) => Schedule::Persistent,
-            () => Schedule::Regenerate,
-        };
-        (Traversal::Stack, schedule)
+        let best = if has_queue { Schedule::best_on_vulkan(kernel, primitives) } else { Schedule::Regenerate };
+        (Traversal::Stack, best)
     }
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
