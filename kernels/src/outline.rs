@@ -1,6 +1,6 @@
 //! Outlining of correctly rounded divisions and square roots in PTX: a kernel calls one function
 //! for all places of an operation. Large kernels, which do not fit a GPU's instruction cache, are
-//! faster with it, small ones slower (docs/notebook/specialisation.md).
+//! faster with it, small ones slower (docs/notebook/cuda-arithmetic.md).
 
 use std::fmt::Write;
 

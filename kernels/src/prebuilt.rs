@@ -4,7 +4,9 @@ use crate::fast_math;
 use std::borrow::Cow;
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
-use trisect_shared::features::{Features, HEAVY, OF_BOOK, PERSISTENT, REGENERATE, WIDE, has_any, is_of_many_materials};
+use trisect_shared::features::{
+    Features, HEAVY, OF_BOOK, PERSISTENT, REGENERATE, WIDE, has_any, is_of_many_materials,
+};
 use trisect_shared::params::RenderParams;
 use trisect_shared::scene::SceneLengths;
 

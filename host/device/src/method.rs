@@ -101,7 +101,8 @@ impl Schedule {
     /// of so many primitives. Its queue is dear, because lanes cannot vote in loops
     /// (docs/notebook/vulkan.md); without roulette, the paths of plain spheres are long enough for it.
     pub(crate) fn best_on_vulkan(kernel: Features, primitives: usize) -> Self {
-        let has_long_paths = !has_any(kernel, HEAVY | MICROFACETS | ROULETTE) && primitives >= MIN_QUEUE_PRIMITIVES;
+        let has_long_paths =
+            !has_any(kernel, HEAVY | MICROFACETS | ROULETTE) && primitives >= MIN_QUEUE_PRIMITIVES;
         if has_long_searches(kernel, primitives) || is_of_many_materials(kernel) || has_long_paths {
             return Self::Interleaved;
         }

@@ -89,7 +89,8 @@ impl Device for Wgpu {
 
     fn best_method(&self, kernel: Features, primitives: usize) -> (Traversal, Schedule) {
         let has_queue = self.info.kind != DeviceKind::SoftwareGpu && self.pipelines.pass_through(&self.gpu);
-        let best = if has_queue { Schedule::best_on_vulkan(kernel, primitives) } else { Schedule::Regenerate };
+        let best =
+            if has_queue { Schedule::best_on_vulkan(kernel, primitives) } else { Schedule::Regenerate };
         (Traversal::Stack, best)
     }
 
