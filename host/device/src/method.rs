@@ -32,8 +32,8 @@ pub enum Traversal {
     Wide,
 }
 
-/// Number of primitives from which on a GPU interleaves the searches of triangles. With fewer, lanes
-/// lose more by shading in small groups than by waiting for searches
+/// Number of primitives from which on a GPU interleaves the searches of triangles. With fewer,
+/// lanes lose more by shading in small groups than by waiting for searches
 /// (docs/notebook/triangles-and-trees.md).
 const MIN_INTERLEAVED_PRIMITIVES: usize = 4096;
 
@@ -77,8 +77,8 @@ impl Traversal {
 }
 
 /// Returns whether a GPU gains by interleaving the searches of a kernel: searches are long among
-/// many triangles, and lights make rays of different lengths wait for each other. Textures take so
-/// long to shade that they do not wait for few lanes.
+/// many triangles, and with light sampling rays of a warp differ in length. Textures take so long
+/// that shading by few lanes loses more.
 fn has_long_searches(kernel: Features, primitives: usize) -> bool {
     has_any(kernel, TRIANGLES)
         && has_any(kernel, NEE)
@@ -87,8 +87,8 @@ fn has_long_searches(kernel: Features, primitives: usize) -> bool {
 }
 
 impl Schedule {
-    /// Returns the schedule that was fastest on CUDA for a kernel with these features, in a scene of
-    /// so many primitives.
+    /// Returns the schedule that was fastest on CUDA for a kernel with these features, in a scene
+    /// of so many primitives.
     pub(crate) fn best_on_cuda(kernel: Features, primitives: usize) -> Self {
         match () {
             () if has_long_searches(kernel, primitives) && !has_any(kernel, MICROFACETS) => Self::Interleaved,
@@ -99,7 +99,7 @@ impl Schedule {
 
     /// Returns the schedule that was fastest on Vulkan for a kernel with these features, in a scene
     /// of so many primitives. Its queue is dear, because lanes cannot vote in loops
-    /// (docs/notebook/vulkan.md); without roulette, the paths of plain spheres are long enough for it.
+    /// (docs/notebook/vulkan.md); without roulette, paths among plain spheres are long enough.
     pub(crate) fn best_on_vulkan(kernel: Features, primitives: usize) -> Self {
         let has_long_paths =
             !has_any(kernel, HEAVY | MICROFACETS | ROULETTE) && primitives >= MIN_QUEUE_PRIMITIVES;

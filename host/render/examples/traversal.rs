@@ -12,8 +12,10 @@
 //!
 //! Each figure is the median of five rounds in which the traversals take turns. In its turn, a
 //! traversal traces the rays twice, and the second time counts. Times are CPU times of the thread
-//! where the system reports them (Linux), else wall-clock times. With a folder, the triangles and
-//! the rays are written there instead, for `tests/reference/embree.cc`.
+//! where the system reports them (Linux), else wall-clock times. The visits are the nodes and
+//! leaves of a ray in the binary BVH and in the wide one, and those of 32 rays in turn that wait for
+//! each other, as the lanes of a GPU do. With a folder, the triangles and the rays are written there
+//! instead, for `tests/reference/embree.cc`.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
 use glam::Vec3A;
@@ -32,14 +34,14 @@ use trisect::device::cpu::{Cpu, InstructionSet};
 use trisect::render::Renderer;
 use trisect::scene::Scene;
 use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
-use trisect_shared::features::{self, FeatureSet, Features, TRIANGLES, WIDE};
+use trisect_shared::features::{self, COUNTED, FeatureSet, Features, TRIANGLES, WIDE};
 use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
 use trisect_shared::sphere::MISS;
-use trisect_shared::traversal::closest_hit;
+use trisect_shared::traversal::{closest_hit, closest_hit_counted};
 use trisect_shared::triangle::Triangle;
 
 const SIDE: u32 = 1024;
@@ -184,7 +186,42 @@ fn main() -> Result<(), Box<dyn Error>> {
             return Err("the hits of the wide BVH differ from those of the binary one".into());
         }
     }
+    println!(
+        "\n{:<38} {:>12} {:>12} {:>16} {:>16}",
+        "visits", "nodes", "leaves", "nodes of 32", "leaves of 32"
+    );
+    for (name, rays) in [("primary", &primary), ("diffuse", &diffuse), ("diffuse, shuffled", &shuffled)] {
+        let binary = visits::<{ TRIANGLES | COUNTED }>(&params, arrays, rays);
+        let wide = visits::<{ TRIANGLES | COUNTED | WIDE }>(&params, arrays, rays);
+        for (tree, [nodes, leaves, slowest_nodes, slowest_leaves]) in [("binary", binary), ("wide", wide)] {
+            let what = format!("{name}, {tree}");
+            println!("{what:<38} {nodes:>12.2} {leaves:>12.2} {slowest_nodes:>16.2} {slowest_leaves:>16.2}");
+        }
+    }
     Ok(())
+}
+
+/// Returns the mean numbers of nodes and leaves that a ray visits, and the means of the greatest
+/// numbers of 32 rays in turn.
+fn visits<const FEATURES: Features>(params: &RenderParams, scene: shared::Scene, rays: &[Ray]) -> [f64; 4] {
+    let mut sums = [0.0; 4];
+    for group in rays.chunks(32) {
+        let mut slowest = [0.0f64; 2];
+        for ray in group {
+            // SAFETY: `Bvh::build` and `Wide::new` validated the BVHs; no instruction set is named.
+            #[allow(unsafe_code, reason = "kernels read without bounds checks")]
+            let (_, visits) = unsafe {
+                closest_hit_counted(FeatureSet::<FEATURES>::ALL, params, scene, *ray, RayQuery::CLOSEST)
+            };
+            for (i, number) in [visits.nodes, visits.leaves].map(f64::from).into_iter().enumerate() {
+                sums[i] += number;
+                slowest[i] = slowest[i].max(number);
+            }
+        }
+        sums[2] += slowest[0] * group.len() as f64;
+        sums[3] += slowest[1] * group.len() as f64;
+    }
+    sums.map(|sum| sum / rays.len() as f64)
 }
 
 /// Returns the CPU time of this thread in seconds, or the wall-clock time since the first call if
