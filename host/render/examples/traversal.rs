@@ -13,9 +13,9 @@
 //! Each figure is the median of five rounds in which the traversals take turns. In its turn, a
 //! traversal traces the rays twice, and the second time counts. Times are CPU times of the thread
 //! where the system reports them (Linux), else wall-clock times. The visits are the nodes and
-//! leaves of a ray in the binary BVH and in the wide one, and those of 32 rays in turn that wait for
-//! each other, as the lanes of a GPU do. With a folder, the triangles and the rays are written there
-//! instead, for `tests/reference/embree.cc`.
+//! leaves of a ray in the binary BVH and in the wide one, and those of 32 rays in turn that wait
+//! for each other, as the lanes of a GPU do. With a folder, the triangles and the rays are written
+//! there instead, for `tests/reference/embree.cc`.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
 use glam::Vec3A;
