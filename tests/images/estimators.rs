@@ -3,11 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::device::DeviceKind;
+use trisect::film::Film;
 use trisect::render::{KernelFeatures, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bsdf;
 use trisect_shared::features::{NAMES, NEEDS, of_material};
-use trisect_tests::renders::{differing, film, lit};
+use trisect_tests::renders::{close, differing, film, lit};
 use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
 
@@ -129,27 +130,34 @@ fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
 
 /// A kernel that has more features than the scene needs renders the same film: each feature by
 /// itself, and all of them. A GPU's Vulkan driver may round a kernel's divisions in another way
-/// than another kernel's; a twentieth of the pixels may differ there.
+/// than another kernel's; a twentieth of the pixels may differ there. Through naga, which writes no
+/// `NoContraction`, it may also contract other sums, which any pixel may show; all but a twentieth
+/// are the same within rounding.
 fn more_features_change_no_bit(subject: BackendUnderTest) {
     for name in ["three_spheres.ron", "cornell_box.ron", "next_week.ron", "gltf/features.glb"] {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let info = renderer.device().info();
+        let by_vulkan = info.backend == "wgpu" && info.kind == DeviceKind::Gpu;
         let needed = Settings { width: 32, height: 18, samples: 2, ..Settings::of(&scene) };
+        let pixels = needed.pixels() as usize;
         let want = film(&mut renderer, &needed);
+        let other = |got: &Film| match subject {
+            BackendUnderTest::WgpuNaga if by_vulkan => pixels - (close(got, &want) * pixels as f64) as usize,
+            _ => differing(got, &want),
+        };
+        let allowed = if by_vulkan { pixels / 20 } else { 0 };
         let materials = bsdf::NAMES.iter().map(|(kind, _)| of_material(*kind));
         let single = NAMES.iter().map(|(feature, _)| *feature).chain(materials);
         let single = single.filter(|feature| feature & NEEDS != 0);
         let single = single.filter(|_| name == "three_spheres.ron");
         for features in single.chain([NEEDS]) {
             let more = Settings { features: KernelFeatures::Also(features), ..needed.clone() };
-            let count = differing(&film(&mut renderer, &more), &want);
-            let info = renderer.device().info();
-            let by_vulkan = info.backend == "wgpu" && info.kind == DeviceKind::Gpu;
-            let allowed = if by_vulkan { needed.pixels() as usize / 20 } else { 0 };
+            let count = other(&film(&mut renderer, &more));
             assert!(count <= allowed, "{name}, {}: {count} pixels differ", more.features);
         }
-        let other = Settings { seed: 1, features: KernelFeatures::Also(NEEDS), ..needed };
-        assert_ne!(differing(&film(&mut renderer, &other), &want), 0, "negative control not detected");
+        let seed = Settings { seed: 1, features: KernelFeatures::Also(NEEDS), ..needed };
+        assert!(other(&film(&mut renderer, &seed)) > allowed, "negative control not detected");
     }
 }
 

@@ -7,19 +7,9 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::path::FirstHit;
-use trisect_tests::renders::{brighter, cpu, differing, film, scene_files};
+use trisect_tests::renders::{brighter, close, cpu, differing, film, scene_files};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend};
-
-/// Returns the share of pixels whose radiance is the same within rounding. The same random numbers
-/// give the same paths, except for a few that one ULP sends another way at an edge, at the choice
-/// of a lobe, or at a texel's border.
-fn close(a: &Film, b: &Film) -> f64 {
-    let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-3 * a.abs().max(b.abs()) + 1e-6;
-    let pixels = a.pixels.iter().zip(&b.pixels);
-    let same = pixels.filter(|(a, b)| a.mean().into_iter().zip(b.mean()).all(near)).count();
-    same as f64 / a.pixels.len() as f64
-}
 
 /// Returns whether a backend that rounds differently shows the CPU's image.
 fn is_the_same(got: &Film, want: &Film) -> bool {
