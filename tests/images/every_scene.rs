@@ -7,13 +7,14 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::path::FirstHit;
-use trisect_tests::renders::{brighter, close, cpu, differing, film, scene_files};
+use trisect_tests::renders::{apart, brighter, cpu, differing, film, scene_files};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Returns whether a backend that rounds differently shows the CPU's image.
 fn is_the_same(got: &Film, want: &Film) -> bool {
-    close(got, want) >= 0.97 && Blocks::new(got).compare(&Blocks::new(want), 1e-5).whole < GLOBAL_LIMIT
+    apart(got, want) * 100 <= 3 * want.pixels.len()
+        && Blocks::new(got).compare(&Blocks::new(want), 1e-5).whole < GLOBAL_LIMIT
 }
 
 /// Returns the number of first hits of another primitive.
@@ -37,13 +38,14 @@ fn one(subject: BackendUnderTest, path: &Path) -> Option<()> {
         assert_eq!(differing(&got, &want), 0, "{name}");
         assert!(hits == wanted, "{name}: first hits");
     } else {
-        let (off, share) = (elsewhere(&hits, &wanted), close(&got, &want));
+        let (off, apart) = (elsewhere(&hits, &wanted), apart(&got, &want));
         eprintln!(
-            "{subject:?} {name}: {off} of {} first hits differ, {share:.4} of pixels close",
-            hits.len()
+            "{subject:?} {name}: {off} of {} first hits and {apart} of {} pixels differ",
+            hits.len(),
+            want.pixels.len()
         );
         assert!(off * 1000 <= hits.len(), "{name}: {off} of {}", hits.len());
-        assert!(is_the_same(&got, &want), "{name}: {share}");
+        assert!(is_the_same(&got, &want), "{name}: {apart} pixels differ");
     }
     Some(())
 }
