@@ -1,6 +1,7 @@
 //! Fast arithmetic in PTX, made from the precise kernels when a module is loaded, so that one
 //! compiled form of a kernel serves both.
 
+use crate::ptx_text::instruction;
 use std::collections::HashMap;
 
 /// Instructions of the precise kernels, and what the fast ones have instead. Without `.rn` the
@@ -27,7 +28,7 @@ pub(crate) fn fast(module: &str) -> String {
     // Radicand of each root that is in a register.
     let mut radicands: HashMap<&str, &str> = HashMap::new();
     for line in module.lines() {
-        let (operation, result, operand) = parts(line);
+        let (operation, result, operand) = instruction(line);
         match radicands.get(operand).filter(|_| operation == RECIPROCAL) {
             Some(radicand) => text.push_str(&format!("{RECIPROCAL_ROOT} {result},{radicand};")),
             None => match FAST_MATH.iter().find(|(precise, _)| *precise == operation) {
@@ -47,14 +48,6 @@ pub(crate) fn fast(module: &str) -> String {
         }
     }
     text
-}
-
-/// Returns an instruction's operation, the register that it writes and its next operand, or empty
-/// texts for those that it lacks.
-fn parts(line: &str) -> (&str, &str, &str) {
-    let (operation, operands) = line.trim().split_once(char::is_whitespace).unwrap_or_default();
-    let mut operands = operands.trim_end_matches(';').split(',').map(str::trim);
-    (operation, operands.next().unwrap_or_default(), operands.next().unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -164,15 +164,17 @@ pub mod ptx;
 pub mod spirv;
 
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod branch_free;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod fast_math;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod feature_names;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod native;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-mod outline;
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 mod prebuilt;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod ptx_text;
 #[cfg(test)]
 mod ptxas;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]

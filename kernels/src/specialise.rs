@@ -1,8 +1,8 @@
 //! Specialisation of compiled kernels: the features are a constant of the module, which the host
 //! sets before the driver compiles it. The driver then removes what the features lack.
 
-use crate::outline::outlined;
-use trisect_shared::features::{Features, TEXTURES, has_any, is_of_many_materials};
+use crate::branch_free::branch_free;
+use trisect_shared::features::Features;
 
 /// Number in the PTX of render kernels that stands for the features.
 pub(crate) const PTX_FEATURES: u32 = 0x7ea5_e7ed;
@@ -10,16 +10,11 @@ pub(crate) const PTX_FEATURES: u32 = 0x7ea5_e7ed;
 /// Identifier of the specialisation constant of SPIR-V that holds the features.
 pub(crate) const SPIRV_FEATURES: u32 = 0;
 
-/// Returns a PTX module for these features. Modules of other kernels stay as they are.
+/// Returns a PTX module for these features, its reciprocals and square roots [without
+/// branches](crate::branch_free).
 pub fn ptx(module: &str, features: Features) -> String {
     // LLVM prints a move of a constant as it stands in the assembly of `ptx::features`.
-    let module = module.replace(&format!("{PTX_FEATURES:#x}"), &format!("{features:#x}"));
-    if is_large(features) { outlined(&module) } else { module }
-}
-
-/// Returns whether a kernel is so large that its divisions and roots are outlined.
-fn is_large(features: Features) -> bool {
-    is_of_many_materials(features) || has_any(features, TEXTURES)
+    branch_free(&module.replace(&format!("{PTX_FEATURES:#x}"), &format!("{features:#x}")))
 }
 
 /// Sets the features of a SPIR-V module: the default of its specialisation constant. Modules of
@@ -59,9 +54,9 @@ mod tests {
             let constants = usize::from(name.starts_with("render"));
             for fast in [false, true] {
                 let module = crate::ptx(name, fast).expect(name);
-                let special = ptx(&module, 0x1234_5678);
+                let [special, other] = [0x1234_5678, 0x1234_5679].map(|features| ptx(&module, features));
                 assert_eq!(special.matches("0x12345678").count(), constants, "{name}");
-                assert_eq!(special == *module, constants == 0, "{name}");
+                assert_eq!(special == other, constants == 0, "{name}");
             }
         }
         for name in entry_points() {

@@ -85,7 +85,7 @@ unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
 /// sin θ.
 #[inline(always)]
 fn solid_angle_pdf(pdf: f32, sine: f32) -> f32 {
-    pdf / (2.0 * PI * PI * crate::math::max(sine, 1e-7))
+    pdf * (1.0 / (2.0 * PI * PI * crate::math::max(sine, 1e-7)))
 }
 
 /// Returns the radiance from the unit direction `d`, and the pdf with which [`sample`] chooses it.
@@ -138,8 +138,8 @@ pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> Envi
     let x = column as f32 + unit_f32(random.x);
     let y = row as f32 + unit_f32(random.y);
     let (c, s) = (params.environment_cos, params.environment_sin);
-    let (across, around) = cos_sin_turns(x / width as f32 - 0.5);
-    let (cosine, sine) = cos_sin_turns(0.5 * y / params.environment_height as f32);
+    let (across, around) = cos_sin_turns(x * (1.0 / width as f32) - 0.5);
+    let (cosine, sine) = cos_sin_turns(0.5 * y * (1.0 / params.environment_height as f32));
     let (dx, dz) = (sine * around, -sine * across);
     let direction = Vec3::new(dx * c + dz * s, cosine, dz * c - dx * s);
     EnvironmentSample {

@@ -11,8 +11,8 @@ use glam::Vec3;
 /// Based Rendering", 4th ed., section 9.3.5).
 #[inline(always)]
 pub fn dielectric(cos: f32, cos_refracted: f32, eta: f32) -> f32 {
-    let parallel = (cos - eta * cos_refracted) / (cos + eta * cos_refracted);
-    let perpendicular = (eta * cos - cos_refracted) / (eta * cos + cos_refracted);
+    let parallel = (cos - eta * cos_refracted) * (1.0 / (cos + eta * cos_refracted));
+    let perpendicular = (eta * cos - cos_refracted) * (1.0 / (eta * cos + cos_refracted));
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
@@ -30,7 +30,7 @@ pub fn refracted_cos2(cos: f32, eta: f32) -> f32 {
 /// is too low by up to 0.96 at index 1.5. Scenes select it with `fresnel: Schlick`.
 #[inline(always)]
 pub fn schlick(cos: f32, eta: f32) -> f32 {
-    let r0 = (1.0 - eta) / (1.0 + eta);
+    let r0 = (1.0 - eta) * (1.0 / (1.0 + eta));
     let r0 = r0 * r0;
     r0 + (1.0 - r0) * fifth_power(1.0 - cos)
 }
@@ -68,9 +68,9 @@ fn conductor_channel(cos: f32, eta: f32, k: f32) -> f32 {
     let sum = sqrt(t0 * t0 + 4.0 * eta2 * k2); // a² + b²
     let a = sqrt(max(0.5 * (sum + t0), 0.0));
     let (t1, t2) = (sum + cos2, 2.0 * cos * a);
-    let perpendicular = (t1 - t2) / (t1 + t2);
+    let perpendicular = (t1 - t2) * (1.0 / (t1 + t2));
     let (t3, t4) = (cos2 * sum + sin2 * sin2, t2 * sin2);
-    let parallel = perpendicular * (t3 - t4) / (t3 + t4);
+    let parallel = perpendicular * (t3 - t4) * (1.0 / (t3 + t4));
     0.5 * (perpendicular + parallel)
 }
 

@@ -183,13 +183,13 @@ pub fn cos_sin_turns(turns: f32) -> (f32, f32) {
     if nearest & 2 == 0 { (a, b) } else { (-a, -b) }
 }
 
-/// Returns the angle of the vector (`x`, `y`) in turns, in [-1/2, 1/2], within 1e-7; 0 for the zero
-/// vector.
+/// Returns the angle of the vector (`x`, `y`) in turns, in [-1/2, 1/2], within 1e-7; 0 if both
+/// components are zero or denormal.
 #[inline(always)]
 pub fn atan2_turns(y: f32, x: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let (low, high) = (min(ax, ay), max(ax, ay));
-    let ratio = if high > 0.0 { low / high } else { 0.0 };
+    let ratio = if high >= f32::MIN_POSITIVE { low * (1.0 / high) } else { 0.0 };
     let s = ratio * ratio;
     // Minimax polynomial for atan(r) / (2 π r) in r², error 1.4e-8.
     let tail = 0.015_824_392 + s * (-0.009_534_13 + s * (0.003_908_387_4 + s * -0.000_760_833));
@@ -207,9 +207,9 @@ pub fn atan2_turns(y: f32, x: f32) -> f32 {
 #[inline(always)]
 pub fn basis(n: Vec3) -> (Vec3, Vec3) {
     let sign = if n.z >= 0.0 { 1.0 } else { -1.0 };
-    let a = -1.0 / (sign + n.z);
+    let a = 1.0 / (sign + n.z);
     let b = n.x * n.y * a;
-    (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y))
+    (Vec3::new(1.0 - sign * n.x * n.x * a, -sign * b, -sign * n.x), Vec3::new(-b, sign - n.y * n.y * a, -n.y))
 }
 
 /// Returns the value of a half-precision number that is 0 or at least 2⁻¹⁴ (the host rounds all

@@ -17,17 +17,16 @@ pub const MIN_ROUGH_ALPHA: f32 = 1e-3;
 pub fn distribution(h: Vec3, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
     // As a sum of squares: 1 - cos² cancels where the lobe is narrow.
-    let s = (h.x * h.x + h.y * h.y) / a2 + h.z * h.z;
-    1.0 / (PI * a2 * s * s)
+    let s = h.x * h.x + h.y * h.y + a2 * (h.z * h.z);
+    a2 * (1.0 / (PI * s * s))
 }
 
-/// Returns Smith's Λ: the ratio of masked to visible facets from a direction with height `z`, 0 < z
-/// ≤ 1.
+/// Returns z (1 + Λ(z)): the projected area of all facets, visible or masked, that face a direction
+/// with height `z`, 0 < z ≤ 1, per unit of surface area. Λ is Smith's ratio of masked to visible
+/// facets (Heitz, JCGT 3(2), 2014).
 #[inline(always)]
-pub fn lambda(z: f32, alpha: f32) -> f32 {
-    let cos2 = max(z * z, 1e-14);
-    let tan2 = max(1.0 - z * z, 0.0) / cos2;
-    0.5 * (sqrt(1.0 + alpha * alpha * tan2) - 1.0)
+pub fn facing_area(z: f32, alpha: f32) -> f32 {
+    0.5 * (z + sqrt(z * z + alpha * alpha * max(1.0 - z * z, 0.0)))
 }
 
 /// Samples a facet normal seen from `v` (v.z > 0), in proportion to the area seen: pdf D(h) G1(v)
@@ -65,7 +64,7 @@ pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
 #[inline(always)]
 pub fn mean_grazing_share(roughness: f32) -> f32 {
     let c = coefficients(roughness);
-    c.0 / 6.0 + c.1 / 21.0 + c.2 / 55.0 + c.3 / 120.0 + MARGIN / 3.0
+    c.0 * (1.0 / 6.0) + c.1 * (1.0 / 21.0) + c.2 * (1.0 / 55.0) + c.3 * (1.0 / 120.0) + MARGIN * (1.0 / 3.0)
 }
 
 const MARGIN: f32 = 0.034;

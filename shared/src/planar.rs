@@ -61,7 +61,7 @@ impl Planar {
         if approach == 0.0 {
             return MISS;
         }
-        let t = to_plane / approach;
+        let t = to_plane * (1.0 / approach);
         let from_origin = origin + direction * t - self.origin;
         let (u, v) = (from_origin.dot(self.dual_u), from_origin.dot(self.dual_v));
         let inside = if self.kind == DISC {

@@ -53,9 +53,10 @@ impl Sphere {
         let inside = (is_origin & origin_primitive.goes_inside()) | (!is_origin & (c <= 0.0));
         let q = if b >= 0.0 { b + root } else { b - root };
         // From inside: the far root, q / 1 or c / q by the sign of b. From outside: the near root,
-        // c / q, negative if behind. One division for all lanes of a warp.
+        // c / q, negative if behind. All lanes of a warp compute the quotient.
         let far = inside & (b >= 0.0);
-        let t = (if far { q } else { c }) / (if far { 1.0 } else { q });
+        let near = c * (1.0 / q);
+        let t = if far { q } else { near };
         let leaves = is_origin & (!inside | (b <= 0.0));
         if (t > 0.0) & !leaves { t } else { MISS }
     }

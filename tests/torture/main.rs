@@ -23,6 +23,7 @@ mod mesh;
 #[allow(dead_code, missing_docs, reason = "shared")]
 mod statistics;
 
+mod all_numbers;
 mod boundaries;
 mod boxes;
 mod census;

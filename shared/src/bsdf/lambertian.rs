@@ -5,7 +5,7 @@ use super::book::{BookLobe, Incidence, Scattered};
 use crate::features::{FeatureSet, Features};
 use crate::material::Material;
 use crate::rng::Words;
-use core::f32::consts::PI;
+use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 pub(super) struct Lambertian;
@@ -23,7 +23,7 @@ impl BookLobe for Lambertian {
 
     #[inline(always)]
     fn pdf(_: &Bsdf, _: Vec3, cos: f32) -> f32 {
-        cos / PI
+        cos * FRAC_1_PI
     }
 
     #[inline(always)]

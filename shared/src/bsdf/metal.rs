@@ -37,7 +37,7 @@ impl BookLobe for Metal {
             return 0.0;
         }
         let s = 4.0 * along * along - (1.0 - fuzz * fuzz);
-        2.0 * sqrt(half_chord2) * s / (4.0 * PI * fuzz * fuzz * fuzz)
+        2.0 * sqrt(half_chord2) * s * (1.0 / (4.0 * PI * fuzz * fuzz * fuzz))
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::math::{max_component, sqrt, unit_circle, unit_f32};
 use crate::microfacet::{MIN_ROUGH_ALPHA, grazing_share, mean_grazing_share};
 use crate::rng::Words;
-use core::f32::consts::PI;
+use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 pub(super) struct MetallicRoughness;
@@ -75,11 +75,11 @@ impl MicrofacetLobe for MetallicRoughness {
         let rest = 1.0 - dielectric_f0(m);
         let enter = 1.0 - grazing_share(bsdf.local_viewer.z, m.roughness);
         let leave = 1.0 - grazing_share(i.z, m.roughness);
-        let base = rest * enter * leave / (1.0 - mean_grazing_share(m.roughness));
-        let diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * i.z / PI);
+        let base = rest * enter * leave * (1.0 / (1.0 - mean_grazing_share(m.roughness)));
+        let diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * i.z * FRAC_1_PI);
         BsdfEval {
             value: f * facets.value + diffuse,
-            pdf: facets.pdf * probabilities.specular + probabilities.diffuse * i.z / PI,
+            pdf: facets.pdf * probabilities.specular + probabilities.diffuse * i.z * FRAC_1_PI,
         }
     }
 }
@@ -106,7 +106,7 @@ fn lobe_probabilities(bsdf: &Bsdf) -> LobeProbabilities {
 /// Returns the reflectance at normal incidence of the dielectric part.
 #[inline(always)]
 fn dielectric_f0(material: &Material) -> f32 {
-    let r = (material.ior - 1.0) / (material.ior + 1.0);
+    let r = (material.ior - 1.0) * (1.0 / (material.ior + 1.0));
     r * r
 }
 

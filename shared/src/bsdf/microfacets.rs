@@ -5,7 +5,7 @@ use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, of_microfacets, reflect};
 use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
 use crate::material::Material;
 use crate::math::{max, min, sqrt};
-use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, lambda, sample_visible_normal};
+use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, facing_area, sample_visible_normal};
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -159,18 +159,19 @@ impl Bsdf {
         let (mut value, mut pdf) = (0.0, 0.0);
         let rough = self.alpha >= MIN_ROUGH_ALPHA;
         if rough && cos_o > 0.0 && (cos_i > 0.0) == (mirrored.z > 0.0) {
-            let (lambda_o, lambda_i) = (lambda(o.z, self.alpha), lambda(i.z.abs(), self.alpha));
-            let d = distribution(h, self.alpha);
-            // Solid angle of facet normals per solid angle of i.
+            // Solid angle of facet normals per solid angle of i, times cos_o.
             let spread = if reflected || !refracts {
-                1.0 / (4.0 * cos_o)
+                0.25
             } else {
                 let s = cos_o * eta + cos_i;
-                if s == 0.0 { 0.0 } else { cos_i.abs() / (s * s) }
+                if s == 0.0 { 0.0 } else { cos_o * cos_i.abs() * (1.0 / (s * s)) }
             };
-            let common = d * cos_o * spread / o.z;
-            value = common / (1.0 + lambda_o + lambda_i);
-            pdf = common / (1.0 + lambda_o);
+            let common = distribution(h, self.alpha) * spread;
+            let height = i.z.abs();
+            let (facing_o, facing_i) = (facing_area(o.z, self.alpha), facing_area(height, self.alpha));
+            pdf = common * (1.0 / facing_o);
+            // Facets that both directions see: 1 of 1 + Λ(o) + Λ(i), over o.z.
+            value = common * height * (1.0 / (facing_o * height + o.z * (facing_i - height)));
         }
         let facets = FacetEval { value, pdf, cos: min(cos_o, 1.0), reflected };
         of_microfacets!(features, kind, evaluate(self, i, &facets))

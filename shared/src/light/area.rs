@@ -21,8 +21,8 @@ use glam::Vec3;
 #[inline(always)]
 fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
     let to = sphere.center - from.point;
-    let sine2 = sphere.radius * sphere.radius / max(to.dot(to), 1e-37);
-    if sine2 < 1.0 && primitive != from.primitive { sine2 / (1.0 + sqrt(1.0 - sine2)) } else { 0.0 }
+    let sine2 = sphere.radius * sphere.radius * (1.0 / max(to.dot(to), 1e-37));
+    if sine2 < 1.0 && primitive != from.primitive { sine2 * (1.0 / (1.0 + sqrt(1.0 - sine2))) } else { 0.0 }
 }
 
 /// Samples a point of an emitting primitive.
@@ -165,8 +165,8 @@ pub unsafe fn pdf<const POSSIBLE: Features>(
             // The far side, seen through holes of the near one, is never sampled.
             let chance = if cos > 0.0 { 0.0 } else { light_pdf };
             let chance = chance * (4.0 * PI * sphere.radius * sphere.radius);
-            return chance / (2.0 * PI * half_cone);
+            return chance * (1.0 / (2.0 * PI * half_cone));
         }
     }
-    light_pdf * distance * distance / max(cos.abs(), 1e-9)
+    light_pdf * distance * distance * (1.0 / max(cos.abs(), 1e-9))
 }

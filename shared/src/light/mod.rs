@@ -14,7 +14,7 @@ use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
 use crate::environment;
 use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, PUNCTUAL};
-use crate::math::{mul_high, unit_f32};
+use crate::math::{max, mul_high, unit_f32};
 use crate::params::RenderParams;
 pub use crate::records::light::Light;
 use crate::rng::Words;
@@ -123,7 +123,9 @@ pub unsafe fn sample<const POSSIBLE: Features>(
 #[inline(always)]
 pub fn mis_weight(own: f32, other: f32) -> f32 {
     // The larger pdf is divided out, so neither square overflows.
-    let ratio = if own >= other { other / own } else { own / other };
+    let is_larger = own >= other;
+    let (low, high) = if is_larger { (other, own) } else { (own, other) };
+    let ratio = low * (1.0 / max(high, f32::MIN_POSITIVE));
     let square = ratio * ratio;
-    if own >= other { 1.0 / (1.0 + square) } else { square / (1.0 + square) }
+    (if is_larger { 1.0 } else { square }) * (1.0 / (1.0 + square))
 }

@@ -17,7 +17,7 @@ pub(super) fn sample(light: &Light, from: ReferencePoint) -> LightSample {
     LightSample {
         direction,
         t_max: distance,
-        radiance: light.intensity * (cone * cone / square),
+        radiance: light.intensity * (cone * cone * (1.0 / square)),
         pdf: light.probability,
         ..NO_LIGHT
     }

@@ -66,7 +66,7 @@ impl Connection {
             return Vec3::ZERO;
         }
         let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, eval.pdf) };
-        eval.value * light.radiance * (weight / light.pdf)
+        eval.value * light.radiance * (weight * (1.0 / light.pdf))
     }
 }
 

@@ -135,7 +135,7 @@ pub(super) fn intersect_spheres<L: Simd>(
     let forward = l.le(zero, b);
     let q = l.select(forward, l.add(b, root), l.sub(b, root));
     let far = l.and(inside, forward);
-    let t = l.div(l.select(far, q, c), l.select(far, l.splat(1.0), q));
+    let t = l.select(far, q, l.mul(c, l.div(l.splat(1.0), q)));
     let stays = l.and_not(l.le(b, zero), inside);
     let leaves = l.and_not(stays, is_departure);
     let valid = l.and(l.lt(zero, t), l.le(t, l.splat(t_max)));

@@ -3,7 +3,7 @@
 
 use crate::record::{Input, Output, ProbeParams, floats, row4};
 use glam::UVec4;
-use trisect_shared::math::{max, min, sqrt};
+use trisect_shared::math::{max, min, reciprocal, sqrt};
 use trisect_shared::scene::Scene;
 
 /// x + y.
@@ -34,9 +34,47 @@ pub const TO_SIGNED: u32 = 11;
 pub const COMPARE: u32 = 12;
 /// 1 / x.
 pub const RECIPROCAL: u32 = 13;
+/// [Digest](digest) of 1 / x for each x of a range.
+pub const RECIPROCALS: u32 = 14;
+/// [Digest](digest) of the square root of each x of a range.
+pub const ROOTS: u32 = 15;
+/// [Digest](digest) of 1 / √x, both rounded, for each x of a range.
+pub const RECIPROCALS_OF_ROOTS: u32 = 16;
+/// [Digest](digest) of the approximate reciprocal of each x of a range.
+pub const APPROXIMATE_RECIPROCALS: u32 = 17;
 
-/// Runs the operation that `params.operation` names. Row a: x, y, z. Output: a the result, as a
-/// number; b the integer or the bits that [`TO_SIGNED`] and [`COMPARE`] give instead.
+/// Numbers of a digest's range.
+pub const RANGE: u32 = 1 << 16;
+
+/// Returns a digest of an operation's results for the [`RANGE`] numbers whose bits follow `first`:
+/// the 32-bit FNV-1a hash of their bits, word by word, with one pattern for all NaN.
+#[inline(always)]
+fn digest(operation: u32, first: u32) -> u32 {
+    let mut hash = 0x811c_9dc5;
+    let mut index = 0;
+    while index < RANGE {
+        let x = f32::from_bits(first + index);
+        let mut result = 0.0;
+        if operation == RECIPROCALS {
+            result = 1.0 / x;
+        } else if operation == ROOTS {
+            result = sqrt(x);
+        } else if operation == RECIPROCALS_OF_ROOTS {
+            result = 1.0 / sqrt(x);
+        } else if operation == APPROXIMATE_RECIPROCALS {
+            result = reciprocal(x);
+        }
+        let bits = result.to_bits();
+        let bits = if bits & 0x7fff_ffff > 0x7f80_0000 { 0x7fc0_0000 } else { bits };
+        hash = (hash ^ bits).wrapping_mul(0x0100_0193);
+        index += 1;
+    }
+    hash
+}
+
+/// Runs the operation that `params.operation` names. Row a: x, y, z, or the bits of a range's first
+/// number. Output: a the result, as a number; b the integer, the bits or the digest that
+/// [`TO_SIGNED`], [`COMPARE`] and operations of ranges give instead.
 #[inline(always)]
 pub fn arithmetic(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let v = floats(input.a);
@@ -75,6 +113,8 @@ pub fn arithmetic(params: &ProbeParams, _: Scene, input: Input) -> Output {
         bits |= (is_nan as u32) << 3 | ((x > y) as u32) << 4 | ((x >= y) as u32) << 5;
     } else if operation == RECIPROCAL {
         result = 1.0 / x;
+    } else {
+        bits = digest(operation, input.a.x);
     }
     Output { a: row4(result, 0.0, 0.0, 0.0), b: UVec4::new(bits, 0, 0, 0) }
 }

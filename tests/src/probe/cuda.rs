@@ -9,6 +9,7 @@ use cudarc::driver::{
 use cudarc::nvrtc::Ptx;
 use std::sync::Arc;
 use trisect::device::{BackendError, cuda};
+use trisect_kernels::specialise;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_probes::{PTX_PRECISE, WORKGROUP};
 use trisect_shared::scene::SceneLengths;
@@ -39,7 +40,7 @@ impl Cuda {
         let name = cuda::devices()?.into_iter().next().map(|device| device.name).unwrap_or_default();
         let context = CudaContext::new(0).map_err(failed)?;
         let stream = context.default_stream();
-        let module = context.load_module(Ptx::from_src(PTX_PRECISE)).map_err(failed)?;
+        let module = context.load_module(Ptx::from_src(specialise::ptx(PTX_PRECISE, 0))).map_err(failed)?;
         let scene = scene.records();
         let lengths = Argument(SceneLengths::of(&scene));
         let arrays = [
