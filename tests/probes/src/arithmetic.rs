@@ -44,7 +44,7 @@ pub const RECIPROCALS_OF_ROOTS: u32 = 16;
 pub const APPROXIMATE_RECIPROCALS: u32 = 17;
 
 /// Numbers of a digest's range.
-pub const RANGE: u32 = 1 << 16;
+pub const RANGE: u32 = 1 << 12;
 
 /// Returns a digest of an operation's results for the [`RANGE`] numbers whose bits follow `first`:
 /// the 32-bit FNV-1a hash of their bits, word by word, with one pattern for all NaN.
