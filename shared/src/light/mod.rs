@@ -119,7 +119,7 @@ pub unsafe fn sample<const POSSIBLE: Features>(
 
 /// Returns the weight of a sample with pdf `own` that another technique finds with pdf `other`: the
 /// power heuristic with exponent 2 (Veach and Guibas, SIGGRAPH 1995). The two weights of a pair sum
-/// to 1.
+/// to 1, unless both pdfs are denormal.
 #[inline(always)]
 pub fn mis_weight(own: f32, other: f32) -> f32 {
     // The larger pdf is divided out, so neither square overflows.
