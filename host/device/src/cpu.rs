@@ -10,8 +10,8 @@ use crate::{MathMode, RowTarget, Schedule, Traversal};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
-use trisect_kernels::EntryPoint;
 use trisect_kernels::native::{Arguments, Array, Kernel, native};
+use trisect_kernels::{EntryPoint, is_level};
 use trisect_shared::features::Features;
 
 /// Name of the backend.
@@ -19,6 +19,9 @@ pub(crate) const NAME: &str = "cpu";
 
 /// Number of threads of a launch, next to each other in a row, that make a task of the pool.
 const TASK: u32 = 64;
+
+/// The same of a level of the denoiser, whose tasks also read the pixels around them.
+const LEVEL_TASK: u32 = 512;
 
 /// Number of bytes that a task of the pool fills.
 const FILL: usize = 1 << 20;
@@ -55,19 +58,19 @@ impl Cpu {
         Ok(Self { info, instructions, pool })
     }
 
-    /// Returns the kernel of an entry point: for the device's instruction set if it traces the wide
-    /// BVH, else for the baseline.
+    /// Returns the kernel of an entry point for the device's instruction set; for the baseline if it
+    /// has no other, or if it is a render kernel that traces the binary BVH.
     fn kernel(&self, entry_point: EntryPoint) -> Result<Kernel, BackendError> {
         let native = native(entry_point).ok_or_else(|| misuse(NAME, "there is no such kernel"))?;
-        if entry_point.extra == 0 {
-            return Ok(native.baseline);
-        }
-        match self.instructions {
+        let kernel = match self.instructions {
             InstructionSet::Baseline => None,
             InstructionSet::Avx2 => native.avx2,
             InstructionSet::Avx512 => native.avx512,
+        };
+        if entry_point.extra > 0 {
+            return kernel.ok_or_else(|| misuse(NAME, "no kernel for this processor traces the wide BVH"));
         }
-        .ok_or_else(|| misuse(NAME, "no kernel for this processor traces the wide BVH"))
+        Ok(kernel.filter(|_| is_level(entry_point.name)).unwrap_or(native.baseline))
     }
 
     /// Runs a launch. Returns its time.
@@ -92,11 +95,12 @@ impl Cpu {
         let features = launch.entry_point.features;
         let arguments = Arguments { params: launch.params, arrays: &arrays, features };
         let (across, down) = launch.threads;
-        let of_row = across.div_ceil(TASK);
-        (0..u64::from(of_row) * u64::from(down)).into_par_iter().for_each(|task| {
-            let (y, first) = ((task / u64::from(of_row)) as u32, (task % u64::from(of_row)) as u32 * TASK);
+        let task = if is_level(launch.entry_point.name) { LEVEL_TASK } else { TASK };
+        let of_row = across.div_ceil(task);
+        (0..u64::from(of_row) * u64::from(down)).into_par_iter().for_each(|index| {
+            let (y, first) = ((index / u64::from(of_row)) as u32, (index % u64::from(of_row)) as u32 * task);
             // SAFETY: the caller's promise; each thread of the launch is part of one task.
-            unsafe { kernel(&arguments, first..across.min(first.saturating_add(TASK)), y) };
+            unsafe { kernel(&arguments, first..across.min(first.saturating_add(task)), y) };
         });
         Ok(start.elapsed())
     }

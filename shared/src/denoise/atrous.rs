@@ -9,10 +9,10 @@ use glam::Vec3;
 
 /// Smaller than the variance of any image; added to avoid a division by 0 (SVGF adds its root to
 /// the deviation).
-const MIN_VARIANCE: f32 = 1e-10;
+pub(super) const MIN_VARIANCE: f32 = 1e-10;
 
 /// Coefficients of the B3 spline at 0, 1 and 2.
-const B3: [f32; 3] = [0.375, 0.25, 0.0625];
+pub(super) const B3: [f32; 3] = [0.375, 0.25, 0.0625];
 
 /// Number of pixels that a thread of a device computes, in one column of the level's lattice: they
 /// share most of their taps. Four would share more, but need too many registers

@@ -10,6 +10,8 @@
 mod atrous;
 mod demodulation;
 mod edge_stopping;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+mod row;
 mod temporal;
 mod variance;
 
@@ -17,6 +19,8 @@ pub use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel, UNK
 pub use atrous::{PIXELS_PER_THREAD, atrous_level, atrous_levels};
 pub use demodulation::{demodulate, remodulate};
 pub use edge_stopping::PinholeView;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+pub use row::{atrous_rows, row_numbers};
 pub use temporal::{accumulate, reproject};
 pub use variance::{NEIGHBOURHOOD_RADIUS, estimate_variance};
 

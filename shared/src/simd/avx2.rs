@@ -52,6 +52,11 @@ impl Simd for Avx2 {
         unsafe { _mm256_load_ps(row.0.as_ptr()) }
     }
     #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; LANES]) -> __m256 {
+        // SAFETY: see the module; there are eight numbers.
+        unsafe { _mm256_loadu_ps(numbers.as_ptr()) }
+    }
+    #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
         // SAFETY: see the module.
         unsafe { _mm256_set1_ps(x) }

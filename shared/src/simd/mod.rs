@@ -2,7 +2,7 @@
 //!
 //! Each arithmetic operation is IEEE 754's, rounded to nearest even, lane by lane, and none is
 //! contracted: with each instruction set the bits are those of scalar code. An instruction set is a
-//! value; code that has one may use its instructions. Called by `wide` only.
+//! value; code that has one may use its instructions. Called by `wide` and `denoise`.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -61,6 +61,8 @@ pub trait Simd: Copy {
 
     /// Returns the numbers of a row.
     fn load(self, row: &SimdRow<f32>) -> Self::F;
+    /// Returns eight numbers, which need no alignment.
+    fn load_unaligned(self, numbers: &[f32; LANES]) -> Self::F;
     /// Returns `x` in each lane.
     fn splat(self, x: f32) -> Self::F;
     /// Returns the numbers as a row.
@@ -115,6 +117,12 @@ pub trait Simd: Copy {
         order: u32,
         top: StackTop,
     ) -> u32;
+}
+
+/// Returns the dot product in each lane, summed in glam's order.
+#[inline(always)]
+pub fn dot<L: Simd>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+    l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
 }
 
 #[cfg(test)]

@@ -24,6 +24,10 @@ impl Simd for Portable {
         row.0
     }
     #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; LANES]) -> F {
+        *numbers
+    }
+    #[inline(always)]
     fn splat(self, x: f32) -> F {
         [x; LANES]
     }

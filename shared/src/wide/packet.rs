@@ -3,7 +3,7 @@
 use super::{SpherePacket, TrianglePacket};
 use crate::buffer::borrow;
 use crate::ray::Ray;
-use crate::simd::Simd;
+use crate::simd::{Simd, dot};
 use glam::Vec3;
 
 /// A ray with what the tests of packets need.
@@ -89,12 +89,6 @@ fn vertex<L: Simd>(l: L, packet: &TrianglePacket, first: u32, ray: &PreparedRay)
     let (x, y) = (l.sub(x, l.splat(ray.permuted_origin.x)), l.sub(y, l.splat(ray.permuted_origin.y)));
     let z = l.sub(z, l.splat(ray.permuted_origin.z));
     [l.sub(x, l.mul(l.splat(ray.shear.x), z)), l.sub(y, l.mul(l.splat(ray.shear.y), z)), z]
-}
-
-/// Returns the dot product, summed in glam's order.
-#[inline(always)]
-fn dot<L: Simd>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
-    l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
 }
 
 /// Returns a bit for each lane whose sphere is hit at most at `t_max`, and the distances.

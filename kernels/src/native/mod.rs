@@ -1,16 +1,20 @@
 //! Entry points for the host: the same list as for devices, compiled for the CPU.
 //!
-//! A call runs threads next to each other in one row of a launch. The render kernels also exist for
-//! instruction sets above the baseline, with which they trace the wide BVH.
+//! A call runs threads next to each other in one row of a launch. Render kernels and levels of the
+//! denoiser also exist for instruction sets above the baseline; render kernels trace the wide BVH
+//! with them.
 #![allow(unsafe_code, reason = "kernels take raw pointers, which their callers answer for")]
+
+mod levels;
 
 use crate::EntryPoint;
 use core::marker::PhantomData;
 use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
+use levels::LEVELS;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::buffer::SharedSlice;
-use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
+use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
@@ -67,9 +71,9 @@ pub struct NativeEntryPoint {
     possible: Features,
     /// Kernel for every processor of the architecture; traces the binary BVH.
     pub baseline: Kernel,
-    /// Kernel for AVX2, which traces the wide BVH; only of render kernels, on x86-64.
+    /// Kernel for AVX2; on x86-64 only. A render kernel traces the wide BVH.
     pub avx2: Option<Kernel>,
-    /// Kernel for AVX-512, which traces the wide BVH; only of render kernels, on x86-64.
+    /// Kernel for AVX-512; as for AVX2.
     pub avx512: Option<Kernel>,
 }
 
@@ -188,38 +192,6 @@ unsafe fn store<T>(array: &Written<'_, T>, index: u32, value: T) {
     debug_assert!((index as usize) < array.length);
     // SAFETY: the caller's promise.
     unsafe { array.first.add(index as usize).write(value) }
-}
-
-/// The denoiser's functions, with levels that write pixel by pixel.
-mod denoise {
-    use super::{Written, store};
-    pub use trisect_shared::denoise::*;
-    use trisect_shared::denoise::{DenoiseParams, FilteredPixel, GBufferTexel, PIXELS_PER_THREAD};
-
-    /// Writes the pixels that a thread of a device writes. The bits are the same.
-    ///
-    /// # Safety
-    ///
-    /// The column lies inside the image, and each array has a record for each pixel.
-    #[inline(always)]
-    pub unsafe fn atrous_levels<const BY_VARIANCE: bool>(
-        params: &DenoiseParams,
-        from: &[FilteredPixel],
-        edges: &[GBufferTexel],
-        to: &Written<'_, FilteredPixel>,
-        x: u32,
-        row: u32,
-    ) {
-        let step = params.step.max(1);
-        let first = row / step * (PIXELS_PER_THREAD * step) + row % step;
-        for y in (0..PIXELS_PER_THREAD).map(|k| first + k * step).filter(|&y| y < params.height) {
-            // SAFETY: the pixel lies inside the image.
-            unsafe {
-                let pixel = atrous_level::<BY_VARIANCE>(params, from, edges, x, y);
-                store(to, y * params.width + x, pixel);
-            }
-        }
-    }
 }
 
 /// First binding of the arrays that render kernels write: output, compensations, counter, AOV sums.
@@ -427,14 +399,6 @@ macro_rules! passes {
 }
 
 const PASSES: &[NativeEntryPoint] = for_each_pass!(passes);
-
-macro_rules! levels {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $row:ident| $body:block,)*) => {
-        &[$(plain($text, pass!(|$params, $sums, $aovs, $from, $to, $edges, $x, $row| $body)),)*]
-    };
-}
-
-const LEVELS: &[NativeEntryPoint] = for_each_level!(levels);
 
 macro_rules! temporal {
     ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
