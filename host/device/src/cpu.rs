@@ -10,8 +10,8 @@ use crate::{MathMode, RowTarget, Schedule, Traversal};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
-use trisect_kernels::native::{Arguments, Array, Kernel, native};
-use trisect_kernels::{EntryPoint, is_level};
+use trisect_kernels::EntryPoint;
+use trisect_kernels::native::{Arguments, Array, Kernel, is_by_rows, native};
 use trisect_shared::features::Features;
 
 /// Name of the backend.
@@ -20,8 +20,8 @@ pub(crate) const NAME: &str = "cpu";
 /// Number of threads of a launch, next to each other in a row, that make a task of the pool.
 const TASK: u32 = 64;
 
-/// The same of a level of the denoiser, whose tasks also read the pixels around them.
-const LEVEL_TASK: u32 = 512;
+/// The same of a filter by rows, whose tasks also read the pixels around them.
+const ROW_TASK: u32 = 512;
 
 /// Number of bytes that a task of the pool fills.
 const FILL: usize = 1 << 20;
@@ -70,7 +70,7 @@ impl Cpu {
         if entry_point.extra > 0 {
             return kernel.ok_or_else(|| misuse(NAME, "no kernel for this processor traces the wide BVH"));
         }
-        Ok(kernel.filter(|_| is_level(entry_point.name)).unwrap_or(native.baseline))
+        Ok(kernel.filter(|_| is_by_rows(entry_point.name)).unwrap_or(native.baseline))
     }
 
     /// Runs a launch. Returns its time.
@@ -95,7 +95,7 @@ impl Cpu {
         let features = launch.entry_point.features;
         let arguments = Arguments { params: launch.params, arrays: &arrays, features };
         let (across, down) = launch.threads;
-        let task = if is_level(launch.entry_point.name) { LEVEL_TASK } else { TASK };
+        let task = if is_by_rows(launch.entry_point.name) { ROW_TASK } else { TASK };
         let of_row = across.div_ceil(task);
         (0..u64::from(of_row) * u64::from(down)).into_par_iter().for_each(|index| {
             let (y, first) = ((index / u64::from(of_row)) as u32, (index % u64::from(of_row)) as u32 * task);

@@ -1,17 +1,18 @@
 //! Entry points for the host: the same list as for devices, compiled for the CPU.
 //!
-//! A call runs threads next to each other in one row of a launch. Render kernels and levels of the
-//! denoiser also exist for instruction sets above the baseline; render kernels trace the wide BVH
+//! A call runs threads next to each other in one row of a launch. Render kernels and filters of
+//! the denoiser also exist for instruction sets above the baseline; render kernels trace the wide BVH
 //! with them.
 #![allow(unsafe_code, reason = "kernels take raw pointers, which their callers answer for")]
 
-mod levels;
+mod rows;
 
 use crate::EntryPoint;
 use core::marker::PhantomData;
 use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
-use levels::LEVELS;
+use rows::ROWS;
+pub use rows::is_by_rows;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::buffer::SharedSlice;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
@@ -88,7 +89,7 @@ pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
     let able = |kernel: &&NativeEntryPoint| {
         kernel.name == name && of.features & (CHOICES | NEEDS | LINEAR) & !kernel.possible == 0
     };
-    [RENDER, FIRST_HITS, PASSES, LEVELS, TEMPORAL, DISPLAYS].into_iter().flatten().find(able)
+    [RENDER, FIRST_HITS, ROWS, PASSES, TEMPORAL, DISPLAYS].into_iter().flatten().find(able)
 }
 
 impl Arguments<'_> {

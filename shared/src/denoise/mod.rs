@@ -11,7 +11,7 @@ mod atrous;
 mod demodulation;
 mod edge_stopping;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-mod row;
+mod rows;
 mod temporal;
 mod variance;
 
@@ -20,9 +20,9 @@ pub use atrous::{PIXELS_PER_THREAD, atrous_level, atrous_levels};
 pub use demodulation::{demodulate, remodulate};
 pub use edge_stopping::PinholeView;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-pub use row::{atrous_rows, row_numbers};
-pub use temporal::{accumulate, reproject};
-pub use variance::{NEIGHBOURHOOD_RADIUS, estimate_variance};
+pub use rows::{NeighbourhoodRow, atrous_rows, level_numbers, neighbourhood_numbers};
+pub use temporal::{accumulate, reproject, reproject_onto};
+pub use variance::{NEIGHBOURHOOD_RADIUS, NeighbourhoodStats, estimate_variance, estimate_variance_from};
 
 use bytemuck::{Pod, Zeroable};
 

@@ -62,6 +62,30 @@ pub unsafe fn reproject(
     let pixel = y * params.width + x;
     // SAFETY: the caller's promise.
     let (middle, edge) = unsafe { (load::<FilteredPixel>(from, pixel), load::<GBufferTexel>(edges, pixel)) };
+    // SAFETY: the caller's promise.
+    let shown = || unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
+    // SAFETY: the caller's promise.
+    unsafe { reproject_onto(params, (middle, edge), history, samples, aovs, (x, y), shown) }
+}
+
+/// Returns what [`reproject`] returns, for the pixel (`x`, `y`) with colour and surface `of` and
+/// the neighbourhood that `stats` returns.
+///
+/// # Safety
+///
+/// As [`reproject`].
+#[inline(always)]
+#[allow(unsafe_code, clippy::too_many_arguments, reason = "see buffer; one argument per binding")]
+pub unsafe fn reproject_onto(
+    params: &DenoiseParams,
+    of: (FilteredPixel, GBufferTexel),
+    history: &[Packed<HistoryPixel>],
+    samples: u32,
+    aovs: AovSums,
+    (x, y): (u32, u32),
+    stats: impl FnOnce() -> NeighbourhoodStats,
+) -> (FilteredPixel, HistoryPixel) {
+    let (middle, edge) = of;
     let new = if middle.is_known() { samples as f32 } else { 0.0 };
     // SAFETY: the caller's promise.
     let previous = unsafe { find_history(params, edge, history, aovs, x, y) };
@@ -73,8 +97,7 @@ pub unsafe fn reproject(
     let counted = total >= params.trusted_samples as f32;
     let mut shown = NeighbourhoodStats { mean: Vec3::ZERO, variance: Vec3::ZERO };
     if new > 0.0 && (weight > 0.0 || !counted) {
-        // SAFETY: the caller's promise.
-        shown = unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
+        shown = stats();
     }
     // Variance of one sample.
     let mut variance = if new > 0.0 { middle.variance * (new - 1.0) } else { 0.0 };

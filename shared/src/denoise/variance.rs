@@ -43,19 +43,33 @@ pub unsafe fn estimate_variance(
     let pixel = y * params.width + x;
     // SAFETY: the caller's promise.
     let (middle, edge) = unsafe { (load::<FilteredPixel>(from, pixel), load::<GBufferTexel>(edges, pixel)) };
+    // SAFETY: the caller's promise.
+    let shown = || unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
+    estimate_variance_from(params, middle, samples, shown)
+}
+
+/// Returns the pixel `middle`; if it has fewer than `params.trusted_samples` samples, with the
+/// variance of its neighbourhood, which `shown` returns.
+#[inline(always)]
+pub fn estimate_variance_from(
+    params: &DenoiseParams,
+    middle: FilteredPixel,
+    samples: u32,
+    shown: impl FnOnce() -> NeighbourhoodStats,
+) -> FilteredPixel {
     if samples >= params.trusted_samples || !middle.is_known() {
         return middle;
     }
-    // SAFETY: the caller's promise.
-    let variance = unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) }.total_variance();
-    FilteredPixel { variance, ..middle }
+    FilteredPixel { variance: shown().total_variance(), ..middle }
 }
 
 /// Mean and variance of a pixel's neighbourhood, by channel.
-#[derive(Clone, Copy)]
-pub(super) struct NeighbourhoodStats {
-    pub(super) mean: Vec3,
-    pub(super) variance: Vec3,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NeighbourhoodStats {
+    /// Mean.
+    pub mean: Vec3,
+    /// Variance of one pixel.
+    pub variance: Vec3,
 }
 
 impl NeighbourhoodStats {
