@@ -95,6 +95,11 @@ impl<'a, L: Simd> Planes<'a, L> {
         let (pixels, column) = self.inside(y);
         let stride = self.layout.stride;
         let planes = &mut self.numbers[row * PLANES * stride..(row + 1) * PLANES * stride];
+        // Taps outside the image have a weight of 0, which only finite numbers keep at 0.
+        for plane in planes.chunks_exact_mut(stride) {
+            plane[..column].fill(0.0);
+            plane[column + pixels.len()..].fill(0.0);
+        }
         let mut of = planes.chunks_exact_mut(stride);
         let mut next = || of.next().unwrap_or_default();
         let [red, green, blue, variance] = [next(), next(), next(), next()];
