@@ -32,6 +32,11 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_scale)]
     pub scale: f64,
 
+    /// Frames a second to keep while the camera moves, by a lower resolution; 0 keeps the resolution
+    /// (default: 10 in a window, 0 with --headless). A camera at rest has the full resolution.
+    #[arg(long, value_name = "FPS", value_parser = parse_fps, conflicts_with = "output")]
+    pub moving_fps: Option<f64>,
+
     /// In a window: samples per pixel at which an image at rest is finished.
     #[arg(long, value_name = "N", default_value = "4096", value_parser = parse_count)]
     pub enough: u32,
@@ -89,6 +94,11 @@ fn parse_share(text: &str) -> Result<f64, String> {
         Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
         _ => Err("must be a number between 0 and 1".to_owned()),
     }
+}
+
+fn parse_fps(text: &str) -> Result<f64, String> {
+    let fps: f64 = text.parse().unwrap_or(f64::NAN);
+    if (0.0..=1000.0).contains(&fps) { Ok(fps) } else { Err("must be a number between 0 and 1000".to_owned()) }
 }
 
 fn parse_scale(text: &str) -> Result<f64, String> {

@@ -11,7 +11,7 @@ use trisect::output;
 use trisect::output::Outputs;
 use trisect::render::Renderer;
 use trisect::scene::{CameraPose, SceneError};
-use trisect::view::{CameraPath, FrameTiming, ViewOptions, Viewer};
+use trisect::view::{CameraPath, FrameTiming, Pace, ViewOptions, Viewer};
 use trisect_lab::Error;
 use trisect_lab::bench::{BenchError, Row, rows_of_timings, table};
 
@@ -78,8 +78,11 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result
     let poses = poses(arguments, &session)?;
     let mut viewer = Viewer::new(session.renderer);
     let mut shots: Vec<FrameTiming> = Vec::new();
+    let mut pace = Pace::new(arguments.moving_fps.unwrap_or(0.0));
     for (frame, pose) in (0..).zip(&poses) {
-        let (shot, pixels) = viewer.render_to_host_frame(look, pose)?;
+        let look = ViewOptions { scale: pace.scale(look, pose), ..look.clone() };
+        let (shot, pixels) = viewer.render_to_host_frame(&look, pose)?;
+        pace.learn(look.scale, shot.whole.as_secs_f64());
         if let Some(folder) = &arguments.output {
             write(&file(folder, frame), shot.size, pixels)?;
         }

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 use trisect::device::Choice;
 use trisect::device::{self, BackendError};
 use trisect::scene::Rebase;
-use trisect::view::{FrameTiming, Navigator, ViewOptions};
+use trisect::view::{FrameTiming, MOVING_FPS, Navigator, ViewOptions};
 use trisect_lab::Error;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -52,7 +52,8 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
     let is_fixed = job.resolution.is_some() || job.width.is_some() || job.height.is_some();
     let resolution = is_fixed.then_some((look.settings.width, look.settings.height));
     let backend = (job.backend, job.device, 0);
-    let wish = ViewRequest { look: look.clone(), pose: navigator.pose(), backend, stop: false };
+    let moving_fps = arguments.moving_fps.unwrap_or(MOVING_FPS);
+    let wish = ViewRequest { look: look.clone(), pose: navigator.pose(), moving_fps, backend, stop: false };
     let worker = Worker::start(session, job, wish, move || {
         let _ = proxy.send_event(UpdateReady);
     })?;
@@ -61,6 +62,7 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
         space,
         scene,
         look,
+        moving_fps,
         resolution,
         navigator,
         backend,
@@ -110,6 +112,8 @@ struct App<'a> {
     space: Rebase,
     scene: String,
     look: ViewOptions,
+    /// Frames a second to keep while the camera moves.
+    moving_fps: f64,
     /// Resolution of the image from the command line; `None`: the image follows the window.
     resolution: Option<(u32, u32)>,
     navigator: Navigator,
@@ -233,6 +237,7 @@ impl App<'_> {
         let wish = ViewRequest {
             look: self.look.clone(),
             pose: self.navigator.pose(),
+            moving_fps: self.moving_fps,
             backend: self.backend,
             stop: false,
         };
@@ -285,6 +290,7 @@ impl App<'_> {
             let shot: Option<&FrameTiming> = self.frame.as_ref().map(|frame| &frame.timing);
             let mut state = State {
                 look: &mut self.look,
+                moving_fps: &mut self.moving_fps,
                 navigator: &mut self.navigator,
                 backend: &mut self.backend,
                 choices: &self.choices,

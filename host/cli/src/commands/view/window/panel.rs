@@ -25,6 +25,8 @@ pub struct Pressed {
 /// State that the panel shows and changes.
 pub struct State<'a> {
     pub look: &'a mut ViewOptions,
+    /// Frames a second to keep while the camera moves.
+    pub moving_fps: &'a mut f64,
     pub navigator: &'a mut Navigator,
     /// Backend, device index, and the number of requests for it: a new number opens it again.
     pub backend: &'a mut (device::Choice, Option<usize>, u32),
@@ -50,6 +52,7 @@ pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
     ui.add(Slider::new(&mut settings.samples, 1..=MAX_SAMPLES).logarithmic(true).text("samples a frame"));
     ui.add(Slider::new(&mut settings.depth, 1..=50).text("depth"));
     ui.add(Slider::new(scale, MIN_SCALE..=1.0).text("resolution"));
+    ui.add(Slider::new(state.moving_fps, 0.0..=60.0).text("frames/s, moving"));
     ui.add(Slider::new(enough, 1..=65_536).logarithmic(true).text("samples at rest"));
     ui.separator();
     filter(ui, denoise);

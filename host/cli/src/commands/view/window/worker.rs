@@ -9,7 +9,7 @@ use trisect::device::Choice;
 use trisect::output::Outputs;
 use trisect::scene::{CameraPose, Rebase};
 use trisect::threads::{self, ThreadError};
-use trisect::view::{FrameTiming, ViewOptions, Viewer};
+use trisect::view::{FrameTiming, Pace, ViewOptions, Viewer};
 
 /// Request of the window for frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct ViewRequest {
     pub look: ViewOptions,
     /// Pose of the camera.
     pub pose: CameraPose,
+    /// Frames a second to keep while the camera moves; 0: at any resolution.
+    pub moving_fps: f64,
     /// Backend, device index, and a number; if the number changes, the device is opened again.
     pub backend: (Choice, Option<usize>, u32),
     /// True if the thread should end.
@@ -75,7 +77,8 @@ impl Worker {
         let its = shared.clone();
         let thread = threads::spawn("thread that renders", move || {
             let backend = wish.backend;
-            RenderLoop { shared: its, job, wake, backend, space: session.space }.run(Some(viewer(session)));
+            let (space, pace) = (session.space, Pace::new(wish.moving_fps));
+            RenderLoop { shared: its, job, wake, backend, space, pace }.run(Some(viewer(session)));
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
@@ -121,6 +124,7 @@ struct RenderLoop<W> {
     /// Backend, device index and number of the last request that a viewer was opened for.
     backend: (Choice, Option<usize>, u32),
     space: Rebase,
+    pace: Pace,
 }
 
 impl<W: Fn()> RenderLoop<W> {
@@ -167,7 +171,7 @@ impl<W: Fn()> RenderLoop<W> {
         }
     }
 
-    fn frame(&self, viewer: &mut Option<Viewer>, wish: &ViewRequest) -> Result<Frame, String> {
+    fn frame(&mut self, viewer: &mut Option<Viewer>, wish: &ViewRequest) -> Result<Frame, String> {
         let open = match viewer {
             Some(viewer) => viewer,
             None => {
@@ -181,8 +185,11 @@ impl<W: Fn()> RenderLoop<W> {
                 viewer.insert(self::viewer(session))
             }
         };
+        self.pace.set_goal(wish.moving_fps);
+        let look = ViewOptions { scale: self.pace.scale(&wish.look, &wish.pose), ..wish.look.clone() };
         let mut pixels = Vec::new();
-        let shot = open.frame(&wish.look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
+        let shot = open.frame(&look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
+        self.pace.learn(look.scale, shot.whole.as_secs_f64());
         Ok(Frame { pixels, timing: shot })
     }
 }
