@@ -98,7 +98,11 @@ fn parse_share(text: &str) -> Result<f64, String> {
 
 fn parse_fps(text: &str) -> Result<f64, String> {
     let fps: f64 = text.parse().unwrap_or(f64::NAN);
-    if (0.0..=1000.0).contains(&fps) { Ok(fps) } else { Err("must be a number between 0 and 1000".to_owned()) }
+    if (0.0..=1000.0).contains(&fps) {
+        Ok(fps)
+    } else {
+        Err("must be a number between 0 and 1000".to_owned())
+    }
 }
 
 fn parse_scale(text: &str) -> Result<f64, String> {

@@ -12,6 +12,7 @@ pub use conflict::{ConflictError, Outputs, check_stored};
 use crate::metrics::srgb;
 use crate::{Image, ImageError};
 use image::{ExtendedColorType, ImageBuffer, ImageFormat, Rgb};
+use rayon::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 use trisect_system::atomic_file::{self, write_atomic_or_in_place};
@@ -107,6 +108,19 @@ pub fn write_rgba(width: u32, height: u32, pixels: &[u32], path: &Path) -> Resul
     )
 }
 
+/// Number of pixels that a task of the thread pool converts.
+const TASK: usize = 4096;
+
+/// Returns pixels as sRGB bytes, three per pixel, on all threads.
+fn srgb_bytes(pixels: &[[f32; 3]]) -> Vec<u8> {
+    let mut bytes = vec![[0; 3]; pixels.len()];
+    let tasks = bytes.par_chunks_mut(TASK).zip(pixels.par_chunks(TASK));
+    tasks.for_each(|(bytes, pixels)| {
+        bytes.iter_mut().zip(pixels).for_each(|(bytes, pixel)| *bytes = pixel.map(srgb::encode_u8));
+    });
+    bytes.into_flattened()
+}
+
 /// Returns the bytes of an image file. NaN becomes black in PNG; NaN and infinity become black in
 /// HDR, which cannot represent them.
 pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
@@ -115,8 +129,7 @@ pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
     let wrong_size = || "the pixels do not fill the image".to_owned();
     match format {
         Format::Png => {
-            let samples: Vec<u8> = image.pixels.iter().flat_map(|pixel| pixel.map(srgb::encode_u8)).collect();
-            return encode_bytes(width, height, &samples);
+            return encode_bytes(width, height, &srgb_bytes(&image.pixels));
         }
         Format::Exr | Format::Hdr => {
             let mut samples: Vec<f32> = image.pixels.iter().flatten().copied().collect();
