@@ -20,7 +20,7 @@ pub(crate) const NAME: &str = "cpu";
 /// Number of threads of a launch, next to each other in a row, that make a task of the pool.
 const TASK: u32 = 64;
 
-/// The same of a filter by rows, whose tasks also read the pixels around them.
+/// Number of pixels of a row in a task of a filter by rows, which also reads those around them.
 const ROW_TASK: u32 = 512;
 
 /// Number of bytes that a task of the pool fills.
@@ -58,8 +58,8 @@ impl Cpu {
         Ok(Self { info, instructions, pool })
     }
 
-    /// Returns the kernel of an entry point for the device's instruction set; for the baseline if it
-    /// has no other, or if it is a render kernel that traces the binary BVH.
+    /// Returns the kernel of an entry point for the device's instruction set; for the baseline if
+    /// it has no other, or if it is a render kernel that traces the binary BVH.
     fn kernel(&self, entry_point: EntryPoint) -> Result<Kernel, BackendError> {
         let native = native(entry_point).ok_or_else(|| misuse(NAME, "there is no such kernel"))?;
         let kernel = match self.instructions {

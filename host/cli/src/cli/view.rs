@@ -32,7 +32,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_scale)]
     pub scale: f64,
 
-    /// Frames a second to keep while the camera moves, by a lower resolution; 0 keeps the resolution
+    /// Frames a second to keep while the camera moves, by a lower resolution; 0 keeps the full one
     /// (default: 10 in a window, 0 with --headless). A camera at rest has the full resolution.
     #[arg(long, value_name = "FPS", value_parser = parse_fps, conflicts_with = "output")]
     pub moving_fps: Option<f64>,
