@@ -10,8 +10,8 @@ pub(crate) const PTX_FEATURES: u32 = 0x7ea5_e7ed;
 /// Identifier of the specialisation constant of SPIR-V that holds the features.
 pub(crate) const SPIRV_FEATURES: u32 = 0;
 
-/// Returns a PTX module for these features, its reciprocals and square roots [without
-/// branches](crate::branch_free).
+/// Returns a PTX module for these features, its reciprocals and square roots without
+/// branches.
 pub fn ptx(module: &str, features: Features) -> String {
     // LLVM prints a move of a constant as it stands in the assembly of `ptx::features`.
     branch_free(&module.replace(&format!("{PTX_FEATURES:#x}"), &format!("{features:#x}")))

@@ -34,13 +34,13 @@ pub const TO_SIGNED: u32 = 11;
 pub const COMPARE: u32 = 12;
 /// 1 / x.
 pub const RECIPROCAL: u32 = 13;
-/// [Digest](digest) of 1 / x for each x of a range.
+/// Digest of 1 / x for each x of a range.
 pub const RECIPROCALS: u32 = 14;
-/// [Digest](digest) of the square root of each x of a range.
+/// Digest of the square root of each x of a range.
 pub const ROOTS: u32 = 15;
-/// [Digest](digest) of 1 / √x, both rounded, for each x of a range.
+/// Digest of 1 / √x, both rounded, for each x of a range.
 pub const RECIPROCALS_OF_ROOTS: u32 = 16;
-/// [Digest](digest) of the approximate reciprocal of each x of a range.
+/// Digest of the approximate reciprocal of each x of a range.
 pub const APPROXIMATE_RECIPROCALS: u32 = 17;
 
 /// Numbers of a digest's range.
