@@ -5,8 +5,8 @@ use core::ops::Range;
 use std::cell::RefCell;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::denoise::{
-    self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel, NeighbourhoodRow, atrous_rows,
-    level_numbers, neighbourhood_numbers,
+    self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel, NeighbourhoodRow, NeighbourhoodStats,
+    Reprojection, atrous_rows, level_numbers, neighbourhood_numbers,
 };
 use trisect_shared::film::PixelSums;
 #[cfg(target_arch = "x86_64")]
@@ -72,11 +72,11 @@ unsafe fn estimate<L: Simd>(l: L, of: &Arguments<'_>, x: Range<u32>, y: u32) {
                 let pixel = y * params.width + x;
                 let samples = load(sums, pixel).samples;
                 let middle = load(from, pixel);
-                store(
-                    &to,
-                    pixel,
-                    denoise::estimate_variance_from(&params, middle, samples, || shown.stats(x)),
-                );
+                let variance = match denoise::has_variance(&params, middle, samples) {
+                    true => middle.variance,
+                    false => shown.stats(x).total_variance(),
+                };
+                store(&to, pixel, FilteredPixel { variance, ..middle });
             }
         });
     }
@@ -105,11 +105,15 @@ unsafe fn reproject<L: Simd>(l: L, of: &Arguments<'_>, x: Range<u32>, y: u32) {
             for x in span {
                 let pixel = y * params.width + x;
                 let (samples, aovs) = (load(sums, pixel).samples, load(aovs, pixel));
-                let of = (load(from, pixel), load(edges, pixel));
-                let stats = || shown.stats(x);
-                let found = denoise::reproject_onto(&params, of, past, samples, aovs, (x, y), stats);
-                store(&to, pixel, found.0);
-                store(&next, pixel, found.1);
+                let (middle, edge) = (load(from, pixel), load(edges, pixel));
+                let found = Reprojection::new(&params, middle, edge, past, samples, aovs, x, y);
+                let stats = match found.needs_neighbourhood() {
+                    true => shown.stats(x),
+                    false => NeighbourhoodStats::NONE,
+                };
+                let (lit, history) = found.combine(&params, stats);
+                store(&to, pixel, lit);
+                store(&next, pixel, history);
             }
         });
     }

@@ -21,8 +21,8 @@ pub use demodulation::{demodulate, remodulate};
 pub use edge_stopping::PinholeView;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub use rows::{NeighbourhoodRow, atrous_rows, level_numbers, neighbourhood_numbers};
-pub use temporal::{accumulate, reproject, reproject_onto};
-pub use variance::{NEIGHBOURHOOD_RADIUS, NeighbourhoodStats, estimate_variance, estimate_variance_from};
+pub use temporal::{Reprojection, accumulate, reproject};
+pub use variance::{NEIGHBOURHOOD_RADIUS, NeighbourhoodStats, estimate_variance, has_variance};
 
 use bytemuck::{Pod, Zeroable};
 

@@ -63,74 +63,107 @@ pub unsafe fn reproject(
     // SAFETY: the caller's promise.
     let (middle, edge) = unsafe { (load::<FilteredPixel>(from, pixel), load::<GBufferTexel>(edges, pixel)) };
     // SAFETY: the caller's promise.
-    let shown = || unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
-    // SAFETY: the caller's promise.
-    unsafe { reproject_onto(params, (middle, edge), history, samples, aovs, (x, y), shown) }
+    let found = unsafe { Reprojection::new(params, middle, edge, history, samples, aovs, x, y) };
+    let mut shown = NeighbourhoodStats::NONE;
+    if found.needs_neighbourhood() {
+        // SAFETY: the caller's promise.
+        shown = unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
+    }
+    found.combine(params, shown)
 }
 
-/// Returns what [`reproject`] returns, for the pixel (`x`, `y`) with colour and surface `of` and
-/// the neighbourhood that `stats` returns.
-///
-/// # Safety
-///
-/// As [`reproject`].
-#[inline(always)]
-#[allow(unsafe_code, clippy::too_many_arguments, reason = "see buffer; one argument per binding")]
-pub unsafe fn reproject_onto(
-    params: &DenoiseParams,
-    of: (FilteredPixel, GBufferTexel),
-    history: &[Packed<HistoryPixel>],
-    samples: u32,
-    aovs: AovSums,
-    (x, y): (u32, u32),
-    stats: impl FnOnce() -> NeighbourhoodStats,
-) -> (FilteredPixel, HistoryPixel) {
-    let (middle, edge) = of;
-    let new = if middle.is_known() { samples as f32 } else { 0.0 };
-    // SAFETY: the caller's promise.
-    let previous = unsafe { find_history(params, edge, history, aovs, x, y) };
-    // A reflection in a mirror does not move with the mirror's surface.
-    let max_weight =
-        if previous.samples > 0.0 { params.max_history * (aovs.diffuse / aovs.hits as f32) } else { 0.0 };
-    let weight = max(min(previous.samples, max_weight) - params.expired_history, 0.0);
-    let total = new + weight;
-    let counted = total >= params.trusted_samples as f32;
-    let mut shown = NeighbourhoodStats { mean: Vec3::ZERO, variance: Vec3::ZERO };
-    if new > 0.0 && (weight > 0.0 || !counted) {
-        shown = stats();
+/// A pixel and the history of its surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Reprojection {
+    middle: FilteredPixel,
+    edge: GBufferTexel,
+    previous: HistoryPixel,
+    /// Number of samples of this frame.
+    new: f32,
+    /// Number of samples that the history counts for.
+    weight: f32,
+    /// True if the samples of both suffice for a variance.
+    counted: bool,
+}
+
+impl Reprojection {
+    /// Finds the history of pixel (`x`, `y`), which has the colour `middle`, the surface `edge` and
+    /// `samples` samples.
+    ///
+    /// # Safety
+    ///
+    /// As [`reproject`].
+    #[inline(always)]
+    #[allow(unsafe_code, clippy::too_many_arguments, reason = "see buffer; one argument per binding")]
+    pub unsafe fn new(
+        params: &DenoiseParams,
+        middle: FilteredPixel,
+        edge: GBufferTexel,
+        history: &[Packed<HistoryPixel>],
+        samples: u32,
+        aovs: AovSums,
+        x: u32,
+        y: u32,
+    ) -> Self {
+        let new = if middle.is_known() { samples as f32 } else { 0.0 };
+        // SAFETY: the caller's promise.
+        let previous = unsafe { find_history(params, edge, history, aovs, x, y) };
+        // A reflection in a mirror does not move with the mirror's surface.
+        let max_weight =
+            if previous.samples > 0.0 { params.max_history * (aovs.diffuse / aovs.hits as f32) } else { 0.0 };
+        let weight = max(min(previous.samples, max_weight) - params.expired_history, 0.0);
+        let counted = new + weight >= params.trusted_samples as f32;
+        Self { middle, edge, previous, new, weight, counted }
     }
-    // Variance of one sample.
-    let mut variance = if new > 0.0 { middle.variance * (new - 1.0) } else { 0.0 };
-    let mut lit = middle;
-    if weight > 0.0 {
-        let within = new > 0.0 && params.clamp_deviations < STOP_FACTORS.1;
-        let old = if within {
-            clamp_to_neighbourhood(previous.filtered.color, shown, params.clamp_deviations)
-        } else {
-            previous.filtered.color
+
+    /// Returns whether [`combine`](Self::combine) reads the pixel's neighbourhood.
+    #[inline(always)]
+    pub fn needs_neighbourhood(&self) -> bool {
+        self.new > 0.0 && (self.weight > 0.0 || !self.counted)
+    }
+
+    /// Returns what [`reproject`] returns, for the neighbourhood `shown`.
+    #[inline(always)]
+    pub fn combine(
+        &self,
+        params: &DenoiseParams,
+        shown: NeighbourhoodStats,
+    ) -> (FilteredPixel, HistoryPixel) {
+        let Self { middle, edge, previous, new, weight, counted } = *self;
+        let total = new + weight;
+        // Variance of one sample.
+        let mut variance = if new > 0.0 { middle.variance * (new - 1.0) } else { 0.0 };
+        let mut lit = middle;
+        if weight > 0.0 {
+            let within = new > 0.0 && params.clamp_deviations < STOP_FACTORS.1;
+            let old = if within {
+                clamp_to_neighbourhood(previous.filtered.color, shown, params.clamp_deviations)
+            } else {
+                previous.filtered.color
+            };
+            let difference = old - middle.color;
+            let share = weight / total; // 1 if this frame has no colour
+            lit.color = if new > 0.0 { middle.color + difference * share } else { old };
+            let between = if new > 0.0 { difference.dot(difference) * (share * (1.0 - share)) } else { 0.0 };
+            variance = variance * (1.0 - share) + previous.filtered.variance * share + between;
+            lit.variance = variance / max(total - 1.0, 1.0);
+        }
+        if total > 0.0 && !counted {
+            lit.variance = shown.total_variance();
+        }
+        let mut keep = HistoryPixel {
+            filtered: FilteredPixel { variance, ..lit },
+            gbuffer: edge,
+            samples: total,
+            ..HistoryPixel::NONE
         };
-        let difference = old - middle.color;
-        let share = weight / total; // 1 if this frame has no colour
-        lit.color = if new > 0.0 { middle.color + difference * share } else { old };
-        let between = if new > 0.0 { difference.dot(difference) * (share * (1.0 - share)) } else { 0.0 };
-        variance = variance * (1.0 - share) + previous.filtered.variance * share + between;
-        lit.variance = variance / max(total - 1.0, 1.0);
+        // A history beyond the range of numbers is dropped.
+        if !(all_finite(lit.color) && lit.variance <= MAX_VARIANCE && variance <= MAX_VARIANCE) {
+            lit = middle;
+            keep = HistoryPixel { gbuffer: edge, ..HistoryPixel::NONE };
+        }
+        (lit, keep)
     }
-    if total > 0.0 && !counted {
-        lit.variance = shown.total_variance();
-    }
-    let mut keep = HistoryPixel {
-        filtered: FilteredPixel { variance, ..lit },
-        gbuffer: edge,
-        samples: total,
-        ..HistoryPixel::NONE
-    };
-    // A history beyond the range of numbers is dropped.
-    if !(all_finite(lit.color) && lit.variance <= MAX_VARIANCE && variance <= MAX_VARIANCE) {
-        lit = middle;
-        keep = HistoryPixel { gbuffer: edge, ..HistoryPixel::NONE };
-    }
-    (lit, keep)
 }
 
 /// Returns `color`, clamped to `deviations` standard deviations around the mean of the

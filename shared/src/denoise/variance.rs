@@ -43,24 +43,18 @@ pub unsafe fn estimate_variance(
     let pixel = y * params.width + x;
     // SAFETY: the caller's promise.
     let (middle, edge) = unsafe { (load::<FilteredPixel>(from, pixel), load::<GBufferTexel>(edges, pixel)) };
-    // SAFETY: the caller's promise.
-    let shown = || unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) };
-    estimate_variance_from(params, middle, samples, shown)
-}
-
-/// Returns the pixel `middle`; if it has fewer than `params.trusted_samples` samples, with the
-/// variance of its neighbourhood, which `shown` returns.
-#[inline(always)]
-pub fn estimate_variance_from(
-    params: &DenoiseParams,
-    middle: FilteredPixel,
-    samples: u32,
-    shown: impl FnOnce() -> NeighbourhoodStats,
-) -> FilteredPixel {
-    if samples >= params.trusted_samples || !middle.is_known() {
+    if has_variance(params, middle, samples) {
         return middle;
     }
-    FilteredPixel { variance: shown().total_variance(), ..middle }
+    // SAFETY: the caller's promise.
+    let variance = unsafe { neighbourhood_stats(params, from, edges, middle, edge, x, y) }.total_variance();
+    FilteredPixel { variance, ..middle }
+}
+
+/// Returns whether a pixel keeps its own variance: it has enough samples for one, or no colour.
+#[inline(always)]
+pub fn has_variance(params: &DenoiseParams, pixel: FilteredPixel, samples: u32) -> bool {
+    samples >= params.trusted_samples || !pixel.is_known()
 }
 
 /// Mean and variance of a pixel's neighbourhood, by channel.
@@ -73,9 +67,12 @@ pub struct NeighbourhoodStats {
 }
 
 impl NeighbourhoodStats {
+    /// Of no pixel.
+    pub const NONE: Self = Self { mean: Vec3::ZERO, variance: Vec3::ZERO };
+
     /// Returns the variance summed over all channels.
     #[inline(always)]
-    pub(super) fn total_variance(&self) -> f32 {
+    pub fn total_variance(&self) -> f32 {
         total_variance(self.variance)
     }
 }

@@ -52,7 +52,7 @@ impl<'a, L: Simd> NeighbourhoodRow<'a, L> {
         numbers: &'a mut [f32],
     ) -> Self {
         let planes = Planes::new(l, params, from, edges, layout(&span), numbers);
-        let eight = [NeighbourhoodStats { mean: Vec3::ZERO, variance: Vec3::ZERO }; LANES];
+        let eight = [NeighbourhoodStats::NONE; LANES];
         Self { planes, span, y, is_filled: false, first: None, eight }
     }
 
