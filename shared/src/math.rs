@@ -2,8 +2,8 @@
 //!
 //! Each function consists of operations that round identically everywhere, so its bits are the same
 //! on the CPU and in precise PTX; [`fused`] and [`reciprocal`] are the two exceptions. glam's
-//! `length` and `normalize` use a software square root on devices: use [`normalize`] instead. Render
-//! kernels multiply by reciprocals instead of dividing: on CUDA a division takes a branch.
+//! `length` and `normalize` use a software square root on devices: use [`normalize`] instead.
+//! Render kernels multiply by reciprocals and do not divide: on CUDA a division takes a branch.
 
 use core::f32::consts::FRAC_PI_2;
 use glam::Vec3;

@@ -1,7 +1,7 @@
 //! Entry points for the host: the same list as for devices, compiled for the CPU.
 //!
-//! A call runs threads next to each other in one row of a launch. Render kernels and filters of
-//! the denoiser also exist for instruction sets above the baseline; render kernels trace the wide BVH
+//! A call runs threads next to each other in one row of a launch. Render kernels and filters of the
+//! denoiser also exist for instruction sets above the baseline; render kernels trace the wide BVH
 //! with them.
 #![allow(unsafe_code, reason = "kernels take raw pointers, which their callers answer for")]
 

@@ -67,7 +67,7 @@ pub struct NeighbourhoodStats {
 }
 
 impl NeighbourhoodStats {
-    /// Of no pixel.
+    /// Statistics of no pixel.
     pub const NONE: Self = Self { mean: Vec3::ZERO, variance: Vec3::ZERO };
 
     /// Returns the variance summed over all channels.

@@ -17,8 +17,8 @@ use trisect_shared::sphere::Sphere;
 use trisect_shared::surface::{self, MIN_REFLECTED_COSINE, bend_shading_normal};
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture, sample};
 
-/// The two weights of a pair sum to 1 for any pdfs that are 0 or normal. 0 against 0 does not occur: each sample has a
-/// pdf above 0.
+/// The two weights of a pair sum to 1 for any pdfs that are 0 or normal. 0 against 0 does not
+/// occur: each sample has a pdf above 0.
 #[test]
 fn weights_of_a_pair_sum_to_one() {
     let extremes = [0.0f32, f32::MIN_POSITIVE, 1e-30, 1e-7, 0.5, 1.0, 1e7, 1e30, f32::MAX];
