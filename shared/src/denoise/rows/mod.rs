@@ -8,5 +8,5 @@ mod planes;
 pub use level::{atrous_rows, level_numbers};
 pub use neighbourhood::{NeighbourhoodRow, neighbourhood_numbers};
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(test)]
 mod tests;

@@ -1,6 +1,8 @@
 //! Rows of pixels have the bits of single pixels, by each instruction set.
 #![allow(unsafe_code, reason = "instruction sets, and records without bounds checks")]
 
+extern crate std;
+
 use super::*;
 use crate::denoise::variance::neighbourhood_stats;
 use crate::denoise::{
