@@ -5,6 +5,7 @@ use crate::error::Error;
 use std::collections::HashSet;
 use std::fmt;
 use std::fs::{self, File};
+use std::io;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -50,14 +51,34 @@ pub struct Run {
     pub time: Duration,
 }
 
+/// Longest wait for an executable that another process still has open for writing.
+const BUSY_LIMIT: Duration = Duration::from_secs(10);
+
+/// Calls `start` again as long as the executable is open for writing. A process that another thread
+/// forked while the executable was copied holds it open until it becomes another program.
+fn when_not_busy<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    let first = Instant::now();
+    loop {
+        match start() {
+            Err(error)
+                if error.kind() == io::ErrorKind::ExecutableFileBusy && first.elapsed() < BUSY_LIMIT =>
+            {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            other => return other,
+        }
+    }
+}
+
 /// Returns the names of all tests of `executable`.
 ///
 /// # Errors
 ///
 /// If it cannot be run.
 pub fn list(executable: &Executable) -> Result<HashSet<String>, Error> {
-    let output = Command::new(&executable.path).arg("--list").current_dir(&executable.folder).output();
-    let output = output.map_err(Error::io(&executable.path))?;
+    let mut list = Command::new(&executable.path);
+    list.arg("--list").current_dir(&executable.folder);
+    let output = when_not_busy(|| list.output()).map_err(Error::io(&executable.path))?;
     let text = String::from_utf8_lossy(&output.stdout);
     Ok(text.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect())
 }
@@ -71,7 +92,8 @@ pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path)
     let output = File::create(scratch).map_err(Error::io(scratch))?;
     let same = output.try_clone().map_err(Error::io(scratch))?;
     let start = Instant::now();
-    let mut child = Command::new(&executable.path)
+    let mut command = Command::new(&executable.path);
+    command
         .args(["--exact", name, "--nocapture", "--color", "never"])
         // A missing backend must be reported as skipped, and not fail like a caught mutant; and
         // tests must use the copy's scenes.
@@ -82,9 +104,8 @@ pub fn run(executable: &Executable, name: &str, limit: Duration, scratch: &Path)
         .current_dir(&executable.folder)
         .stdin(Stdio::null())
         .stdout(output)
-        .stderr(same)
-        .spawn()
-        .map_err(Error::io(&executable.path))?;
+        .stderr(same);
+    let mut child = when_not_busy(|| command.spawn()).map_err(Error::io(&executable.path))?;
     let status = loop {
         match child.try_wait().map_err(Error::io(&executable.path))? {
             Some(status) => break Some(status),
@@ -122,6 +143,23 @@ fn outcome(status: ExitStatus, output: &str) -> Outcome {
 mod tests {
     use super::*;
     use std::os::unix::process::ExitStatusExt;
+
+    #[test]
+    fn an_executable_that_is_open_for_writing_is_waited_for() {
+        let path = std::env::temp_dir().join(format!("trisect-busy-{}", std::process::id()));
+        fs::copy("/bin/true", &path).unwrap();
+        let open = File::options().append(true).open(&path).unwrap();
+        let start = || Command::new(&path).status();
+        // Negative control: without waiting it does not start.
+        assert_eq!(start().unwrap_err().kind(), io::ErrorKind::ExecutableFileBusy);
+        let closed = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(100));
+            drop(open);
+        });
+        assert!(when_not_busy(start).unwrap().success());
+        closed.join().unwrap();
+        fs::remove_file(&path).unwrap();
+    }
 
     #[test]
     fn outcomes() {
