@@ -158,6 +158,36 @@ macro_rules! for_each_display {
     };
 }
 
+/// Calls a macro with each kernel of the film's totals: entry point, its name, and its code for one
+/// thread (x, y), where y is a row of the launch.
+///
+/// | binding | SPIR-V | PTX | content |
+/// |---|---|---|---|
+/// | 0 | uniform | by value | [`TotalsParams`](trisect_shared::totals::TotalsParams) |
+/// | 1 | storage | pointer | `[PixelSums]` of a chunk |
+/// | 2 | storage | pointer | `[AovSums]` of a chunk |
+/// | 3 | storage | pointer | `[u32]`, totals, or AOV totals |
+/// | 4 | storage | pointer | `[u32]`, what the host reads |
+#[macro_export]
+macro_rules! for_each_total {
+    ($total:ident) => {
+        $total! {
+            film_add "film_add": |params, sums, aovs, totals, output, x, y| {
+                totals::add_chunk(params, sums, totals, x, y);
+            },
+            film_add_aovs "film_add_aovs": |params, sums, aovs, totals, output, x, y| {
+                totals::add_chunk_aovs(params, aovs, totals, x, y);
+            },
+            film_read "film_read": |params, sums, aovs, totals, output, x, y| {
+                totals::write_totals(params, totals, output, x, y);
+            },
+            film_count "film_count": |params, sums, aovs, totals, output, x, y| {
+                totals::count_chunk(params, sums, output, x, y);
+            },
+        }
+    };
+}
+
 #[cfg(target_arch = "nvptx64")]
 pub mod ptx;
 #[cfg(target_arch = "spirv")]

@@ -9,6 +9,7 @@ use trisect_shared::features::{
 };
 use trisect_shared::params::RenderParams;
 use trisect_shared::scene::SceneLengths;
+use trisect_shared::totals::TotalsParams;
 
 /// Hashes of the kernels' sources and artifacts, as JSON.
 pub const MANIFEST: &str = include_str!("../prebuilt/manifest.json");
@@ -19,6 +20,18 @@ pub const WORKGROUP: (u32, u32) = (8, 8);
 
 /// Name of the entry point that makes an image for a screen.
 pub const DISPLAY: &str = "display";
+
+/// Name of the entry point that adds a chunk to a film's totals.
+pub const FILM_ADD: &str = "film_add";
+
+/// Name of the entry point that adds a chunk's AOV sums to a film's AOV totals.
+pub const FILM_ADD_AOVS: &str = "film_add_aovs";
+
+/// Name of the entry point that counts samples and segments of a chunk.
+pub const FILM_COUNT: &str = "film_count";
+
+/// Name of the entry point that writes totals for the host.
+pub const FILM_READ: &str = "film_read";
 
 /// Name of the entry point that writes first hits.
 pub const FIRST_HIT: &str = "first_hit";
@@ -88,6 +101,7 @@ const PASS_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 3, 2);
 const LEVEL_BINDINGS: EntryPoint = EntryPoint { registers: Some(96), ..PASS_BINDINGS };
 const TEMPORAL_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 5, 4);
 const DISPLAY_BINDINGS: EntryPoint = bindings(size_of::<DisplayParams>(), 2, 1);
+const TOTAL_BINDINGS: EntryPoint = bindings(size_of::<TotalsParams>(), 0, 4);
 
 /// Maximum number of bytes of the launch parameters of any entry point.
 pub const MAX_PARAMS: usize = {
@@ -104,13 +118,14 @@ pub const MAX_PARAMS: usize = {
 const WIDE_ARRAYS: usize = 4;
 
 /// Entry points of each list, and their bindings.
-const LISTS: [(&[Modules], EntryPoint); 6] = [
+const LISTS: [(&[Modules], EntryPoint); 7] = [
     (RENDER, RENDER_BINDINGS),
     (FIRST_HITS, RENDER_BINDINGS),
     (PASSES, PASS_BINDINGS),
     (LEVELS, LEVEL_BINDINGS),
     (TEMPORAL, TEMPORAL_BINDINGS),
     (DISPLAYS, DISPLAY_BINDINGS),
+    (TOTALS, TOTAL_BINDINGS),
 ];
 
 /// Returns the entry point with this name, if there is one; a render kernel has no features yet
@@ -179,6 +194,7 @@ const PASSES: &[Modules] = for_each_pass!(modules);
 const LEVELS: &[Modules] = for_each_level!(modules);
 const TEMPORAL: &[Modules] = for_each_temporal!(modules);
 const DISPLAYS: &[Modules] = for_each_display!(modules);
+const TOTALS: &[Modules] = for_each_total!(modules);
 const FIRST_HITS: &[Modules] = modules!(first_hit "first_hit": (),);
 
 /// Returns the compiled modules of an entry point.

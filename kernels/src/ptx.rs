@@ -26,6 +26,7 @@ use trisect_shared::planar::Planar;
 use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::totals::{self, TotalsParams};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
 #[panic_handler]
@@ -295,3 +296,41 @@ macro_rules! displays {
 }
 
 for_each_display!(displays);
+
+/// Defines a kernel of the film's totals.
+macro_rules! totals {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $totals:ident, $output:ident, $x:ident, $y:ident| $body:block,)*) => {$(
+        /// Runs a kernel of the film's totals.
+        ///
+        /// # Safety
+        ///
+        /// The pointers name device arrays with records and words for each pixel of the image, and
+        /// an output for each thread; an array that the kernel does not use may have any length.
+        /// They do not overlap.
+        #[unsafe(no_mangle)]
+        #[allow(unused_variables, unused_mut, reason = "all these kernels have the same arguments")]
+        pub unsafe extern "ptx-kernel" fn $name(
+            params: TotalsParams,
+            sums: *mut PixelSums,
+            aovs: *mut AovSums,
+            totals: *mut u32,
+            output: *mut u32,
+        ) {
+            let $params = &params;
+            let ($x, $y) = thread();
+            if $x >= params.width || $y >= params.rows {
+                return;
+            }
+            // SAFETY: the caller's promise, and the guard.
+            unsafe {
+                let $sums = &mut SharedSlice::new(sums, usize::MAX);
+                let $aovs = &mut SharedSlice::new(aovs, usize::MAX);
+                let $totals = &mut SharedSlice::new(totals, usize::MAX);
+                let $output = &mut SharedSlice::new(output, usize::MAX);
+                $body
+            }
+        }
+    )*};
+}
+
+for_each_total!(totals);

@@ -19,6 +19,7 @@ use trisect_shared::planar::Planar;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::totals::{self, TotalsParams};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output's
@@ -210,3 +211,37 @@ macro_rules! displays {
 }
 
 for_each_display!(displays);
+
+/// Defines a kernel of the film's totals.
+macro_rules! totals {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $totals:ident, $output:ident, $x:ident, $y:ident| $body:block,)*) => {$(
+        /// Runs a kernel of the film's totals.
+        #[spirv(compute(threads(8, 8), entry_point_name = $text))]
+        #[allow(
+            clippy::too_many_arguments,
+            unused_variables,
+            unused_mut,
+            unsafe_code,
+            reason = "one argument per binding; see buffer"
+        )]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &TotalsParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] sums: &mut [Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] aovs: &mut [Packed<AovSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] totals: &mut [u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] output: &mut [u32],
+        ) {
+            let ($x, $y) = (id.x, id.y);
+            if $x < $params.width && $y < $params.rows {
+                let (mut sums, mut aovs, mut totals, mut output) = (sums, aovs, totals, output);
+                let ($sums, $aovs) = (&mut sums, &mut aovs);
+                let ($totals, $output) = (&mut totals, &mut output);
+                // SAFETY: the guard, and the host's buffers.
+                unsafe { $body }
+            }
+        }
+    )*};
+}
+
+for_each_total!(totals);

@@ -1,7 +1,7 @@
 //! Sums over the samples of a pixel, with compensation of their rounding errors.
 //!
-//! Render kernels add samples to them; the host adds them chunk by chunk to its exact sums
-//! (docs/explanation/exact-sums.md).
+//! Render kernels add samples to them; they add up chunk by chunk to exact sums, on the device
+//! ([`totals`](crate::totals)) or on the host (docs/explanation/exact-sums.md).
 
 use crate::math::all_finite;
 use bytemuck::{Pod, Zeroable};

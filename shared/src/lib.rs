@@ -98,6 +98,7 @@
 //! | [`scene::SceneLengths`] | launch of a render kernel, PTX only: lengths of the scene's arrays |
 //! | [`denoise::DenoiseParams`] | launch of a denoising pass |
 //! | [`display::DisplayParams`] | launch of the display kernel |
+//! | [`totals::TotalsParams`] | launch of a kernel of the film's totals |
 #![no_std]
 #![cfg_attr(target_arch = "nvptx64", feature(core_float_math, link_llvm_intrinsics))]
 
@@ -136,6 +137,7 @@ pub mod sphere;
 pub mod surface;
 pub mod texture;
 pub mod tile_entry;
+pub mod totals;
 pub mod traversal;
 pub mod triangle;
 pub mod warp;

@@ -81,9 +81,15 @@ impl RenderParams {
     /// equal distances, as several ranks divide an image.
     #[inline(always)]
     pub fn row(&self, index: u32) -> u32 {
-        let of_share = self.first_row + index;
-        self.share_first_row + of_share + (of_share >> (self.block_shift & 31)) * self.block_gap
+        row_of_share(self.share_first_row, self.block_shift, self.block_gap, self.first_row + index)
     }
+}
+
+/// Returns the image row of row `index` of a share, which begins at row `first` of the image and
+/// consists of blocks of 2^`shift` rows with `gap` rows between them.
+#[inline(always)]
+pub fn row_of_share(first: u32, shift: u32, gap: u32, index: u32) -> u32 {
+    first + index + (index >> (shift & 31)) * gap
 }
 
 /// Flag: the launch's last sample is the last of its chunk, so the compensation is added to the

@@ -250,7 +250,7 @@ fn shares_are_rows_of_the_film(subject: BackendUnderTest) {
             let rows = RowSet::interleaved(settings.height, shift, rank, ranks);
             let sums = renderer.render_chunk(&settings, &rows, 0..3, &mut ()).unwrap();
             for (row, own) in rows.iter().zip(sums.pixels.chunks_exact(width)) {
-                for (sums, total) in own.iter().zip(&film.pixels[row as usize * width..]) {
+                for (sums, total) in own.iter().zip(&film.pixels.exact()[row as usize * width..]) {
                     assert_eq!(trisect::film::PixelTotals::of(sums, 3), *total, "{subject:?} row {row}");
                 }
             }

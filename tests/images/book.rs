@@ -33,7 +33,8 @@ fn reference() -> Film {
         unwritten: 0,
     };
     let mut film = Film::new(80, 45);
-    film.pixels = means.chunks_exact(3).zip(variances.chunks_exact(3)).map(pixel).collect();
+    let pixels = means.chunks_exact(3).zip(variances.chunks_exact(3)).map(pixel);
+    film.pixels = pixels.collect::<Vec<_>>().into();
     film
 }
 

@@ -54,7 +54,7 @@ fn exact_fresnel_agrees(subject: BackendUnderTest) {
         // Equal random numbers give almost the same paths; a few differ at an edge after an ULP of
         // difference.
         let near =
-            |(a, b): &(&PixelTotals, &PixelTotals)| (0..3).all(|c| (a.mean()[c] - b.mean()[c]).abs() < 1e-3);
+            |(a, b): &(PixelTotals, PixelTotals)| (0..3).all(|c| (a.mean()[c] - b.mean()[c]).abs() < 1e-3);
         let close = got.pixels.iter().zip(&want.pixels).filter(near).count();
         close as f64 >= 0.98 * want.pixels.len() as f64
     };

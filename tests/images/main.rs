@@ -14,6 +14,7 @@ mod methods;
 mod mitsuba;
 mod sampling;
 mod scenes;
+mod summation;
 mod temporal;
 mod transport;
 mod wide;

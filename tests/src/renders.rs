@@ -70,7 +70,7 @@ pub fn apart(a: &Film, b: &Film) -> usize {
 /// If the films have different sizes.
 pub fn differing(a: &Film, b: &Film) -> usize {
     assert_eq!(a.pixels.len(), b.pixels.len());
-    let bits = |p: &PixelTotals| {
+    let bits = |p: PixelTotals| {
         let sums = [p.radiance, p.squares].map(|sums| {
             sums.map(|sum| {
                 let (high, low) = sum.parts();
@@ -79,7 +79,7 @@ pub fn differing(a: &Film, b: &Film) -> usize {
         });
         (sums, [p.samples, p.rejected, p.segments, p.unwritten])
     };
-    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| bits(a) != bits(b)).count()
+    a.pixels.iter().zip(&b.pixels).filter(|&(a, b)| bits(a) != bits(b)).count()
 }
 
 /// Returns all scene files of the project and its glTF model. `mesh.ron` is left out with a message

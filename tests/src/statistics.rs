@@ -142,7 +142,7 @@ impl Known {
     /// # Panics
     ///
     /// If there is no pixel, or a sample is missing.
-    pub fn of<'a>(pixels: impl IntoIterator<Item = &'a PixelTotals>, want: f64) -> Self {
+    pub fn of(pixels: impl IntoIterator<Item = PixelTotals>, want: f64) -> Self {
         let (mut mean, mut variance, mut n) = ([0.0; 3], [0.0; 3], 0.0);
         for pixel in pixels {
             assert!(pixel.rejected + pixel.unwritten == 0, "{pixel:?}");

@@ -137,7 +137,7 @@ fn chunk(subject: BackendUnderTest, radiance: f32, samples: u32) -> Option<Pixel
     let scene = void(radiance);
     let settings = Settings { samples, ..Settings::of(&scene) };
     let PixelTotals { radiance, squares, samples, segments, .. } =
-        film(&mut subject.renderer(&scene)?, &settings).pixels[0];
+        film(&mut subject.renderer(&scene)?, &settings).pixels.exact()[0];
     let sums =
         |sums: [trisect::film::ExactSum; 3]| glam::Vec3::from_array(sums.map(|sum| sum.value() as f32));
     Some(PixelSums {
@@ -156,7 +156,7 @@ fn merged(chunks: impl IntoIterator<Item = PixelSums>) -> PixelTotals {
         first = samples.end;
         film.merge(&SampleBlock { rows: 0..1, samples }, &[sums]).unwrap();
     }
-    film.pixels[0]
+    film.pixels.exact()[0]
 }
 
 /// Maximum relative error of a chunk's sum, which rounds once, by at most 2^-24. A plain f32 sum of

@@ -49,4 +49,5 @@ mod scattering;
 mod spheres;
 mod splits;
 mod sums;
+mod totals;
 mod triangles;

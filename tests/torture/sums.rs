@@ -21,7 +21,7 @@ fn mean(outputs: &[Output], samples: u32) -> f64 {
         let part = SampleBlock { rows: 0..1, samples: first..first + samples };
         film.merge(&part, &[PixelSums { radiance, samples, squares: radiance, segments: 0 }]).unwrap();
     }
-    film.pixels[0].mean()[0]
+    film.pixels.exact()[0].mean()[0]
 }
 
 /// The mean of 2²⁵ samples of 0.1 is off by at most 1e-6. Each chunk rounds once, by at most 2⁻²⁴

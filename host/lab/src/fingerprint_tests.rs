@@ -6,7 +6,8 @@ use trisect::bvh::BvhQuality;
 use trisect::checkpoint::Identity;
 use trisect::device::{Device, cpu::Cpu};
 use trisect::render::{
-    Fresnel, KernelFeatures, MathMode, PreparedScene, Renderer, Sampler, Schedule, Settings, Traversal,
+    Fresnel, KernelFeatures, MathMode, PreparedScene, Renderer, Sampler, Schedule, Settings, Summation,
+    Traversal,
 };
 use trisect::scene::Scene;
 
@@ -58,9 +59,10 @@ fn ranks_checkpoints_and_references_agree() {
     }
     // Fields that decide only how the image is computed, and the start of a roulette that is
     // off.
-    let ways: [(&str, Change); 4] = [
+    let ways: [(&str, Change); 5] = [
         ("traversal", |s, _| s.traversal = Some(Traversal::Linear)),
         ("schedule", |s, _| s.schedule = Some(Schedule::Pixel)),
+        ("sums", |s, _| s.sums = Summation::Host),
         ("tile", |s, _| s.tile = Some(8)),
         ("features", |s, _| s.features = KernelFeatures::Also(trisect_shared::features::TEXTURES)),
     ];

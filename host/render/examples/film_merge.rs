@@ -35,7 +35,7 @@ fn main() -> Result<(), FilmError> {
         times[times.len() / 2],
         times[0],
         Film::BYTES_PER_PIXEL,
-        film.pixels[1234].mean(),
+        film.pixels.get(1234).map(|pixel| pixel.mean()),
     );
     Ok(())
 }

@@ -117,7 +117,7 @@ fn layer(
     match aov {
         Aov::Normal => three(["N.X", "N.Y", "N.Z"], guides().map(|g| g.normal())),
         Aov::Position => {
-            let scene_point = |g: &AovTotals| match g.hits {
+            let scene_point = |g: AovTotals| match g.hits {
                 0 => [0.0; 3],
                 _ => (DVec3::from(g.position()) / space.scale + space.origin).to_array(),
             };
@@ -126,7 +126,7 @@ fn layer(
         Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], guides().map(|g| g.albedo())),
         Aov::Depth => {
             let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
-            let depth = |g: &AovTotals| match g.hits {
+            let depth = |g: AovTotals| match g.hits {
                 0 => f32::INFINITY,
                 _ => {
                     let way = DVec3::from(g.position()) - camera.origin.as_dvec3();

@@ -105,7 +105,7 @@
 //! # let mut renderer = render::Renderer::new(Cpu::open(None)?, &scene)?;
 //! let settings = render::Settings::of(&scene).size(32, 18).spp(64);
 //! let frame = renderer.render(&settings)?;
-//! let pixel = &frame.film.pixels[9 * 32 + 16];
+//! let pixel = frame.film.pixels.get(9 * 32 + 16).unwrap();
 //! let (mean, variance) = (pixel.mean(), pixel.variance_of_mean());
 //! println!("red: {} ± {}", mean[0], variance[0].sqrt());
 //! let counts = frame.film.counts();

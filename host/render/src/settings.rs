@@ -7,7 +7,7 @@ pub use error::SettingsError;
 pub use kernel_features::KernelFeatures;
 
 use crate::denoise::DenoiseSettings;
-use crate::film::{Film, RowSet, SampleBlock};
+use crate::film::{Film, RowSet, SampleBlock, Summation};
 use serde::Serialize;
 use std::ops::{Range, RangeInclusive};
 use trisect_device::{MathMode, Schedule, Traversal};
@@ -61,6 +61,8 @@ pub struct Settings {
     /// from 4 to 1024, or 0 for none. `None` chooses by the number of samples, and no tiles for a
     /// kernel with quads, discs, triangles, lights, an environment map or textures.
     pub tile: Option<u32>,
+    /// Place where chunks add up to the film; does not affect the image.
+    pub sums: Summation,
     /// True if the film gets AOV totals: normal, albedo, position, emission and diffuseness of the
     /// first hits.
     pub guides: bool,
@@ -101,6 +103,7 @@ impl From<ImageSettings> for Settings {
             traversal: None,
             schedule: None,
             tile: None,
+            sums: Summation::Auto,
             clamp: None,
             guides: false,
             features: KernelFeatures::Needed,
@@ -280,6 +283,7 @@ mod tests {
             traversal: None,
             schedule: None,
             tile: None,
+            sums: Summation::Auto,
             guides: false,
             features: KernelFeatures::Needed,
             denoise: None,

@@ -8,7 +8,7 @@ pub use ranks::{BLOCK_SHIFT, Balance, ClusterPlan, ClusterReport, DistributionMo
 pub use sampling::{FilterTrial, Noise, Sampling, Strategy, Trial};
 
 use crate::denoise::DenoiseSettings;
-use crate::film::FilmCounts;
+use crate::film::{FilmCounts, Summation};
 use crate::settings::Settings;
 use serde::Serialize;
 use std::time::Duration;
@@ -71,6 +71,10 @@ pub struct RenderStats {
     pub tile: Option<u32>,
     /// Reason why there are no tiles, although there should be.
     pub tiles_refused: Option<String>,
+    /// Place where the chunks of the film added up.
+    pub sums: Summation,
+    /// Reason why they did not add up on the device, although they should.
+    pub sums_refused: Option<String>,
     /// Requested settings.
     pub settings: Settings,
     /// Wall-clock seconds of each phase.
@@ -122,6 +126,8 @@ impl RenderStats {
             schedule: Schedule::of(kernel.features),
             tile: None,
             tiles_refused: None,
+            sums: Summation::Host,
+            sums_refused: None,
             settings: settings.clone(),
             phases,
             device_seconds: 0.0,
@@ -252,6 +258,9 @@ impl RenderStats {
         }
         if let Some(reason) = &self.tiles_refused {
             warnings.push(format!("rendered without tiles, which takes longer: {reason}"));
+        }
+        if let Some(reason) = &self.sums_refused {
+            warnings.push(format!("the host adds the chunks up, which takes longer: {reason}"));
         }
         warnings.extend(self.sampling.as_ref().and_then(Sampling::warning));
         warnings

@@ -27,6 +27,7 @@ use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
+use trisect_shared::totals::{self, TotalsParams};
 use trisect_shared::wide::{WideChild, WideTree};
 
 /// Array of records that a kernel reads or writes.
@@ -89,7 +90,7 @@ pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
     let able = |kernel: &&NativeEntryPoint| {
         kernel.name == name && of.features & (CHOICES | NEEDS | LINEAR) & !kernel.possible == 0
     };
-    [RENDER, FIRST_HITS, ROWS, PASSES, TEMPORAL, DISPLAYS].into_iter().flatten().find(able)
+    [RENDER, FIRST_HITS, ROWS, PASSES, TEMPORAL, DISPLAYS, TOTALS].into_iter().flatten().find(able)
 }
 
 impl Arguments<'_> {
@@ -135,6 +136,18 @@ struct Written<'a, T> {
     first: *mut T,
     length: usize,
     arrays: PhantomData<&'a mut [T]>,
+}
+
+impl<'a, T> Written<'a, T> {
+    /// Returns the array for code of which each thread accesses its own records.
+    ///
+    /// # Safety
+    ///
+    /// No two threads access the same record.
+    unsafe fn shared(self) -> SharedSlice<'a, T> {
+        // SAFETY: the caller's promise; `Arguments::written` got an array of this length.
+        unsafe { SharedSlice::new(self.first, self.length) }
+    }
 }
 
 /// All records, for a kernel that writes none of them.
@@ -255,7 +268,7 @@ unsafe fn render_span<const POSSIBLE: Features>(of: &Arguments<'_>, x: Range<u32
         let film = of.written::<PixelSums>(WRITTEN);
         let compensations = of.written::<Compensation>(WRITTEN + 1);
         let aovs = of.written::<AovSums>(WRITTEN + 3);
-        let mut aovs = SharedSlice::new(aovs.first, aovs.length);
+        let mut aovs = aovs.shared();
         for x in x.start..x.end.min(params.width) {
             let pixel = y as usize * params.width as usize + x as usize;
             let sums = from_raw_parts_mut(film.first.add(pixel), 1);
@@ -444,3 +457,33 @@ macro_rules! displays {
 }
 
 const DISPLAYS: &[NativeEntryPoint] = for_each_display!(displays);
+
+macro_rules! totals {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $totals:ident, $output:ident, $x:ident, $y:ident| $body:block,)*) => {
+        &[$(plain($text, {
+            unsafe fn run(arrays: &Arguments<'_>, x: Range<u32>, y: u32) {
+                // SAFETY: the caller's promise; the guard keeps the threads inside the launch.
+                unsafe {
+                    let $params = &arrays.params::<TotalsParams>();
+                    if y >= $params.rows {
+                        return;
+                    }
+                    #[allow(unused_variables, reason = "all these kernels have the same arrays")]
+                    let ($sums, $aovs, $totals, $output, $y) = (
+                        &mut arrays.written::<PixelSums>(0).shared(),
+                        &mut arrays.written::<AovSums>(1).shared(),
+                        &mut arrays.written::<u32>(2).shared(),
+                        &mut arrays.written::<u32>(3).shared(),
+                        y,
+                    );
+                    for $x in x.start..x.end.min($params.width) {
+                        $body
+                    }
+                }
+            }
+            run as Kernel
+        }),)*]
+    };
+}
+
+const TOTALS: &[NativeEntryPoint] = for_each_total!(totals);

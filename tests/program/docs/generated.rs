@@ -186,6 +186,7 @@ fn all_bindings() -> String {
         "### Render kernels and `first_hit`\n\n- work group {across} x {down}: {}, `first_hit`\n\n{}\n\n\
          ### Passes of the filter\n\n{}\n{}\n\n\
          ### Passes over earlier frames\n\n{}\n{}\n\n\
+         ### Totals of the film\n\n{}\n{}\n\n\
          ### Display\n\n{}\n{}",
         entry_points("for_each_render").iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
         bindings("entry_point", "`[PixelSums]` or `[FirstHit]`"),
@@ -193,6 +194,8 @@ fn all_bindings() -> String {
         bindings("pass", ""),
         work_groups(&["for_each_temporal"]),
         bindings("temporal", ""),
+        work_groups(&["for_each_total"]),
+        bindings("totals", ""),
         work_groups(&["for_each_display"]),
         bindings("displays", ""),
     )
@@ -217,6 +220,7 @@ fn records() -> String {
         sky::Sky,
         sphere::Sphere,
         texture::{Texel, Texture},
+        totals::TotalsParams,
         triangle::{Triangle, TriangleShading},
         wide::{SpherePacket, TrianglePacket, WideNode},
     };
@@ -254,6 +258,7 @@ fn records() -> String {
         FilteredPixel "pixel",
         GBufferTexel "pixel",
         HistoryPixel "pixel, of live frames",
+        TotalsParams "launch over a film's totals",
         DisplayParams "launch of `display`",
     }
     table

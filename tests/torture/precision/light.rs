@@ -17,7 +17,7 @@ fn pixel(scene: &SceneDocument, samples: u32) -> PixelTotals {
     scene.description.materials[0].emission /= f64::from(factor);
     let lowered = lit(&scene.lower(Rebase::IDENTITY).unwrap(), factor);
     let settings = Settings { width: 1, height: 1, samples, ..Settings::of(&lowered) };
-    film(&mut cpu(&lowered), &settings).pixels[0]
+    film(&mut cpu(&lowered), &settings).pixels.exact()[0]
 }
 
 /// Returns a view of a light of some radiance. It is not set in the file, where radiance is at most

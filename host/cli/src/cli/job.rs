@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
 use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
-use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Traversal};
+use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
 use trisect::scene::Includes;
 use trisect::scene::import::is_model;
 
@@ -110,6 +110,11 @@ pub struct JobArgs {
     #[arg(long, value_name = "PIXELS")]
     pub tile: Option<u32>,
 
+    /// Place where chunks of 256 samples add up; does not affect the image. Auto is the device, for
+    /// several chunks on a GPU with enough memory.
+    #[arg(long, value_enum, default_value_t = Summation::Auto)]
+    pub sums: Summation,
+
     /// Features of the kernel, to measure what they cost: names as --stats has them, with commas
     /// between them; after a `+`, in addition to those needed; `all`; does not affect the image
     /// (default: those that scene and options need).
@@ -188,6 +193,7 @@ impl JobArgs {
             math: self.math,
             traversal: self.traversal,
             schedule: self.schedule,
+            sums: self.sums,
             tile: self.tile,
             features: self.features.unwrap_or_default(),
             ..scene

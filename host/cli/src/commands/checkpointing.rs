@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity, Place, Saver};
-use trisect::film::Film;
+use trisect::film::{Film, SampleCoverage};
 use trisect::render::{FilmObserver, RenderObserver};
 use trisect_lab::Error;
 
@@ -134,6 +134,10 @@ impl RenderSupervisor {
 impl FilmObserver for RenderSupervisor {
     fn should_continue(&self) -> bool {
         self.stop_reason().is_none()
+    }
+
+    fn wants_film(&self, coverage: &SampleCoverage) -> bool {
+        self.saver.as_ref().is_some_and(|saver| saver.is_due(coverage))
     }
 
     fn part_added(&self, film: &Film) {

@@ -30,7 +30,7 @@ use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
 use trisect::output::Outputs;
 use trisect::precision;
-use trisect::render::{KernelFeatures, MathMode, Renderer, Settings};
+use trisect::render::{KernelFeatures, MathMode, Renderer, Settings, Summation};
 use trisect::scene::{Rebase, Scene, SceneDocument};
 use trisect::threads::start_shared;
 use trisect_cluster::ClusterError;
@@ -156,8 +156,8 @@ impl Loaded {
 
 /// Resets the settings that are for other devices. They affect the image by rounding only.
 pub fn fit_to_cpu(settings: &mut Settings) {
-    let Settings { features, traversal, schedule, tile, math, .. } = settings;
-    (*traversal, *schedule, *tile) = (None, None, None);
+    let Settings { features, traversal, schedule, tile, sums, math, .. } = settings;
+    (*traversal, *schedule, *tile, *sums) = (None, None, None, Summation::Auto);
     (*features, *math) = (KernelFeatures::Needed, MathMode::Precise);
 }
 

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header, Place};
 use trisect::device::{Choice, MathMode};
-use trisect::film::{Film, SampleBlock};
+use trisect::film::{Film, SampleBlock, Summation};
 use trisect::image::ImageError;
 use trisect::output::exposure::Exposure;
 use trisect::output::{self, Format, Outputs};
@@ -76,6 +76,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
         // The image does not depend on these, and another backend may not have them.
         (command.job.features, command.job.schedule, command.job.traversal, command.job.tile) =
             (None, None, None, None);
+        command.job.sums = Summation::Auto;
         if backend == Choice::Cpu {
             // The CPU has no other math. The checkpoint's identity is checked against it later.
             command.job.math = MathMode::Precise;

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 36] = [
+const OPTIONS: [&str; 37] = [
     "allow_outside",
     "aov",
     "backend",
@@ -35,6 +35,7 @@ const OPTIONS: [&str; 36] = [
     "spare",
     "spheres",
     "spp",
+    "sums",
     "target_error",
     "threads",
     "time_limit",

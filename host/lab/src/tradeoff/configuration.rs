@@ -96,6 +96,7 @@ impl Configuration {
             traversal: _,
             schedule: _,
             tile: _,
+            sums: _,
             guides: _,
             features: _,
         } = self.settings;

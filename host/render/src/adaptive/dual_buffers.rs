@@ -1,7 +1,7 @@
 //! Two independent halves of an image: the noise of one may steer the other without bias.
 
 use super::Tiles;
-use crate::film::{AovTotals, Film, PixelTotals, SampleCoverage, TASK};
+use crate::film::{AovTotals, Film, PixelTotals, SampleCoverage, TASK, Totals};
 use rayon::prelude::*;
 use trisect_image::Image;
 use trisect_shared::aovs::AovSums;
@@ -171,16 +171,17 @@ impl DualBuffers {
     /// empty.
     pub fn film(&self) -> Film {
         let [a, b] = &self.pixels;
-        let pixels = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b)).collect();
+        let pixels = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b));
         let guides = self.aovs[0].par_iter().zip(&self.aovs[1]).with_min_len(TASK).map(|(a, b)| {
             let mut totals = AovTotals::EMPTY;
             totals.merge(a, 0, a.hits + a.misses);
             totals.merge(b, 1, b.hits + b.misses);
             totals
         });
-        let guides = guides.collect();
+        let pixels = Totals::Exact(pixels.collect());
+        let aovs = Totals::Exact(guides.collect());
         let coverage = SampleCoverage::new(self.height);
-        Film { width: self.width, height: self.height, pixels, aovs: guides, coverage }
+        Film { width: self.width, height: self.height, pixels, aovs, coverage }
     }
 }
 
@@ -240,7 +241,7 @@ mod tests {
         assert_eq!(halves.samples(), 6);
         assert_eq!(halves.image().pixels, [[4.0; 3]]);
         let film = halves.film();
-        let pixel = &film.pixels[0];
+        let pixel = film.pixels.exact()[0];
         assert!((pixel.mean()[0] - 4.0).abs() < 1e-12);
         let want = 0.25 * (2.0 / 2.0 + (4.0 + 1.0 + 0.0 + 9.0) / 3.0 / 4.0);
         assert!((pixel.variance_of_mean()[0] - want).abs() < 1e-12, "{pixel:?}");
@@ -254,7 +255,7 @@ mod tests {
         let mut halves = DualBuffers::new(1, 1);
         halves.add(0, &[sums(&[1.0])], 1);
         halves.add_tile_samples(1, &[sums(&[2.0, 4.0, 6.0])], &[3]);
-        let variance = halves.film().pixels[0].variance_of_mean()[0];
+        let variance = halves.film().pixels.exact()[0].variance_of_mean()[0];
         assert!((variance - 0.25 * 9.0).abs() < 1e-12, "{variance}");
     }
 

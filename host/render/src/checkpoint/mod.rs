@@ -209,7 +209,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     if let Some(row) = rows.position_first(wrong) {
         return Err(format!("row {row} has AOV sums of more samples than it holds"));
     }
-    Ok(Film { width, height, pixels: totals, aovs: guides, coverage })
+    Ok(Film { width, height, pixels: totals.into(), aovs: guides.into(), coverage })
 }
 
 #[derive(Deserialize)]
@@ -235,7 +235,7 @@ pub fn probe(path: &Path) -> Result<(), CheckpointError> {
 pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), CheckpointError> {
     let io = |source: io::Error| CheckpointError::Io { path: path.to_owned(), source };
     let header = stored(header, film).map_err(io)?;
-    checksummed_file::write(path, MAGIC, &header, &data(film)).map_err(io)
+    with_data(film, |data| checksummed_file::write(path, MAGIC, &header, data)).map_err(io)
 }
 
 /// Writes a checkpoint if there is no file at `path`, or if that file is the one of `claim`.
@@ -250,7 +250,7 @@ fn write_claimed(
         _ => CheckpointError::Io { path: path.to_owned(), source },
     };
     let header = stored(header, film).map_err(io)?;
-    checksummed_file::write_claimed(path, claim, MAGIC, &header, &data(film)).map_err(io)
+    with_data(film, |data| checksummed_file::write_claimed(path, claim, MAGIC, &header, data)).map_err(io)
 }
 
 /// Returns the stored header of a film.
@@ -265,9 +265,10 @@ fn stored(header: &Header, film: &Film) -> io::Result<Vec<u8>> {
     Ok(serde_json::to_vec(&stored)?)
 }
 
-/// Returns the stored data of a film.
-fn data(film: &Film) -> [&[u8]; 2] {
-    [cast_slice(&film.pixels), cast_slice(&film.aovs)]
+/// Calls `write` with the stored data of a film.
+fn with_data<T>(film: &Film, write: impl FnOnce(&[&[u8]; 2]) -> T) -> T {
+    let (pixels, aovs) = (film.pixels.exact(), film.aovs.exact());
+    write(&[cast_slice(&pixels), cast_slice(&aovs)])
 }
 
 /// Numbers are stored as they are in memory.

@@ -138,23 +138,23 @@ impl Saver {
         self.header.lock().unwrap_or_else(PoisonError::into_inner).identity.add_rounding(arithmetic);
     }
 
+    /// Returns whether a checkpoint of a film with these samples is due.
+    pub fn is_due(&self, coverage: &SampleCoverage) -> bool {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).is_due(self.every, coverage)
+    }
+
     /// Copies the film and starts writing the copy, if a checkpoint is due and no copy is being
     /// written.
     pub fn save_if_due(&self, film: &Film) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let samples = || mean_samples(&film.coverage);
-        let due = match self.every {
-            SaveInterval::Time(time) => state.last.elapsed() >= time,
-            SaveInterval::Samples(count) => samples() - state.samples >= f64::from(count),
-        };
-        if !due {
+        if !state.is_due(self.every, &film.coverage) {
             return;
         }
         state.take_back(false);
         let Some(mut copy) = state.spare.take() else { return };
         copy.copy_from(film);
         state.last = Instant::now();
-        state.samples = samples();
+        state.samples = mean_samples(&film.coverage);
         if let Some(to) = &state.writer.to
             && let Err(lost) = to.send((copy, self.header()))
         {
@@ -195,6 +195,13 @@ fn mean_samples(coverage: &SampleCoverage) -> f64 {
 }
 
 impl State {
+    fn is_due(&self, every: SaveInterval, coverage: &SampleCoverage) -> bool {
+        match every {
+            SaveInterval::Time(time) => self.last.elapsed() >= time,
+            SaveInterval::Samples(count) => mean_samples(coverage) - self.samples >= f64::from(count),
+        }
+    }
+
     fn take_back(&mut self, wait: bool) {
         while self.spare.is_none() {
             let back = match wait {

@@ -128,10 +128,8 @@ pub fn check_has_aovs(film: &Film) -> Result<(), DenoiseError> {
 /// Writes the sums and AOV sums of each pixel of a film in the kernels' format, over all its
 /// chunks.
 pub fn sums(film: &Film, sums: &mut [PixelSums], guides: &mut [AovSums]) {
-    let pixels = sums.par_iter_mut().zip(&film.pixels).with_min_len(TASK);
-    pixels.for_each(|(sums, pixel)| *sums = pixel.sums());
-    let pixels = guides.par_iter_mut().zip(&film.aovs).with_min_len(TASK);
-    pixels.for_each(|(sums, guides)| *sums = guides.sums());
+    film.pixels.for_each_with(sums, |sums, pixel| *sums = pixel.sums());
+    film.aovs.for_each_with(guides, |sums, guides| *sums = guides.sums());
 }
 
 /// Converts the last pass's pixels to an image; NaN where neither the pixel nor any within reach of

@@ -6,12 +6,16 @@
 mod aovs;
 mod coverage;
 mod sum;
+mod summation;
 mod tiles;
+mod totals;
 
 pub use aovs::AovTotals;
 pub use coverage::{Overlap, SampleBlock, SampleCoverage};
 pub use sum::ExactSum;
+pub use summation::Summation;
 pub use tiles::{TILE, Tiles};
+pub use totals::{OverChunks, Totals, TotalsIter};
 pub use trisect_device::{FrameMemory, HostFrame, HostMemory, HostRecords, RowSet, RowTarget};
 
 use bytemuck::{Pod, Zeroable};
@@ -157,10 +161,10 @@ pub struct Film {
     /// Pixels down.
     pub height: u32,
     /// `width * height` totals.
-    pub pixels: Vec<PixelTotals>,
+    pub pixels: Totals<PixelTotals>,
     /// `width * height` AOV totals if the render has [AOV sums](crate::render::Settings::guides),
     /// otherwise none.
-    pub aovs: Vec<AovTotals>,
+    pub aovs: Totals<AovTotals>,
     /// Samples that the totals hold.
     pub coverage: SampleCoverage,
 }
@@ -241,17 +245,38 @@ impl Film {
 
     /// Creates a film without samples.
     pub fn new(width: u32, height: u32) -> Self {
-        let pixels = width as usize * height as usize;
-        // In parallel, because the first touch of fresh memory takes most of the time.
-        let pixels = rayon::iter::repeat_n(PixelTotals::EMPTY, pixels).with_min_len(TASK).collect();
-        Self { width, height, pixels, aovs: Vec::new(), coverage: SampleCoverage::new(height) }
+        let pixels = Totals::Empty(width as usize * height as usize);
+        Self { width, height, pixels, aovs: Totals::default(), coverage: SampleCoverage::new(height) }
+    }
+
+    /// Creates a film of one chunk of all rows: of `samples`, which begin and end where a chunk
+    /// does. `aovs` is empty for a film without AOV totals.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Chunk`] if the chunk does not have these pixels.
+    pub fn of_chunk(
+        (width, height): (u32, u32),
+        samples: Range<u32>,
+        pixels: HostRecords<PixelSums>,
+        aovs: HostRecords<AovSums>,
+    ) -> Result<Self, FilmError> {
+        let count = width as usize * height as usize;
+        let part = SampleBlock { rows: 0..height, samples: samples.clone() };
+        if pixels.len() != count || !aovs.is_empty() && aovs.len() != count {
+            return Err(FilmError::Chunk { film: (width, height), pixels: pixels.len(), rows: part.rows });
+        }
+        let mut coverage = SampleCoverage::new(height);
+        coverage.insert(&part)?;
+        let pixels = Totals::Chunk { sums: pixels, samples: samples.clone() };
+        let aovs = if aovs.is_empty() { Totals::default() } else { Totals::Chunk { sums: aovs, samples } };
+        Ok(Self { width, height, pixels, aovs, coverage })
     }
 
     /// Creates a film without samples that also has AOV totals.
     pub fn with_aovs(width: u32, height: u32) -> Self {
         let film = Self::new(width, height);
-        let guides = rayon::iter::repeat_n(AovTotals::EMPTY, film.pixels.len()).with_min_len(TASK);
-        Self { aovs: guides.collect(), ..film }
+        Self { aovs: Totals::Empty(film.pixels.len()), ..film }
     }
 
     /// Returns the number of bytes of one pixel of a film, with or without AOV totals.
@@ -261,21 +286,21 @@ impl Film {
 
     /// Returns the number of bytes of all totals.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&self.pixels[..]) + size_of_val(&self.aovs[..])) as u64
+        self.pixels.bytes() + self.aovs.bytes()
     }
 
     /// Makes this film a copy of another; memory of the same size is reused.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
-        copy(&mut self.pixels, &other.pixels, PixelTotals::EMPTY);
-        copy(&mut self.aovs, &other.aovs, AovTotals::EMPTY);
+        self.pixels.copy_from(&other.pixels);
+        self.aovs.copy_from(&other.aovs);
         self.coverage = other.coverage.clone();
     }
 
     /// Removes all samples; the memory stays.
     pub fn clear(&mut self) {
-        self.pixels.par_iter_mut().with_min_len(TASK).for_each(|total| *total = PixelTotals::EMPTY);
-        self.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovTotals::EMPTY);
+        self.pixels.clear();
+        self.aovs.clear();
         self.coverage = SampleCoverage::new(self.height);
     }
 
@@ -293,7 +318,9 @@ impl Film {
             return Err(self.other_chunk(part, chunk.len()));
         };
         self.coverage.insert(part)?;
-        let Some(totals) = self.pixels.get_mut(rows) else { return Err(self.other_chunk(part, chunk.len())) };
+        let Some(totals) = self.pixels.exact_mut().get_mut(rows) else {
+            return Err(self.other_chunk(part, chunk.len()));
+        };
         let samples = part.samples.len() as u32;
         totals
             .par_iter_mut()
@@ -310,7 +337,7 @@ impl Film {
     /// [`FilmError`] if the film does not have these pixels, or has no AOV totals.
     pub fn merge_aovs(&mut self, part: &SampleBlock, chunk: &[AovSums]) -> Result<(), FilmError> {
         let rows = self.row_range(&part.rows).filter(|rows| chunk.len() == rows.len());
-        let Some(totals) = rows.and_then(|rows| self.aovs.get_mut(rows)) else {
+        let Some(totals) = rows.and_then(|rows| self.aovs.exact_mut().get_mut(rows)) else {
             return Err(self.other_chunk(part, chunk.len()));
         };
         let (first, samples) = (part.samples.start, part.samples.len() as u32);
@@ -338,11 +365,37 @@ impl Film {
             return Err(FilmError::Aovs);
         }
         self.coverage.merge(&other.coverage)?;
-        let guides = self.aovs.par_iter_mut().zip(&other.aovs);
-        guides.with_min_len(TASK).for_each(|(total, other)| total.add(other));
-        let pixels = self.pixels.par_iter_mut().zip(&other.pixels);
-        pixels.with_min_len(TASK).for_each(|(total, other)| total.add(other));
+        other.aovs.for_each_with(self.aovs.exact_mut(), |total, other| total.add(&other));
+        other.pixels.for_each_with(self.pixels.exact_mut(), |total, other| total.add(&other));
         Ok(())
+    }
+
+    /// Returns the totals of some rows, which the caller writes; it also notes their samples in the
+    /// coverage.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Chunk`] if the film does not have these rows.
+    pub(crate) fn rows_mut(
+        &mut self,
+        rows: &Range<u32>,
+    ) -> Result<(&mut [PixelTotals], &mut [AovTotals]), FilmError> {
+        let Some(own) = self.row_range(rows) else {
+            let film = (self.width, self.height);
+            return Err(FilmError::Chunk { film, pixels: 0, rows: rows.clone() });
+        };
+        let pixels = self.pixels.exact_mut().get_mut(own.clone()).unwrap_or_default();
+        Ok((pixels, self.aovs.exact_mut().get_mut(own).unwrap_or_default()))
+    }
+
+    /// Returns a film of the same size without samples, with AOV totals if this one has them.
+    pub(crate) fn without_samples(&self) -> Self {
+        Self { aovs: Totals::Empty(self.aovs.len()), ..Self::new(self.width, self.height) }
+    }
+
+    /// Returns whether the film holds no samples.
+    pub fn is_empty(&self) -> bool {
+        self.coverage.parts().is_empty()
     }
 
     fn other_chunk(&self, part: &SampleBlock, pixels: usize) -> FilmError {
@@ -357,22 +410,18 @@ impl Film {
 
     /// Returns the image: the mean radiance of each pixel.
     pub fn image(&self) -> Image {
-        let pixels = self.pixels.par_iter().with_min_len(TASK);
-        Image {
-            width: self.width,
-            height: self.height,
-            pixels: pixels.map(|total| total.mean().map(|value| value as f32)).collect(),
-        }
+        let pixels = self.pixels.map(|total| total.mean().map(|value| value as f32));
+        Image { width: self.width, height: self.height, pixels }
     }
 
     /// Returns the counts over all pixels.
     pub fn counts(&self) -> FilmCounts {
-        count(&self.pixels)
+        self.pixels.counts(0..self.pixels.len())
     }
 
     /// Returns the counts over the pixels of `rows`; 0 if the film does not have these rows.
     pub fn counts_in(&self, rows: &Range<u32>) -> FilmCounts {
-        self.row_range(rows).and_then(|rows| self.pixels.get(rows)).map_or_else(FilmCounts::default, count)
+        self.row_range(rows).map_or_else(FilmCounts::default, |rows| self.pixels.counts(rows))
     }
 }
 
@@ -387,19 +436,6 @@ impl std::ops::Add for FilmCounts {
             unwritten: self.unwritten.saturating_add(other.unwritten),
         }
     }
-}
-
-/// Copies by all threads, because the first touch of fresh memory takes most of the time.
-fn copy<T: Copy + Send + Sync>(to: &mut Vec<T>, from: &[T], empty: T) {
-    if to.len() != from.len() {
-        *to = rayon::iter::repeat_n(empty, from.len()).with_min_len(TASK).collect();
-    }
-    to.par_chunks_mut(TASK).zip(from.par_chunks(TASK)).for_each(|(to, from)| to.copy_from_slice(from));
-}
-
-fn count(pixels: &[PixelTotals]) -> FilmCounts {
-    let counts = pixels.par_iter().with_min_len(TASK).map(PixelTotals::counts);
-    counts.reduce(FilmCounts::default, |a, b| a + b)
 }
 
 #[cfg(test)]

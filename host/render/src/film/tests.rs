@@ -26,7 +26,7 @@ fn chunks_add_up_and_rejections_are_counted() {
     let mut film = Film::new(1, 1);
     merge(&mut film, &[sums(2.0, 4)], 4);
     merge(&mut film, &[sums(4.0, 3)], 4);
-    assert_eq!(film.pixels[0].radiance.map(ExactSum::value), [6.0; 3]);
+    assert_eq!(film.pixels.exact()[0].radiance.map(ExactSum::value), [6.0; 3]);
     assert_eq!(film.counts(), FilmCounts { samples: 7, rejected: 1, segments: 14, unwritten: 0 });
 }
 
@@ -58,7 +58,7 @@ fn totals_neither_stagnate_nor_drift() {
     for _ in 0..1 << 17 {
         merge(&mut film, &[chunk], 256);
     }
-    let mean = film.pixels[0].mean()[0];
+    let mean = film.pixels.exact()[0].mean()[0];
     assert!((mean / 0.1 - 1.0).abs() < 1e-7, "{mean}");
     let in_f32 = (0..1 << 25).fold(0.0f32, |sum, _| sum + 0.1) / (1 << 25) as f32;
     assert!((in_f32 / 0.1 - 1.0).abs() > 0.1, "the negative control, one f32 sum, must fail: {in_f32}");
@@ -77,7 +77,7 @@ fn variance_of_the_mean() {
         merge(&mut film, &[sums(value, 1)], 1);
     }
     // Mean 2, sample variance 2, over n = 2.
-    assert_eq!((film.pixels[0].mean()[0], film.pixels[0].variance_of_mean()[0]), (2.0, 1.0));
+    assert_eq!((film.pixels.exact()[0].mean()[0], film.pixels.exact()[0].variance_of_mean()[0]), (2.0, 1.0));
 }
 
 /// Returns chunks of a film of 3 rows, of which no two sums have the same bits.
@@ -147,7 +147,7 @@ fn a_lost_chunk_spoils_the_sum_of_films() {
     other.add(&a).unwrap();
     a.add(&b).unwrap();
     for film in [a, other] {
-        assert!(film.pixels[0].mean()[0].is_nan());
-        assert_eq!((film.counts().unwritten, film.pixels[0].samples), (1, 256));
+        assert!(film.pixels.exact()[0].mean()[0].is_nan());
+        assert_eq!((film.counts().unwritten, film.pixels.exact()[0].samples), (1, 256));
     }
 }

@@ -10,6 +10,7 @@ mod display;
 mod film;
 mod on_device;
 mod scene;
+mod totals;
 
 pub(crate) use display::DisplayPass;
 pub(crate) use film::{FilmDesc, Launch};

@@ -5,7 +5,10 @@ use super::display::DisplayPass;
 use super::film::{DeviceFilm, FilmDesc, Launch};
 use super::misuse;
 use super::scene::SceneArrays;
+use super::totals::{ChunkCounter, DeviceTotals};
 use crate::denoise::Pass;
+use crate::film::{AovTotals, FilmCounts, PixelTotals};
+use std::ops::Range;
 use std::time::Duration;
 use trisect_device::{BackendError, Buffer, Device, RowSet, RowTarget};
 use trisect_shared::aovs::AovSums;
@@ -25,6 +28,8 @@ pub(crate) struct DeviceScene {
     device: Box<dyn Device>,
     scene: SceneArrays,
     film: Option<DeviceFilm>,
+    totals: Option<DeviceTotals>,
+    counter: Option<ChunkCounter>,
     denoiser: Option<DenoiseBuffers>,
     /// Image for a display, 4 bytes a pixel.
     shown: Option<Buffer>,
@@ -38,7 +43,7 @@ fn made(film: Option<&DeviceFilm>) -> Result<&DeviceFilm, BackendError> {
 impl DeviceScene {
     /// Wraps a scene on a device.
     pub fn new(device: Box<dyn Device>, scene: SceneArrays) -> Self {
-        Self { device, scene, film: None, denoiser: None, shown: None }
+        Self { device, scene, film: None, totals: None, counter: None, denoiser: None, shown: None }
     }
 
     /// Returns the device.
@@ -94,6 +99,46 @@ impl DeviceScene {
         aovs: &mut [AovSums],
     ) -> Result<(), BackendError> {
         made(self.film.as_ref())?.read(self.device.as_mut(), rows, sums, aovs)
+    }
+
+    /// Makes totals without samples for the film.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::TooLarge`] if the device lacks the memory.
+    pub fn begin_totals(&mut self) -> Result<(), BackendError> {
+        let film = made(self.film.as_ref())?;
+        self.totals = Some(DeviceTotals::begin(self.device.as_mut(), film, self.totals.take())?);
+        Ok(())
+    }
+
+    /// Frees the totals' memory.
+    pub fn drop_totals(&mut self) {
+        self.totals = None;
+    }
+
+    /// Adds the film's chunk of `samples` in these rows to the totals, and resets it.
+    pub fn add_chunk(&mut self, rows: &RowSet, samples: &Range<u32>) -> Result<(), BackendError> {
+        let totals = self.totals.as_ref().ok_or_else(|| misuse("no totals were prepared"))?;
+        totals.add_chunk(self.device.as_mut(), made(self.film.as_ref())?, rows, samples)
+    }
+
+    /// Returns the counts of the film's chunk of `samples` in these rows.
+    pub fn count_chunk(&mut self, rows: &RowSet, samples: &Range<u32>) -> Result<FilmCounts, BackendError> {
+        let film = made(self.film.as_ref())?;
+        let counter = ChunkCounter::new(self.device.as_mut(), film, self.counter.take())?;
+        self.counter.insert(counter).count(self.device.as_mut(), film, rows, samples)
+    }
+
+    /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.
+    pub fn read_totals(
+        &mut self,
+        rows: &Range<u32>,
+        pixels: &mut [PixelTotals],
+        aovs: &mut [AovTotals],
+    ) -> Result<(), BackendError> {
+        let totals = self.totals.as_ref().ok_or_else(|| misuse("no totals were prepared"))?;
+        totals.read(self.device.as_mut(), made(self.film.as_ref())?, rows, pixels, aovs)
     }
 
     /// Writes the sums of all pixels to the film, and their AOV sums if the film's kernel writes

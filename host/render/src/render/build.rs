@@ -6,7 +6,7 @@ use super::fingerprint::Fingerprint;
 use super::launch_scene::LaunchScene;
 use super::prepared_scene::PreparedScene;
 use super::tile_entry_cache::TileEntryCache;
-use super::{Renderer, Settings};
+use super::{Renderer, Settings, Summation};
 use crate::Error;
 use crate::bvh::BvhQuality;
 use crate::passes::DeviceScene;
@@ -59,6 +59,7 @@ impl Renderer {
             tile_entries: TileEntryCache::default(),
             film_state: FilmState::default(),
             film: None,
+            summed: (Summation::Host, None),
             filtered: Vec::new(),
         }
     }

@@ -100,9 +100,37 @@ impl Renderer {
         samples: Range<u32>,
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<ChunkTiming, Error> {
+        let mut took = self.trace_chunk(settings, rows, samples, watch)?;
+        let read = Instant::now();
+        self.read_chunk(settings, kernel, rows)?;
+        took.read = read.elapsed();
+        Ok(took)
+    }
+
+    /// Reads the chunk on the device into the current chunk's memory.
+    pub(super) fn read_chunk(
+        &mut self,
+        settings: &Settings,
+        kernel: EntryPoint,
+        rows: &RowSet,
+    ) -> Result<(), Error> {
+        let count = settings.width as usize * rows.len() as usize;
+        self.pipeline.current.resize(self.uploaded.device_mut(), count, settings.guides);
+        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
+        self.uploaded.read_film(rows, pixels, aovs)?;
+        self.film_state = FilmState::Empty(settings.clone(), kernel);
+        Ok(())
+    }
+
+    /// Renders a chunk, which stays on the device.
+    pub(super) fn trace_chunk(
+        &mut self,
+        settings: &Settings,
+        rows: &RowSet,
+        samples: Range<u32>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<ChunkTiming, Error> {
         self.film_state = FilmState::Unknown;
-        let pixels = settings.width as usize * rows.len() as usize;
-        self.pipeline.current.resize(self.uploaded.device_mut(), pixels, settings.guides);
         let mut took = ChunkTiming::default();
         let (mut done, count) = (0, samples.len() as u32);
         let mut submissions = Submissions::new(settings.width, rows.clone(), count);
@@ -114,11 +142,6 @@ impl Renderer {
                 return Err(Error::Cancelled);
             }
         }
-        let read = Instant::now();
-        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
-        self.uploaded.read_film(rows, pixels, aovs)?;
-        took.read = read.elapsed();
-        self.film_state = FilmState::Empty(settings.clone(), kernel);
         Ok(took)
     }
 

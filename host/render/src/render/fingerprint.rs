@@ -46,6 +46,7 @@ impl Fingerprint {
             traversal: _,
             schedule: _,
             tile: _,
+            sums: _,
             features: _,
             // The film is not denoised.
             denoise: _,

@@ -8,6 +8,7 @@ mod chunk;
 mod chunk_buffers;
 mod chunk_pipeline;
 mod fallback;
+mod film_observer;
 mod film_state;
 mod fingerprint;
 mod frame;
@@ -19,25 +20,26 @@ mod prepared_scene;
 mod resume;
 mod scene_params;
 mod submissions;
+mod summation;
 mod tile_entry_cache;
 mod tile_samples;
 
-pub use crate::film::SampleBlock;
+pub use crate::film::{SampleBlock, Summation};
 pub use crate::settings::{KernelFeatures, MAX_DEPTH, Sampler, Settings, SettingsError};
 pub use chunk::{ChunkResult, chunks};
 pub use fallback::FallbackFactory;
+pub use film_observer::FilmObserver;
 pub use fingerprint::Fingerprint;
 pub use frame::DisplayTiming;
 pub use interactive::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES};
-pub use resume::FilmObserver;
 pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 
 use crate::Error;
-use crate::film::{Film, RowSet};
+use crate::film::{Film, HostRecords, Totals};
 use crate::passes::{DeviceScene, FilmDesc};
 use crate::stats::{Phases, RenderStats};
-use chunk_buffers::ChunkPipeline;
+use chunk_buffers::{ChunkPipeline, ChunkSums};
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
 use launch_scene::LaunchScene;
@@ -45,6 +47,7 @@ pub use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
 use std::ops::{ControlFlow, Range};
 use std::time::Instant;
+use summation::{BlockResult, FilmBlock};
 use tile_entry_cache::TileEntryCache;
 pub(crate) use tile_samples::TileSamples;
 use trisect_device::Device;
@@ -105,6 +108,8 @@ pub struct Renderer {
     film_state: FilmState,
     /// Film whose memory the next render may use.
     film: Option<Film>,
+    /// Place where the last film's chunks added up, and the reason if a device refused them.
+    summed: (Summation, Option<String>),
     /// Memory for a denoised image as the device returns it.
     filtered: Vec<FilteredPixel>,
 }
@@ -184,37 +189,19 @@ impl Renderer {
         let (kernel, mut stats) = self.begin(settings, 0)?;
         settings.check_part(part)?;
         let start = Instant::now();
-        let mut film = self.empty_film(settings);
-        let rows = RowSet::from(part.rows.clone());
-        let per_sample = u64::from(settings.width) * u64::from(rows.len());
-        let total = per_sample * part.samples.len() as u64;
         let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
-        let parts = ChunkJob {
-            settings,
-            rows: &rows,
-            samples: &samples,
-            seeds: &[settings.seed],
-            should_continue: &|| true,
-        };
+        // A film of one chunk is the chunk, and has its memory.
+        let mut film = self.empty_film(settings, samples.len() > 1);
+        let per_sample = u64::from(settings.width) * part.rows.len() as u64;
+        let total = per_sample * part.samples.len() as u64;
+        let block = FilmBlock { settings, kernel, rows: &part.rows, chunks: &samples, observer: &() };
         let mut watch = |done: u64| observer.progress(done, total);
-        let took;
-        (film, took) = self.for_each_prepared_chunk(
-            &parts,
-            kernel,
-            &mut watch,
-            film,
-            &|film: &mut Film, samples, sums: &ChunkResult<'_>| {
-                let done = SampleBlock { rows: part.rows.clone(), samples: samples.clone() };
-                film.merge(&done, sums.pixels)?;
-                if settings.guides {
-                    film.merge_aovs(&done, sums.aovs)?;
-                }
-                Ok(())
-            },
-        )?;
-        stats.submissions += took.submissions;
-        stats.device_seconds += took.device.as_secs_f64();
-        stats.finish(film.counts_in(&part.rows), start.elapsed(), took.waited, took.read);
+        let BlockResult { times, counts } = self.add_block(&mut film, block, &mut watch)?;
+        stats.submissions += times.submissions;
+        stats.device_seconds += times.device.as_secs_f64();
+        (stats.sums, stats.sums_refused) = self.summed();
+        let counts = counts.unwrap_or_else(|| film.counts_in(&part.rows));
+        stats.finish(counts, start.elapsed(), times.waited, times.read);
         Ok(Frame { film, stats, denoised: None })
     }
 
@@ -236,15 +223,25 @@ impl Renderer {
     /// Takes a film that is no longer needed. The next render of its size then needs no fresh
     /// memory, whose first touch takes longer than a few samples.
     pub fn recycle(&mut self, film: Film) {
-        self.film = Some(film);
+        let Film { pixels, aovs, .. } = film;
+        match (pixels, aovs) {
+            (Totals::Chunk { sums: pixels, .. }, aovs) => {
+                let aovs = if let Totals::Chunk { sums, .. } = aovs { sums } else { HostRecords::default() };
+                // What is used twice is used often: pinned memory is read faster.
+                self.uploaded.device_mut().pin(pixels.memory());
+                self.uploaded.device_mut().pin(aovs.memory());
+                self.pipeline.current = ChunkSums { pixels, aovs };
+            }
+            (pixels, aovs) => self.film = Some(Film { pixels, aovs, ..film }),
+        }
     }
 
-    fn empty_film(&mut self, settings: &Settings) -> Film {
+    fn empty_film(&mut self, settings: &Settings, with_memory: bool) -> Film {
         let Settings { width, height, guides, .. } = *settings;
         let pixels = settings.pixels() as usize;
         let all = (width, height, pixels, if guides { pixels } else { 0 });
         let fits = |film: &Film| (film.width, film.height, film.pixels.len(), film.aovs.len()) == all;
-        match self.film.take().filter(fits) {
+        match self.film.take_if(|_| with_memory).filter(fits) {
             Some(mut film) => {
                 film.clear();
                 film
@@ -289,6 +286,8 @@ impl Renderer {
     fn make_film(&mut self, settings: &Settings) -> Result<EntryPoint, Error> {
         let kernel = self.select_kernel(settings)?;
         self.film_state = FilmState::Unknown;
+        // The totals of another film make room.
+        self.uploaded.drop_totals();
         let Settings { width, height, math, .. } = *settings;
         self.uploaded.begin_film(FilmDesc { width, height, kernel, math })?;
         Ok(kernel)

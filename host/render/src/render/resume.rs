@@ -1,33 +1,17 @@
 //! Rendering of the samples missing from a film, part by part. After each part an observer may
 //! store the film or end the render. Renders with checkpoints and resumed renders use it.
 
-use super::chunk::{ChunkResult, chunks};
-use super::chunk_pipeline::{ChunkJob, PipelineTiming};
-use super::{RenderObserver, Renderer, Settings};
+use super::chunk::chunks;
+use super::chunk_pipeline::PipelineTiming;
+use super::summation::FilmBlock;
+use super::{FilmObserver, RenderObserver, Renderer, Settings};
 use crate::Error;
-use crate::film::{Film, FilmError, RowSet, SampleBlock};
+use crate::film::{Film, FilmCounts, FilmError, SampleBlock, Summation};
 use crate::stats::RenderStats;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use trisect_device::DeviceKind;
-use trisect_kernels::EntryPoint;
 use trisect_shared::film::CHUNK_SAMPLES;
-
-/// Observer of a film that grows part by part, which may end the render.
-pub trait FilmObserver: Sync {
-    /// Returns whether the render continues; called before each part. If false, the render ends
-    /// with the samples that the film has.
-    fn should_continue(&self) -> bool {
-        true
-    }
-
-    /// Receives the film after each part, on the thread that added the part; the next part may be
-    /// rendered meanwhile.
-    fn part_added(&self, _film: &Film) {}
-}
-
-/// Observer that does nothing.
-impl FilmObserver for () {}
 
 /// Target duration in seconds of a part on a CPU, and so the delay after a request to stop.
 const PART_SECONDS: f64 = 2.0;
@@ -81,7 +65,8 @@ impl Renderer {
     /// has all samples is the same whatever it held before, and wherever a render ended: a pixel's
     /// chunks are the same everywhere, and the sums over them are exact.
     ///
-    /// On a GPU a part is one chunk of the whole frame, on a CPU some rows of a chunk. After an
+    /// On a GPU, or where chunks add up on the device, a part is one chunk of the whole frame; on a
+    /// CPU some rows of a chunk. After an
     /// error the film has all parts before it.
     ///
     /// # Errors
@@ -100,12 +85,14 @@ impl Renderer {
         settings.check_part(&SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
         check_film(film, settings)?;
         let start = Instant::now();
-        let before = film.counts();
+        let was_empty = film.is_empty();
+        let before = if was_empty { FilmCounts::default() } else { film.counts() };
         let missing = film.coverage.missing(samples);
         let total = missing.iter().map(SampleBlock::size).sum::<u64>() * u64::from(settings.width);
-        let whole_frames = self.device().info().kind == DeviceKind::Gpu;
+        let whole_frames = self.device().info().kind == DeviceKind::Gpu || settings.sums == Summation::Device;
         let mut speed = PartSizer::unknown(DeviceKind::Cpu, settings.pixels());
-        let (mut done, mut took) = (0, PipelineTiming::default());
+        let (mut done, mut blocks, mut counts) = (0, 0, None);
+        let mut took = PipelineTiming::default();
         for part in &missing {
             let all: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
             let at_once = if whole_frames { all.len() } else { 1 };
@@ -119,48 +106,24 @@ impl Renderer {
                     rows = rows.end..rows.end + next;
                     let start = Instant::now();
                     let mut watch = |here: u64| observer.progress(done + here, total);
-                    let added = self.render_block_into(
-                        film,
-                        (settings, kernel),
-                        (&rows, chunks),
-                        keeper,
-                        &mut watch,
-                    )?;
+                    let block = FilmBlock { settings, kernel, rows: &rows, chunks, observer: keeper };
+                    let added = self.add_block(film, block, &mut watch)?;
                     speed.learn(per_row * u64::from(next), start.elapsed());
                     done += per_row * u64::from(next);
-                    took.add(&added);
+                    took.add(&added.times);
+                    blocks += 1;
+                    // The counts of the first block, if it is the film.
+                    counts =
+                        added.counts.filter(|_| was_empty && blocks == 1 && rows == (0..settings.height));
                 }
             }
         }
         stats.submissions = took.submissions;
         stats.device_seconds = took.device.as_secs_f64();
-        stats.finish_from(before, film.counts(), start.elapsed(), (took.waited, took.read));
+        (stats.sums, stats.sums_refused) = self.summed();
+        let counts = counts.unwrap_or_else(|| film.counts());
+        stats.finish_from(before, counts, start.elapsed(), (took.waited, took.read));
         Ok(stats)
-    }
-
-    /// Renders chunks of some rows and adds them to the film.
-    fn render_block_into(
-        &mut self,
-        film: &mut Film,
-        (settings, kernel): (&Settings, EntryPoint),
-        (rows, samples): (&Range<u32>, &[Range<u32>]),
-        keeper: &dyn FilmObserver,
-        watch: &mut dyn FnMut(u64) -> std::ops::ControlFlow<()>,
-    ) -> Result<PipelineTiming, Error> {
-        let share = RowSet::from(rows.clone());
-        let goes_on = || keeper.should_continue();
-        let parts =
-            ChunkJob { settings, rows: &share, samples, seeds: &[settings.seed], should_continue: &goes_on };
-        let take = |film: &mut &mut Film, samples: &Range<u32>, sums: &ChunkResult<'_>| {
-            let part = SampleBlock { rows: rows.clone(), samples: samples.clone() };
-            film.merge(&part, sums.pixels)?;
-            if settings.guides {
-                film.merge_aovs(&part, sums.aovs)?;
-            }
-            keeper.part_added(film);
-            Ok(())
-        };
-        Ok(self.for_each_prepared_chunk(&parts, kernel, watch, film, &take)?.1)
     }
 }
 

@@ -1,0 +1,26 @@
+//! Place where the chunks of a film add up.
+
+use serde::Serialize;
+use trisect_shared::totals::{AOV_TOTAL_WORDS, TOTAL_WORDS};
+
+/// Place where the chunks of a film add up. The film has the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum Summation {
+    /// The device for several chunks on a GPU with enough memory, otherwise the host.
+    #[default]
+    Auto,
+    /// The host, which reads each chunk.
+    Host,
+    /// The device, which the host reads once. The render fails if it lacks the memory.
+    Device,
+}
+
+impl Summation {
+    /// Bytes that the totals of a pixel take on a device.
+    pub const BYTES_PER_PIXEL: u64 = TOTAL_WORDS as u64 * 4;
+
+    /// Additional bytes of a pixel with AOVs.
+    pub const BYTES_PER_PIXEL_OF_AOVS: u64 = AOV_TOTAL_WORDS as u64 * 4;
+}

@@ -1,0 +1,260 @@
+//! Totals of a film on a device: chunks add up there exactly, and the host reads the totals.
+
+use super::film::DeviceFilm;
+use super::misuse;
+use crate::film::{AovTotals, FilmCounts, PixelTotals, Summation};
+use bytemuck::{Pod, Zeroable, bytes_of};
+use std::ops::Range;
+use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
+use trisect_kernels::{FILM_ADD, FILM_ADD_AOVS, FILM_COUNT, FILM_READ, entry_point};
+use trisect_shared::totals::{
+    AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, READ_AOV_WORDS, READ_WORDS, SUMS, TotalsParams,
+};
+
+/// Maximum number of bytes that the host reads at a time, except for a single row.
+const MAX_READ: u64 = 64 << 20;
+
+/// Totals of an image on a device.
+pub(super) struct DeviceTotals {
+    /// Pixels across and down.
+    size: (u32, u32),
+    /// Words of [`TotalsParams`]' totals, by plane.
+    totals: Buffer,
+    /// Words of the AOV totals, by plane; none if the film has no AOVs.
+    aov_totals: Buffer,
+    /// Records of some rows, for the host.
+    output: Buffer,
+}
+
+/// Counts of a chunk on a device.
+pub(super) struct ChunkCounter {
+    size: (u32, u32),
+    counts: Buffer,
+    unused: Buffer,
+}
+
+/// Counts of a lane, as the device writes them.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct LaneCounts {
+    samples: u32,
+    rejected: u32,
+    unwritten: u32,
+    /// Lower word first; u64 would be aligned to 8 bytes.
+    segments: [u32; 2],
+}
+
+const _: () = assert!(size_of::<LaneCounts>() == COUNT_WORDS as usize * 4);
+const _: () = assert!(size_of::<PixelTotals>() == READ_WORDS as usize * 4);
+const _: () = assert!(size_of::<AovTotals>() == READ_AOV_WORDS as usize * 4);
+
+/// Returns the parameters of a launch over these rows of a share, of a chunk of `samples`.
+fn params((width, height): (u32, u32), rows: &RowSet, samples: &Range<u32>) -> TotalsParams {
+    let (share_first_row, block_shift, block_gap) = rows.share();
+    TotalsParams {
+        width,
+        height,
+        first_row: rows.places().start,
+        rows: rows.len(),
+        share_first_row,
+        block_shift,
+        block_gap,
+        first_sample: samples.start,
+        samples: samples.len() as u32,
+        sums: SUMS,
+        pad0: 0,
+        pad1: 0,
+    }
+}
+
+/// Returns a launch of a kernel of the totals, of a thread for each column and row. Integers have
+/// one math build.
+fn launch<'a>(
+    name: &'static str,
+    params: &'a TotalsParams,
+    arrays: [&'a Buffer; 4],
+    rows: u32,
+) -> Result<Command<'a>, BackendError> {
+    Ok(Command::Dispatch(Dispatch {
+        entry_point: entry_point(name).ok_or_else(|| misuse("there is no such kernel"))?,
+        math: MathMode::Precise,
+        params: bytes_of(params),
+        lengths: &[],
+        arrays: arrays.to_vec(),
+        threads: (params.width, rows),
+    }))
+}
+
+/// Checks that a film has these rows.
+fn check_rows(size: (u32, u32), film: &DeviceFilm, rows: &RowSet) -> Result<(), BackendError> {
+    match (film.of.width, film.of.height) == size && rows.end() <= size.1 {
+        true => Ok(()),
+        false => Err(misuse("the totals are those of a film of another size")),
+    }
+}
+
+fn compile(device: &mut dyn Device, names: &[&'static str]) -> Result<(), BackendError> {
+    names.iter().try_for_each(|name| {
+        let kernel = entry_point(name).ok_or_else(|| misuse("there is no such kernel"))?;
+        device.compile(kernel, MathMode::Precise)
+    })
+}
+
+impl DeviceTotals {
+    /// Makes totals without samples for a film, with the memory of others if that fits.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::TooLarge`] if the device does not have as much memory, or no kernel can
+    /// address it.
+    pub fn begin(
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        other: Option<Self>,
+    ) -> Result<Self, BackendError> {
+        let (size, pixels) = ((film.of.width, film.of.height), film.of.pixels());
+        let aov_bytes = if film.of.has_aovs() { Summation::BYTES_PER_PIXEL_OF_AOVS } else { 0 };
+        let (needed, limit) = (pixels * Summation::BYTES_PER_PIXEL.max(aov_bytes), 4 * u64::from(u32::MAX));
+        if needed > limit {
+            let (backend, what) = (device.info().backend, "the film's totals");
+            return Err(BackendError::TooLarge { backend, what, needed, limit });
+        }
+        compile(device, &[FILM_ADD, FILM_READ])?;
+        if film.of.has_aovs() {
+            compile(device, &[FILM_ADD_AOVS])?;
+        }
+        let row = 4 * u64::from(size.0) * u64::from(READ_WORDS.max(READ_AOV_WORDS));
+        let fits = |totals: &Self| totals.size == size && totals.aov_totals.bytes() == pixels * aov_bytes;
+        let totals = match other.filter(fits) {
+            Some(totals) => totals,
+            None => Self {
+                size,
+                totals: device.allocate(pixels * Summation::BYTES_PER_PIXEL, "the film's totals")?,
+                aov_totals: device.allocate(pixels * aov_bytes, "the film's AOV totals")?,
+                output: device.allocate(row * Self::band(row, size.1), "the film's totals")?,
+            },
+        };
+        // SAFETY: no launch.
+        unsafe { device.run(vec![Command::clear(&totals.totals), Command::clear(&totals.aov_totals)]) }?;
+        Ok(totals)
+    }
+
+    /// Returns the number of rows that the host reads at a time.
+    fn band(row: u64, height: u32) -> u64 {
+        (MAX_READ / row.max(1)).clamp(1, u64::from(height.max(1)))
+    }
+
+    /// Adds the film's chunk of `samples` in these rows, and resets it.
+    pub fn add_chunk(
+        &self,
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        rows: &RowSet,
+        samples: &Range<u32>,
+    ) -> Result<(), BackendError> {
+        check_rows(self.size, film, rows)?;
+        let params = params(self.size, rows, samples);
+        let arrays = [&film.sums, &film.aovs, &self.totals, &self.output];
+        let mut commands = vec![launch(FILM_ADD, &params, arrays, rows.len())?];
+        if self.aov_totals.bytes() > 0 {
+            let arrays = [&film.sums, &film.aovs, &self.aov_totals, &self.output];
+            commands.push(launch(FILM_ADD_AOVS, &params, arrays, rows.len())?);
+        }
+        // SAFETY: film and totals have records and words for each pixel of the image, as was
+        // compared, and each thread accesses those of its own pixel.
+        unsafe { device.run(commands) }.map(|_| ())
+    }
+
+    /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.
+    pub fn read(
+        &self,
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        rows: &Range<u32>,
+        pixels: &mut [PixelTotals],
+        aovs: &mut [AovTotals],
+    ) -> Result<(), BackendError> {
+        check_rows(self.size, film, &RowSet::from(rows.clone()))?;
+        let width = self.size.0 as usize;
+        let count = rows.len() * width;
+        let has_aovs = self.aov_totals.bytes() > 0;
+        if pixels.len() != count || aovs.len() != if has_aovs { count } else { 0 } {
+            return Err(misuse("the totals are those of another number of pixels"));
+        }
+        let row = 4 * u64::from(self.size.0) * u64::from(READ_WORDS.max(READ_AOV_WORDS));
+        let band = Self::band(row, self.size.1) as u32;
+        for first in rows.clone().step_by(band as usize) {
+            let here = RowSet::from(first..rows.end.min(first + band));
+            let own = (first - rows.start) as usize * width..;
+            let own = own.start..own.start + here.len() as usize * width;
+            let too_few = || misuse("the rows are outside the image");
+            self.read_band(device, film, &here, SUMS, pixels.get_mut(own.clone()).ok_or_else(too_few)?)?;
+            if has_aovs {
+                self.read_band(device, film, &here, AOV_SUMS, aovs.get_mut(own).ok_or_else(too_few)?)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn read_band<T: Pod>(
+        &self,
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        rows: &RowSet,
+        sums: u32,
+        records: &mut [T],
+    ) -> Result<(), BackendError> {
+        let params = TotalsParams { sums, ..params(self.size, rows, &(0..0)) };
+        let from = if sums == AOV_SUMS { &self.aov_totals } else { &self.totals };
+        let launch = launch(FILM_READ, &params, [&film.sums, &film.aovs, from, &self.output], rows.len())?;
+        let to = RowTarget::records(records, &RowSet::from(0..rows.len()));
+        // SAFETY: the totals have words for each pixel of the rows, as was checked; the output has
+        // a place for as many records as there are threads.
+        unsafe { device.run(vec![launch, Command::Read { from: &self.output, to }]) }.map(|_| ())
+    }
+}
+
+impl ChunkCounter {
+    /// Makes a counter for films of this size.
+    pub fn new(
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        other: Option<Self>,
+    ) -> Result<Self, BackendError> {
+        let size = (film.of.width, film.of.height);
+        if let Some(other) = other.filter(|other| other.size == size) {
+            return Ok(other);
+        }
+        compile(device, &[FILM_COUNT])?;
+        let lanes = u64::from(size.0) * u64::from(size.1.div_ceil(COUNTED_ROWS));
+        let counts = device.allocate(lanes * size_of::<LaneCounts>() as u64, "the film's counts")?;
+        Ok(Self { size, counts, unused: device.allocate(0, "the film's counts")? })
+    }
+
+    /// Returns the counts of the film's chunk of `samples` in these rows.
+    pub fn count(
+        &self,
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        rows: &RowSet,
+        samples: &Range<u32>,
+    ) -> Result<FilmCounts, BackendError> {
+        check_rows(self.size, film, rows)?;
+        let lanes = rows.len().div_ceil(COUNTED_ROWS);
+        let params = params(self.size, rows, samples);
+        let launch =
+            launch(FILM_COUNT, &params, [&film.sums, &film.aovs, &self.unused, &self.counts], lanes)?;
+        let mut counts = vec![LaneCounts::zeroed(); self.size.0 as usize * lanes as usize];
+        let to = RowTarget::records(&mut counts, &RowSet::from(0..lanes));
+        // SAFETY: the film has a record for each pixel of the rows, and the counts a place for each
+        // thread.
+        unsafe { device.run(vec![launch, Command::Read { from: &self.counts, to }]) }?;
+        let of = |lane: &LaneCounts| FilmCounts {
+            samples: u64::from(lane.samples),
+            rejected: u64::from(lane.rejected),
+            segments: u64::from(lane.segments[1]) << 32 | u64::from(lane.segments[0]),
+            unwritten: u64::from(lane.unwritten),
+        };
+        Ok(counts.iter().map(of).fold(FilmCounts::default(), |a, b| a + b))
+    }
+}

@@ -1,0 +1,275 @@
+//! Places where chunks add up to a film: on the device, which the host reads once, or on the host,
+//! which reads each chunk. The film has the same bits.
+
+use super::chunk::ChunkTiming;
+use super::chunk_pipeline::{ChunkJob, PipelineTiming};
+use super::film_state::FilmState;
+use super::{FilmObserver, Renderer, Settings};
+use crate::Error;
+use crate::film::{
+    AovTotals, Film, FilmCounts, FilmError, PixelTotals, RowSet, SampleBlock, SampleCoverage, Summation,
+    Totals,
+};
+use std::ops::{ControlFlow, Range};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use trisect_device::{BackendError, DeviceKind};
+use trisect_kernels::EntryPoint;
+use trisect_system::threads;
+
+/// Maximum time for which chunks are on a device only. A device that fails takes them with it.
+const MAX_UNREAD: Duration = Duration::from_secs(30);
+
+/// Block of a film that is rendered, chunk by chunk.
+#[derive(Clone, Copy)]
+pub(super) struct FilmBlock<'a> {
+    pub settings: &'a Settings,
+    pub kernel: EntryPoint,
+    /// Rows of the image.
+    pub rows: &'a Range<u32>,
+    /// Samples of each chunk.
+    pub chunks: &'a [Range<u32>],
+    pub observer: &'a dyn FilmObserver,
+}
+
+/// Outcome of rendering a block.
+#[derive(Default)]
+pub(super) struct BlockResult {
+    pub times: PipelineTiming,
+    /// Counts of the block's samples, if the device counted them.
+    pub counts: Option<FilmCounts>,
+}
+
+/// Chunks on a device that the host has not read.
+struct Unread {
+    chunks: Vec<Range<u32>>,
+    since: Instant,
+    /// Samples of the film and of these chunks.
+    coverage: SampleCoverage,
+}
+
+/// Memory for the totals of a film, which another thread prepares: its first touch takes long
+/// enough to overlap it with rendering.
+struct Room(Option<JoinHandle<(Totals<PixelTotals>, Totals<AovTotals>)>>);
+
+impl Room {
+    /// Starts preparing memory for a film that has none.
+    fn prepare(film: &Film) -> Self {
+        let has_memory = film.pixels.bytes() > 0;
+        let (mut pixels, mut aovs) = (Totals::Empty(film.pixels.len()), Totals::Empty(film.aovs.len()));
+        let work = move || {
+            pixels.exact_mut();
+            aovs.exact_mut();
+            (pixels, aovs)
+        };
+        // Without another thread the film's memory is prepared when it is needed.
+        Self(if has_memory { None } else { threads::spawn("film memory", work).ok() })
+    }
+
+    /// Gives the memory to the film, once.
+    fn furnish(&mut self, film: &mut Film) {
+        if let Some(Ok((pixels, aovs))) = self.0.take().map(JoinHandle::join) {
+            (film.pixels, film.aovs) = (pixels, aovs);
+        }
+    }
+}
+
+impl Renderer {
+    /// Returns where the chunks of the last film were added up, and the reason if that is not where
+    /// [`Summation::Auto`] would have wanted it.
+    pub(super) fn summed(&self) -> (Summation, Option<String>) {
+        self.summed.clone()
+    }
+
+    /// Renders a block of a film and adds it. After an error the film has all chunks before it that
+    /// the device still gives.
+    pub(super) fn add_block(
+        &mut self,
+        film: &mut Film,
+        block: FilmBlock<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<BlockResult, Error> {
+        let is_whole = *block.rows == (0..film.height);
+        let chunks = block.chunks.len();
+        let wanted = block.settings.sums;
+        self.summed = (Summation::Host, None);
+        if wanted != Summation::Host && chunks == 1 && film.is_empty() && is_whole {
+            return self.take_only_chunk(film, block, watch);
+        }
+        let wants_device = match wanted {
+            Summation::Host => false,
+            Summation::Device => true,
+            Summation::Auto => chunks > 1 && self.device().info().kind == DeviceKind::Gpu,
+        };
+        if wants_device {
+            match self.uploaded.begin_totals() {
+                Ok(()) => {
+                    self.summed = (Summation::Device, None);
+                    return self.add_on_device(film, block, watch);
+                }
+                Err(error @ BackendError::TooLarge { .. }) if wanted == Summation::Auto => {
+                    self.summed.1 = Some(error.to_string());
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        let times = self.add_on_host(film, block, watch)?;
+        Ok(BlockResult { times, counts: None })
+    }
+
+    /// Renders a film of one chunk, which is the film.
+    fn take_only_chunk(
+        &mut self,
+        film: &mut Film,
+        block: FilmBlock<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<BlockResult, Error> {
+        let FilmBlock { settings, kernel, rows, observer, .. } = block;
+        let (Some(samples), true) = (block.chunks.first(), observer.should_continue()) else {
+            return Ok(BlockResult::default());
+        };
+        let share = RowSet::from(rows.clone());
+        let ChunkTiming { device, submissions, .. } =
+            self.trace_chunk(settings, &share, samples.clone(), watch)?;
+        let start = Instant::now();
+        let counts = match self.device().info().kind {
+            DeviceKind::Cpu => None,
+            DeviceKind::Gpu | DeviceKind::SoftwareGpu => Some(self.uploaded.count_chunk(&share, samples)?),
+        };
+        let read = Instant::now();
+        self.read_chunk(settings, kernel, &share)?;
+        let read = read.elapsed();
+        let current = &mut self.pipeline.current;
+        let (pixels, aovs) = (std::mem::take(&mut current.pixels), std::mem::take(&mut current.aovs));
+        *film = Film::of_chunk((film.width, film.height), samples.clone(), pixels, aovs)?;
+        observer.part_added(film);
+        let times = PipelineTiming { device, read, waited: start.elapsed(), submissions };
+        Ok(BlockResult { times, counts })
+    }
+
+    /// Renders chunks that add up on the device.
+    fn add_on_device(
+        &mut self,
+        film: &mut Film,
+        block: FilmBlock<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<BlockResult, Error> {
+        let FilmBlock { settings, kernel, rows, chunks, observer } = block;
+        let share = RowSet::from(rows.clone());
+        let per_sample = u64::from(settings.width) * u64::from(share.len());
+        let mut unread =
+            Unread { chunks: Vec::new(), since: Instant::now(), coverage: film.coverage.clone() };
+        let (mut result, mut counts, mut done) = (BlockResult::default(), FilmCounts::default(), 0);
+        let mut room = Room::prepare(film);
+        let mut outcome = Ok(());
+        for samples in chunks {
+            if !observer.should_continue() {
+                break;
+            }
+            let mut here = |own: u64| watch(done + own);
+            let took = match self.trace_chunk(settings, &share, samples.clone(), &mut here) {
+                Ok(took) => took,
+                Err(error) => {
+                    outcome = Err(error);
+                    break;
+                }
+            };
+            done += per_sample * samples.len() as u64;
+            result.times.device += took.device;
+            result.times.submissions += took.submissions;
+            let start = Instant::now();
+            let counted = self.uploaded.count_chunk(&share, samples);
+            let added = counted.and_then(|more| {
+                counts = counts + more;
+                self.uploaded.add_chunk(&share, samples)
+            });
+            if let Err(error) = added {
+                // Nobody knows what the totals hold now.
+                unread.chunks.clear();
+                outcome = Err(error.into());
+                break;
+            }
+            let part = SampleBlock { rows: rows.clone(), samples: samples.clone() };
+            unread.coverage.insert(&part).map_err(FilmError::from)?;
+            unread.chunks.push(samples.clone());
+            if observer.wants_film(&unread.coverage) || unread.since.elapsed() >= MAX_UNREAD {
+                let read = Instant::now();
+                room.furnish(film);
+                self.read_unread(film, rows, &mut unread)?;
+                result.times.read += read.elapsed();
+                observer.part_added(film);
+                self.uploaded.begin_totals()?;
+            }
+            result.times.waited += start.elapsed();
+        }
+        let start = Instant::now();
+        room.furnish(film);
+        let is_new = !unread.chunks.is_empty();
+        let read = self.read_unread(film, rows, &mut unread);
+        result.times.read += start.elapsed();
+        result.times.waited += start.elapsed();
+        outcome?;
+        read?;
+        if is_new {
+            observer.part_added(film);
+        }
+        self.film_state = FilmState::Empty(settings.clone(), kernel);
+        // A pixel may lack samples in several chunks.
+        result.counts = (counts.unwritten == 0 && done > 0).then_some(counts);
+        Ok(result)
+    }
+
+    /// Reads the chunks that add up on the device, and adds them to the film.
+    fn read_unread(&mut self, film: &mut Film, rows: &Range<u32>, unread: &mut Unread) -> Result<(), Error> {
+        let chunks = std::mem::take(&mut unread.chunks);
+        unread.since = Instant::now();
+        let (Some(first), Some(last)) = (chunks.first(), chunks.last()) else { return Ok(()) };
+        // Chunks of a block follow each other.
+        let part = SampleBlock { rows: rows.clone(), samples: first.start..last.end };
+        if rows.clone().all(|row| film.coverage.samples(row).is_empty()) {
+            let (pixels, aovs) = film.rows_mut(rows)?;
+            let read = self.uploaded.read_totals(rows, pixels, aovs);
+            if read.is_err() {
+                pixels.fill(PixelTotals::EMPTY);
+                aovs.fill(AovTotals::EMPTY);
+            }
+            read?;
+            film.coverage.insert(&part).map_err(FilmError::from)?;
+            return Ok(());
+        }
+        let mut more = film.without_samples();
+        let (pixels, aovs) = more.rows_mut(rows)?;
+        self.uploaded.read_totals(rows, pixels, aovs)?;
+        more.coverage.insert(&part).map_err(FilmError::from)?;
+        Ok(film.add(&more)?)
+    }
+
+    /// Renders chunks that the host adds while the device renders the next.
+    fn add_on_host(
+        &mut self,
+        film: &mut Film,
+        block: FilmBlock<'_>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<PipelineTiming, Error> {
+        let FilmBlock { settings, kernel, rows, chunks, observer } = block;
+        let share = RowSet::from(rows.clone());
+        let goes_on = || observer.should_continue();
+        let job = ChunkJob {
+            settings,
+            rows: &share,
+            samples: chunks,
+            seeds: &[settings.seed],
+            should_continue: &goes_on,
+        };
+        let take = |film: &mut &mut Film, samples: &Range<u32>, sums: &super::ChunkResult<'_>| {
+            let part = SampleBlock { rows: rows.clone(), samples: samples.clone() };
+            film.merge(&part, sums.pixels)?;
+            if settings.guides {
+                film.merge_aovs(&part, sums.aovs)?;
+            }
+            observer.part_added(film);
+            Ok(())
+        };
+        Ok(self.for_each_prepared_chunk(&job, kernel, watch, film, &take)?.1)
+    }
+}

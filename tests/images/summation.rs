@@ -1,0 +1,142 @@
+//! Films whose chunks add up on the device, against those that the host adds: the same bits, over
+//! any cutting.
+#![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+use std::ops::ControlFlow;
+use trisect::film::{Film, SampleBlock, SampleCoverage, Totals};
+use trisect::render::{FilmObserver, RenderObserver, Settings, Summation};
+use trisect_tests::renders::{StopAfterParts, differing};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+
+/// Four chunks, the last of them not full, of an odd size.
+fn settings(scene: &trisect::scene::Scene, guides: bool) -> Settings {
+    Settings { width: 17, height: 11, samples: 800, depth: 6, guides, ..Settings::of(scene) }
+}
+
+fn same(device: &Film, host: &Film) -> bool {
+    differing(device, host) == 0 && device.aovs == host.aovs && device.coverage == host.coverage
+}
+
+fn the_device_adds_as_the_host(subject: BackendUnderTest) {
+    for (file, guides) in [("three_spheres.ron", false), ("materials.ron", true), ("cornell_box.ron", true)] {
+        let scene = scene(file);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let host = Settings { sums: Summation::Host, ..settings(&scene, guides) };
+        let device = Settings { sums: Summation::Device, ..host.clone() };
+        let want = renderer.render(&host).unwrap();
+        let got = renderer.render(&device).unwrap();
+        assert_eq!((want.stats.sums, got.stats.sums), (Summation::Host, Summation::Device));
+        assert!(same(&got.film, &want.film), "{file}");
+        assert_eq!(
+            (got.stats.samples, got.stats.rejected_samples, got.stats.segments, got.stats.unwritten_pixels),
+            (want.stats.samples, want.stats.rejected_samples, want.stats.segments, 0),
+        );
+        // In parts of rows and samples.
+        let mut sum = if guides { Film::with_aovs(17, 11) } else { Film::new(17, 11) };
+        for (rows, samples) in [(3..11, 256..800), (0..3, 0..800), (3..11, 0..256)] {
+            let part = renderer.render_part(&device, &SampleBlock { rows, samples }, &mut ()).unwrap();
+            sum.add(&part.film).unwrap();
+        }
+        assert!(same(&sum, &want.film), "{file} in parts");
+        // A frame after another has nothing of it.
+        assert!(same(&renderer.render(&device).unwrap().film, &want.film), "{file} again");
+        // Negative control: another seed.
+        let other = renderer.render(&Settings { seed: 1, ..device }).unwrap().film;
+        assert!(!same(&other, &want.film), "negative control not detected");
+    }
+}
+
+/// A film of one chunk is the chunk, which has the bits of the sums over it.
+fn one_chunk_is_the_film(subject: BackendUnderTest) {
+    let scene = scene("materials.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    for (guides, samples) in [(false, 1), (true, 100)] {
+        let auto = Settings { samples, ..settings(&scene, guides) };
+        let frame = renderer.render(&auto).unwrap();
+        let host = renderer.render(&Settings { sums: Summation::Host, ..auto.clone() }).unwrap();
+        assert!(matches!(frame.film.pixels, Totals::Chunk { .. }));
+        assert!(matches!(host.film.pixels, Totals::Exact(_)));
+        assert!(same(&frame.film, &host.film));
+        assert_eq!(frame.film.image().pixels, host.film.image().pixels);
+        let counts = frame.film.counts();
+        assert_eq!(counts, host.film.counts());
+        assert_eq!((frame.stats.samples, frame.stats.segments), (counts.samples, counts.segments));
+        // Its memory serves the next frame.
+        renderer.recycle(frame.film);
+        let again = renderer.render(&auto).unwrap().film;
+        assert!(same(&again, &host.film));
+        // It is added to others as any film.
+        let more = Settings { samples: samples + 256, ..auto.clone() };
+        let first = SampleBlock { rows: 0..11, samples: 0..256 };
+        let mut sum = renderer.render_part(&more, &first, &mut ()).unwrap().film;
+        let rest = SampleBlock { rows: 0..11, samples: 256..samples + 256 };
+        sum.add(&renderer.render_part(&more, &rest, &mut ()).unwrap().film).unwrap();
+        let whole = renderer.render(&Settings { sums: Summation::Host, ..more }).unwrap().film;
+        assert!(same(&sum, &whole));
+        assert!(!same(&sum, &host.film), "negative control not detected");
+    }
+}
+
+/// Wants the film after some parts only, and stops after a number of them.
+struct Seldom {
+    parts: StopAfterParts,
+    wanted: u32,
+}
+
+impl FilmObserver for Seldom {
+    fn should_continue(&self) -> bool {
+        self.parts.should_continue()
+    }
+
+    fn wants_film(&self, coverage: &SampleCoverage) -> bool {
+        coverage.samples(0).last().is_some_and(|samples| samples.end >= self.wanted)
+    }
+
+    fn part_added(&self, film: &Film) {
+        assert!(film.coverage.missing(&(0..self.wanted)).is_empty(), "it was not wanted yet");
+        self.parts.part_added(film);
+    }
+}
+
+/// Cancels after a number of samples.
+struct CancelAfter(u64);
+
+impl RenderObserver for CancelAfter {
+    fn progress(&mut self, done: u64, _: u64) -> ControlFlow<()> {
+        if done > self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Whenever the host reads the film, and wherever the render ends, chunks neither get lost nor
+/// count twice.
+fn reads_do_not_show(subject: BackendUnderTest) {
+    let scene = scene("three_spheres.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let device = Settings { sums: Summation::Device, ..settings(&scene, true) };
+    let want = renderer.render(&Settings { sums: Summation::Host, ..device.clone() }).unwrap().film;
+    for wanted in [256, 512, 768, 800] {
+        let mut film = Film::with_aovs(17, 11);
+        let observer = Seldom { parts: StopAfterParts::new(1), wanted };
+        let stats = renderer.render_missing(&mut film, &device, &(0..800), &observer, &mut ()).unwrap();
+        assert_eq!(film.coverage.missing(&(0..wanted)), [], "{wanted}");
+        assert_eq!(stats.samples, film.counts().samples);
+        renderer.render_missing(&mut film, &device, &(0..800), &(), &mut ()).unwrap();
+        assert!(same(&film, &want), "{wanted}");
+    }
+    // It is read after each chunk from the second on, and the render goes on.
+    let mut film = Film::with_aovs(17, 11);
+    let observer = Seldom { parts: StopAfterParts::new(9), wanted: 512 };
+    renderer.render_missing(&mut film, &device, &(0..800), &observer, &mut ()).unwrap();
+    assert!(same(&film, &want));
+    // A cancelled render keeps the chunks before it.
+    let mut film = Film::with_aovs(17, 11);
+    let mut cancel = CancelAfter(17 * 11 * 600);
+    renderer.limit_submissions(Some(17 * 11 * 50));
+    let error = renderer.render_missing(&mut film, &device, &(0..800), &(), &mut cancel).unwrap_err();
+    assert!(matches!(error, trisect::Error::Cancelled), "{error}");
+    assert_eq!(film.coverage.parts(), [SampleBlock { rows: 0..11, samples: 0..512 }]);
+    renderer.render_missing(&mut film, &device, &(0..800), &(), &mut ()).unwrap();
+    assert!(same(&film, &want));
+}
+
+for_each_backend!(the_device_adds_as_the_host, one_chunk_is_the_film, reads_do_not_show);
