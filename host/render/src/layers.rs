@@ -4,8 +4,9 @@
 //! OpenEXR", section "Layers"): tools show `N.X`, `N.Y` and `N.Z` as the layer `N`. Depth is the
 //! channel `Z`, as there.
 
-use crate::film::{AovTotals, Film};
+use crate::film::{AovTotals, Film, PixelTotals, TASK};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::path::Path;
 use trisect_image::output::{Channel, Format, Samples, write_channels};
 use trisect_image::{Image, ImageError};
@@ -99,7 +100,7 @@ pub fn write(
     if image.pixels.len() != film.pixels.len() || !guides && aovs.iter().any(|aov| aov.needs_aov_sums()) {
         return Err(codec("the film lacks the AOV sums that these layers need".to_owned()));
     }
-    let mut channels = three(["R", "G", "B"], image.pixels.iter().map(|pixel| pixel.map(f64::from)));
+    let mut channels = three(["R", "G", "B"], &image.pixels);
     for aov in aovs {
         channels.extend(layer(*aov, film, place, f64::from(stops).exp2()));
     }
@@ -113,17 +114,18 @@ fn layer(
     factor: f64,
 ) -> Vec<Channel> {
     let FilmPlace { camera, space, object } = place;
-    let guides = || film.aovs.iter();
+    let aovs = &film.aovs;
+    let short = |value: [f64; 3]| value.map(|x| x as f32);
     match aov {
-        Aov::Normal => three(["N.X", "N.Y", "N.Z"], guides().map(|g| g.normal())),
+        Aov::Normal => three(["N.X", "N.Y", "N.Z"], &aovs.map(|aov| short(aov.normal()))),
         Aov::Position => {
             let scene_point = |g: AovTotals| match g.hits {
                 0 => [0.0; 3],
                 _ => (DVec3::from(g.position()) / space.scale + space.origin).to_array(),
             };
-            three(["P.X", "P.Y", "P.Z"], guides().map(scene_point))
+            three(["P.X", "P.Y", "P.Z"], &aovs.map(|aov| short(scene_point(aov))))
         }
-        Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], guides().map(|g| g.albedo())),
+        Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], &aovs.map(|aov| short(aov.albedo()))),
         Aov::Depth => {
             let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
             let depth = |g: AovTotals| match g.hits {
@@ -133,42 +135,33 @@ fn layer(
                     (way.dot(axis) / space.scale) as f32
                 }
             };
-            vec![Channel { name: "Z", samples: Samples::F32(guides().map(depth).collect()) }]
+            vec![Channel { name: "Z", samples: Samples::F32(aovs.map(depth)) }]
         }
         Aov::Id => {
-            let ids = guides().map(|g| object(g.primitive())).collect();
+            let ids = aovs.iter().map(|aov| object(aov.primitive())).collect();
             vec![Channel { name: "id", samples: Samples::U32(ids) }]
         }
         Aov::Variance => {
-            let names = ["variance.R", "variance.G", "variance.B"];
-            three(
-                names,
-                film.pixels.iter().map(|pixel| match pixel.samples {
-                    0 => [f64::NAN; 3],
-                    1 => [f64::INFINITY; 3],
-                    _ => pixel.variance_of_mean().map(|v| v * factor * factor),
-                }),
-            )
+            let variance = |pixel: PixelTotals| match pixel.samples {
+                0 => [f32::NAN; 3],
+                1 => [f32::INFINITY; 3],
+                _ => short(pixel.variance_of_mean().map(|v| v * factor * factor)),
+            };
+            three(["variance.R", "variance.G", "variance.B"], &film.pixels.map(variance))
         }
         Aov::Samples => {
             let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
-            let counts = film.pixels.iter().map(|pixel| count(pixel.samples)).collect();
+            let counts = film.pixels.map(|pixel| count(pixel.samples));
             vec![Channel { name: "samples", samples: Samples::U32(counts) }]
         }
     }
 }
 
 /// Returns three `f32` channels of these names.
-fn three(names: [&'static str; 3], values: impl Iterator<Item = [f64; 3]>) -> Vec<Channel> {
-    let mut columns = [const { Vec::new() }; 3];
-    for value in values {
-        columns.iter_mut().zip(value).for_each(|(column, x)| column.push(x as f32));
-    }
-    names
-        .into_iter()
-        .zip(columns)
-        .map(|(name, column)| Channel { name, samples: Samples::F32(column) })
-        .collect()
+fn three(names: [&'static str; 3], values: &[[f32; 3]]) -> Vec<Channel> {
+    let column = |c: usize| values.par_iter().with_min_len(TASK).map(|value| value[c]).collect();
+    let channel = |(c, name)| Channel { name, samples: Samples::F32(column(c)) };
+    names.into_iter().enumerate().map(channel).collect()
 }
 
 #[cfg(test)]

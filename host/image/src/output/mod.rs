@@ -131,17 +131,13 @@ pub fn encode(image: &Image, format: Format) -> Result<Vec<u8>, String> {
         Format::Png => {
             return encode_bytes(width, height, &srgb_bytes(&image.pixels));
         }
-        Format::Exr | Format::Hdr => {
+        Format::Exr => return channels::encode_rgb(image),
+        Format::Hdr => {
             let mut samples: Vec<f32> = image.pixels.iter().flatten().copied().collect();
-            let target = if format == Format::Exr {
-                ImageFormat::OpenExr
-            } else {
-                samples.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
-                ImageFormat::Hdr
-            };
+            samples.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
             let buffer: ImageBuffer<Rgb<f32>, _> =
                 ImageBuffer::from_raw(width, height, samples).ok_or_else(wrong_size)?;
-            buffer.write_to(&mut bytes, target).map_err(|e| e.to_string())?;
+            buffer.write_to(&mut bytes, ImageFormat::Hdr).map_err(|e| e.to_string())?;
         }
         Format::Pfm => return Ok(pfm::encode(image)),
     }

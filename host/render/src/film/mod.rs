@@ -59,17 +59,20 @@ impl PixelTotals {
     };
 
     /// Returns the totals of one chunk, which should hold `samples` samples.
+    #[inline]
     pub fn of(sums: &PixelSums, samples: u32) -> Self {
         let mut totals = Self::EMPTY;
         totals.merge(sums, samples);
         totals
     }
 
+    #[inline]
     fn is_empty(&self) -> bool {
         [self.samples, self.rejected, self.unwritten] == [0; 3]
     }
 
     /// Adds a chunk that should hold `samples` samples.
+    #[inline]
     pub(crate) fn merge(&mut self, sums: &PixelSums, samples: u32) {
         let is_first = self.is_empty();
         if sums.samples > samples {
@@ -112,6 +115,7 @@ impl PixelTotals {
     }
 
     /// Returns the counts of this pixel.
+    #[inline]
     pub fn counts(&self) -> FilmCounts {
         FilmCounts {
             samples: self.samples,
@@ -137,8 +141,10 @@ impl PixelTotals {
     }
 
     /// Returns the mean radiance, by channel; NaN without samples.
+    #[inline]
     pub fn mean(&self) -> [f64; 3] {
-        self.radiance.map(|sum| sum.value() / self.samples as f64)
+        let n = self.samples as f64;
+        [self.radiance[0].value() / n, self.radiance[1].value() / n, self.radiance[2].value() / n]
     }
 
     /// Returns the estimated variance of the mean, by channel: the sample variance over n. With
@@ -410,7 +416,8 @@ impl Film {
 
     /// Returns the image: the mean radiance of each pixel.
     pub fn image(&self) -> Image {
-        let pixels = self.pixels.map(|total| total.mean().map(|value| value as f32));
+        let narrow = |[red, green, blue]: [f64; 3]| [red as f32, green as f32, blue as f32];
+        let pixels = self.pixels.map(|total| narrow(total.mean()));
         Image { width: self.width, height: self.height, pixels }
     }
 

@@ -70,6 +70,7 @@ impl ExactSum {
     }
 
     /// Returns the sum, rounded to nearest.
+    #[inline]
     pub fn value(self) -> f64 {
         self.high
     }
@@ -86,6 +87,7 @@ impl ExactSum {
 }
 
 impl From<f64> for ExactSum {
+    #[inline]
     fn from(x: f64) -> Self {
         // -0 + 0 is +0.
         if x.is_nan() { Self::NAN } else { Self { high: x + 0.0, low: 0.0 } }

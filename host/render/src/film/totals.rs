@@ -24,6 +24,7 @@ impl OverChunks for PixelTotals {
     const EMPTY: Self = Self::EMPTY;
     type Sums = PixelSums;
 
+    #[inline]
     fn of_chunk(sums: &PixelSums, samples: &Range<u32>) -> Self {
         Self::of(sums, samples.len() as u32)
     }
@@ -33,6 +34,7 @@ impl OverChunks for AovTotals {
     const EMPTY: Self = Self::EMPTY;
     type Sums = AovSums;
 
+    #[inline]
     fn of_chunk(sums: &AovSums, samples: &Range<u32>) -> Self {
         let mut totals = Self::EMPTY;
         totals.merge(sums, samples.start, samples.len() as u32);
