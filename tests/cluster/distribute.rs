@@ -9,7 +9,7 @@ use trisect::device::cpu::Cpu;
 use trisect::film::{Film, RowSet};
 use trisect::image::Image;
 use trisect::output::{Format, encode};
-use trisect::render::{DisplayOptions, Renderer, Settings};
+use trisect::render::{DisplayOptions, Renderer, Settings, Summation};
 use trisect::scene::Scene;
 use trisect_cluster::local::Local;
 use trisect_cluster::{
@@ -97,10 +97,14 @@ fn all_that_travels_gives_the_same() {
     let want = whole(&scene, &settings);
     let plan = ClusterPlan { block_shift: 0, ..ClusterPlan::default() };
     let same = |_: u32| scene.clone();
-    let bytes = by_ranks(2, &same, &work(&settings, plan, WireFormat::Bytes));
-    let AssembledImage::Bytes { width, height, bytes } = bytes.picture else { panic!("no bytes") };
-    let png = encode(&want.image(), Format::Png).unwrap();
-    assert_eq!(trisect::output::encode_bytes(width, height, &bytes).unwrap(), png);
+    for sums in [Summation::Host, Summation::Device] {
+        let settings = Settings { sums, ..settings.clone() };
+        let finished = by_ranks(2, &same, &work(&settings, plan, WireFormat::Bytes));
+        assert_eq!(finished.counts, want.counts(), "{sums:?}");
+        let AssembledImage::Bytes { width, height, bytes } = finished.picture else { panic!("no bytes") };
+        let png = encode(&want.image(), Format::Png).unwrap();
+        assert_eq!(trisect::output::encode_bytes(width, height, &bytes).unwrap(), png, "{sums:?}");
+    }
 
     let guided = Settings { guides: true, ..settings.clone() };
     let want = whole(&scene, &guided);
@@ -123,9 +127,13 @@ fn all_that_travels_gives_the_same() {
 }
 
 /// Torture test 7 over ranks: averages over any number of ranks have the same bits where chunks
-/// stay whole.
+/// stay whole, also where a rank's chunks add up on its device.
 #[test]
 fn averages_give_the_same_film() {
+    [Summation::Host, Summation::Device].into_iter().for_each(averages_by);
+}
+
+fn averages_by(sums: Summation) {
     let scene = scene("rtiow_final.ron");
     let same = |_: u32| scene.clone();
     let plan = ClusterPlan { mode: DistributionMode::Average, ..ClusterPlan::default() };
@@ -138,8 +146,8 @@ fn averages_give_the_same_film() {
         (7, 4, false),
         (3, 5, false),
     ] {
-        let settings = Settings { width: 12, height: 17, samples, ..Settings::of(&scene) };
-        let want = whole(&scene, &settings);
+        let settings = Settings { width: 12, height: 17, samples, sums, ..Settings::of(&scene) };
+        let want = whole(&scene, &Settings { sums: Summation::Host, ..settings.clone() });
         let travels = if samples.div_ceil(ranks) > 256 { WireFormat::Mean } else { WireFormat::Chunk };
         let finished = by_ranks(ranks, &same, &work(&settings, plan, travels));
         assert_eq!(finished.counts, want.counts(), "{samples} {ranks}");

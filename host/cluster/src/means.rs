@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
-use trisect::film::{ExactSum, FilmCounts, PixelTotals};
+use trisect::film::{ExactSum, FilmCounts, PixelTotals, RadianceTotals};
 use trisect_shared::film::PixelSums;
 
 /// Radiance sum of a chunk, and its sample count.
@@ -41,6 +41,9 @@ pub struct MeanSum {
     pub(super) radiance: [[f64; 2]; 3],
     pub(super) samples: u64,
 }
+
+/// A device's sums over chunks are sent as they are read.
+const _: () = assert!(size_of::<MeanSum>() == size_of::<RadianceTotals>());
 
 impl MeanSum {
     /// Sum of no samples.

@@ -86,7 +86,7 @@ pub(super) fn render(
         .map(|index| first_of(index)..index + 1)
         .collect();
     let (start, cost) = (Instant::now(), (0.0, 0.0, 0));
-    let desk = ChunkEncoder { out, groups, next: 0, means: Vec::new(), counts: Vec::new(), start, cost };
+    let mut desk = ChunkEncoder { out, groups, next: 0, means: Vec::new(), counts: Vec::new(), start, cost };
     let take = |desk: &mut ChunkEncoder<'_>, part: &Range<u32>, sums: &ChunkResult<'_>| {
         desk.cost.0 += sums.device.as_secs_f64();
         desk.cost.2 += sums.submissions as u32;
@@ -121,14 +121,28 @@ pub(super) fn render(
         }
         Ok(())
     };
-    let parts = ChunkJob {
-        settings,
-        rows: &rows,
-        samples: &parts,
-        seeds: &[settings.seed],
-        should_continue: &|| true,
-    };
-    renderer.for_each_chunk(&parts, &mut |_| ControlFlow::Continue(()), desk, &take)?;
+    let mut go_on = |_| ControlFlow::Continue(());
+    // A GPU adds up the chunks of the first group, and the host reads their sum once.
+    if let Some(group) = desk.groups.first().filter(|group| group.len() > 1).cloned() {
+        let own = &parts[group.clone()];
+        let (of_strips, ranges): (Vec<_>, Vec<_>) = strips(&rows, strip, width).unzip();
+        if let Some(sum) = renderer.sum_chunks(settings, (&rows, &of_strips), own, &mut go_on)? {
+            desk.cost = (sum.device.as_secs_f64(), 0.0, sum.submissions as u32);
+            desk.next = group.end;
+            let samples = parts[0].start..parts[group.end - 1].end;
+            let means: &[MeanSum] = bytemuck::cast_slice(sum.pixels);
+            for ((rows, pixels), counts) in of_strips.iter().zip(ranges).zip(sum.counts) {
+                let rendered = Rendered::Means(&means[pixels], counts);
+                desk.send(ImagePart::new(rows, (samples.clone(), 0), width, *travels, &rendered, desk.cost));
+            }
+        }
+    }
+    let left = &parts[desk.next..];
+    let job =
+        ChunkJob { settings, rows: &rows, samples: left, seeds: &[settings.seed], should_continue: &|| true };
+    if !left.is_empty() {
+        renderer.for_each_chunk(&job, &mut go_on, desk, &take)?;
+    }
     Ok(())
 }
 

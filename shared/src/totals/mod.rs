@@ -37,7 +37,7 @@ pub struct TotalsParams {
     pub first_sample: u32,
     /// Number of samples that each pixel of the chunk should hold.
     pub samples: u32,
-    /// Number of sums of the totals that [`write_totals`] writes: [`SUMS`] or [`AOV_SUMS`].
+    /// Number of sums that [`write_totals`] writes: [`RADIANCE_SUMS`], [`SUMS`] or [`AOV_SUMS`].
     pub sums: u32,
     /// Unused.
     pub pad0: u32,
@@ -46,6 +46,9 @@ pub struct TotalsParams {
 }
 
 const _: () = assert!(size_of::<TotalsParams>() == 48);
+
+/// Number of sums of a pixel's radiance, the first of its totals.
+pub const RADIANCE_SUMS: u32 = 3;
 
 /// Number of sums of a pixel's totals: radiance and its squares, by channel.
 pub const SUMS: u32 = 6;
@@ -61,6 +64,9 @@ pub const TOTAL_WORDS: u32 = SUMS * LIMBS + 6;
 /// Number of words of a pixel's AOV totals: sums, states, hits, misses, and the inverses of the
 /// primitive and of its chunk.
 pub const AOV_TOTAL_WORDS: u32 = AOV_SUMS * LIMBS + 5;
+
+/// Number of words that the host reads for a pixel's radiance: two f64 for each sum, and a u64.
+pub const READ_RADIANCE_WORDS: u32 = 4 * RADIANCE_SUMS + 2;
 
 /// Number of words that the host reads for a pixel's totals: two f64 for each sum, and four u64.
 pub const READ_WORDS: u32 = 4 * SUMS + 8;
@@ -299,8 +305,9 @@ pub unsafe fn add_chunk_aovs(
     }
 }
 
-/// Writes a pixel's totals, of [`SUMS`] or [`AOV_SUMS`] sums, as the host's record of
-/// [`READ_WORDS`] or [`READ_AOV_WORDS`] words; the launch's rows are packed.
+/// Writes a pixel's totals as the host's record: [`READ_RADIANCE_WORDS`] words for the radiance and
+/// the number of samples, [`READ_WORDS`] for all totals, [`READ_AOV_WORDS`] for AOV totals. The
+/// launch's rows are packed.
 ///
 /// # Safety
 ///
@@ -315,8 +322,16 @@ pub unsafe fn write_totals(
 ) {
     let place = Place::of(params, x, y);
     let (sums, of_aovs) = (params.sums, params.sums == AOV_SUMS);
-    let words = if of_aovs { READ_AOV_WORDS } else { READ_WORDS };
-    let (at, first) = ((y * params.width + x) * words, sums * LIMBS + 1);
+    let of_radiance = sums == RADIANCE_SUMS;
+    let words = if of_aovs {
+        READ_AOV_WORDS
+    } else if of_radiance {
+        READ_RADIANCE_WORDS
+    } else {
+        READ_WORDS
+    };
+    let at = (y * params.width + x) * words;
+    let first = if of_aovs { HITS } else { SAMPLES };
     // SAFETY: the caller's promise.
     unsafe {
         // Samples, rejected and unwritten ones; or hits, misses and a primitive.
@@ -333,6 +348,9 @@ pub unsafe fn write_totals(
         let at = at + 4 * sums;
         store_shared::<u32>(output, at, counts.0);
         store_shared::<u32>(output, at + 1, 0);
+        if of_radiance {
+            return;
+        }
         store_shared::<u32>(output, at + 2, counts.1);
         store_shared::<u32>(output, at + 3, 0);
         let last = place.load(totals, first + 3);

@@ -48,6 +48,17 @@ pub struct PixelTotals {
     pub unwritten: u64,
 }
 
+/// Totals of the radiance over all samples of one pixel so far, as in [`PixelTotals`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct RadianceTotals {
+    /// Sum of the radiance, by channel; NaN if the pixel lacks samples because no kernel wrote
+    /// them.
+    pub radiance: [ExactSum; 3],
+    /// Number of samples in the sums.
+    pub samples: u64,
+}
+
 impl PixelTotals {
     pub(crate) const EMPTY: Self = Self {
         radiance: [ExactSum::NAN; 3],

@@ -7,7 +7,7 @@ use super::misuse;
 use super::scene::SceneArrays;
 use super::totals::{ChunkCounter, DeviceTotals};
 use crate::denoise::Pass;
-use crate::film::{AovTotals, FilmCounts, PixelTotals};
+use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals};
 use std::ops::Range;
 use std::time::Duration;
 use trisect_device::{BackendError, Buffer, Device, RowSet, RowTarget};
@@ -133,12 +133,22 @@ impl DeviceScene {
     /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.
     pub fn read_totals(
         &mut self,
-        rows: &Range<u32>,
+        rows: &RowSet,
         pixels: &mut [PixelTotals],
         aovs: &mut [AovTotals],
     ) -> Result<(), BackendError> {
         let totals = self.totals.as_ref().ok_or_else(|| misuse("no totals were prepared"))?;
         totals.read(self.device.as_mut(), made(self.film.as_ref())?, rows, pixels, aovs)
+    }
+
+    /// Reads the totals of the radiance of all pixels of some rows.
+    pub fn read_radiance(
+        &mut self,
+        rows: &RowSet,
+        pixels: &mut [RadianceTotals],
+    ) -> Result<(), BackendError> {
+        let totals = self.totals.as_ref().ok_or_else(|| misuse("no totals were prepared"))?;
+        totals.read_radiance(self.device.as_mut(), made(self.film.as_ref())?, rows, pixels)
     }
 
     /// Writes the sums of all pixels to the film, and their AOV sums if the film's kernel writes

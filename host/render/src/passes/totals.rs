@@ -2,13 +2,14 @@
 
 use super::film::DeviceFilm;
 use super::misuse;
-use crate::film::{AovTotals, FilmCounts, PixelTotals, Summation};
+use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation};
 use bytemuck::{Pod, Zeroable, bytes_of};
 use std::ops::Range;
 use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
 use trisect_kernels::{FILM_ADD, FILM_ADD_AOVS, FILM_COUNT, FILM_READ, entry_point};
 use trisect_shared::totals::{
-    AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, READ_AOV_WORDS, READ_WORDS, SUMS, TotalsParams,
+    AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS,
+    SUMS, TotalsParams,
 };
 
 /// Maximum number of bytes that the host reads at a time, except for a single row.
@@ -45,6 +46,7 @@ struct LaneCounts {
 }
 
 const _: () = assert!(size_of::<LaneCounts>() == COUNT_WORDS as usize * 4);
+const _: () = assert!(size_of::<RadianceTotals>() == READ_RADIANCE_WORDS as usize * 4);
 const _: () = assert!(size_of::<PixelTotals>() == READ_WORDS as usize * 4);
 const _: () = assert!(size_of::<AovTotals>() == READ_AOV_WORDS as usize * 4);
 
@@ -123,7 +125,6 @@ impl DeviceTotals {
         if film.of.has_aovs() {
             compile(device, &[FILM_ADD_AOVS])?;
         }
-        let row = 4 * u64::from(size.0) * u64::from(READ_WORDS.max(READ_AOV_WORDS));
         let fits = |totals: &Self| totals.size == size && totals.aov_totals.bytes() == pixels * aov_bytes;
         let totals = match other.filter(fits) {
             Some(totals) => totals,
@@ -131,7 +132,7 @@ impl DeviceTotals {
                 size,
                 totals: device.allocate(pixels * Summation::BYTES_PER_PIXEL, "the film's totals")?,
                 aov_totals: device.allocate(pixels * aov_bytes, "the film's AOV totals")?,
-                output: device.allocate(row * Self::band(row, size.1), "the film's totals")?,
+                output: device.allocate(Self::row(size) * Self::band(size), "the film's totals")?,
             },
         };
         // SAFETY: no launch.
@@ -139,9 +140,14 @@ impl DeviceTotals {
         Ok(totals)
     }
 
+    /// Returns the number of bytes of a row of the largest records.
+    fn row((width, _): (u32, u32)) -> u64 {
+        4 * u64::from(width) * u64::from(READ_WORDS.max(READ_AOV_WORDS))
+    }
+
     /// Returns the number of rows that the host reads at a time.
-    fn band(row: u64, height: u32) -> u64 {
-        (MAX_READ / row.max(1)).clamp(1, u64::from(height.max(1)))
+    fn band(size: (u32, u32)) -> u64 {
+        (MAX_READ / Self::row(size).max(1)).clamp(1, u64::from(size.1.max(1)))
     }
 
     /// Adds the film's chunk of `samples` in these rows, and resets it.
@@ -170,28 +176,46 @@ impl DeviceTotals {
         &self,
         device: &mut dyn Device,
         film: &DeviceFilm,
-        rows: &Range<u32>,
+        rows: &RowSet,
         pixels: &mut [PixelTotals],
         aovs: &mut [AovTotals],
     ) -> Result<(), BackendError> {
-        check_rows(self.size, film, &RowSet::from(rows.clone()))?;
+        self.read_records(device, film, rows, SUMS, pixels)?;
+        match self.aov_totals.bytes() > 0 {
+            true => self.read_records(device, film, rows, AOV_SUMS, aovs),
+            false if aovs.is_empty() => Ok(()),
+            false => Err(misuse("the totals have no AOVs")),
+        }
+    }
+
+    /// Reads the radiance of all pixels of some rows.
+    pub fn read_radiance(
+        &self,
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        rows: &RowSet,
+        pixels: &mut [RadianceTotals],
+    ) -> Result<(), BackendError> {
+        self.read_records(device, film, rows, RADIANCE_SUMS, pixels)
+    }
+
+    /// Reads a record of so many sums for each pixel of some rows.
+    fn read_records<T: Pod>(
+        &self,
+        device: &mut dyn Device,
+        film: &DeviceFilm,
+        rows: &RowSet,
+        sums: u32,
+        records: &mut [T],
+    ) -> Result<(), BackendError> {
+        check_rows(self.size, film, rows)?;
         let width = self.size.0 as usize;
-        let count = rows.len() * width;
-        let has_aovs = self.aov_totals.bytes() > 0;
-        if pixels.len() != count || aovs.len() != if has_aovs { count } else { 0 } {
+        if records.len() != rows.len() as usize * width {
             return Err(misuse("the totals are those of another number of pixels"));
         }
-        let row = 4 * u64::from(self.size.0) * u64::from(READ_WORDS.max(READ_AOV_WORDS));
-        let band = Self::band(row, self.size.1) as u32;
-        for first in rows.clone().step_by(band as usize) {
-            let here = RowSet::from(first..rows.end.min(first + band));
-            let own = (first - rows.start) as usize * width..;
-            let own = own.start..own.start + here.len() as usize * width;
-            let too_few = || misuse("the rows are outside the image");
-            self.read_band(device, film, &here, SUMS, pixels.get_mut(own.clone()).ok_or_else(too_few)?)?;
-            if has_aovs {
-                self.read_band(device, film, &here, AOV_SUMS, aovs.get_mut(own).ok_or_else(too_few)?)?;
-            }
+        let band = Self::band(self.size) as u32;
+        for (first, records) in (0..).step_by(band as usize).zip(records.chunks_mut(band as usize * width)) {
+            self.read_band(device, film, &rows.part(first..first + band), sums, records)?;
         }
         Ok(())
     }

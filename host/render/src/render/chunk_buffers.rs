@@ -1,7 +1,7 @@
 //! Pipeline of chunks: sizes of submissions, and host memory for chunks as a device returns them.
 
 use super::submissions::SubmissionSizer;
-use crate::film::HostRecords;
+use crate::film::{HostRecords, RadianceTotals};
 use bytemuck::{Pod, Zeroable};
 use trisect_device::{Device, DeviceKind};
 use trisect_shared::aovs::AovSums;
@@ -24,6 +24,8 @@ pub(super) struct ChunkPipeline {
     pub current: ChunkSums,
     /// Memory for another chunk.
     pub spare: ChunkSums,
+    /// Sums over chunks that added up on the device.
+    pub radiance: HostRecords<RadianceTotals>,
 }
 
 impl ChunkSums {
@@ -42,11 +44,13 @@ impl ChunkPipeline {
             device.unpin(chunk.pixels.memory());
             device.unpin(chunk.aovs.memory());
         }
+        device.unpin(self.radiance.memory());
     }
 
     /// Creates a pipeline for a device of this kind, without memory yet.
     pub fn new(kind: DeviceKind) -> Self {
-        Self { sizer: SubmissionSizer::new(kind), current: ChunkSums::default(), spare: ChunkSums::default() }
+        let (current, spare) = (ChunkSums::default(), ChunkSums::default());
+        Self { sizer: SubmissionSizer::new(kind), current, spare, radiance: HostRecords::default() }
     }
 
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.
@@ -66,7 +70,11 @@ impl ChunkPipeline {
 }
 
 /// Resizes records; memory that is too small is unpinned first.
-fn resize<T: Pod + Zeroable>(device: &mut dyn Device, records: &mut HostRecords<T>, pixels: usize) {
+pub(super) fn resize<T: Pod + Zeroable>(
+    device: &mut dyn Device,
+    records: &mut HostRecords<T>,
+    pixels: usize,
+) {
     if records.memory().bytes() < pixels * size_of::<T>() {
         device.unpin(records.memory());
     }

@@ -228,7 +228,7 @@ impl Renderer {
         let part = SampleBlock { rows: rows.clone(), samples: first.start..last.end };
         if rows.clone().all(|row| film.coverage.samples(row).is_empty()) {
             let (pixels, aovs) = film.rows_mut(rows)?;
-            let read = self.uploaded.read_totals(rows, pixels, aovs);
+            let read = self.uploaded.read_totals(&RowSet::from(rows.clone()), pixels, aovs);
             if read.is_err() {
                 pixels.fill(PixelTotals::EMPTY);
                 aovs.fill(AovTotals::EMPTY);
@@ -239,7 +239,7 @@ impl Renderer {
         }
         let mut more = film.without_samples();
         let (pixels, aovs) = more.rows_mut(rows)?;
-        self.uploaded.read_totals(rows, pixels, aovs)?;
+        self.uploaded.read_totals(&RowSet::from(rows.clone()), pixels, aovs)?;
         more.coverage.insert(&part).map_err(FilmError::from)?;
         Ok(film.add(&more)?)
     }

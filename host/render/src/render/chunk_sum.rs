@@ -1,0 +1,85 @@
+//! Sums over several chunks that add up on the device, for an image that others put together: a
+//! rank reads and sends them once.
+
+use super::chunk_buffers::resize;
+use super::film_state::FilmState;
+use super::{Renderer, Settings, Summation};
+use crate::Error;
+use crate::film::{FilmCounts, RadianceTotals, RowSet};
+use std::ops::{ControlFlow, Range};
+use std::time::Duration;
+use trisect_device::{BackendError, DeviceKind};
+
+/// Radiance over the samples of several chunks of some rows.
+#[derive(Clone, Debug)]
+pub struct ChunkSum<'a> {
+    /// Totals of each pixel, row after row, without gaps.
+    pub pixels: &'a [RadianceTotals],
+    /// Counts over each strip of rows.
+    pub counts: Vec<FilmCounts>,
+    /// Time by the device's timer.
+    pub device: Duration,
+    /// Number of launches.
+    pub submissions: u64,
+}
+
+impl Renderer {
+    /// Renders chunks of some rows, which add up on the device, and counts each of `strips`, which
+    /// together are the rows. Returns `None`, without rendering, where the host should add them: by
+    /// the settings, for a single chunk, on a device that is no GPU, or without the memory.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`render_chunk`](Self::render_chunk).
+    pub fn sum_chunks(
+        &mut self,
+        settings: &Settings,
+        (rows, strips): (&RowSet, &[RowSet]),
+        chunks: &[Range<u32>],
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<Option<ChunkSum<'_>>, Error> {
+        let is_gpu = self.device().info().kind == DeviceKind::Gpu;
+        let by_device = match settings.sums {
+            Summation::Host => false,
+            Summation::Device => chunks.len() > 1,
+            Summation::Auto => chunks.len() > 1 && is_gpu,
+        };
+        if !by_device {
+            return Ok(None);
+        }
+        let kernel = self.ready_for(settings, rows, chunks)?;
+        match self.uploaded.begin_totals() {
+            Err(BackendError::TooLarge { .. }) if settings.sums == Summation::Auto => return Ok(None),
+            begun => begun?,
+        }
+        let (mut counts, mut done) = (vec![FilmCounts::default(); strips.len()], 0);
+        let (mut device, mut submissions) = (Duration::ZERO, 0);
+        for samples in chunks {
+            let mut here = |own: u64| watch(done + own);
+            let took = self.trace_chunk(settings, rows, samples.clone(), &mut here)?;
+            (device, submissions) = (device + took.device, submissions + took.submissions);
+            done += u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
+            for (strip, counts) in strips.iter().zip(&mut counts) {
+                *counts = *counts + self.uploaded.count_chunk(strip, samples)?;
+            }
+            self.uploaded.add_chunk(rows, samples)?;
+        }
+        let pixels = &mut self.pipeline.radiance;
+        let count = settings.width as usize * rows.len() as usize;
+        resize(self.uploaded.device_mut(), pixels, count);
+        self.uploaded.read_radiance(rows, pixels)?;
+        self.film_state = FilmState::Empty(settings.clone(), kernel);
+        let mut first = 0;
+        for (strip, counts) in strips.iter().zip(&mut counts) {
+            let end = first + settings.width as usize * strip.len() as usize;
+            if counts.unwritten > 0 {
+                // A pixel that lacks samples of several chunks counts once.
+                let own = pixels.get(first..end).unwrap_or_default();
+                let is_nan = |pixel: &&RadianceTotals| pixel.radiance[0].value().is_nan();
+                counts.unwritten = own.iter().filter(is_nan).count() as u64;
+            }
+            first = end;
+        }
+        Ok(Some(ChunkSum { pixels: &self.pipeline.radiance, counts, device, submissions }))
+    }
+}
