@@ -35,15 +35,66 @@ const _: () = assert!(size_of::<DisplayParams>() == 32);
 /// black, as in a PNG.
 #[inline(always)]
 pub fn display(params: &DisplayParams, sums: PixelSums, filtered: FilteredPixel, x: u32) -> u32 {
-    let color = if x < params.split {
-        sums.radiance / sums.samples as f32 // 0 / 0 without samples
-    } else if filtered.is_known() {
-        filtered.color
-    } else {
-        Vec3::ZERO
-    };
-    let color = color * params.exposure;
-    srgb(color.x) | srgb(color.y) << 8 | srgb(color.z) << 16 | 0xff00_0000
+    let color = if x < params.split { mean(params, sums) } else { denoised(params, filtered) };
+    pack(srgb(color.x), srgb(color.y), srgb(color.z))
+}
+
+/// Returns the exposed mean of samples; NaN without samples.
+#[inline(always)]
+fn mean(params: &DisplayParams, sums: PixelSums) -> Vec3 {
+    sums.radiance / sums.samples as f32 * params.exposure
+}
+
+/// Returns the exposed result of the denoiser; black if it is not known.
+#[inline(always)]
+fn denoised(params: &DisplayParams, filtered: FilteredPixel) -> Vec3 {
+    if filtered.is_known() { filtered.color * params.exposure } else { Vec3::ZERO }
+}
+
+#[inline(always)]
+fn pack(red: u32, green: u32, blue: u32) -> u32 {
+    red | green << 8 | blue << 16 | 0xff00_0000
+}
+
+/// Number of pixels that [`display_rows`] converts at a time.
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+const AT_ONCE: usize = 64;
+
+/// Calls `show` with the index and the colour of each pixel of the columns `span` of row `y`, as
+/// [`display`] returns it. Channels lie next to each other while they are converted, so that a
+/// compiler for a CPU converts several at a time.
+///
+/// # Panics
+///
+/// If an array has no record for one of the pixels.
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[inline(always)]
+pub fn display_rows(
+    params: &DisplayParams,
+    sums: &[PixelSums],
+    filtered: &[FilteredPixel],
+    span: core::ops::Range<u32>,
+    y: u32,
+    mut show: impl FnMut(u32, u32),
+) {
+    for first in span.clone().step_by(AT_ONCE) {
+        let columns = first..span.end.min(first + AT_ONCE as u32);
+        let (mut linear, mut codes) = ([[0.0; AT_ONCE]; 3], [[0; AT_ONCE]; 3]);
+        for (at, x) in columns.clone().enumerate() {
+            let pixel = (y * params.width + x) as usize;
+            let color =
+                if x < params.split { mean(params, sums[pixel]) } else { denoised(params, filtered[pixel]) };
+            [linear[0][at], linear[1][at], linear[2][at]] = color.to_array();
+        }
+        for (codes, linear) in codes.iter_mut().zip(&linear) {
+            for (code, linear) in codes.iter_mut().zip(linear) {
+                *code = srgb(*linear);
+            }
+        }
+        for (at, x) in columns.enumerate() {
+            show(y * params.width + x, pack(codes[0][at], codes[1][at], codes[2][at]));
+        }
+    }
 }
 
 /// Returns the sRGB code (IEC 61966-2-1) of a linear value: clipped, and rounded to nearest up to

@@ -102,6 +102,14 @@ impl Viewer {
         self.desktop.key(symbol, Duration::from_millis(milliseconds)).unwrap();
     }
 
+    /// Returns the processor time of the program so far, in clock ticks of 10 ms.
+    fn ticks(&self) -> u64 {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.program.id())).unwrap();
+        // User and system time are fields 14 and 15; the second may contain spaces.
+        let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+        fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
+    }
+
     /// Waits for a file that the program writes, and returns its path.
     fn written(&self, extension: &str) -> PathBuf {
         let path = self.folder.join(format!("book-view-1.{extension}"));
@@ -253,6 +261,26 @@ fn sizes_and_hiding() {
     viewer.quit();
 }
 
+/// A window at rest draws nothing: its process takes almost no processor time.
+#[test]
+fn a_window_at_rest_rests() {
+    let arguments = ["--backend", "cpu", "--width", "400", "--enough", "2", "--denoise", "off"];
+    let Some(mut viewer) = Viewer::open("rest", &arguments) else { return };
+    viewer.until("the first image", |_| true);
+    let ticks = |viewer: &mut Viewer, meanwhile: &mut dyn FnMut(&mut Viewer)| {
+        let before = viewer.ticks();
+        meanwhile(viewer);
+        viewer.ticks() - before
+    };
+    let rests = ticks(&mut viewer, &mut |_| std::thread::sleep(Duration::from_secs(2)));
+    // Drawing all the time takes at least a hundred.
+    assert!(rests <= 10, "{rests} ticks at rest");
+    // Negative control: a camera that moves takes more.
+    let moves = ticks(&mut viewer, &mut |viewer| viewer.key(RIGHT, 2000));
+    assert!(moves > 10, "negative control not detected: {moves} ticks");
+    viewer.quit();
+}
+
 /// Frames of a GPU backend reach the window; here of the adapter that the tests use.
 #[test]
 fn frames_of_wgpu() {
@@ -289,6 +317,46 @@ fn screenshot() {
     let capture = viewer.until("the image", |_| true);
     save(&capture, &root().join("docs/viewer.png"));
     viewer.quit();
+}
+
+/// Prints how many images a second the window shows while the camera moves, and after how long it
+/// shows the last one once the camera rests, for docs/notebook/waits.md.
+#[test]
+#[ignore = "measures, and checks nothing: a rate depends on the machine"]
+fn moving_rate() {
+    for fps in ["10", "0"] {
+        let arguments =
+            ["--backend", "cpu", "--resolution", "1280x720", "--enough", "1", "--moving-fps", fps];
+        let Some(mut viewer) = Viewer::on((1700, 800), "moving", &arguments) else { return };
+        viewer.until("the first image", |_| true);
+        let (desktop, window) = (&viewer.desktop, viewer.window);
+        // The image without the panel, whose numbers change, too.
+        let image = || -> Vec<_> {
+            let Capture { pixels, width, .. } = desktop.capture(window).unwrap();
+            pixels.chunks(width).step_by(9).flat_map(|row| row[..1280].iter().step_by(7).copied()).collect()
+        };
+        let changes = |seconds: f64| {
+            let (start, mut last, mut changes) = (Instant::now(), image(), Vec::new());
+            while start.elapsed().as_secs_f64() < seconds {
+                std::thread::sleep(Duration::from_millis(20));
+                let now = image();
+                if now != last {
+                    changes.push(start.elapsed().as_secs_f64());
+                    last = now;
+                }
+            }
+            changes
+        };
+        std::thread::scope(|scope| {
+            let held = scope.spawn(|| desktop.key(RIGHT, Duration::from_secs(11)).is_ok());
+            std::thread::sleep(Duration::from_secs(2));
+            let moving = changes(8.0).len() as f64 / 8.0;
+            assert!(held.join().unwrap());
+            let rest = changes(3.0).last().copied().unwrap_or(0.0);
+            println!("--moving-fps {fps}: {moving:.1} images a second; the last {rest:.2} s after the key");
+        });
+        viewer.quit();
+    }
 }
 
 /// Without a screen, the program reports that with a remedy.

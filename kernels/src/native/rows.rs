@@ -8,6 +8,7 @@ use trisect_shared::denoise::{
     self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel, NeighbourhoodRow, NeighbourhoodStats,
     Reprojection, atrous_rows, level_numbers, neighbourhood_numbers,
 };
+use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::film::PixelSums;
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::simd::{Avx2, Avx512};
@@ -119,6 +120,26 @@ unsafe fn reproject<L: Simd>(l: L, of: &Arguments<'_>, x: Range<u32>, y: u32) {
     }
 }
 
+/// Writes pixels for a screen.
+///
+/// # Safety
+///
+/// As [`Kernel`].
+#[inline(always)]
+unsafe fn display<L: Simd>(_: L, of: &Arguments<'_>, x: Range<u32>, y: u32) {
+    // SAFETY: the caller's promise; the guards keep the pixels inside the image.
+    unsafe {
+        let params = of.params::<DisplayParams>();
+        let (y, span) = (params.first_row + y, x.start..x.end.min(params.width));
+        if y >= params.height {
+            return;
+        }
+        let (sums, lit) = (of.read::<PixelSums>(0), of.read::<FilteredPixel>(1));
+        let to = of.written::<u32>(2);
+        display::display_rows(&params, sums, lit, span, y, |pixel, shown| store(&to, pixel, shown));
+    }
+}
+
 /// Defines an entry point: a filter for the baseline, AVX2 and AVX-512.
 macro_rules! entry_point {
     ($name:literal, $filter:ident $(, $by_variance:literal)?) => {{
@@ -154,12 +175,14 @@ macro_rules! entry_point {
     }};
 }
 
-/// Filters that read neighbours. They stand before the passes of the same names for one pixel.
+/// Filters that read neighbours, and the conversion for a screen. They stand before the passes of
+/// the same names for one pixel.
 pub(super) const ROWS: &[NativeEntryPoint] = &[
     entry_point!("denoise_atrous", level, false),
     entry_point!("denoise_svgf", level, true),
     entry_point!("denoise_estimate", estimate),
     entry_point!("denoise_reproject", reproject),
+    entry_point!("display", display),
 ];
 
 /// Returns whether an entry point runs by rows, of which a task should have many pixels.

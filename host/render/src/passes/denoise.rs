@@ -13,7 +13,10 @@ use trisect_shared::film::PixelSums;
 
 /// Buffers between passes, with a record for each pixel.
 pub(super) struct DenoiseBuffers {
+    /// Number of pixels of the image that they hold.
     pixels: u64,
+    /// Number of pixels that they have room for.
+    capacity: u64,
     pub images: [Buffer; 2],
     gbuffer: Buffer,
     temporal: Option<TemporalBuffers>,
@@ -30,8 +33,13 @@ struct TemporalBuffers {
 fn zeros<T>(device: &mut dyn Device, pixels: u64, what: &'static str) -> Result<Buffer, BackendError> {
     let buffer = device.allocate(pixels * size_of::<T>() as u64, what)?;
     // SAFETY: no launch.
-    unsafe { device.run(vec![Command::clear(&buffer)]) }?;
+    unsafe { device.run(vec![clear::<T>(&buffer, pixels)]) }?;
     Ok(buffer)
+}
+
+/// Returns a command that sets the records of so many pixels to zeros.
+fn clear<T>(buffer: &Buffer, pixels: u64) -> Command<'_> {
+    Command::Fill { buffer, first: 0, bytes: pixels * size_of::<T>() as u64, ones: false }
 }
 
 impl DenoiseBuffers {
@@ -40,7 +48,32 @@ impl DenoiseBuffers {
         let images =
             [zeros::<FilteredPixel>(device, pixels, what)?, zeros::<FilteredPixel>(device, pixels, what)?];
         let gbuffer = zeros::<GBufferTexel>(device, pixels, "the G-buffer")?;
-        Ok(Self { pixels, images, gbuffer, temporal: None })
+        Ok(Self { pixels, capacity: pixels, images, gbuffer, temporal: None })
+    }
+
+    /// Makes the buffers those of an image of another size, if they have room: a camera that comes
+    /// to rest changes the resolution, and fresh memory takes longer than a frame.
+    fn resized(self, device: &mut dyn Device, pixels: u64) -> Result<Option<Self>, BackendError> {
+        if self.pixels == pixels || self.capacity < pixels {
+            return Ok(Some(self).filter(|buffers| buffers.pixels == pixels));
+        }
+        let [first, second] = &self.images;
+        let mut commands = vec![
+            clear::<FilteredPixel>(first, pixels),
+            clear::<FilteredPixel>(second, pixels),
+            clear::<GBufferTexel>(&self.gbuffer, pixels),
+        ];
+        if let Some(TemporalBuffers { histories: [first, second], sums, aovs }) = &self.temporal {
+            commands.extend([
+                clear::<HistoryPixel>(first, pixels),
+                clear::<HistoryPixel>(second, pixels),
+                clear::<PixelSums>(sums, pixels),
+                clear::<AovSums>(aovs, pixels),
+            ]);
+        }
+        // SAFETY: no launch.
+        unsafe { device.run(commands) }?;
+        Ok(Some(Self { pixels, ..self }))
     }
 
     /// Runs the passes of the denoiser, which [`passes`](crate::denoise) made, over a film and its
@@ -59,13 +92,17 @@ impl DenoiseBuffers {
         if !of.has_aovs() || !passes.iter().all(fits) {
             return Err(misuse("the film has no AOV sums, or is of another size"));
         }
-        let mut buffers = match kept.filter(|buffers| buffers.fits(of.pixels())) {
+        let kept = match kept {
+            Some(kept) => kept.resized(device, of.pixels())?,
+            None => None,
+        };
+        let mut buffers = match kept {
             Some(buffers) => buffers,
             None => Self::new(device, of.pixels())?,
         };
         let temporal = |pass: &Pass| pass.accumulated || pass.kernel.is_temporal();
         if buffers.temporal.is_none() && passes.iter().any(temporal) {
-            buffers.temporal = Some(TemporalBuffers::new(device, of.pixels())?);
+            buffers.temporal = Some(TemporalBuffers::new(device, buffers.capacity)?);
         }
         let mut launches = Vec::new();
         for pass in passes {

@@ -57,7 +57,7 @@ impl DisplayPass {
         }
         device.compile(entry_point, of.math)?;
         let bytes = of.pixels() * size_of::<u32>() as u64;
-        let shown = match shown.filter(|shown| shown.bytes() == bytes) {
+        let shown = match shown.filter(|shown| shown.bytes() >= bytes) {
             Some(shown) => shown,
             None => device.allocate(bytes, "the display image")?,
         };

@@ -64,6 +64,14 @@ impl FilmDesc {
         u64::from(self.width) * u64::from(self.height)
     }
 
+    fn sums_bytes(&self) -> u64 {
+        self.pixels() * size_of::<PixelSums>() as u64
+    }
+
+    fn aovs_bytes(&self) -> u64 {
+        if self.has_aovs() { self.pixels() * size_of::<AovSums>() as u64 } else { 0 }
+    }
+
     /// Returns whether the kernel writes AOV sums.
     pub fn has_aovs(&self) -> bool {
         self.kernel.has(AOVS)
@@ -73,21 +81,19 @@ impl FilmDesc {
 impl DeviceFilm {
     /// Allocates a film.
     fn new(device: &mut dyn Device, of: FilmDesc) -> Result<Self, BackendError> {
-        let pixels = of.pixels();
-        let aovs = if of.has_aovs() { pixels * size_of::<AovSums>() as u64 } else { 0 };
+        let compensations = of.pixels() * size_of::<Compensation>() as u64;
         Ok(Self {
             of,
-            sums: device.allocate(pixels * size_of::<PixelSums>() as u64, "the film")?,
-            compensations: device.allocate(pixels * size_of::<Compensation>() as u64, "the film")?,
+            sums: device.allocate(of.sums_bytes(), "the film")?,
+            compensations: device.allocate(compensations, "the film")?,
             counter: device.allocate(size_of::<u32>() as u64, "the film")?,
-            aovs: device.allocate(aovs, "the film's AOV sums")?,
+            aovs: device.allocate(of.aovs_bytes(), "the film's AOV sums")?,
         })
     }
 
-    /// Returns whether its buffers suffice for another film.
+    /// Returns whether its buffers have room for another film.
     fn fits(&self, of: &FilmDesc) -> bool {
-        let aovs = if of.has_aovs() { of.pixels() * size_of::<AovSums>() as u64 } else { 0 };
-        self.of.pixels() == of.pixels() && self.aovs.bytes() >= aovs
+        self.sums.bytes() >= of.sums_bytes() && self.aovs.bytes() >= of.aovs_bytes()
     }
 
     /// Selects the kernel, and makes a film of [`PixelSums::UNWRITTEN`], with the memory of another
@@ -98,8 +104,10 @@ impl DeviceFilm {
             Some(film) => Self { of, ..film },
             None => Self::new(device, of)?,
         };
+        let erase = |buffer, bytes| Command::Fill { buffer, first: 0, bytes, ones: true };
+        let commands = vec![erase(&film.sums, of.sums_bytes()), erase(&film.aovs, of.aovs_bytes())];
         // SAFETY: no launch.
-        unsafe { device.run(vec![Command::erase(&film.sums), Command::erase(&film.aovs)]) }?;
+        unsafe { device.run(commands) }?;
         Ok(film)
     }
 

@@ -3,7 +3,7 @@
 
 use super::chunk_buffers::ChunkSums;
 use super::film_state::FilmState;
-use super::live_session::LiveSession;
+use super::live_session::{LiveSession, Restart};
 use super::submissions::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
@@ -29,6 +29,8 @@ pub struct LiveFrame {
     pub kernel: &'static str,
     /// Samples per pixel since the camera came to rest, this frame's included.
     pub samples: u32,
+    /// Event since which these samples are accumulated.
+    pub since: Restart,
     /// Time of tracing.
     pub trace: Duration,
     /// Time of each pass over it.
@@ -148,11 +150,12 @@ impl Renderer {
         let image = FrameView::by(&camera, settings.width, settings.height);
         // The state is taken, so that after an error the next frame starts anew.
         let same = |series: &LiveSession| series.settings == settings && series.rows == *rows;
-        let mut series = match self.film_state.take_live().filter(|session| same(session)) {
-            Some(series) => series,
-            None => {
+        let mut series = match self.film_state.take_live() {
+            Some(series) if same(&series) => series,
+            before => {
                 settings.check()?;
-                Box::new(LiveSession::new(self.make_film(&settings)?, settings.clone(), rows.clone()))
+                let (kernel, before) = (self.make_film(&settings)?, before.as_deref());
+                Box::new(LiveSession::new(kernel, settings.clone(), rows.clone(), before))
             }
         };
         let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
@@ -181,6 +184,7 @@ impl Renderer {
         let live = LiveFrame {
             kernel: series.kernel.name,
             samples: series.accumulated.max(settings.samples),
+            since: series.since,
             trace,
             passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
             image: passes.last().map_or(0, |pass| pass.to),

@@ -3,9 +3,55 @@
 
 use super::Settings;
 use crate::denoise::{FrameView, TemporalInputs, TemporalSettings};
+use std::fmt;
 use std::ops::Range;
 use trisect_kernels::EntryPoint;
 use trisect_shared::denoise::{PinholeView, STOP_FACTORS};
+
+/// Event since which live frames accumulate samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Restart {
+    /// The first frame of this renderer, or the first after an error or another kind of render.
+    First,
+    /// The camera moved.
+    Camera,
+    /// A setting changed; its name.
+    Setting(&'static str),
+    /// Frames do not accumulate: they have no temporal settings.
+    EachFrame,
+}
+
+impl fmt::Display for Restart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::First => write!(f, "the first frame"),
+            Self::Camera => write!(f, "the camera moved"),
+            Self::Setting(name) => write!(f, "{name} changed"),
+            Self::EachFrame => write!(f, "this frame began"),
+        }
+    }
+}
+
+impl Restart {
+    /// Returns the event of a change from one frame's settings and rows to the next one's.
+    fn of_change(from: (&Settings, &Range<u32>), to: (&Settings, &Range<u32>)) -> Self {
+        let (a, b) = (from.0, to.0);
+        let name = match () {
+            () if (a.width, a.height) != (b.width, b.height) => "the resolution",
+            () if a.samples != b.samples => "the samples of a frame",
+            () if a.depth != b.depth => "the depth",
+            () if a.seed != b.seed => "the seed",
+            () if a.sampler != b.sampler => "the sampler",
+            () if (a.roulette, a.roulette_depth) != (b.roulette, b.roulette_depth) => "the roulette",
+            () if a.light_sampling != b.light_sampling => "light sampling",
+            () if a.clamp != b.clamp => "the clamp",
+            () if a.math != b.math => "the math",
+            () if from.1 != to.1 => "the rows",
+            () => "the kernel's settings",
+        };
+        Self::Setting(name)
+    }
+}
 
 /// Live frames that follow each other on the device with the same settings.
 pub(super) struct LiveSession {
@@ -23,12 +69,18 @@ pub(super) struct LiveSession {
     wrote: bool,
     /// Samples per pixel since the camera came to rest; 0 without temporal settings.
     pub accumulated: u32,
+    /// Event since which samples are accumulated.
+    pub since: Restart,
     /// Index of the next frame's first sample.
     sample: u32,
 }
 
 impl LiveSession {
-    pub fn new(kernel: EntryPoint, settings: Settings, rows: Range<u32>) -> Self {
+    /// Begins a session after `before`, which had other settings or rows.
+    pub fn new(kernel: EntryPoint, settings: Settings, rows: Range<u32>, before: Option<&Self>) -> Self {
+        let since = before.map_or(Restart::First, |before| {
+            Restart::of_change((&before.settings, &before.rows), (&settings, &rows))
+        });
         Self {
             settings,
             kernel,
@@ -38,6 +90,7 @@ impl LiveSession {
             past: 0,
             wrote: false,
             accumulated: 0,
+            since,
             sample: 0,
         }
     }
@@ -52,10 +105,14 @@ impl LiveSession {
         let last = self.image.replace(*image);
         let Some(history) = history else {
             (self.previous_view, self.wrote, self.accumulated, self.sample) = (None, false, 0, 0);
+            self.since = Restart::EachFrame;
             return TemporalInputs::none(image);
         };
         let samples = self.settings.samples;
         let kept = self.accumulated > 0 && last == Some(*image);
+        if last.is_some_and(|last| last != *image) {
+            self.since = Restart::Camera;
+        }
         if !kept {
             // The camera moved, so the history that the last frame wrote is the one to read.
             self.previous_view = last.filter(|_| self.wrote).map(|last| last.view);

@@ -45,6 +45,7 @@ use chunk_buffers::{ChunkPipeline, ChunkSums};
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
 use launch_scene::LaunchScene;
+pub use live_session::Restart;
 pub use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
 use std::ops::{ControlFlow, Range};

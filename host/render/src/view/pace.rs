@@ -8,10 +8,10 @@ pub const MOVING_FPS: f64 = 10.0;
 
 /// Least and greatest share of the time that a frame may take without another resolution: a new one
 /// discards the frames before it.
-const TOLERATED: std::ops::RangeInclusive<f64> = 0.7..=1.1;
+const TOLERATED: std::ops::RangeInclusive<f64> = 0.6..=1.0;
 
 /// Share of the time that a new resolution is chosen for.
-const AIM: f64 = 0.85;
+const AIM: f64 = 0.8;
 
 /// Chooses the scale of each frame: that of the options while the camera rests, and a lower one
 /// while it moves, if frames would else take too long.

@@ -198,6 +198,7 @@ mod tests {
 
     use super::*;
     use crate::denoise::Filter;
+    use crate::render::Restart;
     use trisect_device::cpu::Cpu;
     use trisect_image::metrics::srgb;
     use trisect_scene::Scene;
@@ -216,20 +217,35 @@ mod tests {
         let mut pose = scene.camera;
         let mut pixels = Vec::new();
         let mut counts = Vec::new();
+        let mut since = Vec::new();
         while !viewer.is_converged(&look, &pose) {
             let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
             assert_eq!((shot.size, pixels.len()), ((16, 9), 16 * 9));
             counts.push(shot.live.samples);
+            since.push(shot.live.since);
         }
         assert_eq!(counts, [2, 4, 6]);
+        assert_eq!(since, [Restart::First; 3]);
         // Another pose starts a new series; another display option continues the same one.
         pose.look_from.x += 0.5;
         assert!(!viewer.is_converged(&look, &pose));
-        assert_eq!(viewer.frame(&look, &pose, &mut pixels).unwrap().live.samples, 2);
+        let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
+        assert_eq!((shot.live.samples, shot.live.since), (2, Restart::Camera));
         look.screen.split = 1.0;
         let shot = viewer.frame(&look, &pose, &mut pixels).unwrap();
-        assert_eq!(shot.live.samples, 4);
+        assert_eq!((shot.live.samples, shot.live.since), (4, Restart::Camera));
         assert!(shot.denoise() > 0.0 && shot.whole >= shot.present);
+        // What starts anew says why.
+        let mut after = |change: &dyn Fn(&mut ViewOptions)| {
+            change(&mut look);
+            let live = viewer.frame(&look, &pose, &mut pixels).unwrap().live;
+            (live.samples, live.since)
+        };
+        assert_eq!(after(&|look| look.scale = 1.0), (2, Restart::Setting("the resolution")));
+        assert_eq!(after(&|_| ()), (4, Restart::Setting("the resolution")));
+        assert_eq!(after(&|look| look.settings.depth = 3), (2, Restart::Setting("the depth")));
+        assert_eq!(after(&|look| look.settings.samples = 1), (1, Restart::Setting("the samples of a frame")));
+        assert_eq!(after(&|look| look.denoise = None), (2, Restart::Setting("the samples of a frame")));
     }
 
     /// Checks that a series also ends if the samples of a frame do not divide the maximum number.

@@ -5,7 +5,7 @@ use super::super::atrous::{B3, MIN_VARIANCE, PIXELS_PER_THREAD};
 use super::super::edge_stopping::SHUT;
 use super::super::{DenoiseParams, FilteredPixel, GBufferTexel, STOP_FACTORS};
 use super::planes::{LaneStops, Layout, Planes, VARIANCE_ROWS};
-use crate::simd::{LANES, Simd, dot};
+use crate::simd::{LANES, Simd, dot, three};
 use core::ops::Range;
 use glam::Vec3;
 
@@ -101,11 +101,11 @@ fn eight<const BY_VARIANCE: bool, L: Simd>(
             let (taps, along) = (planes.taps(row, column), l.mul(stops.along, l.splat(j as f32 - 2.0)));
             let open = if i == 2 && j == 2 { l.splat(SHUT) } else { planes.open(row, column) };
             let left = stops.remaining(l, open, &taps, across, along);
-            let difference = [0, 1, 2].map(|c| l.sub(taps.color[c], middle.color[c]));
+            let difference = three([0, 1, 2], |c| l.sub(taps.color[c], middle.color[c]));
             let root = l.max(l.sub(left, l.mul(dot(l, difference, difference), color_factor)), zero);
             let kernel = B3[i.abs_diff(2)] * B3[j.abs_diff(2)];
             let weight = l.mul(l.splat(kernel), l.mul(root, root));
-            sums.difference = [0, 1, 2].map(|c| l.add(sums.difference[c], l.mul(difference[c], weight)));
+            sums.difference = three([0, 1, 2], |c| l.add(sums.difference[c], l.mul(difference[c], weight)));
             sums.weight = l.add(sums.weight, weight);
             if const { BY_VARIANCE } {
                 let variance = planes.variance(row, column);
@@ -115,7 +115,7 @@ fn eight<const BY_VARIANCE: bool, L: Simd>(
     }
     let by = l.div(l.splat(1.0), sums.weight);
     let [red, green, blue] =
-        [0, 1, 2].map(|c| l.store(l.add(middle.color[c], l.mul(sums.difference[c], by))).0);
+        three([0, 1, 2], |c| l.store(l.add(middle.color[c], l.mul(sums.difference[c], by))).0);
     let variance = if const { BY_VARIANCE } { l.mul(sums.variance, l.mul(by, by)) } else { zero };
     let (variance, has_weight) = (l.store(variance).0, l.bits(l.lt(zero, sums.weight)));
     core::array::from_fn(|lane| match has_weight >> lane & 1 == 1 {

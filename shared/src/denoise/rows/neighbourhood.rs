@@ -4,7 +4,7 @@
 use super::super::variance::{NEIGHBOURHOOD_RADIUS, NeighbourhoodStats};
 use super::super::{DenoiseParams, FilteredPixel, GBufferTexel};
 use super::planes::{LaneStops, Layout, Planes};
-use crate::simd::{LANES, Simd};
+use crate::simd::{LANES, Simd, three};
 use core::ops::Range;
 use glam::Vec3;
 
@@ -81,7 +81,7 @@ impl<'a, L: Simd> NeighbourhoodRow<'a, L> {
         let middle = planes.taps(radius, column);
         let stops = LaneStops::new(l, planes.params, &middle, x, self.y, 1.0);
         let mut sum = middle.color;
-        let mut squares = middle.color.map(|c| l.mul(c, c));
+        let mut squares = three(middle.color, |c| l.mul(c, c));
         let mut total = l.splat(1.0);
         for j in 0..TAP_ROWS {
             let along = l.mul(stops.along, l.splat(j as f32 - RADIUS as f32));
@@ -100,9 +100,10 @@ impl<'a, L: Simd> NeighbourhoodRow<'a, L> {
                 total = l.add(total, weight);
             }
         }
-        let mean = sum.map(|sum| l.div(sum, total));
-        let variance = [0, 1, 2].map(|c| l.store(l.sub(l.div(squares[c], total), l.mul(mean[c], mean[c]))).0);
-        let mean = mean.map(|mean| l.store(mean).0);
+        let mean = three(sum, |sum| l.div(sum, total));
+        let variance =
+            three([0, 1, 2], |c| l.store(l.sub(l.div(squares[c], total), l.mul(mean[c], mean[c]))).0);
+        let mean = three(mean, |mean| l.store(mean).0);
         let vector = |of: &[[f32; LANES]; 3], lane: usize| Vec3::new(of[0][lane], of[1][lane], of[2][lane]);
         core::array::from_fn(|lane| NeighbourhoodStats {
             mean: vector(&mean, lane),

@@ -3,7 +3,7 @@
 
 use super::super::edge_stopping::{OPEN, SHUT};
 use super::super::{DenoiseParams, FilteredPixel, GBufferTexel, UNKNOWN_VARIANCE};
-use crate::simd::{LANES, Simd, dot};
+use crate::simd::{LANES, Simd, dot, three};
 use core::ops::Range;
 use glam::Vec3;
 
@@ -197,13 +197,14 @@ impl<L: Simd> LaneStops<L> {
         let columns = l.load_unaligned(&columns);
         let (first, right) = (view.first_pixel.to_array(), view.right.to_array());
         let down = (view.down * y as f32).to_array();
-        let to = [0, 1, 2]
-            .map(|c| l.add(l.add(l.splat(first[c]), l.mul(l.splat(right[c]), columns)), l.splat(down[c])));
+        let to = three([0, 1, 2], |c| {
+            l.add(l.add(l.splat(first[c]), l.mul(l.splat(right[c]), columns)), l.splat(down[c]))
+        });
         let cosine = l.mul(dot(l, own.normal, to), l.splat(params.depth_factor));
         let by = l.splat(params.depth_factor * step);
-        let change = |v: Vec3| l.mul(dot(l, own.normal, v.to_array().map(|x| l.splat(x))), by);
+        let change = |v: Vec3| l.mul(dot(l, own.normal, three(v.to_array(), |x| l.splat(x))), by);
         Self {
-            normal: own.normal.map(|n| l.mul(n, l.splat(params.normal_factor))),
+            normal: three(own.normal, |n| l.mul(n, l.splat(params.normal_factor))),
             normal_factor: l.splat(params.normal_factor),
             cosine,
             across: change(view.right),

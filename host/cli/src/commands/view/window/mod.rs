@@ -30,6 +30,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 use worker::{Frame, ViewRequest, Worker};
 
+/// Time between two steps of a camera that a key moves.
+const STEP: Duration = Duration::from_millis(10);
+
+/// Maximum time of a step, in seconds, if the window was busy.
+const MAX_STEP: f64 = 0.1;
+
 /// Event by which the worker wakes the window: a frame or an error is ready.
 struct UpdateReady;
 
@@ -53,7 +59,8 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
     let resolution = is_fixed.then_some((look.settings.width, look.settings.height));
     let backend = (job.backend, job.device, 0);
     let moving_fps = arguments.moving_fps.unwrap_or(MOVING_FPS);
-    let wish = ViewRequest { look: look.clone(), pose: navigator.pose(), moving_fps, backend, stop: false };
+    let pose = navigator.pose();
+    let wish = ViewRequest { look: look.clone(), pose, moving: false, moving_fps, backend, stop: false };
     let worker = Worker::start(session, job, wish, move || {
         let _ = proxy.send_event(UpdateReady);
     })?;
@@ -77,6 +84,8 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
         error: String::new(),
         panel: true,
         last: Instant::now(),
+        held: false,
+        dragged: false,
         was_typing: false,
         failed: None,
     };
@@ -129,16 +138,27 @@ struct App<'a> {
     error: String,
     panel: bool,
     last: Instant,
+    /// True while a key moves the camera.
+    held: bool,
+    /// True while the mouse does.
+    dragged: bool,
     /// True if a text or number field had the focus in the frame before.
     was_typing: bool,
     failed: Option<String>,
 }
 
 impl ApplicationHandler<UpdateReady> for App<'_> {
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
-        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) {
+    fn new_events(&mut self, event_loop: &ActiveEventLoop, cause: StartCause) {
+        let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) else { return };
+        if !self.held {
             open.window.request_redraw();
+            return;
         }
+        // The next frame gets the pose of its time. Nothing is drawn until it is done.
+        let context = open.context.clone();
+        self.step(|held| context.input(held));
+        self.request();
+        event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STEP));
     }
 
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
@@ -184,7 +204,11 @@ impl ApplicationHandler<UpdateReady> for App<'_> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.window else { return };
         let response = open.input.on_window_event(&open.window, &event);
-        if response.repaint {
+        // A key that is held moves the camera without being repeated.
+        let repeats = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.repeat);
+        // Otherwise each drawing would ask for another.
+        let draws = matches!(&event, WindowEvent::RedrawRequested);
+        if response.repaint && !draws && !(repeats && self.held) {
             open.window.request_redraw();
         }
         match event {
@@ -234,19 +258,14 @@ impl App<'_> {
         let context = open.context.clone();
         let mut quit = false;
         let output = context.run_ui(input, |ui| quit |= self.lay_out(ui));
-        let wish = ViewRequest {
-            look: self.look.clone(),
-            pose: self.navigator.pose(),
-            moving_fps: self.moving_fps,
-            backend: self.backend,
-            stop: false,
-        };
-        self.worker.request(&wish);
+        self.request();
         open.input.handle_platform_output(&open.window, output.platform_output.clone());
         let delay =
             output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         open.output.draw(&context, output);
         match delay {
+            // A frame that is done redraws the window.
+            _ if self.held => event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + STEP)),
             Some(Duration::ZERO) => open.window.request_redraw(),
             Some(delay) if delay < Duration::from_secs(3600) => {
                 event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + delay));
@@ -259,23 +278,39 @@ impl App<'_> {
         }
     }
 
+    /// Asks the worker for a frame of the current options and pose.
+    fn request(&self) {
+        self.worker.request(&ViewRequest {
+            look: self.look.clone(),
+            pose: self.navigator.pose(),
+            moving: self.held || self.dragged,
+            moving_fps: self.moving_fps,
+            backend: self.backend,
+            stop: false,
+        });
+    }
+
+    /// Moves the camera by the keys that were held since the last step. `read` calls a function
+    /// with the input.
+    fn step(&mut self, read: impl FnOnce(&mut dyn FnMut(&egui::InputState))) {
+        let seconds = self.last.elapsed().as_secs_f64().min(MAX_STEP);
+        self.last = Instant::now();
+        read(&mut |input| self.held = input::held(input, seconds, &mut self.navigator));
+    }
+
     /// Lays out controls and image, and handles input. Returns whether to quit.
     fn lay_out(&mut self, ui: &mut egui::Ui) -> bool {
-        let seconds = self.last.elapsed().as_secs_f64().min(0.1);
-        self.last = Instant::now();
         let mut pressed = Pressed::default();
         let mut quit = false;
         // Escape takes the focus from a field before this frame begins.
         let is_typing = ui.ctx().egui_wants_keyboard_input();
         let was_typing = std::mem::replace(&mut self.was_typing, is_typing);
-        if !is_typing {
-            let (held, keys) = ui.input(|input| {
-                let held = input::held(input, seconds, &mut self.navigator);
-                (held, input::pressed(input, &mut self.navigator))
-            });
-            if held {
-                ui.ctx().request_repaint();
-            }
+        self.held = false;
+        if is_typing {
+            self.last = Instant::now();
+        } else {
+            self.step(|held| ui.input(held));
+            let keys = ui.input(|input| input::pressed(input, &mut self.navigator));
             // Escape leaves a field or closes a list, which egui does; only without both it quits.
             quit = keys.quit && !was_typing && !egui::Popup::is_any_open(ui.ctx());
             self.panel ^= keys.panel;
@@ -322,7 +357,6 @@ impl App<'_> {
     fn image(&mut self, ui: &mut egui::Ui, layout: &Layout) {
         let Layout { area, image: place, size, .. } = *layout;
         (self.look.settings.width, self.look.settings.height) = size;
-        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
         if let (None, Some(frame)) = (&self.texture, &self.frame) {
             let size = [frame.timing.size.0 as usize, frame.timing.size.1 as usize];
             let image = ColorImage::from_rgba_premultiplied(size, bytemuck::cast_slice(&frame.pixels));
@@ -334,6 +368,7 @@ impl App<'_> {
         }
         let response = ui.interact(area, ui.scope_id().with("image"), Sense::click_and_drag());
         let (scroll, shift) = ui.input(|input| (input.smooth_scroll_delta.y, input.modifiers.shift));
+        self.dragged = response.dragged();
         input::mouse(&response, scroll, shift, &mut self.navigator);
     }
 }

@@ -103,6 +103,7 @@ fn frames(ui: &mut Ui, state: &State) {
         let rate = 1.0 / shot.whole.as_secs_f64().max(1e-9);
         let text = format!("{}x{}, {} spp, {rate:.1} frames/s", shot.size.0, shot.size.1, shot.live.samples);
         ui.add(Label::new(text).truncate());
+        ui.add(Label::new(RichText::new(format!("since {}", shot.live.since)).small()).truncate());
         ui.add(Label::new(RichText::new(shot.live.kernel).small()).truncate());
     }
     state.graph.show(ui);

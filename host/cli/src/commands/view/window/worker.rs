@@ -5,6 +5,7 @@ use super::super::super::Session;
 use crate::cli::JobArgs;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 use trisect::device::Choice;
 use trisect::output::Outputs;
 use trisect::scene::{CameraPose, Rebase};
@@ -18,6 +19,8 @@ pub struct ViewRequest {
     pub look: ViewOptions,
     /// Pose of the camera.
     pub pose: CameraPose,
+    /// True while a key or the mouse moves the camera, so that another pose is on its way.
+    pub moving: bool,
     /// Frames a second to keep while the camera moves; 0: at any resolution.
     pub moving_fps: f64,
     /// Backend, device index, and a number; if the number changes, the device is opened again.
@@ -25,6 +28,10 @@ pub struct ViewRequest {
     /// True if the thread should end.
     pub stop: bool,
 }
+
+/// Maximum time that a frame waits for the next pose of a moving camera. After that the camera is
+/// at rest, though a key or button is held.
+const MAX_WAIT: Duration = Duration::from_millis(100);
 
 /// Frame for the window.
 pub struct Frame {
@@ -78,7 +85,8 @@ impl Worker {
         let thread = threads::spawn("thread that renders", move || {
             let backend = wish.backend;
             let (space, pace) = (session.space, Pace::new(wish.moving_fps));
-            RenderLoop { shared: its, job, wake, backend, space, pace }.run(Some(viewer(session)));
+            let last = None;
+            RenderLoop { shared: its, job, wake, backend, space, pace, last }.run(Some(viewer(session)));
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
@@ -125,6 +133,8 @@ struct RenderLoop<W> {
     backend: (Choice, Option<usize>, u32),
     space: Rebase,
     pace: Pace,
+    /// Pose of the last frame, and when it was done.
+    last: Option<(CameraPose, Instant)>,
 }
 
 impl<W: Fn()> RenderLoop<W> {
@@ -138,10 +148,17 @@ impl<W: Fn()> RenderLoop<W> {
                     let rests =
                         viewer.as_ref().is_some_and(|viewer| viewer.is_converged(&wish.look, &wish.pose));
                     let idle = rests && wish.backend == self.backend || failed.as_ref() == Some(&*wish);
-                    if wish.stop || !idle {
+                    let wait = if idle { None } else { self.wait_for_pose(&wish) };
+                    if wish.stop || !idle && wait.is_none() {
                         break;
                     }
-                    wish = self.shared.changed.wait(wish).unwrap_or_else(PoisonError::into_inner);
+                    let changed = &self.shared.changed;
+                    wish = match wait {
+                        Some(time) => {
+                            changed.wait_timeout(wish, time).unwrap_or_else(PoisonError::into_inner).0
+                        }
+                        None => changed.wait(wish).unwrap_or_else(PoisonError::into_inner),
+                    };
                 }
                 wish.clone()
             };
@@ -171,6 +188,13 @@ impl<W: Fn()> RenderLoop<W> {
         }
     }
 
+    /// Returns how long to wait for the next pose: a frame of the last one would be out of date
+    /// when it is done. `None`: there is nothing to wait for.
+    fn wait_for_pose(&self, wish: &ViewRequest) -> Option<Duration> {
+        let (_, done) = self.last.filter(|(pose, _)| wish.moving && *pose == wish.pose)?;
+        MAX_WAIT.checked_sub(done.elapsed()).filter(|left| !left.is_zero())
+    }
+
     fn frame(&mut self, viewer: &mut Option<Viewer>, wish: &ViewRequest) -> Result<Frame, String> {
         let open = match viewer {
             Some(viewer) => viewer,
@@ -190,6 +214,7 @@ impl<W: Fn()> RenderLoop<W> {
         let mut pixels = Vec::new();
         let shot = open.frame(&look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
         self.pace.learn(look.scale, shot.whole.as_secs_f64());
+        self.last = Some((wish.pose, Instant::now()));
         Ok(Frame { pixels, timing: shot })
     }
 }
