@@ -4,8 +4,9 @@
 
 use std::ops::ControlFlow;
 use trisect::film::{Film, SampleBlock, SampleCoverage, Totals};
-use trisect::render::{FilmObserver, RenderObserver, Settings, Summation};
-use trisect_tests::renders::{StopAfterParts, differing};
+use trisect::render::{FilmObserver, RenderObserver, Renderer, Settings, Summation};
+use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
+use trisect_tests::renders::{self, StopAfterParts, differing};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// Four chunks, the last of them not full, of an odd size.
@@ -137,6 +138,29 @@ fn reads_do_not_show(subject: BackendUnderTest) {
     assert_eq!(film.coverage.parts(), [SampleBlock { rows: 0..11, samples: 0..512 }]);
     renderer.render_missing(&mut film, &device, &(0..800), &(), &mut ()).unwrap();
     assert!(same(&film, &want));
+}
+
+/// A device without the memory streams its chunks to the host, and says so; one that is asked to add
+/// them refuses.
+#[test]
+fn without_memory_the_host_adds() {
+    let scene = scene("three_spheres.ron");
+    let want = renders::cpu(&scene).render(&settings(&scene, true)).unwrap().film;
+    for (lacks, by_device) in
+        [("nothing", true), ("the film's totals", false), ("the film's AOV totals", false)]
+    {
+        let device = FaultInjectingBackend::new(|| Ok(())).as_gpu().without_memory_for(lacks);
+        let mut renderer = Renderer::new(device, &scene).unwrap();
+        let frame = renderer.render(&settings(&scene, true)).unwrap();
+        assert!(same(&frame.film, &want), "{lacks}");
+        assert_eq!(frame.stats.sums == Summation::Device, by_device, "{lacks}");
+        let warned = frame.stats.warnings().iter().any(|text| text.contains("the host adds the chunks up"));
+        assert_eq!(warned, !by_device, "{lacks}");
+        let forced = Settings { sums: Summation::Device, ..settings(&scene, true) };
+        assert_eq!(renderer.render(&forced).is_ok(), by_device, "{lacks}");
+        // It goes on after a refusal.
+        assert!(same(&renderer.render(&settings(&scene, true)).unwrap().film, &want), "{lacks}");
+    }
 }
 
 for_each_backend!(the_device_adds_as_the_host, one_chunk_is_the_film, reads_do_not_show);

@@ -5,7 +5,7 @@ use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
 use trisect::device::cpu::Cpu;
 use trisect::device::{BackendError, Device, DeviceInfo};
 use trisect::film::Film;
-use trisect::render::{MathMode, Renderer, Settings};
+use trisect::render::{MathMode, Renderer, Settings, Summation};
 use trisect::{Error, scene::Scene};
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
 use trisect_tests::program::{Temporary, check_failure, trisect};
@@ -31,9 +31,14 @@ fn failing(scene: &Scene, mut left: u32) -> Renderer {
 #[test]
 fn a_device_that_is_lost() {
     let scene = scene("three_spheres.ron");
-    for guides in [false, true] {
-        let settings =
-            Settings { width: 32, height: 20, samples: 700, depth: 8, guides, ..Settings::of(&scene) };
+    for (guides, sums) in [
+        (false, Summation::Auto),
+        (true, Summation::Auto),
+        (false, Summation::Device),
+        (true, Summation::Device),
+    ] {
+        let size = Settings { width: 32, height: 20, samples: 700, depth: 8, ..Settings::of(&scene) };
+        let settings = Settings { guides, sums, ..size };
         let empty = || if guides { Film::with_aovs(32, 20) } else { Film::new(32, 20) };
         let whole = renderer(&scene).render(&settings).unwrap().film;
         for left in 0..4 {
@@ -60,7 +65,7 @@ fn a_device_that_is_lost() {
                 assert!(asked[0].0.contains("the device is lost") && asked[0].1 == 0, "{asked:?}");
                 assert_eq!(asked.len(), 2);
             }
-            assert_eq!(film, whole, "{left}");
+            assert_eq!(film, whole, "{left} {sums:?}");
             assert_eq!(stats.samples, whole.counts().samples);
 
             // Without a fallback, there is an error, and the film keeps what was rendered.

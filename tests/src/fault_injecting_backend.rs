@@ -1,4 +1,4 @@
-//! A backend whose launches can fail or take long.
+//! A backend whose launches can fail or take long, or whose memory does not suffice.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use std::time::Duration;
@@ -12,6 +12,8 @@ pub struct FaultInjectingBackend {
     inner: Cpu,
     info: DeviceInfo,
     after: Box<dyn FnMut() -> Result<(), BackendError> + Send>,
+    /// What there is no memory for.
+    lacks: Option<&'static str>,
 }
 
 impl FaultInjectingBackend {
@@ -22,7 +24,13 @@ impl FaultInjectingBackend {
     /// If the CPU backend does not open.
     pub fn new(after: impl FnMut() -> Result<(), BackendError> + Send + 'static) -> Self {
         let inner = Cpu::open(None).unwrap();
-        Self { info: inner.info().clone(), inner, after: Box::new(after) }
+        Self { info: inner.info().clone(), inner, after: Box::new(after), lacks: None }
+    }
+
+    /// Takes the memory for `what` away, as errors name it.
+    #[must_use]
+    pub fn without_memory_for(self, what: &'static str) -> Self {
+        Self { lacks: Some(what), ..self }
     }
 
     /// Reports the device as a GPU, so that the host adds a chunk to the film while the next one is
@@ -40,6 +48,9 @@ impl Device for FaultInjectingBackend {
     }
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
+        if self.lacks == Some(what) {
+            return Err(BackendError::TooLarge { backend: "cpu", what, needed: bytes, limit: bytes / 2 });
+        }
         self.inner.allocate(bytes, what)
     }
 
