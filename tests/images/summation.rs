@@ -140,8 +140,8 @@ fn reads_do_not_show(subject: BackendUnderTest) {
     assert!(same(&film, &want));
 }
 
-/// A device without the memory streams its chunks to the host, and says so; one that is asked to add
-/// them refuses.
+/// A device without the memory streams its chunks to the host, and says so; one that is asked to
+/// add them refuses.
 #[test]
 fn without_memory_the_host_adds() {
     let scene = scene("three_spheres.ron");

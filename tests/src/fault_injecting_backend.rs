@@ -12,7 +12,7 @@ pub struct FaultInjectingBackend {
     inner: Cpu,
     info: DeviceInfo,
     after: Box<dyn FnMut() -> Result<(), BackendError> + Send>,
-    /// What there is no memory for.
+    /// Purpose that there is no memory for.
     lacks: Option<&'static str>,
 }
 

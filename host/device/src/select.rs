@@ -6,7 +6,8 @@ use super::{BackendError, Device, DeviceInfo, cpu, cuda, wgpu};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Choice {
-    /// CUDA, else a hardware wgpu adapter, else the CPU.
+    /// CUDA, else a hardware wgpu adapter, else the CPU. On Linux wgpu is not opened on a machine
+    /// without the device file of a GPU.
     Auto,
     /// Threads of this machine's CPU.
     Cpu,
@@ -89,14 +90,33 @@ fn auto(threads: Option<usize>) -> Result<Selection, BackendError> {
         }
         Err(error) => first_line(&error),
     };
-    let wgpu = match wgpu::Wgpu::open(None, wgpu::Route::PassThrough) {
-        Ok(device) => {
+    let opened = may_have_gpu().then(|| wgpu::Wgpu::open(None, wgpu::Route::PassThrough));
+    let wgpu = match opened {
+        Some(Ok(device)) => {
             return Ok(Selection { device: Box::new(device), why: format!("auto: {cuda}") });
         }
-        Err(error) => first_line(&error),
+        Some(Err(error)) => first_line(&error),
+        None => "wgpu is not opened: the system has no device file of a GPU".to_owned(),
     };
     let device = cpu::Cpu::open(threads)?;
     Ok(Selection { device: Box::new(device), why: format!("auto: {cuda}; {wgpu}") })
+}
+
+/// Beginnings of the names of GPUs' files in `/dev`: of Mesa's drivers, NVIDIA (also Tegra),
+/// Windows' subsystem for Linux, Arm, Qualcomm, Imagination and Vivante.
+const DEVICE_FILES: [&str; 9] = ["dri", "nvidia", "nvhost", "nvmap", "dxg", "mali", "kgsl", "pvr", "galcore"];
+
+/// Returns whether this machine may have a GPU. Without one, looking for it loads all Vulkan
+/// drivers, which takes longer than a small image.
+fn may_have_gpu() -> bool {
+    if !cfg!(target_os = "linux") {
+        return true;
+    }
+    let Ok(files) = std::fs::read_dir("/dev") else { return true };
+    files.flatten().any(|file| {
+        let name = file.file_name();
+        DEVICE_FILES.iter().any(|start| name.to_string_lossy().starts_with(start))
+    })
 }
 
 fn first_line(error: &BackendError) -> String {

@@ -48,7 +48,12 @@ pub fn measure(
     frames: u32,
     observer: &mut dyn RenderObserver,
 ) -> Result<FrameStats, Error> {
-    let mut render = || renderer.render_observed(settings, observer).map(|frame| frame.stats);
+    let mut render = || -> Result<RenderStats, Error> {
+        let frame = renderer.render_observed(settings, observer)?;
+        // As in a program that renders frame after frame.
+        renderer.recycle(frame.film);
+        Ok(frame.stats)
+    };
     let first = render()?;
     if warm_up.frames == 0 {
         let mut counted = vec![first.clone()];

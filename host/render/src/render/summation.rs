@@ -15,7 +15,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use trisect_device::{BackendError, DeviceKind};
 use trisect_kernels::EntryPoint;
-use trisect_system::threads;
+use trisect_system::{memory, threads};
 
 /// Maximum time for which chunks are on a device only. A device that fails takes them with it.
 const MAX_UNREAD: Duration = Duration::from_secs(30);
@@ -101,7 +101,13 @@ impl Renderer {
             Summation::Device => true,
             Summation::Auto => chunks > 1 && self.device().info().kind == DeviceKind::Gpu,
         };
-        if wants_device {
+        // What the device added is read into a film of its own before it is added to this one.
+        let films = 2 * block.settings.pixels() * Film::bytes_per_pixel(block.settings.guides);
+        let needed = films.saturating_sub(film.bytes());
+        if wants_device && wanted == Summation::Auto && needed > memory::available() {
+            let needed = memory::display(needed);
+            self.summed.1 = Some(format!("the host lacks {needed} of memory to read the device's film"));
+        } else if wants_device {
             match self.uploaded.begin_totals() {
                 Ok(()) => {
                     self.summed = (Summation::Device, None);
