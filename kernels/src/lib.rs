@@ -173,10 +173,7 @@ macro_rules! for_each_total {
     ($total:ident) => {
         $total! {
             film_add "film_add": |params, sums, aovs, totals, output, x, y| {
-                totals::add_chunk(params, sums, totals, x, y);
-            },
-            film_add_aovs "film_add_aovs": |params, sums, aovs, totals, output, x, y| {
-                totals::add_chunk_aovs(params, aovs, totals, x, y);
+                totals::add_chunk(params, sums, aovs, totals, x, y);
             },
             film_read "film_read": |params, sums, aovs, totals, output, x, y| {
                 totals::write_totals(params, totals, output, x, y);

@@ -21,11 +21,8 @@ pub const WORKGROUP: (u32, u32) = (8, 8);
 /// Name of the entry point that makes an image for a screen.
 pub const DISPLAY: &str = "display";
 
-/// Name of the entry point that adds a chunk to a film's totals.
+/// Name of the entry point that adds a chunk to a film's totals, or AOV totals.
 pub const FILM_ADD: &str = "film_add";
-
-/// Name of the entry point that adds a chunk's AOV sums to a film's AOV totals.
-pub const FILM_ADD_AOVS: &str = "film_add_aovs";
 
 /// Name of the entry point that counts samples and segments of a chunk.
 pub const FILM_COUNT: &str = "film_count";

@@ -124,7 +124,7 @@ fn reads_do_not_show(subject: BackendUnderTest) {
         renderer.render_missing(&mut film, &device, &(0..800), &(), &mut ()).unwrap();
         assert!(same(&film, &want), "{wanted}");
     }
-    // It is read after each chunk from the second on, and the render goes on.
+    // The film is read after each chunk from the second on, while the render continues.
     let mut film = Film::with_aovs(17, 11);
     let observer = Seldom { parts: StopAfterParts::new(9), wanted: 512 };
     renderer.render_missing(&mut film, &device, &(0..800), &observer, &mut ()).unwrap();
@@ -158,7 +158,7 @@ fn without_memory_the_host_adds() {
         assert_eq!(warned, !by_device, "{lacks}");
         let forced = Settings { sums: Summation::Device, ..settings(&scene, true) };
         assert_eq!(renderer.render(&forced).is_ok(), by_device, "{lacks}");
-        // It goes on after a refusal.
+        // The renderer still works after a refusal.
         assert!(same(&renderer.render(&settings(&scene, true)).unwrap().film, &want), "{lacks}");
     }
 }

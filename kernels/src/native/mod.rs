@@ -5,18 +5,18 @@
 //! with them.
 #![allow(unsafe_code, reason = "kernels take raw pointers, which their callers answer for")]
 
+mod passes;
 mod rows;
 
 use crate::EntryPoint;
 use core::marker::PhantomData;
 use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
+use passes::{PASSES, TEMPORAL, TOTALS};
 use rows::ROWS;
 pub use rows::is_by_rows;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::buffer::SharedSlice;
-use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
-use trisect_shared::display::{self, DisplayParams};
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
 use trisect_shared::features::{
@@ -27,7 +27,6 @@ use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
 use trisect_shared::scene::Scene;
-use trisect_shared::totals::{self, TotalsParams};
 use trisect_shared::wide::{WideChild, WideTree};
 
 /// Array of records that a kernel reads or writes.
@@ -90,7 +89,7 @@ pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
     let able = |kernel: &&NativeEntryPoint| {
         kernel.name == name && of.features & (CHOICES | NEEDS | LINEAR) & !kernel.possible == 0
     };
-    [RENDER, FIRST_HITS, ROWS, PASSES, TEMPORAL, DISPLAYS, TOTALS].into_iter().flatten().find(able)
+    [RENDER, FIRST_HITS, ROWS, PASSES, TEMPORAL, TOTALS].into_iter().flatten().find(able)
 }
 
 impl Arguments<'_> {
@@ -366,124 +365,3 @@ const fn plain(name: &'static str, baseline: Kernel) -> NativeEntryPoint {
 }
 
 const FIRST_HITS: &[NativeEntryPoint] = &[plain(crate::FIRST_HIT, first_hit)];
-
-/// Defines the kernel of a pass: `$body` gets the parameters, the arrays and the thread.
-macro_rules! kernel {
-    ($record:ty: |$params:ident, $arrays:ident, $x:ident, $y:ident| $body:block) => {{
-        unsafe fn run($arrays: &Arguments<'_>, x: Range<u32>, y: u32) {
-            // SAFETY: the caller's promise; guards keep the pixels inside the image.
-            unsafe {
-                let $params = &$arrays.params::<$record>();
-                let $y = $params.first_row + y;
-                for $x in x.start..x.end.min($params.width) {
-                    $body
-                }
-            }
-        }
-        run as Kernel
-    }};
-}
-
-/// Defines the kernel of a pass of the denoiser.
-macro_rules! pass {
-    (|$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident| $body:block) => {
-        kernel!(DenoiseParams: |$params, arrays, $x, $y| {
-            #[allow(unused_variables, reason = "all passes have the same arrays")]
-            let ($sums, $aovs, $from, $to, $edges) = (
-                arrays.read::<PixelSums>(0),
-                arrays.read::<AovSums>(1),
-                arrays.read::<FilteredPixel>(2),
-                &arrays.written::<FilteredPixel>(3),
-                &arrays.written::<GBufferTexel>(4),
-            );
-            $body
-        })
-    };
-}
-
-macro_rules! passes {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $to:ident, $edges:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
-        &[$(plain($text, pass!(|$params, $sums, $aovs, $from, $to, $edges, $x, $y| {
-            if $y < $params.height {
-                let $pixel = $y * $params.width + $x;
-                $body
-            }
-        })),)*]
-    };
-}
-
-const PASSES: &[NativeEntryPoint] = for_each_pass!(passes);
-
-macro_rules! temporal {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
-        &[$(plain($text, kernel!(DenoiseParams: |$params, arrays, $x, y| {
-            #[allow(unused_variables, reason = "all passes have the same arrays")]
-            let ($sums, $aovs, $from, $edges, $past) = (
-                arrays.read::<PixelSums>(0),
-                arrays.read::<AovSums>(1),
-                arrays.read::<FilteredPixel>(2),
-                arrays.read::<GBufferTexel>(3),
-                arrays.read::<HistoryPixel>(4),
-            );
-            #[allow(unused_variables, reason = "all passes have the same arrays")]
-            let ($to, $next, $kept, $seen) = (
-                &arrays.written::<FilteredPixel>(5),
-                &arrays.written::<HistoryPixel>(6),
-                &arrays.written::<PixelSums>(7),
-                &arrays.written::<AovSums>(8),
-            );
-            if y < $params.height {
-                #[allow(unused_variables, reason = "all passes have the same arguments")]
-                let ($y, $pixel) = (y, y * $params.width + $x);
-                $body
-            }
-        })),)*]
-    };
-}
-
-const TEMPORAL: &[NativeEntryPoint] = for_each_temporal!(temporal);
-
-macro_rules! displays {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $lit:ident, $to:ident, $x:ident, $pixel:ident| $body:block,)*) => {
-        &[$(plain($text, kernel!(DisplayParams: |$params, arrays, $x, y| {
-            let ($sums, $lit) = (arrays.read::<PixelSums>(0), arrays.read::<FilteredPixel>(1));
-            let $to = &arrays.written::<u32>(2);
-            if y < $params.height {
-                let $pixel = y * $params.width + $x;
-                $body
-            }
-        })),)*]
-    };
-}
-
-const DISPLAYS: &[NativeEntryPoint] = for_each_display!(displays);
-
-macro_rules! totals {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $totals:ident, $output:ident, $x:ident, $y:ident| $body:block,)*) => {
-        &[$(plain($text, {
-            unsafe fn run(arrays: &Arguments<'_>, x: Range<u32>, y: u32) {
-                // SAFETY: the caller's promise; the guard keeps the threads inside the launch.
-                unsafe {
-                    let $params = &arrays.params::<TotalsParams>();
-                    if y >= $params.rows {
-                        return;
-                    }
-                    #[allow(unused_variables, reason = "all these kernels have the same arrays")]
-                    let ($sums, $aovs, $totals, $output, $y) = (
-                        &mut arrays.written::<PixelSums>(0).shared(),
-                        &mut arrays.written::<AovSums>(1).shared(),
-                        &mut arrays.written::<u32>(2).shared(),
-                        &mut arrays.written::<u32>(3).shared(),
-                        y,
-                    );
-                    for $x in x.start..x.end.min($params.width) {
-                        $body
-                    }
-                }
-            }
-            run as Kernel
-        }),)*]
-    };
-}
-
-const TOTALS: &[NativeEntryPoint] = for_each_total!(totals);

@@ -136,11 +136,11 @@ type Limbs = MaybeUninit<[u32; LIMBS as usize]>;
 unsafe fn make_positive(limbs: &mut Limbs) -> bool {
     // SAFETY: the caller's promise.
     unsafe {
-        let is_negative = limb(limbs, LIMBS - 1) >> 31 != 0;
+        let is_negative = load_local(limbs, LIMBS - 1) >> 31 != 0;
         if is_negative {
             let (mut carry, mut index) = (1u32, 0);
             while index < LIMBS {
-                let word = (!limb(limbs, index)).wrapping_add(carry);
+                let word = (!load_local(limbs, index)).wrapping_add(carry);
                 store_local(limbs, index, word);
                 carry = if word < carry { 1 } else { 0 };
                 index += 1;
@@ -199,15 +199,15 @@ unsafe fn take_nearest(limbs: &mut Limbs) -> DoubleWords {
     // SAFETY: the caller's promise; the first word of the mantissa is not beyond the last limb.
     unsafe {
         let mut top = LIMBS - 1;
-        while top > 0 && limb(limbs, top) == 0 {
+        while top > 0 && load_local(limbs, top) == 0 {
             top -= 1;
         }
-        let length = top * 32 + bit_length(limb(limbs, top));
+        let length = top * 32 + bit_length(load_local(limbs, top));
         // The integer is close to mantissa * 2^shift.
         #[allow(clippy::implicit_saturating_sub, reason = "rust-gpu has no saturating subtraction")]
         let shift = if length > 53 { length - 53 } else { 0 };
         let (first, by) = (shift >> 5, shift & 31);
-        let words = (limb(limbs, first), limb(limbs, first + 1), limb(limbs, first + 2));
+        let words = (load_local(limbs, first), limb(limbs, first + 1), limb(limbs, first + 2));
         let mut mantissa =
             DoubleWords { low: window(words.0, words.1, by), high: window(words.1, words.2, by) };
         if rounds_up(limbs, shift, mantissa.low & 1 != 0) {
@@ -267,11 +267,11 @@ unsafe fn rounds_up(limbs: &Limbs, shift: u32, is_odd: bool) -> bool {
     // SAFETY: the caller's promise.
     unsafe {
         let (half, bit) = ((shift - 1) >> 5, (shift - 1) & 31);
-        let word = limb(limbs, half);
+        let word = load_local(limbs, half);
         let mut below = word & ((1 << bit) - 1);
         let mut index = 0;
         while index < half {
-            below |= limb(limbs, index);
+            below |= load_local(limbs, index);
             index += 1;
         }
         word >> bit & 1 != 0 && (below != 0 || is_odd)
@@ -282,7 +282,8 @@ unsafe fn rounds_up(limbs: &Limbs, shift: u32, is_odd: bool) -> bool {
 #[inline(always)]
 fn encode(mantissa: DoubleWords, shift: u32) -> DoubleWords {
     let DoubleWords { mut low, mut high } = mantissa;
-    let length = if high != 0 { 32 + bit_length(high) } else { bit_length(low) };
+    let (below, word) = if high != 0 { (32, high) } else { (0, low) };
+    let length = below + bit_length(word);
     if length == 0 {
         return mantissa;
     }

@@ -1,6 +1,7 @@
 //! Place where the chunks of a film add up.
 
 use serde::Serialize;
+use trisect_device::DeviceKind;
 use trisect_shared::totals::{AOV_TOTAL_WORDS, TOTAL_WORDS};
 
 /// Place where the chunks of a film add up. The film has the same bits.
@@ -18,6 +19,15 @@ pub enum Summation {
 }
 
 impl Summation {
+    /// Returns whether a device of this kind adds up so many chunks, if it has the memory.
+    pub fn is_by_device(self, chunks: usize, kind: DeviceKind) -> bool {
+        match self {
+            Self::Host => false,
+            Self::Device => true,
+            Self::Auto => chunks > 1 && kind == DeviceKind::Gpu,
+        }
+    }
+
     /// Bytes that the totals of a pixel take on a device.
     pub const BYTES_PER_PIXEL: u64 = TOTAL_WORDS as u64 * 4;
 

@@ -6,7 +6,7 @@ use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation}
 use bytemuck::{Pod, Zeroable, bytes_of};
 use std::ops::Range;
 use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
-use trisect_kernels::{FILM_ADD, FILM_ADD_AOVS, FILM_COUNT, FILM_READ, entry_point};
+use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ, entry_point};
 use trisect_shared::totals::{
     AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS,
     SUMS, TotalsParams,
@@ -122,9 +122,6 @@ impl DeviceTotals {
             return Err(BackendError::TooLarge { backend, what, needed, limit });
         }
         compile(device, &[FILM_ADD, FILM_READ])?;
-        if film.of.has_aovs() {
-            compile(device, &[FILM_ADD_AOVS])?;
-        }
         let fits = |totals: &Self| totals.size == size && totals.aov_totals.bytes() == pixels * aov_bytes;
         let totals = match other.filter(fits) {
             Some(totals) => totals,
@@ -160,11 +157,12 @@ impl DeviceTotals {
     ) -> Result<(), BackendError> {
         check_rows(self.size, film, rows)?;
         let params = params(self.size, rows, samples);
+        let of_aovs = TotalsParams { sums: AOV_SUMS, ..params };
         let arrays = [&film.sums, &film.aovs, &self.totals, &self.output];
         let mut commands = vec![launch(FILM_ADD, &params, arrays, rows.len())?];
         if self.aov_totals.bytes() > 0 {
             let arrays = [&film.sums, &film.aovs, &self.aov_totals, &self.output];
-            commands.push(launch(FILM_ADD_AOVS, &params, arrays, rows.len())?);
+            commands.push(launch(FILM_ADD, &of_aovs, arrays, rows.len())?);
         }
         // SAFETY: film and totals have records and words for each pixel of the image, as was
         // compared, and each thread accesses those of its own pixel.
@@ -213,28 +211,19 @@ impl DeviceTotals {
         if records.len() != rows.len() as usize * width {
             return Err(misuse("the totals are those of another number of pixels"));
         }
+        let from = if sums == AOV_SUMS { &self.aov_totals } else { &self.totals };
+        let arrays = [&film.sums, &film.aovs, from, &self.output];
         let band = Self::band(self.size) as u32;
         for (first, records) in (0..).step_by(band as usize).zip(records.chunks_mut(band as usize * width)) {
-            self.read_band(device, film, &rows.part(first..first + band), sums, records)?;
+            let rows = rows.part(first..first + band);
+            let params = TotalsParams { sums, ..params(self.size, &rows, &(0..0)) };
+            let launch = launch(FILM_READ, &params, arrays, rows.len())?;
+            let to = RowTarget::records(records, &RowSet::from(0..rows.len()));
+            // SAFETY: the totals have words for each pixel of the rows, as was checked; the output
+            // has a place for as many records as there are threads.
+            unsafe { device.run(vec![launch, Command::Read { from: &self.output, to }]) }?;
         }
         Ok(())
-    }
-
-    fn read_band<T: Pod>(
-        &self,
-        device: &mut dyn Device,
-        film: &DeviceFilm,
-        rows: &RowSet,
-        sums: u32,
-        records: &mut [T],
-    ) -> Result<(), BackendError> {
-        let params = TotalsParams { sums, ..params(self.size, rows, &(0..0)) };
-        let from = if sums == AOV_SUMS { &self.aov_totals } else { &self.totals };
-        let launch = launch(FILM_READ, &params, [&film.sums, &film.aovs, from, &self.output], rows.len())?;
-        let to = RowTarget::records(records, &RowSet::from(0..rows.len()));
-        // SAFETY: the totals have words for each pixel of the rows, as was checked; the output has
-        // a place for as many records as there are threads.
-        unsafe { device.run(vec![launch, Command::Read { from: &self.output, to }]) }.map(|_| ())
     }
 }
 

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::film::{FilmCounts, RadianceTotals, RowSet};
 use std::ops::{ControlFlow, Range};
 use std::time::Duration;
-use trisect_device::{BackendError, DeviceKind};
+use trisect_device::BackendError;
 
 /// Radiance over the samples of several chunks of some rows.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub struct ChunkSum<'a> {
 impl Renderer {
     /// Renders chunks of some rows, which add up on the device, and counts each of `strips`, which
     /// together are the rows. Returns `None`, without rendering, where the host should add them: by
-    /// the settings, for a single chunk, on a device that is no GPU, or without the memory.
+    /// [`Summation::is_by_device`], or because the device lacks the memory.
     ///
     /// # Errors
     ///
@@ -38,13 +38,7 @@ impl Renderer {
         chunks: &[Range<u32>],
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<Option<ChunkSum<'_>>, Error> {
-        let is_gpu = self.device().info().kind == DeviceKind::Gpu;
-        let by_device = match settings.sums {
-            Summation::Host => false,
-            Summation::Device => chunks.len() > 1,
-            Summation::Auto => chunks.len() > 1 && is_gpu,
-        };
-        if !by_device {
+        if !settings.sums.is_by_device(chunks.len(), self.device().info().kind) {
             return Ok(None);
         }
         let kernel = self.ready_for(settings, rows, chunks)?;

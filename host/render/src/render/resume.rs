@@ -66,8 +66,8 @@ impl Renderer {
     /// chunks are the same everywhere, and the sums over them are exact.
     ///
     /// On a GPU, or where chunks add up on the device, a part is one chunk of the whole frame; on a
-    /// CPU some rows of a chunk. After an
-    /// error the film has all parts before it.
+    /// CPU some rows of a chunk. After an error the film has all parts before it, except those that
+    /// a failed device still held.
     ///
     /// # Errors
     ///

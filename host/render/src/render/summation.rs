@@ -96,11 +96,7 @@ impl Renderer {
         if wanted != Summation::Host && chunks == 1 && film.is_empty() && is_whole {
             return self.take_only_chunk(film, block, watch);
         }
-        let wants_device = match wanted {
-            Summation::Host => false,
-            Summation::Device => true,
-            Summation::Auto => chunks > 1 && self.device().info().kind == DeviceKind::Gpu,
-        };
+        let wants_device = wanted.is_by_device(chunks, self.device().info().kind);
         // What the device added is read into a film of its own before it is added to this one.
         let films = 2 * block.settings.pixels() * Film::bytes_per_pixel(block.settings.guides);
         let needed = films.saturating_sub(film.bytes());
