@@ -30,11 +30,12 @@ class Machine:
 
     def __init__(self, quick, processors):
         self.quick, self.processors = quick, processors
+        self.confined_to = ",".join(map(str, sorted(os.sched_getaffinity(0))[:processors]))
         self.device = ["--backend", "cpu"] if quick else ["--backend", "cuda", "--math", "fast"]
         self.size = "96x54" if quick else "1920x1080"
 
     def start(self, command, **options):
-        return subprocess.Popen(["taskset", "-c", f"0-{self.processors - 1}", *map(str, command)], **options)
+        return subprocess.Popen(["taskset", "-c", self.confined_to, *map(str, command)], **options)
 
     def run(self, command):
         """Returns what the command printed and its seconds; None for a device or option that it lacks."""

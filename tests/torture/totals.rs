@@ -7,38 +7,44 @@ use trisect::device::{BackendError, Buffer};
 use trisect::device::{Command, Device, Dispatch, MathMode, RowSet, RowTarget};
 use trisect::film::{Film, PixelTotals, SampleBlock};
 use trisect::scene::Scene;
-use trisect_kernels::{FILM_ADD, FILM_READ, entry_point};
+use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ, entry_point};
 use trisect_shared::film::PixelSums;
 use trisect_shared::rng::PathKey;
-use trisect_shared::totals::{READ_WORDS, SUMS, TOTAL_WORDS, TotalsParams};
+use trisect_shared::totals::{COUNT_WORDS, COUNTED_ROWS, READ_WORDS, SUMS, TOTAL_WORDS, TotalsParams};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Number of samples of a chunk here.
 const SAMPLES: u32 = 256;
 
-/// Totals of a row of pixels on a device.
-struct Row {
+/// Number of words behind the output of a launch, which no kernel may write: enough for the threads
+/// of a workgroup outside the launch.
+const BEHIND: u32 = 16 * READ_WORDS;
+
+/// Totals of some rows of pixels on a device.
+struct Rows {
     device: Box<dyn Device>,
     width: u32,
+    rows: u32,
     sums: Buffer,
     totals: Buffer,
     output: Buffer,
     unused: Buffer,
 }
 
-impl Row {
-    fn new(subject: BackendUnderTest, width: u32) -> Option<Self> {
+impl Rows {
+    fn new(subject: BackendUnderTest, width: u32, rows: u32) -> Option<Self> {
         let mut device = subject.renderer(&Scene::hello_world().unwrap())?.into_device();
-        for name in [FILM_ADD, FILM_READ] {
+        for name in [FILM_ADD, FILM_READ, FILM_COUNT] {
             device.compile(entry_point(name).unwrap(), MathMode::Precise).unwrap();
         }
-        let mut allocate = |words: u32| device.allocate(u64::from(words * width * 4), "a test").unwrap();
+        let mut allocate =
+            |words: u32| device.allocate(u64::from(words * width * rows * 4), "a test").unwrap();
         let (sums, totals) = (allocate(8), allocate(TOTAL_WORDS));
-        let (output, unused) = (allocate(READ_WORDS), allocate(1));
-        let mut row = Self { device, width, sums, totals, output, unused };
-        row.clear();
-        Some(row)
+        let (output, unused) = (allocate(READ_WORDS + BEHIND), allocate(1));
+        let mut made = Self { device, width, rows, sums, totals, output, unused };
+        made.clear();
+        Some(made)
     }
 
     fn run(&mut self, commands: Vec<Command<'_>>) -> Result<(), BackendError> {
@@ -52,12 +58,16 @@ impl Row {
     }
 
     fn params(&self) -> TotalsParams {
-        let (width, samples) = (self.width, SAMPLES);
-        TotalsParams { width, height: 1, rows: 1, block_shift: 31, samples, sums: SUMS, ..Zeroable::zeroed() }
+        let (width, rows, samples) = (self.width, self.rows, SAMPLES);
+        TotalsParams { width, height: rows, rows, block_shift: 31, samples, sums: SUMS, ..Zeroable::zeroed() }
+    }
+
+    fn threads(&self, name: &str) -> (u32, u32) {
+        (self.width, if name == FILM_COUNT { self.rows.div_ceil(COUNTED_ROWS) } else { self.rows })
     }
 
     fn launch(&mut self, name: &'static str) {
-        let (params, threads) = (self.params(), (self.width, 1));
+        let (params, threads) = (self.params(), self.threads(name));
         let arrays = [self.sums.clone(), self.unused.clone(), self.totals.clone(), self.output.clone()];
         let launch = Dispatch {
             entry_point: entry_point(name).unwrap(),
@@ -138,7 +148,7 @@ fn random(width: u32, count: u32) -> Vec<Vec<PixelSums>> {
 /// Random chunks add up to the host's bits, in each of several orders.
 fn t07_totals_on_the_device(subject: BackendUnderTest) {
     let chunks = random(300, 24);
-    let Some(mut row) = Row::new(subject, 300) else { return };
+    let Some(mut row) = Rows::new(subject, 300, 1) else { return };
     let want = on_host(&chunks);
     for step in [1, 5, 7, 23] {
         row.clear();
@@ -169,7 +179,7 @@ fn t07_totals_on_the_device(subject: BackendUnderTest) {
 /// The mean of 2²¹ samples of 0.1 in chunks is off by at most 1e-6, and has the host's bits.
 fn t21_totals_on_the_device(subject: BackendUnderTest) {
     const CHUNKS: usize = 1 << 13;
-    let Some(mut row) = Row::new(subject, 1) else { return };
+    let Some(mut row) = Rows::new(subject, 1, 1) else { return };
     let chunk = vec![splat(0.1 * SAMPLES as f32)];
     (0..CHUNKS).for_each(|_| row.add(&chunk));
     let got = row.read();
@@ -190,7 +200,7 @@ fn t21_totals_on_the_device(subject: BackendUnderTest) {
 
 /// Terms that cancel leave what is left, at any ratio: also where a pair of f64 would lose it.
 fn t22_totals_on_the_device(subject: BackendUnderTest) {
-    let Some(mut row) = Row::new(subject, 1) else { return };
+    let Some(mut row) = Rows::new(subject, 1, 1) else { return };
     let (most, least) = (f32::MAX, f32::from_bits(1));
     for (terms, left) in [
         ([16_777_216.0, 1.0, -16_777_216.0, 0.0, 0.0], 1.0),
@@ -212,4 +222,28 @@ fn t22_totals_on_the_device(subject: BackendUnderTest) {
     report(22, subject, Outcome::Passed, "on the device: exact over 277 bits, in each of 5 orders");
 }
 
+/// Threads of a workgroup outside the launch write nothing: words behind the output of its own
+/// threads stay as they were.
+fn nothing_is_written_outside(subject: BackendUnderTest) {
+    for (width, rows) in [(1, 1), (7, 5), (17, 3), (9, COUNTED_ROWS + 1)] {
+        let Some(mut of) = Rows::new(subject, width, rows) else { return };
+        of.add(&vec![PixelSums { samples: SAMPLES, ..PixelSums::zeroed() }; (width * rows) as usize]);
+        for (name, words) in [(FILM_COUNT, COUNT_WORDS), (FILM_READ, READ_WORDS), (FILM_ADD, 0)] {
+            let output = of.output.clone();
+            let all = Command::Fill { buffer: &output, first: 0, bytes: output.bytes(), ones: true };
+            of.run(vec![all]).unwrap();
+            of.launch(name);
+            let mut found = vec![0u32; output.bytes() as usize / 4];
+            let words_of = RowSet::from(0..found.len() as u32);
+            let to = RowTarget::records(&mut found, &words_of);
+            of.run(vec![Command::Read { from: &output, to }]).unwrap();
+            let threads = of.threads(name);
+            let (own, behind) = found.split_at((words * threads.0 * threads.1) as usize);
+            assert!(behind.iter().all(|&word| word == u32::MAX), "{name} of {width}x{rows} pixels");
+            assert!(words == 0 || own.contains(&0), "{name}: negative control not detected");
+        }
+    }
+}
+
+for_each_backend!(nothing_is_written_outside);
 for_each_backend!(t07_totals_on_the_device, t21_totals_on_the_device, t22_totals_on_the_device);

@@ -52,7 +52,8 @@ fn counted_rows(params: &TotalsParams, y: u32) -> (u32, u32) {
 ///
 /// # Safety
 ///
-/// As [`add_chunk`]; the output has [`COUNT_WORDS`] words for each thread.
+/// As [`add_chunk`](super::add_chunk); the output has [`COUNT_WORDS`] words for each thread that has
+/// rows to count. Others write nothing.
 #[inline(always)]
 pub unsafe fn count_chunk(
     params: &TotalsParams,
@@ -62,6 +63,9 @@ pub unsafe fn count_chunk(
     y: u32,
 ) {
     let (mut row, end) = counted_rows(params, y);
+    if row >= end {
+        return;
+    }
     let mut counts = Counts::ZERO;
     // SAFETY: the caller's promise.
     unsafe {
@@ -77,5 +81,28 @@ pub unsafe fn count_chunk(
             row += 1;
         }
         counts.write(params, output, x, y);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    /// Launches have whole workgroups, so that some threads have no rows.
+    #[test]
+    fn threads_without_rows_write_nothing() {
+        let params = TotalsParams { width: 1, height: 1, rows: 1, block_shift: 31, ..Zeroable::zeroed() };
+        let mut chunk = [PixelSums::zeroed()];
+        let mut output = [u32::MAX; 8 * COUNT_WORDS as usize];
+        // SAFETY: the arrays have a record for the pixel, and words for eight threads.
+        unsafe {
+            let sums = SharedSlice::new(chunk.as_mut_ptr(), chunk.len());
+            let mut counts = SharedSlice::new(output.as_mut_ptr(), output.len());
+            (0..8).for_each(|y| count_chunk(&params, &sums, &mut counts, 0, y));
+        }
+        let (own, others) = output.split_at(COUNT_WORDS as usize);
+        assert_eq!(own, [0; COUNT_WORDS as usize]);
+        assert!(others.iter().all(|&word| word == u32::MAX), "{others:?}");
     }
 }

@@ -48,7 +48,7 @@ impl Place {
 ///
 /// # Safety
 ///
-/// As [`add_chunk`]; the output has a record for each pixel of the launch.
+/// As [`add_chunk`](super::add_chunk); the output has a record for each pixel of the launch.
 #[inline(always)]
 pub unsafe fn write_totals(
     params: &TotalsParams,
