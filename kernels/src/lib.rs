@@ -164,19 +164,28 @@ macro_rules! for_each_display {
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
 /// | 0 | uniform | by value | [`TotalsParams`](trisect_shared::totals::TotalsParams) |
-/// | 1 | storage | pointer | `[PixelSums]` of a chunk |
+/// | 1 | storage | pointer | `[PixelSums]` of a chunk, or of two halves |
 /// | 2 | storage | pointer | `[AovSums]` of a chunk |
 /// | 3 | storage | pointer | `[u32]`, totals, or AOV totals |
-/// | 4 | storage | pointer | `[u32]`, what the host reads |
+/// | 4 | storage | pointer | `[u32]`, what the host reads; or numbers of samples, by tile |
 #[macro_export]
 macro_rules! for_each_total {
     ($total:ident) => {
         $total! {
             film_add "film_add": |params, sums, aovs, totals, output, x, y| {
-                totals::add_chunk(params, sums, aovs, totals, x, y);
+                totals::add_chunk(params, sums, aovs, totals, output, x, y);
             },
             film_read "film_read": |params, sums, aovs, totals, output, x, y| {
                 totals::write_totals(params, totals, output, x, y);
+            },
+            film_request "film_request": |params, sums, aovs, totals, output, x, y| {
+                totals::request_samples(params, sums, output, x, y);
+            },
+            film_sums "film_sums": |params, sums, aovs, totals, output, x, y| {
+                totals::write_sums(params, totals, sums, x, y);
+            },
+            film_noise "film_noise": |params, sums, aovs, totals, output, x, y| {
+                totals::write_noise(params, sums, output, x, y);
             },
             film_count "film_count": |params, sums, aovs, totals, output, x, y| {
                 totals::count_chunk(params, sums, output, x, y);

@@ -27,6 +27,15 @@ pub const FILM_ADD: &str = "film_add";
 /// Name of the entry point that counts samples and segments of a chunk.
 pub const FILM_COUNT: &str = "film_count";
 
+/// Name of the entry point that measures the noise of tiles.
+pub const FILM_NOISE: &str = "film_noise";
+
+/// Name of the entry point that requests samples by tile.
+pub const FILM_REQUEST: &str = "film_request";
+
+/// Name of the entry point that rounds totals to the sums of a chunk.
+pub const FILM_SUMS: &str = "film_sums";
+
 /// Name of the entry point that writes totals for the host.
 pub const FILM_READ: &str = "film_read";
 

@@ -120,6 +120,7 @@ pub mod fresnel;
 pub mod light;
 pub mod math;
 pub mod microfacet;
+pub mod noise;
 pub mod params;
 pub mod path;
 pub mod planar;

@@ -10,7 +10,7 @@ use trisect::adaptive::{self, Adaptive, Free, Goal, Request, Sampled};
 use trisect::device::DeviceKind;
 use trisect::film::Film;
 use trisect::metrics::{ImageView, compare};
-use trisect::render::{RenderObserver, Renderer, Sampler, Settings};
+use trisect::render::{RenderObserver, Renderer, Sampler, Settings, Summation};
 use trisect::scene::Scene;
 use trisect_lab::statistics::mean_and_error;
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
@@ -63,6 +63,41 @@ fn own_samples_are_the_cpus(subject: BackendUnderTest) {
     assert_ne!(differing(&of(0), &of(1)), 0, "negative control not detected");
 }
 
+/// Halves that add up on the device have the bits of those on the host, by noise and evenly, in
+/// images whose last tiles are not whole.
+fn halves_on_the_device(subject: BackendUnderTest) {
+    for (name, adaptive, sampler) in [
+        ("cornell_box.ron", Adaptive::On, Sampler::Independent),
+        ("rtiow_final.ron", Adaptive::Off, Sampler::Sobol),
+        ("rtiow_final.ron", Adaptive::On, Sampler::Independent),
+    ] {
+        let scene = scene(name);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let host = Settings { sampler, sums: Summation::Host, ..small(&scene) };
+        let device = Settings { sums: Summation::Device, ..host.clone() };
+        for max_samples in [1, 3, 53, 700] {
+            let goal = Goal::Error { target: 1e-6, max_samples };
+            let want = sample(&mut renderer, &host, goal, adaptive);
+            let got = sample(&mut renderer, &device, goal, adaptive);
+            assert_eq!((want.stats.sums, got.stats.sums), (Summation::Host, Summation::Device));
+            assert_eq!(differing(&got.film, &want.film), 0, "{name}, {max_samples}");
+            assert_eq!(got.film.counts(), want.film.counts());
+            assert_eq!(got.image.pixels, want.image.pixels);
+            let noise = |of: &Sampled| of.stats.sampling.as_ref().unwrap().noise;
+            assert_eq!(noise(&got), noise(&want), "{name}, {max_samples}");
+        }
+    }
+    // Negative control: another seed.
+    let scene = scene("cornell_box.ron");
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let goal = Goal::Error { target: 1e-6, max_samples: 24 };
+    let mut of = |seed, sums| {
+        sample(&mut renderer, &Settings { seed, sums, ..small(&scene) }, goal, Adaptive::On).film
+    };
+    let (a, b) = (of(0, Summation::Host), of(1, Summation::Device));
+    assert_ne!(differing(&a, &b), 0, "negative control not detected");
+}
+
 /// A clamp scales brighter samples down with the same bits on each backend; a clamp above all
 /// samples changes nothing.
 fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
@@ -90,7 +125,7 @@ fn a_clamp_is_the_cpus(subject: BackendUnderTest) {
     }
 }
 
-for_each_backend!(own_samples_are_the_cpus, a_clamp_is_the_cpus);
+for_each_backend!(own_samples_are_the_cpus, halves_on_the_device, a_clamp_is_the_cpus);
 
 /// Returns the root of the relMSE of a film against one of many samples.
 fn error(film: &Film, reference: &Film) -> f64 {

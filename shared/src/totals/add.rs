@@ -79,7 +79,8 @@ impl Terms {
 
 /// Adds a pixel's sums over a chunk to its totals, and resets the chunk's record to
 /// [`PixelSums::UNWRITTEN`]; with [`AOV_SUMS`] sums in the parameters its AOV sums to its AOV
-/// totals, and to [`AovSums::UNWRITTEN`]. A chunk that no kernel wrote makes the sums NaN.
+/// totals, and to [`AovSums::UNWRITTEN`]. A chunk that no kernel wrote makes the sums NaN. If each
+/// tile has its own number of samples, in `counts`, a chunk of none is only reset.
 ///
 /// # Safety
 ///
@@ -91,6 +92,7 @@ pub unsafe fn add_chunk(
     sums: &mut SharedSlice<PixelSums>,
     aovs: &mut SharedSlice<AovSums>,
     totals: &mut SharedSlice<u32>,
+    counts: &SharedSlice<u32>,
     x: u32,
     y: u32,
 ) {
@@ -99,20 +101,24 @@ pub unsafe fn add_chunk(
     let states = params.sums * LIMBS;
     // SAFETY: the caller's promise.
     unsafe {
+        let samples = params.samples_of_pixel(counts, x, y);
         let (terms, last);
         if of_aovs {
             let chunk = load_shared::<AovSums>(aovs, place.pixel);
             store_shared::<AovSums>(aovs, place.pixel, AovSums::UNWRITTEN);
-            (terms, last) = (Terms::of_aovs(chunk, params.samples), chunk.primitive);
+            (terms, last) = (Terms::of_aovs(chunk, samples), chunk.primitive);
         } else {
             let chunk = load_shared::<PixelSums>(sums, place.pixel);
             store_shared::<PixelSums>(sums, place.pixel, PixelSums::UNWRITTEN);
-            (terms, last) = (Terms::of_sums(chunk, params.samples), chunk.segments);
+            (terms, last) = (Terms::of_sums(chunk, samples), chunk.segments);
+        }
+        if samples == 0 {
+            return;
         }
         if !terms.written {
             place.store(totals, states, ALL_NAN);
             if !of_aovs {
-                place.count(totals, UNWRITTEN, params.samples);
+                place.count(totals, UNWRITTEN, samples);
             }
             return;
         }

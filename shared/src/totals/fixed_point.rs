@@ -99,17 +99,9 @@ impl Accumulator {
     #[inline(always)]
     pub unsafe fn pair(self, words: &SharedSlice<u32>) -> (DoubleWords, DoubleWords) {
         let mut limbs = Limbs::uninit();
-        let mut index = 0;
-        while index < LIMBS {
-            // SAFETY: the caller's promise.
-            unsafe {
-                let word = load_shared::<u32>(words, self.first + index * self.stride);
-                store_local(&mut limbs, index, word);
-            }
-            index += 1;
-        }
-        // SAFETY: all limbs were written.
+        // SAFETY: the caller's promise.
         unsafe {
+            self.load(words, &mut limbs);
             let zero = DoubleWords { low: 0, high: 0 };
             let (mut high, mut low, mut is_negative, mut rest) = (zero, zero, false, 0);
             // A loop, so that the kernel has the code once.
@@ -121,6 +113,66 @@ impl Accumulator {
             }
             (high, low)
         }
+    }
+
+    /// Returns the bits of the sum as an f32: the nearest f64, rounded to the nearest f32, or of two
+    /// the even one. Zero is +0.
+    ///
+    /// # Safety
+    ///
+    /// As [`add`](Self::add).
+    #[inline(always)]
+    pub unsafe fn single(self, words: &SharedSlice<u32>) -> u32 {
+        let mut limbs = Limbs::uninit();
+        // SAFETY: the caller's promise.
+        unsafe {
+            self.load(words, &mut limbs);
+            let is_negative = make_positive(&mut limbs);
+            signed(take_nearest(&mut limbs), is_negative).single()
+        }
+    }
+
+    /// Reads all limbs.
+    #[inline(always)]
+    unsafe fn load(self, words: &SharedSlice<u32>, limbs: &mut Limbs) {
+        let mut index = 0;
+        while index < LIMBS {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let word = load_shared::<u32>(words, self.first + index * self.stride);
+                store_local(limbs, index, word);
+            }
+            index += 1;
+        }
+    }
+}
+
+impl DoubleWords {
+    /// Returns the bits of a finite number as an f32: the nearest, or of two the even one; an
+    /// infinity beyond the greatest.
+    #[inline(always)]
+    pub fn single(self) -> u32 {
+        let sign = self.high & 0x8000_0000;
+        // Exponent as f32 has it, plus 896.
+        let exponent = self.high >> 20 & 0x7ff;
+        if exponent < 896 - 24 {
+            return sign;
+        }
+        if exponent > 896 + 254 {
+            return sign | 0x7f80_0000;
+        }
+        let mut significand = 0x0080_0000 | (self.high & 0x000f_ffff) << 3 | self.low >> 29;
+        let mut below = self.low << 3;
+        if exponent <= 896 {
+            // Subnormal: the exponent is that of 1, and the significand has fewer bits.
+            let by = 897 - exponent;
+            below = significand << 1 << (31 - by) | if below != 0 { 1 } else { 0 };
+            significand >>= by;
+        } else {
+            significand += (exponent - 897) << 23;
+        }
+        let rounds_up = below > 0x8000_0000 || below == 0x8000_0000 && significand & 1 != 0;
+        sign | (significand + if rounds_up { 1 } else { 0 })
     }
 }
 
@@ -323,6 +375,36 @@ mod tests {
         }
         let double = |words: DoubleWords| f64::from_bits(u64::from(words.high) << 32 | u64::from(words.low));
         (double(high), double(low))
+    }
+
+    /// Rounding to f32 is that of the processor, also half way, among subnormal numbers and beyond
+    /// the greatest.
+    #[test]
+    fn rounded_to_single() {
+        let round = |x: f64| {
+            let bits = x.to_bits();
+            f32::from_bits(DoubleWords { low: bits as u32, high: (bits >> 32) as u32 }.single())
+        };
+        let check = |x: f64| {
+            assert_eq!(round(x).to_bits(), (x as f32).to_bits(), "{x:e}");
+            assert_eq!(round(-x).to_bits(), (-x as f32).to_bits(), "-{x:e}");
+        };
+        for x in [0.0, 1e39, 3.5e38, f64::from(f32::MAX), 1e-46, 1e-300, 7e-46, 7.1e-46, f64::MAX] {
+            check(x);
+        }
+        for pixel in 0..20_000u32 {
+            let words = PathKey { seed: 5, pixel, sample: 0 }.words(0);
+            let exponent = words.z % 300 + 860;
+            // Many of them half way between two f32, or next to that.
+            let low = match words.w % 4 {
+                0 => 0x1000_0000,
+                1 => 0x1000_0001,
+                2 => 0x0fff_ffff,
+                _ => words.x & 0x1fff_ffff,
+            } | words.x & 0xe000_0000;
+            let high = u64::from(exponent << 20 | words.y & 0x000f_ffff);
+            check(f64::from_bits(high << 32 | u64::from(low)));
+        }
     }
 
     #[test]

@@ -8,18 +8,24 @@
 mod add;
 mod count;
 pub mod fixed_point;
+mod noise;
 mod read;
+mod request;
+mod sums;
 
 pub use add::add_chunk;
 pub use count::count_chunk;
+pub use noise::write_noise;
 pub use read::write_totals;
+pub use request::request_samples;
+pub use sums::write_sums;
 
 use crate::buffer::{SharedSlice, load_shared, store_shared};
 use crate::params::row_of_share;
 use bytemuck::{Pod, Zeroable};
 use fixed_point::{Accumulator, LIMBS};
 
-/// Launch of a kernel of the film's totals: `rows` rows of a share of the image. 48 bytes.
+/// Launch of a kernel of the film's totals: `rows` rows of a share of the image. 64 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct TotalsParams {
@@ -37,19 +43,30 @@ pub struct TotalsParams {
     pub block_shift: u32,
     /// Number of rows between two blocks of the share.
     pub block_gap: u32,
-    /// Index of the chunk's first sample.
+    /// Index of the chunk's first sample; of samples by tiles, one past the last.
     pub first_sample: u32,
     /// Number of samples that each pixel of the chunk should hold.
     pub samples: u32,
     /// Number of sums to add or write: [`SUMS`] or [`AOV_SUMS`]; to write also [`RADIANCE_SUMS`].
     pub sums: u32,
+    /// Number of tiles across the image if each tile has its own number of samples, otherwise 0.
+    pub tiles_across: u32,
+    /// Index of the half whose sums are written, 0 or 1.
+    pub half: u32,
+    /// 1 if the noise follows from the difference of the halves.
+    pub noise_from_halves: u32,
+    /// 1 if the error of each pixel is written behind the noise of tiles.
+    pub with_errors: u32,
     /// Unused.
     pub pad0: u32,
     /// Unused.
     pub pad1: u32,
 }
 
-const _: () = assert!(size_of::<TotalsParams>() == 48);
+const _: () = assert!(size_of::<TotalsParams>() == 64);
+
+/// Edge length in pixels of a tile that has its own number of samples: that of a workgroup.
+pub const TILE: u32 = 8;
 
 /// Number of sums of a pixel's radiance, the first of its totals.
 pub const RADIANCE_SUMS: u32 = 3;
@@ -85,6 +102,9 @@ pub const COUNTED_ROWS: u32 = 128;
 /// Number of words of a lane's counts: samples, rejected samples, pixels that no kernel wrote, and
 /// two for segments.
 pub const COUNT_WORDS: u32 = 5;
+
+/// Number of words of a tile's noise.
+pub const NOISE_WORDS: u32 = 5;
 
 /// Bits for each sum: whether it has a term of +infinity, and of -infinity. NaN is both.
 type States = u32;
@@ -157,6 +177,21 @@ impl Place {
 }
 
 impl TotalsParams {
+    /// Returns the number of samples that pixel `x` of row `y` of the launch should have in the
+    /// chunk: that of its tile in `counts`, or that of all pixels.
+    ///
+    /// # Safety
+    ///
+    /// With tiles, `counts` has a number for each tile of the image.
+    #[inline(always)]
+    unsafe fn samples_of_pixel(&self, counts: &SharedSlice<u32>, x: u32, y: u32) -> u32 {
+        if self.tiles_across == 0 {
+            return self.samples;
+        }
+        // SAFETY: the caller's promise.
+        unsafe { load_shared::<u32>(counts, self.row(y) / TILE * self.tiles_across + x / TILE) }
+    }
+
     /// Returns the image row of row `index` of the launch.
     #[inline(always)]
     pub fn row(&self, index: u32) -> u32 {

@@ -124,6 +124,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         }
         let mut renderer =
             AdaptiveRenderer::with(renderer, &Settings { guides: with_aovs, ..best }, halves, observer);
+        renderer.prepare_film();
         let (pass, taken) = match calibration.and_then(|calibration| calibration.pass(with_aovs)) {
             Some(pass) => (pass, 0),
             None => (PassTime::of_one(&mut renderer)?, 1),
@@ -143,7 +144,8 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
             renderer.render_uniform(more)?;
         }
         let looking = Instant::now();
-        let noise_map = if looks { renderer.noise_map() } else { NoiseMap::uniform(renderer.halves.tiles()) };
+        let noise_map =
+            if looks { renderer.noise_map()? } else { NoiseMap::uniform(renderer.halves.tiles()) };
         let look = looking.elapsed().as_secs_f64();
         let left = 1.0 - (PARTS.len() as f64 * (look + clock.tile_launch) / whole).min(1.0);
         let (adaptive, gain) =
@@ -208,7 +210,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         }
         // Not if measuring the noise takes as long as it may gain.
         if index > 0 && self.adaptive && self.look < COSTLY * whole {
-            self.noise_map = self.renderer.noise_map();
+            self.noise_map = self.renderer.noise_map()?;
         }
         let left = end - self.start.elapsed().as_secs_f64();
         self.renderer.progress = self.start.elapsed().as_secs_f64() / whole;
@@ -254,12 +256,12 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         };
         let (image, filtered) = match filtered {
             Some((image, filtered)) => (image, Some(filtered)),
-            None => (self.renderer.halves.image(), None),
+            None => (self.renderer.image()?, None),
         };
         let time = self.start.elapsed();
         self.renderer.finish();
         Ok(BudgetResult {
-            noise: self.renderer.noise(),
+            noise: self.renderer.noise()?,
             renderer: self.renderer,
             adaptive: self.adaptive,
             gain: self.gain,

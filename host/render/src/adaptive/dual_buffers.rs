@@ -2,6 +2,7 @@
 
 use super::Tiles;
 use crate::film::{AovTotals, Film, PixelTotals, SampleCoverage, TASK, Totals};
+use crate::render::mean_of_halves;
 use rayon::prelude::*;
 use trisect_image::Image;
 use trisect_shared::aovs::AovSums;
@@ -39,6 +40,29 @@ impl DualBuffers {
         Self { width, height, pixels: [empty(), empty()], aovs: [Vec::new(), Vec::new()], taken, tiles }
     }
 
+    /// Creates halves without samples, whose sums are on the device.
+    pub(super) fn on_device(width: u32, height: u32) -> Self {
+        let tiles = Tiles::new(width, height);
+        let taken = [vec![0; tiles.len()], vec![0; tiles.len()]];
+        Self { width, height, pixels: Default::default(), aovs: Default::default(), taken, tiles }
+    }
+
+    /// Returns whether the sums are on the device: only the numbers of samples are here.
+    pub(super) fn is_on_device(&self) -> bool {
+        self.pixels[0].is_empty() && !self.tiles.is_empty()
+    }
+
+    /// Counts `samples` samples of each pixel of a half.
+    pub(super) fn take(&mut self, half: usize, samples: u32) {
+        self.taken[half].iter_mut().for_each(|taken| *taken = taken.saturating_add(samples));
+    }
+
+    /// Counts the samples of a pass in which each tile has its own number of samples, `counts`.
+    pub(super) fn take_tiles(&mut self, half: usize, counts: &[u32]) {
+        let taken = self.taken[half].iter_mut().zip(counts);
+        taken.for_each(|(taken, count)| *taken = taken.saturating_add(*count));
+    }
+
     /// Returns the tiles of the image.
     pub fn tiles(&self) -> &Tiles {
         &self.tiles
@@ -65,7 +89,7 @@ impl DualBuffers {
     pub fn add(&mut self, half: usize, sums: &[PixelSums], samples: u32) {
         let pixels = self.pixels[half].par_iter_mut().zip(sums).with_min_len(TASK);
         pixels.for_each(|(total, sums)| total.merge(sums, samples));
-        self.taken[half].iter_mut().for_each(|taken| *taken = taken.saturating_add(samples));
+        self.take(half, samples);
     }
 
     /// Adds the AOV sums of a pass of `samples` samples to a half. The caller adds those of every
@@ -145,25 +169,17 @@ impl DualBuffers {
                 total.merge(sums, count);
             }
         });
-        let taken = self.taken[half].iter_mut().zip(counts);
-        taken.for_each(|(taken, count)| *taken = taken.saturating_add(*count));
+        self.take_tiles(half, counts);
     }
 
     /// Returns the image in linear radiance.
     pub fn image(&self) -> Image {
-        let pixels = (0..self.pixels[0].len()).into_par_iter().with_min_len(TASK);
-        let pixels = pixels.map(|pixel| self.mean(pixel).map(|value| value as f32)).collect();
+        let [a, b] = &self.pixels;
+        let of = |(a, b): (&PixelTotals, &PixelTotals)| {
+            mean_of_halves((a.mean(), a.samples), (b.mean(), b.samples)).map(|value| value as f32)
+        };
+        let pixels = a.par_iter().zip(b).with_min_len(TASK).map(of).collect();
         Image { width: self.width, height: self.height, pixels }
-    }
-
-    /// Returns a pixel of the image; that of one half if the other has no samples.
-    fn mean(&self, pixel: usize) -> [f64; 3] {
-        let [a, b] = [0, 1].map(|half: usize| self.pixels[half][pixel].mean());
-        match [0, 1].map(|half: usize| self.pixels[half][pixel].samples) {
-            [_, 0] => a,
-            [0, _] => b,
-            _ => std::array::from_fn(|c| 0.5 * (a[c] + b[c])),
-        }
     }
 
     /// Returns a film whose pixels have the mean of the image and the variance of that mean. If the
@@ -197,7 +213,7 @@ fn merge(total: &mut AovSums, guides: &AovSums, samples: u32) {
 
 /// Returns totals of both halves of a pixel: the plain sums if the halves have equal numbers of
 /// samples or one has none, otherwise sums whose mean is the average of the halves' means.
-fn both(a: &PixelTotals, b: &PixelTotals) -> PixelTotals {
+pub(super) fn both(a: &PixelTotals, b: &PixelTotals) -> PixelTotals {
     let mut sum = *a;
     sum.add(b);
     if a.samples == b.samples || a.samples.min(b.samples) == 0 {

@@ -75,14 +75,14 @@ pub(super) fn reach(
     let first = FIRST.min(most / 4).max(2.min(most / 2)).max(1);
     renderer.render_uniform(first)?;
     loop {
-        let noise_map = renderer.noise_map();
+        let noise_map = renderer.noise_map()?;
         let (adaptive, gain) = decide(adaptive, &noise_map, renderer, 1.0);
         let samples = renderer.mean_samples();
         renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
         // A hundredth of a sample is not worth another pass.
         let is_enough = samples + 0.01 >= f64::from(most) || !renderer.should_continue();
         if noise_map.error <= target || is_enough || !noise_map.error.is_finite() {
-            return Ok(Reached { noise: renderer.noise(), adaptive, gain });
+            return Ok(Reached { noise: renderer.noise()?, adaptive, gain });
         }
         let one: f64 =
             (0..2).map(|half| allocate::work(&noise_map, renderer.halves.tiles(), half, &|_| 1.0)).sum();

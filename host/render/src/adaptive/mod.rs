@@ -14,6 +14,7 @@ mod grace_period;
 mod mean;
 mod noise_map;
 mod pass_cost;
+mod percentile;
 mod preparation;
 mod renderer;
 mod strategy;
@@ -27,7 +28,7 @@ pub use mean::mean_and_error;
 use crate::Error;
 use crate::denoise::DenoiseSettings;
 use crate::film::Film;
-use crate::render::{RenderObserver, Renderer, Sampler, Settings};
+use crate::render::{RenderObserver, Renderer, Sampler, Settings, Summation};
 use crate::stats::RenderStats;
 use renderer::AdaptiveRenderer;
 use std::time::{Duration, Instant};
@@ -113,7 +114,7 @@ pub fn render(
     let start = Instant::now();
     match request.goal {
         Goal::Error { target, max_samples: most } => {
-            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer);
+            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer)?;
             let reached = goal::reach(&mut renderer, target, most, request.adaptive)?;
             renderer.finish();
             let met = reached.noise.error <= target;
@@ -127,7 +128,7 @@ pub fn render(
                 seconds: start.elapsed().as_secs_f64(),
                 ..report_of(&renderer, reached.noise)
             };
-            let image = renderer.halves.image();
+            let image = renderer.image()?;
             sampled(renderer, sampling, None, image)
         }
         Goal::Time(time) => {
@@ -180,10 +181,12 @@ pub fn render_dual_buffers(
 ) -> Result<(DualBuffers, Noise, f64), Error> {
     check(goal)?;
     settings.check_with(DualBuffers::BYTES_PER_PIXEL)?;
+    // The caller gets the halves.
+    let settings = &Settings { sums: Summation::Host, ..settings.clone() };
     let start = Instant::now();
     let (renderer, noise) = match goal {
         Goal::Error { target, max_samples: most } => {
-            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer);
+            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer)?;
             let noise = goal::reach(&mut renderer, target, most, adaptive)?.noise;
             (renderer, noise)
         }
@@ -239,17 +242,19 @@ fn report_of(renderer: &AdaptiveRenderer, noise: Noise) -> Sampling {
 }
 
 fn sampled(
-    renderer: AdaptiveRenderer,
+    mut renderer: AdaptiveRenderer,
     sampling: Sampling,
     filtered: Option<(DenoiseSettings, f64)>,
     image: Image,
 ) -> Result<Sampled, Error> {
-    let film = renderer.halves.film();
+    let film = renderer.film()?;
+    renderer.inner.drop_halves();
     let samples = sampling.mean_samples.round().clamp(1.0, f64::from(u32::MAX)) as u32;
     let settings = Settings { samples, ..renderer.settings.clone() };
     let mut stats = renderer.inner.statistics(&settings)?;
     stats.device_seconds = renderer.totals.device.as_secs_f64();
     stats.submissions = renderer.totals.submissions;
+    (stats.sums, stats.sums_refused) = renderer.inner.summed();
     stats.finish(film.counts(), Duration::from_secs_f64(sampling.seconds), Duration::ZERO, Duration::ZERO);
     if let Some((denoise, seconds)) = filtered {
         (stats.denoise, stats.denoise_seconds) = (Some(denoise), seconds);

@@ -1,10 +1,12 @@
 //! Estimates of the noise of an image, in total and by tiles, from its own samples.
 
+use super::percentile::percentile;
 use super::{DualBuffers, Tiles};
-use crate::film::{PixelTotals, TASK};
+use crate::film::TASK;
+use crate::passes::MeasuredNoise;
 use crate::stats::Noise;
 use rayon::prelude::*;
-use trisect_image::metrics::REL_MSE_EPSILON as EPSILON;
+use trisect_shared::noise::PixelNoise;
 
 /// Noise of a tile; arrays are by half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,16 +29,36 @@ pub(super) struct NoiseMap {
 impl Noise {
     /// Returns the noise of an image; `from_halves` as in [`NoiseMap::new`].
     pub(super) fn of(halves: &DualBuffers, from_halves: bool) -> Self {
-        let [first, second] = [0, 1].map(|half| halves.pixels(half));
-        let pixels = first.par_iter().zip(second).with_min_len(TASK);
-        let mut errors: Vec<f32> =
-            pixels.map(|(a, b)| PixelNoise::at([a, b], from_halves).error as f32).collect();
-        let place = (errors.len() * 99 / 100).min(errors.len().saturating_sub(1));
-        let percentile = match errors.is_empty() {
-            true => 0.0,
-            false => f64::from(*errors.select_nth_unstable_by(place, f32::total_cmp).1),
-        };
-        Self { error: NoiseMap::new(halves, from_halves).error, percentile_99: percentile.sqrt() }
+        let pixels = 0..halves.pixels(0).len();
+        let errors = pixels.into_par_iter().with_min_len(TASK);
+        let errors = errors.map(|pixel| pixel_noise(halves, pixel, from_halves).error).collect::<Vec<f32>>();
+        Self::from_errors(&NoiseMap::new(halves, from_halves), &errors)
+    }
+
+    /// Returns the noise of an image with this noise map and these squared errors of pixels.
+    fn from_errors(noise_map: &NoiseMap, errors: &[f32]) -> Self {
+        Self { error: noise_map.error, percentile_99: f64::from(percentile(errors, 0.99)).sqrt() }
+    }
+
+    /// Returns the noise that a device measured, with the errors of pixels.
+    pub(super) fn measured(noise: &MeasuredNoise, tiles: &Tiles) -> Self {
+        Self::from_errors(&NoiseMap::measured(noise, tiles), &noise.errors)
+    }
+}
+
+/// Returns the noise of a pixel.
+fn pixel_noise(halves: &DualBuffers, pixel: usize, from_halves: bool) -> PixelNoise {
+    let [first, second] = [0, 1].map(|half| halves.pixels(half)[pixel].sums());
+    PixelNoise::of(first, second, from_halves)
+}
+
+impl From<PixelNoise> for TileNoise {
+    fn from(mean: PixelNoise) -> Self {
+        Self {
+            variance: [mean.variance.0, mean.variance.1].map(f64::from),
+            work: [mean.work.0, mean.work.1].map(f64::from),
+            error: f64::from(mean.error),
+        }
     }
 }
 
@@ -59,78 +81,27 @@ impl NoiseMap {
     pub fn new(halves: &DualBuffers, from_halves: bool) -> Self {
         let tiles = halves.tiles();
         let of_tile = |index: usize| {
-            let mut tile = TileNoise::default();
-            for pixel in tiles.pixels(index) {
-                let pixel_noise = PixelNoise::at([0, 1].map(|half| &halves.pixels(half)[pixel]), from_halves);
-                tile.error += pixel_noise.error;
-                for half in 0..2 {
-                    tile.variance[half] += pixel_noise.variance[half];
-                    tile.work[half] += pixel_noise.work[half];
-                }
-            }
-            let size = f64::from(tiles.size(index));
-            tile.error /= size;
-            for half in 0..2 {
-                tile.variance[half] /= size;
-                tile.work[half] /= size;
-            }
-            tile
+            let mut sum = PixelNoise::ZERO;
+            tiles.pixels(index).for_each(|pixel| sum.add(pixel_noise(halves, pixel, from_halves)));
+            TileNoise::from(sum.mean(tiles.size(index)))
         };
-        let tile_noises: Vec<TileNoise> =
-            (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
+        let of_tiles = (0..tiles.len()).into_par_iter().with_min_len(64).map(of_tile).collect();
+        Self::from_tiles(of_tiles, tiles)
+    }
+
+    /// Returns the map that a device measured.
+    pub fn measured(noise: &MeasuredNoise, tiles: &Tiles) -> Self {
+        Self::from_tiles(noise.tiles.iter().map(|&mean| TileNoise::from(mean)).collect(), tiles)
+    }
+
+    fn from_tiles(of_tiles: Vec<TileNoise>, tiles: &Tiles) -> Self {
         let sizes = (0..tiles.len()).map(|tile| f64::from(tiles.size(tile)));
         // In order: a sum of floating-point numbers depends on it.
-        let (sum, pixels) = tile_noises
+        let (sum, pixels) = of_tiles
             .iter()
             .zip(sizes)
             .fold((0.0, 0.0), |(sum, pixels), (tile, size)| (sum + tile.error * size, pixels + size));
-        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: tile_noises }
-    }
-}
-
-/// Squared relative error of a pixel, and the relative variance and work of each half's samples.
-struct PixelNoise {
-    error: f64,
-    variance: [f64; 2],
-    work: [f64; 2],
-}
-
-impl PixelNoise {
-    fn at(totals: [&PixelTotals; 2], from_halves: bool) -> Self {
-        let counts = totals.map(|total| total.samples as f64);
-        // Few divisions, because this runs for every pixel.
-        let inverse = counts.map(|count| 1.0 / count);
-        let rest = counts.map(|count| 1.0 / (count - 1.0));
-        let from_halves = from_halves || counts.iter().any(|&count| count < 2.0);
-        let weight = |mean: f64| 1.0 / (3.0 * (mean * mean + EPSILON));
-        let mut pixel_noise = Self { error: 0.0, variance: [0.0; 2], work: [0.0; 2] };
-        for c in 0..3 {
-            let means = [0, 1].map(|half| totals[half].radiance[c].value() * inverse[half]);
-            let difference = 0.25 * (means[0] - means[1]).powi(2);
-            let both = weight(0.5 * (means[0] + means[1]));
-            let mut within = 0.0;
-            for half in 0..2 {
-                // A variance that decides about the other half must not depend on that half. The
-                // difference of the halves does, but there is no other estimate for few samples.
-                let (variance, own) = match counts[half] < 2.0 {
-                    true => (2.0 * difference, both),
-                    false => {
-                        let squares = totals[half].squares[c].value() * inverse[half];
-                        let variance = (squares - means[half] * means[half]) * rest[half];
-                        (variance.max(0.0), weight(means[half]))
-                    }
-                };
-                within += variance;
-                pixel_noise.variance[half] += variance * counts[half] * own;
-            }
-            pixel_noise.error += both * if from_halves { difference } else { 0.25 * within };
-        }
-        pixel_noise.work = [0, 1].map(|half| totals[half].segments as f64 * inverse[half].min(1.0));
-        // More samples would not lower the noise of a pixel that is not finite.
-        if !pixel_noise.error.is_finite() || !pixel_noise.variance.iter().all(|v| v.is_finite()) {
-            pixel_noise = Self { error: 0.0, variance: [0.0; 2], ..pixel_noise };
-        }
-        pixel_noise
+        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: of_tiles }
     }
 }
 

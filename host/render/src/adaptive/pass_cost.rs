@@ -2,7 +2,7 @@
 //! time budget sizes its passes so that the last one ends on time.
 
 use super::DualBuffers;
-use super::renderer::{AdaptiveRenderer, Launches, PassCost};
+use super::renderer::{AdaptiveRenderer, Launches, PassCost, of_half};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
 use std::time::Instant;
@@ -65,7 +65,9 @@ pub(super) fn calibrate(
     if renderer.device().info().kind != DeviceKind::Gpu {
         return Ok((halves, None));
     }
-    renderer.pin_chunks(plain.pixels() as usize, with_guides.guides);
+    if !halves.is_on_device() {
+        renderer.pin_chunks(plain.pixels() as usize, with_guides.guides);
+    }
     let mut one = |halves: DualBuffers, settings: &Settings| {
         let mut renderer = AdaptiveRenderer::with(renderer, settings, halves, observer);
         let pass = PassTime::of_one(&mut renderer)?;
@@ -86,6 +88,9 @@ pub(super) fn calibrate(
         (halves, guided) = one(halves, with_guides)?;
     }
     halves.clear();
+    if halves.is_on_device() {
+        renderer.begin_halves(&of_half(plain, 0))?;
+    }
     let guided = with_guides.guides.then_some(guided);
     Ok((halves, Some(Calibration { plain: pass, with_aovs: guided })))
 }

@@ -3,6 +3,7 @@
 
 use super::filter::Filter;
 use super::pass_cost::{Calibration, calibrate};
+use super::renderer::of_half;
 use super::strategy::{candidates, warm_up};
 use super::{Adaptive, DualBuffers, Free};
 use crate::Error;
@@ -52,37 +53,37 @@ pub(super) fn prepare<'p>(
         warm_up(renderer, &way, observer)?;
         known.push(way);
     }
-    let mut halves = DualBuffers::new(settings.width, settings.height);
+    let mut halves = DualBuffers::on_device(settings.width, settings.height);
     let mut filter = None;
     if let Some(denoise) = plan.denoise {
+        halves = DualBuffers::new(settings.width, settings.height);
         let ways = std::iter::once(&plain).chain(&known);
         let guided = ways.map(|way| Settings { guides: true, ..way.clone() }).collect::<Vec<_>>();
-        filter = match prepare_filter(renderer, (settings, &guided), denoise, &mut halves, observer) {
+        halves.allocate_aovs();
+        filter = match Filter::try_out(renderer, settings, denoise, &halves) {
             // If the filter was only an option, the image goes without it.
             Err(error) if plan.free.denoise && is_too_large(&error) => None,
             ready => Some(ready?),
         };
+        filter = filter.filter(|filter| filter.may_fit(plan.time.as_secs_f64(), plan.free.denoise));
+        if filter.is_some() {
+            guided.iter().try_for_each(|way| warm_up(renderer, way, observer))?;
+        }
     }
-    let filter = filter.filter(|filter| filter.may_fit(plan.time.as_secs_f64(), plan.free.denoise));
     let with_guides = Settings { guides: settings.guides || filter.is_some(), ..plain.clone() };
     if !with_guides.guides {
         halves.drop_aovs();
     }
+    if renderer.begin_halves(&of_half(&with_guides, 0))? {
+        halves = DualBuffers::on_device(settings.width, settings.height);
+    } else if halves.is_on_device() {
+        halves = DualBuffers::new(settings.width, settings.height);
+        if settings.guides {
+            halves.allocate_aovs();
+        }
+    }
     let (halves, calibration) = calibrate(renderer, &plain, &with_guides, halves, observer)?;
     Ok(Preparation { plain, known, halves, filter, calibration })
-}
-
-/// Compiles the kernels that a filter needs with each strategy, and measures the filter.
-fn prepare_filter<'a>(
-    renderer: &mut Renderer,
-    (settings, ways): (&Settings, &[Settings]),
-    denoise: &'a DenoiseSettings,
-    halves: &mut DualBuffers,
-    observer: &mut dyn RenderObserver,
-) -> Result<Filter<'a>, Error> {
-    ways.iter().try_for_each(|way| warm_up(renderer, way, observer))?;
-    halves.allocate_aovs();
-    Filter::try_out(renderer, settings, denoise, halves)
 }
 
 fn is_too_large(error: &Error) -> bool {

@@ -1,16 +1,19 @@
 //! Rendering of both halves of an image: the same number of samples for all pixels, or a number for
 //! each tile.
 
+use super::dual_buffers::both;
 use super::grace_period::{GracePeriodObserver, STEPS};
 use super::noise_map::NoiseMap;
 use super::{DualBuffers, Noise, SamplingError, allocate};
 use crate::Error;
-use crate::film::RowSet;
-use crate::render::{ChunkJob, ChunkResult, RenderObserver, Renderer, Sampler, Settings, TileSamples};
+use crate::film::{Film, RowSet};
+use crate::render::TileSamples;
+use crate::render::{ChunkJob, ChunkResult, ChunkTiming, RenderObserver, Renderer, Room, Sampler, Settings};
 use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+use trisect_image::Image;
 use trisect_shared::film::CHUNK_SAMPLES;
 
 /// Mask of the seed for the second half.
@@ -21,6 +24,13 @@ const OTHER_SEED: u32 = 0x9e37_79b9;
 pub(super) struct RenderTotals {
     pub device: Duration,
     pub submissions: u64,
+}
+
+impl RenderTotals {
+    fn add(&mut self, took: &ChunkTiming) {
+        self.device += took.device;
+        self.submissions += took.submissions;
+    }
 }
 
 /// Number of launches for each half.
@@ -56,6 +66,8 @@ pub(super) struct AdaptiveRenderer<'a> {
     pub inner: &'a mut Renderer,
     pub settings: Settings,
     pub halves: DualBuffers,
+    /// Film for the totals of halves on the device, and its memory.
+    film: (Film, Room),
     pub totals: RenderTotals,
     /// Index of the next sample of either half.
     next: u32,
@@ -98,12 +110,26 @@ impl<'a> AdaptiveRenderer<'a> {
         renderer: &'a mut Renderer,
         settings: &Settings,
         observer: &'a mut dyn RenderObserver,
-    ) -> Self {
-        let mut halves = DualBuffers::new(settings.width, settings.height);
-        if settings.guides {
-            halves.allocate_aovs();
+    ) -> Result<Self, Error> {
+        let mut halves;
+        if renderer.begin_halves(&of_half(settings, 0))? {
+            halves = DualBuffers::on_device(settings.width, settings.height);
+        } else {
+            halves = DualBuffers::new(settings.width, settings.height);
+            if settings.guides {
+                halves.allocate_aovs();
+            }
         }
-        Self::with(renderer, settings, halves, observer)
+        let mut made = Self::with(renderer, settings, halves, observer);
+        made.prepare_film();
+        Ok(made)
+    }
+
+    /// Starts preparing memory for the film of halves on the device.
+    pub fn prepare_film(&mut self) {
+        if self.halves.is_on_device() {
+            self.film.1 = Room::prepare(&self.film.0);
+        }
     }
 
     /// Creates the renderer with memory that was allocated before.
@@ -114,10 +140,12 @@ impl<'a> AdaptiveRenderer<'a> {
         observer: &'a mut dyn RenderObserver,
     ) -> Self {
         let settings = settings.clone();
+        let film = Film::new(settings.width, settings.height);
         Self {
             inner: renderer,
             settings,
             halves,
+            film: (film, Room::default()),
             totals: RenderTotals::default(),
             next: 0,
             tile_passes: 0,
@@ -133,12 +161,44 @@ impl<'a> AdaptiveRenderer<'a> {
         self.settings.sampler == Sampler::Sobol
     }
 
-    pub fn noise_map(&self) -> NoiseMap {
-        NoiseMap::new(&self.halves, self.variance_from_halves())
+    /// Measures the noise of tiles.
+    pub fn noise_map(&mut self) -> Result<NoiseMap, Error> {
+        let from_halves = self.variance_from_halves();
+        if !self.halves.is_on_device() {
+            return Ok(NoiseMap::new(&self.halves, from_halves));
+        }
+        let noise = self.inner.noise_of_halves(from_halves, false)?;
+        Ok(NoiseMap::measured(&noise, self.halves.tiles()))
     }
 
-    pub fn noise(&self) -> Noise {
-        Noise::of(&self.halves, self.variance_from_halves())
+    /// Measures the noise of the image.
+    pub fn noise(&mut self) -> Result<Noise, Error> {
+        let from_halves = self.variance_from_halves();
+        if !self.halves.is_on_device() {
+            return Ok(Noise::of(&self.halves, from_halves));
+        }
+        let noise = self.inner.noise_of_halves(from_halves, true)?;
+        Ok(Noise::measured(&noise, self.halves.tiles()))
+    }
+
+    /// Returns the image, the mean of both halves.
+    pub fn image(&mut self) -> Result<Image, Error> {
+        if !self.halves.is_on_device() {
+            return Ok(self.halves.image());
+        }
+        self.inner.image_of_halves(self.halves.tiles())
+    }
+
+    /// Returns the film of both halves, as [`DualBuffers::film`] combines them.
+    pub fn film(&mut self) -> Result<Film, Error> {
+        if !self.halves.is_on_device() {
+            return Ok(self.halves.film());
+        }
+        let (film, room) = &mut self.film;
+        room.furnish(film);
+        let mut film = std::mem::replace(film, Film::new(0, 0));
+        self.inner.film_of_halves(&mut film, both)?;
+        Ok(film)
     }
 
     /// Returns the mean samples per pixel, over both halves together.
@@ -224,8 +284,17 @@ impl<'a> AdaptiveRenderer<'a> {
             seeds: &seeds,
             should_continue: &goes_on,
         };
-        let state = (&mut self.halves, &mut self.totals);
-        let done = self.inner.for_each_chunk(&parts, &mut watch, state, &take).map(|_| ());
+        let done = if self.halves.is_on_device() {
+            let (halves, totals) = (&mut self.halves, &mut self.totals);
+            self.inner.add_chunks_to_halves(&parts, &mut watch, &mut |half, samples, took| {
+                halves.take(half, samples.len() as u32);
+                totals.add(took);
+                taken.fetch_add(1, Ordering::Release);
+            })
+        } else {
+            let state = (&mut self.halves, &mut self.totals);
+            self.inner.for_each_chunk(&parts, &mut watch, state, &take).map(|_| ())
+        };
         patient.unless_abandoned(done)?;
         let taken = taken.into_inner();
         // The last chunk may be that of one half only.
@@ -262,18 +331,29 @@ impl<'a> AdaptiveRenderer<'a> {
                 let own = TileSamples { tiles: &tiles, counts: &now, end };
                 let settings = of_half(&self.settings, half);
                 let mut patient = GracePeriodObserver::new(self.observer, at, &mut self.ending, || has_any);
-                let sums = self.inner.render_tile_samples(&settings, &own, &mut patient);
-                let Some(sums) = patient.unless_abandoned(sums)? else {
+                let took = if self.halves.is_on_device() {
+                    let mut watch = |done, total| patient.progress(done, total);
+                    let took = self.inner.add_tiles_to_half(&settings, &own, half, &mut watch);
+                    took.inspect(|_| self.halves.take_tiles(half, &now))
+                } else {
+                    self.inner.render_tile_samples(&settings, &own, &mut patient).map(|sums| {
+                        self.halves.add_tile_samples(half, sums.pixels, &now);
+                        if settings.guides {
+                            self.halves.add_tile_aovs(half, sums.aovs, &now);
+                        }
+                        ChunkTiming {
+                            device: sums.device,
+                            submissions: sums.submissions,
+                            ..Default::default()
+                        }
+                    })
+                };
+                let Some(took) = patient.unless_abandoned(took)? else {
                     // The other half may have taken its samples.
                     self.next = end;
                     return Ok(launches);
                 };
-                self.totals.device += sums.device;
-                self.totals.submissions += sums.submissions;
-                self.halves.add_tile_samples(half, sums.pixels, &now);
-                if settings.guides {
-                    self.halves.add_tile_aovs(half, sums.aovs, &now);
-                }
+                self.totals.add(&took);
                 left.iter_mut().zip(&now).for_each(|(left, now)| *left -= now);
             }
             self.next = end;

@@ -36,6 +36,21 @@ pub struct RadianceTotals {
     pub samples: u64,
 }
 
+/// Returns the mean of sums over `samples`, by channel; NaN without samples.
+#[inline]
+fn mean(sums: &[ExactSum; 3], samples: u64) -> [f64; 3] {
+    let n = samples as f64;
+    [sums[0].value() / n, sums[1].value() / n, sums[2].value() / n]
+}
+
+impl RadianceTotals {
+    /// Returns the mean radiance, by channel; NaN without samples.
+    #[inline]
+    pub fn mean(&self) -> [f64; 3] {
+        mean(&self.radiance, self.samples)
+    }
+}
+
 impl PixelTotals {
     pub(crate) const EMPTY: Self = Self {
         radiance: [ExactSum::NAN; 3],
@@ -131,8 +146,7 @@ impl PixelTotals {
     /// Returns the mean radiance, by channel; NaN without samples.
     #[inline]
     pub fn mean(&self) -> [f64; 3] {
-        let n = self.samples as f64;
-        [self.radiance[0].value() / n, self.radiance[1].value() / n, self.radiance[2].value() / n]
+        mean(&self.radiance, self.samples)
     }
 
     /// Returns the estimated variance of the mean, by channel: the sample variance over n. With

@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Edge length of a tile in pixels: that of a work group.
-pub const TILE: u32 = 8;
+pub use trisect_shared::totals::TILE;
 
 /// Image divided into squares of [`TILE`] pixels, row-major; those at the right and bottom edges
 /// may be smaller.
@@ -20,6 +19,11 @@ impl Tiles {
     /// Divides an image of `width` by `height` pixels.
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, across: width.div_ceil(TILE), down: height.div_ceil(TILE) }
+    }
+
+    /// Returns the pixels across and down the image.
+    pub fn image(&self) -> (u32, u32) {
+        (self.width, self.height)
     }
 
     /// Returns the number of tiles.

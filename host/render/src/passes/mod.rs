@@ -5,15 +5,18 @@
 //! here or comes from modules that answer for it; each unsafe block says which.
 #![allow(unsafe_code, reason = "each launch states why the promise of `Device::run` holds")]
 
+mod bands;
 mod denoise;
 mod display;
 mod film;
+mod halves;
 mod on_device;
 mod scene;
 mod totals;
 
 pub(crate) use display::DisplayPass;
 pub(crate) use film::{FilmDesc, Launch};
+pub(crate) use halves::MeasuredNoise;
 pub(crate) use on_device::DeviceScene;
 pub(crate) use scene::{SceneArrays, ValidScene};
 

@@ -1,8 +1,10 @@
 //! A scene on a device, with everything that passes keep there.
 
+use super::bands::{Bands, UseBand};
 use super::denoise::DenoiseBuffers;
 use super::display::DisplayPass;
 use super::film::{DeviceFilm, FilmDesc, Launch};
+use super::halves::{DeviceHalves, MeasuredNoise};
 use super::misuse;
 use super::scene::SceneArrays;
 use super::totals::{ChunkCounter, DeviceTotals};
@@ -17,6 +19,7 @@ use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::film::PixelSums;
 use trisect_shared::params::RenderParams;
 use trisect_shared::path::FirstHit;
+use trisect_shared::totals::{RADIANCE_SUMS, SUMS};
 
 /// Scene on a device, with the film and the images that passes keep there between calls.
 ///
@@ -29,7 +32,9 @@ pub(crate) struct DeviceScene {
     scene: SceneArrays,
     film: Option<DeviceFilm>,
     totals: Option<DeviceTotals>,
+    halves: Option<DeviceHalves>,
     counter: Option<ChunkCounter>,
+    bands: Bands,
     denoiser: Option<DenoiseBuffers>,
     /// Image for a display, 4 bytes a pixel.
     shown: Option<Buffer>,
@@ -40,10 +45,17 @@ fn made(film: Option<&DeviceFilm>) -> Result<&DeviceFilm, BackendError> {
     film.ok_or_else(|| misuse("no film was prepared"))
 }
 
+/// Returns the halves, or an error if there are none.
+fn prepared(halves: Option<&DeviceHalves>) -> Result<&DeviceHalves, BackendError> {
+    halves.ok_or_else(|| misuse("no halves were prepared"))
+}
+
 impl DeviceScene {
     /// Wraps a scene on a device.
     pub fn new(device: Box<dyn Device>, scene: SceneArrays) -> Self {
-        Self { device, scene, film: None, totals: None, counter: None, denoiser: None, shown: None }
+        let (film, totals, halves, counter) = (None, None, None, None);
+        let (bands, denoiser, shown) = (Bands::default(), None, None);
+        Self { device, scene, film, totals, halves, counter, bands, denoiser, shown }
     }
 
     /// Returns the device.
@@ -62,7 +74,8 @@ impl DeviceScene {
     }
 
     /// Returns the device itself, for another scene.
-    pub fn into_device(self) -> Box<dyn Device> {
+    pub fn into_device(mut self) -> Box<dyn Device> {
+        self.bands.unpin(self.device.as_mut());
         self.device
     }
 
@@ -138,7 +151,9 @@ impl DeviceScene {
         aovs: &mut [AovTotals],
     ) -> Result<(), BackendError> {
         let totals = self.totals.as_ref().ok_or_else(|| misuse("no totals were prepared"))?;
-        totals.read(self.device.as_mut(), made(self.film.as_ref())?, rows, pixels, aovs)
+        let device: &mut dyn Device = self.device.as_mut();
+        let through = (device, &mut self.bands);
+        totals.read(through, made(self.film.as_ref())?, rows, pixels, aovs)
     }
 
     /// Reads the totals of the radiance of all pixels of some rows.
@@ -148,7 +163,69 @@ impl DeviceScene {
         pixels: &mut [RadianceTotals],
     ) -> Result<(), BackendError> {
         let totals = self.totals.as_ref().ok_or_else(|| misuse("no totals were prepared"))?;
-        totals.read_radiance(self.device.as_mut(), made(self.film.as_ref())?, rows, pixels)
+        let device: &mut dyn Device = self.device.as_mut();
+        let through = (device, &mut self.bands);
+        totals.read_radiance(through, made(self.film.as_ref())?, rows, pixels)
+    }
+
+    /// Makes halves without samples for images of the film's size.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::TooLarge`] if the device lacks the memory.
+    pub fn begin_halves(&mut self) -> Result<(), BackendError> {
+        let film = made(self.film.as_ref())?;
+        self.halves = Some(DeviceHalves::begin(self.device.as_mut(), film, self.halves.take())?);
+        Ok(())
+    }
+
+    /// Frees the halves' memory.
+    pub fn drop_halves(&mut self) {
+        self.halves = None;
+    }
+
+    /// Adds the film's chunk of `samples` to a half, and resets it.
+    pub fn add_chunk_to_half(&mut self, half: usize, samples: &Range<u32>) -> Result<(), BackendError> {
+        let halves = prepared(self.halves.as_ref())?;
+        halves.add_chunk(self.device.as_mut(), made(self.film.as_ref())?, half, samples)
+    }
+
+    /// Requests a number of samples for each tile, whose last one is before `end`.
+    pub fn request_samples(&mut self, counts: &[u32], end: u32) -> Result<(), BackendError> {
+        let halves = prepared(self.halves.as_ref())?;
+        halves.request(self.device.as_mut(), made(self.film.as_ref())?, counts, end)
+    }
+
+    /// Adds the film's samples, as many for each tile as were requested last, to a half.
+    pub fn add_tiles_to_half(&mut self, half: usize) -> Result<(), BackendError> {
+        let halves = prepared(self.halves.as_ref())?;
+        halves.add_tiles(self.device.as_mut(), made(self.film.as_ref())?, half)
+    }
+
+    /// Measures the noise of the halves: of each tile, and of each pixel `with_errors`.
+    pub fn noise(&mut self, from_halves: bool, with_errors: bool) -> Result<MeasuredNoise, BackendError> {
+        let halves = prepared(self.halves.as_ref())?;
+        halves.noise(self.device.as_mut(), made(self.film.as_ref())?, from_halves, with_errors)
+    }
+
+    /// Reads the radiance of both halves, by bands: `use_band` gets their place in the image, and
+    /// the totals of each half.
+    pub fn read_radiance_of_halves(
+        &mut self,
+        use_band: &mut UseBand<'_, RadianceTotals, 2>,
+    ) -> Result<(), BackendError> {
+        let halves = prepared(self.halves.as_ref())?;
+        let device: &mut dyn Device = self.device.as_mut();
+        let through = (device, &mut self.bands);
+        halves.read(through, made(self.film.as_ref())?, RADIANCE_SUMS, use_band)
+    }
+
+    /// Reads the totals of both halves, by bands.
+    pub fn read_halves(&mut self, use_band: &mut UseBand<'_, PixelTotals, 2>) -> Result<(), BackendError> {
+        let halves = prepared(self.halves.as_ref())?;
+        let device: &mut dyn Device = self.device.as_mut();
+        let through = (device, &mut self.bands);
+        halves.read(through, made(self.film.as_ref())?, SUMS, use_band)
     }
 
     /// Writes the sums of all pixels to the film, and their AOV sums if the film's kernel writes

@@ -1,9 +1,11 @@
 //! Totals of a film on a device: chunks add up there exactly, and the host reads the totals.
 
+use super::bands::{Bands, Read};
 use super::film::DeviceFilm;
 use super::misuse;
-use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation};
+use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation, TASK};
 use bytemuck::{Pod, Zeroable, bytes_of};
+use rayon::prelude::*;
 use std::ops::Range;
 use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
 use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ, entry_point};
@@ -13,18 +15,18 @@ use trisect_shared::totals::{
 };
 
 /// Maximum number of bytes that the host reads at a time, except for a single row.
-const MAX_READ: u64 = 64 << 20;
+const MAX_READ: u64 = 8 << 20;
 
 /// Totals of an image on a device.
 pub(super) struct DeviceTotals {
     /// Pixels across and down.
     size: (u32, u32),
     /// Words of [`TotalsParams`]' totals, by plane.
-    totals: Buffer,
+    pub(super) totals: Buffer,
     /// Words of the AOV totals, by plane; none if the film has no AOVs.
     aov_totals: Buffer,
     /// Records of some rows, for the host.
-    output: Buffer,
+    pub(super) output: Buffer,
 }
 
 /// Counts of a chunk on a device.
@@ -51,7 +53,7 @@ const _: () = assert!(size_of::<PixelTotals>() == READ_WORDS as usize * 4);
 const _: () = assert!(size_of::<AovTotals>() == READ_AOV_WORDS as usize * 4);
 
 /// Returns the parameters of a launch over these rows of a share, of a chunk of `samples`.
-fn params((width, height): (u32, u32), rows: &RowSet, samples: &Range<u32>) -> TotalsParams {
+pub(super) fn params((width, height): (u32, u32), rows: &RowSet, samples: &Range<u32>) -> TotalsParams {
     let (share_first_row, block_shift, block_gap) = rows.share();
     TotalsParams {
         width,
@@ -64,14 +66,13 @@ fn params((width, height): (u32, u32), rows: &RowSet, samples: &Range<u32>) -> T
         first_sample: samples.start,
         samples: samples.len() as u32,
         sums: SUMS,
-        pad0: 0,
-        pad1: 0,
+        ..TotalsParams::zeroed()
     }
 }
 
 /// Returns a launch of a kernel of the totals, of a thread for each column and row. Integers have
-/// one math build.
-fn launch<'a>(
+/// one math build, and samples must not go elsewhere by the other.
+pub(super) fn launch<'a>(
     name: &'static str,
     params: &'a TotalsParams,
     arrays: [&'a Buffer; 4],
@@ -88,14 +89,14 @@ fn launch<'a>(
 }
 
 /// Checks that a film has these rows.
-fn check_rows(size: (u32, u32), film: &DeviceFilm, rows: &RowSet) -> Result<(), BackendError> {
+pub(super) fn check_rows(size: (u32, u32), film: &DeviceFilm, rows: &RowSet) -> Result<(), BackendError> {
     match (film.of.width, film.of.height) == size && rows.end() <= size.1 {
         true => Ok(()),
         false => Err(misuse("the totals are those of a film of another size")),
     }
 }
 
-fn compile(device: &mut dyn Device, names: &[&'static str]) -> Result<(), BackendError> {
+pub(super) fn compile(device: &mut dyn Device, names: &[&'static str]) -> Result<(), BackendError> {
     names.iter().try_for_each(|name| {
         let kernel = entry_point(name).ok_or_else(|| misuse("there is no such kernel"))?;
         device.compile(kernel, MathMode::Precise)
@@ -138,12 +139,12 @@ impl DeviceTotals {
     }
 
     /// Returns the number of bytes of a row of the largest records.
-    fn row((width, _): (u32, u32)) -> u64 {
+    pub(super) fn row((width, _): (u32, u32)) -> u64 {
         4 * u64::from(width) * u64::from(READ_WORDS.max(READ_AOV_WORDS))
     }
 
     /// Returns the number of rows that the host reads at a time.
-    fn band(size: (u32, u32)) -> u64 {
+    pub(super) fn band(size: (u32, u32)) -> u64 {
         (MAX_READ / Self::row(size).max(1)).clamp(1, u64::from(size.1.max(1)))
     }
 
@@ -172,15 +173,15 @@ impl DeviceTotals {
     /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.
     pub fn read(
         &self,
-        device: &mut dyn Device,
+        (device, bands): (&mut dyn Device, &mut Bands),
         film: &DeviceFilm,
         rows: &RowSet,
         pixels: &mut [PixelTotals],
         aovs: &mut [AovTotals],
     ) -> Result<(), BackendError> {
-        self.read_records(device, film, rows, SUMS, pixels)?;
+        self.read_records((device, bands), film, rows, SUMS, pixels)?;
         match self.aov_totals.bytes() > 0 {
-            true => self.read_records(device, film, rows, AOV_SUMS, aovs),
+            true => self.read_records((device, bands), film, rows, AOV_SUMS, aovs),
             false if aovs.is_empty() => Ok(()),
             false => Err(misuse("the totals have no AOVs")),
         }
@@ -189,41 +190,38 @@ impl DeviceTotals {
     /// Reads the radiance of all pixels of some rows.
     pub fn read_radiance(
         &self,
-        device: &mut dyn Device,
+        (device, bands): (&mut dyn Device, &mut Bands),
         film: &DeviceFilm,
         rows: &RowSet,
         pixels: &mut [RadianceTotals],
     ) -> Result<(), BackendError> {
-        self.read_records(device, film, rows, RADIANCE_SUMS, pixels)
+        self.read_records((device, bands), film, rows, RADIANCE_SUMS, pixels)
     }
 
     /// Reads a record of so many sums for each pixel of some rows.
-    fn read_records<T: Pod>(
+    fn read_records<T: Pod + Send + Sync>(
         &self,
-        device: &mut dyn Device,
+        (device, bands): (&mut dyn Device, &mut Bands),
         film: &DeviceFilm,
         rows: &RowSet,
         sums: u32,
         records: &mut [T],
     ) -> Result<(), BackendError> {
-        check_rows(self.size, film, rows)?;
-        let width = self.size.0 as usize;
-        if records.len() != rows.len() as usize * width {
+        let from = match sums == AOV_SUMS {
+            true => (&self.aov_totals, &self.output),
+            false => (&self.totals, &self.output),
+        };
+        if records.len() != rows.len() as usize * self.size.0 as usize {
             return Err(misuse("the totals are those of another number of pixels"));
         }
-        let from = if sums == AOV_SUMS { &self.aov_totals } else { &self.totals };
-        let arrays = [&film.sums, &film.aovs, from, &self.output];
-        let band = Self::band(self.size) as u32;
-        for (first, records) in (0..).step_by(band as usize).zip(records.chunks_mut(band as usize * width)) {
-            let rows = rows.part(first..first + band);
-            let params = TotalsParams { sums, ..params(self.size, &rows, &(0..0)) };
-            let launch = launch(FILM_READ, &params, arrays, rows.len())?;
-            let to = RowTarget::records(records, &RowSet::from(0..rows.len()));
-            // SAFETY: the totals have words for each pixel of the rows, as was checked; the output
-            // has a place for as many records as there are threads.
-            unsafe { device.run(vec![launch, Command::Read { from: &self.output, to }]) }?;
-        }
-        Ok(())
+        check_rows(self.size, film, rows)?;
+        let read = Read { film, size: self.size, from: [from], rows, sums };
+        bands.for_each(device, &read, &mut |band, [from]: [&[T]; 1]| {
+            if let Some(to) = records.get_mut(band) {
+                let (to, from) = (to.par_chunks_mut(TASK), from.par_chunks(TASK));
+                to.zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+            }
+        })
     }
 }
 

@@ -33,7 +33,7 @@ pub struct ChunkResult<'a> {
 
 /// Times of a chunk.
 #[derive(Default)]
-pub(super) struct ChunkTiming {
+pub(crate) struct ChunkTiming {
     /// Time of rendering, by the device's timer.
     pub device: Duration,
     /// Time of copying the sums from the device.

@@ -50,11 +50,12 @@ struct Unread {
 
 /// Memory for the totals of a film, which another thread prepares: its first touch takes long
 /// enough to overlap it with rendering.
-struct Room(Option<JoinHandle<(Totals<PixelTotals>, Totals<AovTotals>)>>);
+#[derive(Default)]
+pub(crate) struct Room(Option<JoinHandle<(Totals<PixelTotals>, Totals<AovTotals>)>>);
 
 impl Room {
     /// Starts preparing memory for a film that has none.
-    fn prepare(film: &Film) -> Self {
+    pub fn prepare(film: &Film) -> Self {
         let has_memory = film.pixels.bytes() > 0;
         let (mut pixels, mut aovs) = (Totals::Empty(film.pixels.len()), Totals::Empty(film.aovs.len()));
         let work = move || {
@@ -67,7 +68,7 @@ impl Room {
     }
 
     /// Gives the memory to the film, once.
-    fn furnish(&mut self, film: &mut Film) {
+    pub fn furnish(&mut self, film: &mut Film) {
         if let Some(Ok((pixels, aovs))) = self.0.take().map(JoinHandle::join) {
             (film.pixels, film.aovs) = (pixels, aovs);
         }
@@ -77,7 +78,7 @@ impl Room {
 impl Renderer {
     /// Returns where the chunks of the last film were added up, and the reason if that is not where
     /// [`Summation::Auto`] would have wanted it.
-    pub(super) fn summed(&self) -> (Summation, Option<String>) {
+    pub(crate) fn summed(&self) -> (Summation, Option<String>) {
         self.summed.clone()
     }
 

@@ -1,7 +1,7 @@
 //! Launches in which each tile of the image takes its own number of samples, or none. Adaptive
 //! sampling uses them.
 
-use super::chunk::ChunkResult;
+use super::chunk::{ChunkResult, ChunkTiming};
 use super::chunk_buffers::ChunkSums;
 use super::film_state::FilmState;
 use super::{RenderObserver, Renderer, Settings};
@@ -9,9 +9,10 @@ use crate::Error;
 use crate::film::Tiles;
 use crate::film::{RowSet, TASK};
 use rayon::prelude::*;
-use std::time::Duration;
+use std::ops::ControlFlow;
+use trisect_kernels::EntryPoint;
 use trisect_shared::aovs::AovSums;
-use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
+use trisect_shared::film::PixelSums;
 use trisect_shared::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE};
 
 /// Number of samples of each tile. All tiles end at the same index, so that a tile's next samples
@@ -42,19 +43,47 @@ impl Renderer {
         observer: &mut dyn RenderObserver,
     ) -> Result<ChunkResult<'_>, Error> {
         let TileSamples { tiles, counts, end } = *own;
-        let most = counts.iter().copied().max().unwrap_or(0).min(CHUNK_SAMPLES).min(end);
         let rows = RowSet::from(0..settings.height);
-        let window = end - most..end;
-        let kernel = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
-        self.film_state = FilmState::Unknown;
+        let kernel = self.ready_for_tiles(settings, own)?;
         let chunk = &mut self.pipeline.current;
         chunk.resize(self.uploaded.device_mut(), settings.pixels() as usize, settings.guides);
-        let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)].min(most);
+        let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)];
         let pixels = chunk.pixels.par_iter_mut().enumerate().with_min_len(TASK);
         pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
         chunk.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
         self.uploaded.write_film(&chunk.pixels, &chunk.aovs)?;
-        let (mut device, mut submissions, mut done) = (Duration::ZERO, 0, 0);
+        let ChunkTiming { device, submissions, .. } =
+            self.trace_tiles(settings, own, &mut |done, total| observer.progress(done, total))?;
+        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
+        self.uploaded.read_film(&rows, pixels, aovs)?;
+        self.film_state = FilmState::Empty(settings.clone(), kernel);
+        Ok(ChunkResult { pixels, aovs, seed: settings.seed, device, submissions })
+    }
+
+    /// Checks these samples, and prepares kernel, film and tile entries for them.
+    pub(super) fn ready_for_tiles(
+        &mut self,
+        settings: &Settings,
+        own: &TileSamples<'_>,
+    ) -> Result<EntryPoint, Error> {
+        let most = own.counts.iter().copied().max().unwrap_or(0);
+        let window = own.end.saturating_sub(most)..own.end;
+        let rows = RowSet::from(0..settings.height);
+        let kernel = self.ready_for(settings, &rows, std::slice::from_ref(&window))?;
+        self.film_state = FilmState::Unknown;
+        Ok(kernel)
+    }
+
+    /// Renders these samples, which the film on the device requests.
+    pub(super) fn trace_tiles(
+        &mut self,
+        settings: &Settings,
+        own: &TileSamples<'_>,
+        watch: &mut dyn FnMut(u64, u64) -> ControlFlow<()>,
+    ) -> Result<ChunkTiming, Error> {
+        let TileSamples { tiles, counts, end } = *own;
+        let rows = RowSet::from(0..settings.height);
+        let (mut took, mut done) = (ChunkTiming::default(), 0);
         // For each row of tiles: the number of samples, and of pixels that take any.
         let taking: Vec<u32> = counts.iter().map(|&count| count.min(1)).collect();
         let of_row: Vec<(u64, u64)> = (0..tiles.down())
@@ -91,14 +120,12 @@ impl Renderer {
             // The time says little about the device's speed: it depends on the pixels with the most
             // samples.
             let time = self.uploaded.render(&launch)?;
-            (device, submissions, done) = (device + time, submissions + 1, done + samples);
-            if observer.progress(done, total).is_break() {
+            (took.device, took.submissions, done) =
+                (took.device + time, took.submissions + 1, done + samples);
+            if watch(done, total).is_break() {
                 return Err(Error::Cancelled);
             }
         }
-        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
-        self.uploaded.read_film(&rows, pixels, aovs)?;
-        self.film_state = FilmState::Empty(settings.clone(), kernel);
-        Ok(ChunkResult { pixels, aovs, seed: settings.seed, device, submissions })
+        Ok(took)
     }
 }

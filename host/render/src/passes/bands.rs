@@ -1,0 +1,105 @@
+//! Reading of totals by bands of rows, through memory to which a GPU copies directly.
+
+use super::film::DeviceFilm;
+use super::totals::{DeviceTotals, launch, params};
+use bytemuck::{Pod, cast_slice};
+use std::ops::Range;
+use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget};
+use trisect_kernels::FILM_READ;
+use trisect_shared::totals::TotalsParams;
+
+/// Host memory for bands of up to two films: while the device fills one, threads use another.
+#[derive(Default)]
+pub(super) struct Bands {
+    words: [[HostRecords<u32>; 2]; 2],
+}
+
+/// What to read: so many sums of the pixels of some rows, from totals with an output each.
+pub(super) struct Read<'a, const N: usize> {
+    pub film: &'a DeviceFilm,
+    /// Pixels across and down the image.
+    pub size: (u32, u32),
+    pub from: [(&'a Buffer, &'a Buffer); N],
+    pub rows: &'a RowSet,
+    pub sums: u32,
+}
+
+/// Function that gets a band: its place among the pixels of the rows, and the records from each of
+/// `N` films.
+pub(crate) type UseBand<'a, T, const N: usize> = dyn FnMut(Range<usize>, [&[T]; N]) + Send + 'a;
+
+impl Bands {
+    /// Unpins the memory: the device goes to another scene.
+    pub fn unpin(&self, device: &mut dyn Device) {
+        self.words.iter().flatten().for_each(|words| device.unpin(words.memory()));
+    }
+
+    /// Makes room for so many words in each band of `N` films, and pins it.
+    fn prepare<const N: usize>(&mut self, device: &mut dyn Device, words: usize) {
+        for band in self.words.iter_mut().flat_map(|bands| bands.iter_mut().take(N)) {
+            if band.memory().bytes() < 4 * words {
+                device.unpin(band.memory());
+            }
+            band.resize(words);
+            device.pin(band.memory());
+        }
+    }
+
+    /// Reads records of all pixels of the rows, and calls `use_band` with those of each band, in
+    /// order, while the device writes the next one.
+    ///
+    /// The caller has checked that the rows are those of totals of the film's size.
+    pub fn for_each<T: Pod + Sync, const N: usize>(
+        &mut self,
+        device: &mut dyn Device,
+        read: &Read<'_, N>,
+        use_band: &mut UseBand<'_, T, N>,
+    ) -> Result<(), BackendError> {
+        let (width, band) = (read.size.0 as usize, DeviceTotals::band(read.size) as u32);
+        let band = band.min(read.rows.len().max(1));
+        self.prepare::<N>(device, width * band as usize * size_of::<T>() / 4);
+        let [mut current, mut other] = self.words.each_mut();
+        let mut waiting: Option<Range<usize>> = None;
+        for first in (0..read.rows.len()).step_by(band as usize) {
+            let rows = read.rows.part(first..first + band);
+            let pixels = first as usize * width..(first + rows.len()) as usize * width;
+            let words = pixels.len() * size_of::<T>() / 4;
+            current.iter_mut().take(N).for_each(|memory| memory.resize(words));
+            rayon::in_place_scope(|scope| {
+                if let Some(before) = waiting.take() {
+                    let (other, use_band) = (&*other, &mut *use_band);
+                    scope.spawn(move |_| use_band(before, std::array::from_fn(|i| cast_slice(&other[i]))));
+                }
+                read.band(device, &rows, current)
+            })?;
+            waiting = Some(pixels);
+            std::mem::swap(&mut current, &mut other);
+        }
+        if let Some(last) = waiting {
+            use_band(last, std::array::from_fn(|i| cast_slice(&other[i])));
+        }
+        Ok(())
+    }
+}
+
+impl<const N: usize> Read<'_, N> {
+    /// Reads the records of a band.
+    fn band(
+        &self,
+        device: &mut dyn Device,
+        rows: &RowSet,
+        to: &mut [HostRecords<u32>; 2],
+    ) -> Result<(), BackendError> {
+        let params = TotalsParams { sums: self.sums, ..params(self.size, rows, &(0..0)) };
+        let packed = RowSet::from(0..rows.len());
+        let mut commands = Vec::new();
+        for ((totals, output), memory) in self.from.iter().zip(to) {
+            let arrays = [&self.film.sums, &self.film.aovs, totals, output];
+            commands.push(launch(FILM_READ, &params, arrays, rows.len())?);
+            commands.push(Command::Read { from: output, to: RowTarget::records(memory, &packed) });
+        }
+        // SAFETY: the totals have words for each pixel of the rows, as the caller has checked; the
+        // output has a place for as many records as there are threads.
+        unsafe { device.run(commands) }.map(|_| ())
+    }
+}
