@@ -30,6 +30,16 @@ fn small(scene: &Scene) -> Settings {
     Settings { width: 40, height: 27, depth: 6, ..Settings::of(scene) }
 }
 
+/// Returns whether the device divides as the CPU does; Vulkan allows 2.5 ULP.
+fn has_exact_divisions(subject: BackendUnderTest, renderer: &Renderer) -> bool {
+    match subject {
+        BackendUnderTest::Cpu | BackendUnderTest::Cuda => true,
+        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => {
+            renderer.device().info().kind == DeviceKind::SoftwareGpu
+        }
+    }
+}
+
 /// Tiles take different numbers of samples, decided from earlier passes, and the result is the same
 /// on each backend.
 fn own_samples_are_the_cpus(subject: BackendUnderTest) {
@@ -80,11 +90,19 @@ fn halves_on_the_device(subject: BackendUnderTest) {
             let want = sample(&mut renderer, &host, goal, adaptive);
             let got = sample(&mut renderer, &device, goal, adaptive);
             assert_eq!((want.stats.sums, got.stats.sums), (Summation::Host, Summation::Device));
-            assert_eq!(differing(&got.film, &want.film), 0, "{name}, {max_samples}");
-            assert_eq!(got.film.counts(), want.film.counts());
-            assert_eq!(got.image.pixels, want.image.pixels);
             let noise = |of: &Sampled| of.stats.sampling.as_ref().unwrap().noise;
-            assert_eq!(noise(&got), noise(&want), "{name}, {max_samples}");
+            if has_exact_divisions(subject, &renderer) {
+                assert_eq!(differing(&got.film, &want.film), 0, "{name}, {max_samples}");
+                assert_eq!(got.film.counts(), want.film.counts());
+                assert_eq!(got.image.pixels, want.image.pixels);
+                assert_eq!(noise(&got), noise(&want), "{name}, {max_samples}");
+            } else {
+                // A tile's noise may differ in its last bits, and so a tile's samples by one.
+                let all = |of: &Sampled| of.film.counts().samples as f64;
+                assert!((all(&got) / all(&want) - 1.0).abs() < 1e-3, "{name}, {max_samples}");
+                let ratio = noise(&got).error / noise(&want).error;
+                assert!((ratio - 1.0).abs() < 1e-2, "{name}, {max_samples}: {ratio}");
+            }
         }
     }
     // Negative control: another seed.

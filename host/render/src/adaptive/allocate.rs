@@ -66,7 +66,7 @@ pub(super) fn work(noise_map: &NoiseMap, tiles: &Tiles, half: usize, counts: &dy
 /// half's allocation comes from the other's noise, so the noise of the estimate does not overstate
 /// the gain.
 pub(super) fn gain(noise_map: &NoiseMap, tiles: &Tiles) -> f64 {
-    let shares = [0, 1].map(|half| relative_samples(noise_map, half, tiles));
+    let shares = noise_map.shares(tiles);
     let one: &dyn Fn(usize) -> f64 = &|_| 1.0;
     let by = |half: usize| {
         let share = &shares[half];
@@ -137,6 +137,17 @@ impl<'a> Allocation<'a> {
         Self { share, taken, max_samples: most, steps }
     }
 
+    /// Builds the allocations of both halves.
+    pub fn of_both(
+        (noise_map, tiles): (&NoiseMap, &Tiles),
+        shares: &'a [Vec<f64>; 2],
+        taken: [&'a [u32]; 2],
+        most: f64,
+    ) -> [Self; 2] {
+        let of = |half: usize| Self::new((noise_map, tiles), half, &shares[half], taken[half], most);
+        rayon::join(|| of(0), || of(1)).into()
+    }
+
     /// Returns the level that `available` segments of work reach.
     fn level(&self, available: f64) -> f64 {
         let after = self.steps.partition_point(|step| step.work <= available);
@@ -180,7 +191,7 @@ mod tests {
     fn noise_map(variances: &[f64]) -> NoiseMap {
         let tiles =
             variances.iter().map(|&v| TileNoise { variance: [v; 2], work: [2.0; 2], error: 0.0 }).collect();
-        NoiseMap { error: 0.0, tiles }
+        NoiseMap::of(0.0, tiles)
     }
 
     /// Two far-apart regions of variance 1 and 16: sample counts in the ratio 1 : 4, and 25 / 34 of
@@ -237,7 +248,7 @@ mod tests {
             let work = 1.0 + f64::from(word(tile, 0) % 100) / 10.0;
             TileNoise { variance: [1.0; 2], work: [work; 2], error: 0.0 }
         };
-        let noise_map = NoiseMap { error: 0.0, tiles: (0..300).map(tile).collect() };
+        let noise_map = NoiseMap::of(0.0, (0..300).map(tile).collect());
         let share: Vec<f64> = (0..300).map(|tile| f64::from(1 + word(tile, 1) % 32) / 8.0).collect();
         let taken: Vec<u32> = (0..300).map(|tile| word(tile, 2) % 64).collect();
         for (most, samples) in [(f64::MAX, 1e3), (f64::MAX, 1e6), (256.0, 1e3), (256.0, 1e5), (256.0, 1e9)] {

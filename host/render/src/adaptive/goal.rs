@@ -107,11 +107,9 @@ fn missing(noise_map: &NoiseMap, renderer: &AdaptiveRenderer, target: f64, adapt
     if !adaptive {
         return (now * (ratio - 1.0)).max(0.02 * now);
     }
-    let shares = [0, 1].map(|half| allocate::relative_samples(noise_map, half, tiles));
-    let fillings = [0, 1].map(|half| {
-        let taken = renderer.halves.taken(half);
-        allocate::Allocation::new((noise_map, tiles), half, &shares[half], taken, f64::MAX)
-    });
+    let taken = [0, 1].map(|half| renderer.halves.taken(half));
+    let shares = noise_map.shares(tiles);
+    let fillings = allocate::Allocation::of_both((noise_map, tiles), shares, taken, f64::MAX);
     let after = |more: f64| {
         let next = [0, 1].map(|half: usize| fillings[half].count_of_tile(0.5 * more));
         let count = |half: usize, tile| f64::from(renderer.halves.taken(half)[tile]) + next[half](tile);

@@ -111,11 +111,15 @@ pub fn render(
 ) -> Result<Sampled, Error> {
     check(request.goal)?;
     settings.check_with(DualBuffers::BYTES_PER_PIXEL)?;
-    let start = Instant::now();
     match request.goal {
         Goal::Error { target, max_samples: most } => {
+            let preparing = Instant::now();
             let mut renderer = AdaptiveRenderer::new(renderer, settings, observer)?;
+            let preparing = preparing.elapsed();
+            let start = Instant::now();
             let reached = goal::reach(&mut renderer, target, most, request.adaptive)?;
+            let image = renderer.image()?;
+            let seconds = start.elapsed().as_secs_f64();
             renderer.finish();
             let met = reached.noise.error <= target;
             let sampling = Sampling {
@@ -125,10 +129,10 @@ pub fn render(
                 ended: !met && !renderer.should_continue(),
                 adaptive: reached.adaptive,
                 adaptive_gain: reached.gain,
-                seconds: start.elapsed().as_secs_f64(),
+                seconds,
+                preparing_seconds: preparing.as_secs_f64(),
                 ..report_of(&renderer, reached.noise)
             };
-            let image = renderer.image()?;
             sampled(renderer, sampling, None, image)
         }
         Goal::Time(time) => {

@@ -1,11 +1,13 @@
 //! Estimates of the noise of an image, in total and by tiles, from its own samples.
 
+use super::allocate::relative_samples;
 use super::percentile::percentile;
 use super::{DualBuffers, Tiles};
 use crate::film::TASK;
 use crate::passes::MeasuredNoise;
 use crate::stats::Noise;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 use trisect_shared::noise::PixelNoise;
 
 /// Noise of a tile; arrays are by half.
@@ -24,6 +26,8 @@ pub(super) struct NoiseMap {
     /// Root of the estimated relMSE, as in [`Noise::error`].
     pub error: f64,
     pub tiles: Vec<TileNoise>,
+    /// [Shares](Self::shares), once they were asked for.
+    shares: OnceLock<[Vec<f64>; 2]>,
 }
 
 impl Noise {
@@ -66,7 +70,21 @@ impl NoiseMap {
     /// Returns the map of an image that was not measured: all tiles are equal.
     pub fn uniform(tiles: &Tiles) -> Self {
         let tile = TileNoise { variance: [1.0; 2], work: [1.0; 2], error: 1.0 };
-        Self { error: f64::NAN, tiles: vec![tile; tiles.len()] }
+        Self::of(f64::NAN, vec![tile; tiles.len()])
+    }
+
+    /// Returns a map with this error.
+    pub fn of(error: f64, tiles: Vec<TileNoise>) -> Self {
+        Self { error, tiles, shares: OnceLock::new() }
+    }
+
+    /// Returns the samples of each tile's pixels relative to the mean over all pixels, for each
+    /// half ([`relative_samples`]).
+    pub fn shares(&self, tiles: &Tiles) -> &[Vec<f64>; 2] {
+        self.shares.get_or_init(|| {
+            let of = |half| relative_samples(self, half, tiles);
+            rayon::join(|| of(0), || of(1)).into()
+        })
     }
 
     /// Measures an image. The error of independent samples follows from the variance within each
@@ -101,7 +119,7 @@ impl NoiseMap {
             .iter()
             .zip(sizes)
             .fold((0.0, 0.0), |(sum, pixels), (tile, size)| (sum + tile.error * size, pixels + size));
-        Self { error: (sum / f64::max(pixels, 1.0)).sqrt(), tiles: of_tiles }
+        Self::of((sum / f64::max(pixels, 1.0)).sqrt(), of_tiles)
     }
 }
 

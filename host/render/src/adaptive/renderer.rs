@@ -372,14 +372,12 @@ impl<'a> AdaptiveRenderer<'a> {
         let mut launches = Launches::default();
         let work;
         if adaptive {
-            let shares = [0, 1].map(|half| allocate::relative_samples(noise_map, half, &tiles));
+            let shares = noise_map.shares(&tiles);
             let within = |launches, most: f64| {
                 let work = 0.5 * (room.work)(launches);
-                [0, 1].map(|half| {
-                    let taken = self.halves.taken(half);
-                    allocate::Allocation::new((noise_map, &tiles), half, &shares[half], taken, most)
-                        .counts(work)
-                })
+                let taken = [0, 1].map(|half| self.halves.taken(half));
+                allocate::Allocation::of_both((noise_map, &tiles), shares, taken, most)
+                    .map(|allocation| allocation.counts(work))
             };
             launches.tile_launches = 1;
             let counts = within(launches, f64::MAX);

@@ -12,7 +12,7 @@ use trisect_device::{BackendError, DeviceKind};
 use trisect_image::Image;
 
 impl Renderer {
-    /// Makes halves without samples on the device. Returns false where the host should have them:
+    /// Prepares the kernel, and makes halves without samples on the device. Returns false where the host should have them:
     /// as the settings say, or because the device lacks the memory.
     ///
     /// # Errors
@@ -20,6 +20,8 @@ impl Renderer {
     /// The errors of [`render_chunk`](Self::render_chunk).
     pub(crate) fn begin_halves(&mut self, settings: &Settings) -> Result<bool, Error> {
         let is_gpu = self.device().info().kind == DeviceKind::Gpu;
+        let rows = RowSet::from(0..settings.height);
+        self.ready_for(settings, &rows, std::slice::from_ref(&(0..1)))?;
         self.summed = (Summation::Host, None);
         match settings.sums {
             Summation::Host => return Ok(false),
@@ -31,8 +33,6 @@ impl Renderer {
             self.summed.1 = Some(reason.to_owned());
             return Ok(false);
         }
-        let rows = RowSet::from(0..settings.height);
-        self.ready_for(settings, &rows, std::slice::from_ref(&(0..1)))?;
         match self.uploaded.begin_halves() {
             Ok(()) => {
                 self.summed.0 = Summation::Device;
