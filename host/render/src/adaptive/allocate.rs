@@ -2,7 +2,7 @@
 //! sample counts of the other. `renderer`, `goal` and `budget` call it.
 
 use super::Tiles;
-use super::noise_map::{NoiseMap, TileNoise};
+use super::noise_map::NoiseMap;
 use rayon::prelude::*;
 use trisect_shared::rng::PathKey;
 
@@ -25,7 +25,7 @@ pub(super) fn relative_samples(noise_map: &NoiseMap, half: usize, tiles: &Tiles)
     let mut wanted: Vec<f64> = variance.zip(work).map(|(v, w)| (v / w).sqrt()).collect();
     // The bounds change the mean; a few rounds of normalisation settle it.
     for _ in 0..8 {
-        let mean = mean(&wanted, tiles);
+        let mean = mean(tiles, |tile| wanted[tile]);
         if mean <= 0.0 {
             return vec![1.0; tiles.len()];
         }
@@ -34,32 +34,41 @@ pub(super) fn relative_samples(noise_map: &NoiseMap, half: usize, tiles: &Tiles)
     wanted
 }
 
+/// Number of tiles that a thread adds up.
+const PART: usize = 1024;
+
+/// Function of a tile.
+pub(super) type OfTile<'a> = &'a (dyn Fn(usize) -> f64 + Sync);
+
+/// Returns the sum over tiles, of which each pixel counts. It does not depend on the number of
+/// threads.
+fn sum(tiles: &Tiles, of: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let part = |first: usize| {
+        let own = first..(first + PART).min(tiles.len());
+        own.map(|tile| of(tile) * f64::from(tiles.size(tile))).sum::<f64>()
+    };
+    let parts: Vec<f64> = (0..tiles.len()).into_par_iter().step_by(PART).map(part).collect();
+    parts.iter().sum()
+}
+
 /// Returns the mean over tiles, weighted by pixels.
-fn mean(values: &[f64], tiles: &Tiles) -> f64 {
-    let (mut sum, mut pixels) = (0.0, 0.0);
-    for (tile, value) in values.iter().enumerate() {
-        let size = f64::from(tiles.size(tile));
-        sum += value * size;
-        pixels += size;
-    }
-    sum / pixels.max(1.0)
+fn mean(tiles: &Tiles, of: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let (width, height) = tiles.image();
+    sum(tiles, of) / (f64::from(width) * f64::from(height)).max(1.0)
 }
 
 /// Returns the relMSE of an image with these samples per pixel in each tile, by half.
-pub(super) fn rel_mse(noise_map: &NoiseMap, tiles: &Tiles, counts: [&dyn Fn(usize) -> f64; 2]) -> f64 {
+pub(super) fn rel_mse(noise_map: &NoiseMap, tiles: &Tiles, counts: [OfTile<'_>; 2]) -> f64 {
     let of = |tile: usize| {
         let variance = noise_map.tiles[tile].variance;
         (0..2).map(|half| 0.25 * variance[half] / counts[half](tile).max(1e-9)).sum::<f64>()
     };
-    mean(&(0..tiles.len()).map(of).collect::<Vec<_>>(), tiles)
+    mean(tiles, of)
 }
 
 /// Returns the work in segments if the pixels of each tile take `counts` samples, for a half.
-pub(super) fn work(noise_map: &NoiseMap, tiles: &Tiles, half: usize, counts: &dyn Fn(usize) -> f64) -> f64 {
-    let of = |tile: usize, noise: &TileNoise| {
-        noise.work[half].max(1.0) * counts(tile) * f64::from(tiles.size(tile))
-    };
-    noise_map.tiles.iter().enumerate().map(|(tile, noise)| of(tile, noise)).sum()
+pub(super) fn work(noise_map: &NoiseMap, tiles: &Tiles, half: usize, counts: OfTile<'_>) -> f64 {
+    sum(tiles, |tile| noise_map.tiles[tile].work[half].max(1.0) * counts(tile))
 }
 
 /// Returns the work of uniform sampling over that of adaptive sampling for the same error. Each
@@ -67,12 +76,12 @@ pub(super) fn work(noise_map: &NoiseMap, tiles: &Tiles, half: usize, counts: &dy
 /// the gain.
 pub(super) fn gain(noise_map: &NoiseMap, tiles: &Tiles) -> f64 {
     let shares = noise_map.shares(tiles);
-    let one: &dyn Fn(usize) -> f64 = &|_| 1.0;
+    let one: OfTile<'_> = &|_| 1.0;
     let by = |half: usize| {
         let share = &shares[half];
         move |tile: usize| share[tile]
     };
-    let all = |counts: [&dyn Fn(usize) -> f64; 2]| {
+    let all = |counts: [OfTile<'_>; 2]| {
         rel_mse(noise_map, tiles, counts)
             * (0..2).map(|half| work(noise_map, tiles, half, counts[half])).sum::<f64>()
     };
@@ -169,7 +178,7 @@ impl<'a> Allocation<'a> {
 
     /// Returns the samples per pixel that each tile takes for this work.
     pub fn counts(&self, available: f64) -> Vec<f64> {
-        (0..self.share.len()).map(self.count_of_tile(available)).collect()
+        (0..self.share.len()).into_par_iter().with_min_len(PART).map(self.count_of_tile(available)).collect()
     }
 }
 
@@ -181,11 +190,12 @@ pub(super) fn round_stochastically(counts: &[f64], seed: u32, pass: u32) -> Vec<
         let chance = f64::from(word(tile)) / (f64::from(u32::MAX) + 1.0);
         (count + chance).floor().clamp(0.0, f64::from(u32::MAX)) as u32
     };
-    counts.iter().enumerate().map(round).collect()
+    counts.par_iter().enumerate().with_min_len(PART).map(round).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::noise_map::TileNoise;
     use super::*;
 
     fn noise_map(variances: &[f64]) -> NoiseMap {
@@ -203,7 +213,7 @@ mod tests {
         let noise_map = noise_map(&variances);
         let share = relative_samples(&noise_map, 0, &tiles);
         assert!((share[150] / share[50] - 4.0).abs() < 1e-9, "{} {}", share[150], share[50]);
-        assert!((mean(&share, &tiles) - 1.0).abs() < 1e-9);
+        assert!((mean(&tiles, |tile| share[tile]) - 1.0).abs() < 1e-9);
         let gain = gain(&noise_map, &tiles);
         assert!((gain - 8.5 / 6.25).abs() < 0.02, "{gain}");
         let even = super::gain(&self::noise_map(&[3.0; 200]), &tiles);

@@ -112,7 +112,7 @@ fn missing(noise_map: &NoiseMap, renderer: &AdaptiveRenderer, target: f64, adapt
     let fillings = allocate::Allocation::of_both((noise_map, tiles), shares, taken, f64::MAX);
     let after = |more: f64| {
         let next = [0, 1].map(|half: usize| fillings[half].count_of_tile(0.5 * more));
-        let count = |half: usize, tile| f64::from(renderer.halves.taken(half)[tile]) + next[half](tile);
+        let count = |half: usize, tile| f64::from(taken[half][tile]) + next[half](tile);
         allocate::rel_mse(noise_map, tiles, [&|tile| count(0, tile), &|tile| count(1, tile)])
     };
     // Relative to the noise map's own sum, which has the variances within halves.
