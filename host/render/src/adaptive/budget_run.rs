@@ -198,7 +198,8 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
             (Some(filter), Some(taken)) => filter.reserve(taken),
             _ => 0.0,
         };
-        let end = part * (whole - reserve - image_seconds(&self.renderer));
+        let image = self.calibration.map_or_else(|| image_seconds(&self.renderer), |measured| measured.image);
+        let end = part * (whole - reserve - image);
         let left = end - self.start.elapsed().as_secs_f64();
         let least = match self.adaptive {
             true => Launches { tile_launches: 1, chunks: 0 },

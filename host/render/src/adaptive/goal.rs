@@ -24,6 +24,9 @@ const MAX_STEP: f64 = 0.6;
 /// Maximum samples of a step that takes all missing samples, relative to those already taken.
 const LAST_STEP: f64 = 0.1;
 
+/// Samples per pixel, and share of the maximum, that are not worth another pass.
+const ENOUGH: f64 = 0.01;
+
 /// Result of a render with a target error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reached {
@@ -79,8 +82,8 @@ pub(super) fn reach(
         let (adaptive, gain) = decide(adaptive, &noise_map, renderer, 1.0);
         let samples = renderer.mean_samples();
         renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
-        // A hundredth of a sample is not worth another pass.
-        let is_enough = samples + 0.01 >= f64::from(most) || !renderer.should_continue();
+        let is_enough =
+            samples >= f64::from(most) - ENOUGH.max(ENOUGH * f64::from(most)) || !renderer.should_continue();
         if noise_map.error <= target || is_enough || !noise_map.error.is_finite() {
             return Ok(Reached { noise: renderer.noise()?, adaptive, gain });
         }

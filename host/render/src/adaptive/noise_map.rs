@@ -45,8 +45,8 @@ impl Noise {
     }
 
     /// Returns the noise that a device measured, with the errors of pixels.
-    pub(super) fn measured(noise: &MeasuredNoise, tiles: &Tiles) -> Self {
-        Self::from_errors(&NoiseMap::measured(noise, tiles), &noise.errors)
+    pub(super) fn measured(noise: &MeasuredNoise<'_>, tiles: &Tiles) -> Self {
+        Self::from_errors(&NoiseMap::measured(noise, tiles), noise.errors)
     }
 }
 
@@ -108,7 +108,7 @@ impl NoiseMap {
     }
 
     /// Returns the map that a device measured.
-    pub fn measured(noise: &MeasuredNoise, tiles: &Tiles) -> Self {
+    pub fn measured(noise: &MeasuredNoise<'_>, tiles: &Tiles) -> Self {
         Self::from_tiles(noise.tiles.iter().map(|&mean| TileNoise::from(mean)).collect(), tiles)
     }
 

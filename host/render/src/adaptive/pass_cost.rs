@@ -39,6 +39,8 @@ pub(super) struct Calibration {
     pub plain: PassTime,
     /// Pass with AOV sums, if there will be any.
     pub with_aovs: Option<PassTime>,
+    /// Seconds until the image is made from the sums.
+    pub image: f64,
 }
 
 impl Calibration {
@@ -87,12 +89,21 @@ pub(super) fn calibrate(
     if with_guides.guides {
         (halves, guided) = one(halves, with_guides)?;
     }
+    let mut image = 0.0;
+    // The second time, memory is touched.
+    for _ in 0..2 {
+        let mut renderer = AdaptiveRenderer::with(renderer, plain, halves, observer);
+        let start = Instant::now();
+        renderer.image()?;
+        image = start.elapsed().as_secs_f64();
+        halves = renderer.halves;
+    }
     halves.clear();
     if halves.is_on_device() {
         renderer.begin_halves(&of_half(plain, 0))?;
     }
     let guided = with_guides.guides.then_some(guided);
-    Ok((halves, Some(Calibration { plain: pass, with_aovs: guided })))
+    Ok((halves, Some(Calibration { plain: pass, with_aovs: guided, image })))
 }
 
 /// Model of the time of passes.

@@ -381,6 +381,7 @@ impl<'a> AdaptiveRenderer<'a> {
             };
             launches.tile_launches = 1;
             let counts = within(launches, f64::MAX);
+            let before = (room.work)(launches);
             let work_of = |half: usize, counts: &Vec<f64>, least: f64| {
                 allocate::work(noise_map, &tiles, half, &|tile| counts[tile].max(least))
             };
@@ -390,7 +391,9 @@ impl<'a> AdaptiveRenderer<'a> {
                 work_of(0, &counts[0], each) + work_of(1, &counts[1], each) + beside(launches)
             });
             let most = f64::from(each) + f64::from(launches.tile_launches) * f64::from(CHUNK_SAMPLES);
-            let mut counts = within(launches, most);
+            let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
+            let is_same = greatest <= most && (room.work)(launches) == before;
+            let mut counts = if is_same { counts } else { within(launches, most) };
             // With less time, the samples that all tiles take are fewer, too.
             let greatest = counts.iter().flatten().copied().fold(0.0, f64::max);
             let each = each.min(greatest as u32);

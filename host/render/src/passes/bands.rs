@@ -35,7 +35,7 @@ impl Bands {
     }
 
     /// Makes room for so many words in each band of `N` films, and pins it.
-    fn prepare<const N: usize>(&mut self, device: &mut dyn Device, words: usize) {
+    pub fn prepare<const N: usize>(&mut self, device: &mut dyn Device, words: usize) {
         for band in self.words.iter_mut().flat_map(|bands| bands.iter_mut().take(N)) {
             if band.memory().bytes() < 4 * words {
                 device.unpin(band.memory());

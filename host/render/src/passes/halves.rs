@@ -6,7 +6,7 @@ use super::misuse;
 use super::totals::{DeviceTotals, check_rows, compile, launch, params};
 use bytemuck::{Pod, cast_slice};
 use std::ops::Range;
-use trisect_device::{BackendError, Buffer, Command, Device, RowSet, RowTarget};
+use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget};
 use trisect_kernels::{FILM_ADD, FILM_NOISE, FILM_REQUEST, FILM_SUMS};
 use trisect_shared::film::PixelSums;
 use trisect_shared::noise::PixelNoise;
@@ -23,13 +23,15 @@ pub(super) struct DeviceHalves {
     counts: Buffer,
     /// Noise of each tile, and the error of each pixel.
     noise: Buffer,
+    /// The same on the host.
+    read: HostRecords<u32>,
 }
 
 /// Noise of an image by tiles, and by pixels if that was asked for.
-pub(crate) struct MeasuredNoise {
+pub(crate) struct MeasuredNoise<'a> {
     pub tiles: Vec<PixelNoise>,
     /// Squared relative error of each pixel, or none.
-    pub errors: Vec<f32>,
+    pub errors: &'a [f32],
 }
 
 impl DeviceHalves {
@@ -53,22 +55,36 @@ impl DeviceHalves {
         let (pixels, tiles) = (film.of.pixels(), Self::tiles(size));
         let fits = |halves: &Self| halves.size == size;
         let (first, second, rest) = match other.filter(fits) {
-            Some(Self { of: [first, second], sums, counts, noise, .. }) => {
-                (Some(first), Some(second), Some((sums, counts, noise)))
+            Some(Self { of: [first, second], sums, counts, noise, read, .. }) => {
+                (Some(first), Some(second), Some((sums, counts, noise, read)))
             }
             None => (None, None, None),
         };
         let of = [DeviceTotals::begin(device, film, first)?, DeviceTotals::begin(device, film, second)?];
         let tiles = u64::from(tiles.0) * u64::from(tiles.1);
-        let (sums, counts, noise) = match rest {
+        let words = tiles * u64::from(NOISE_WORDS) + pixels;
+        let (sums, counts, noise, read) = match rest {
             Some(rest) => rest,
             None => (
                 device.allocate(2 * pixels * size_of::<PixelSums>() as u64, "the halves' sums")?,
                 device.allocate(4 * tiles, "the numbers of samples by tile")?,
-                device.allocate(4 * (tiles * u64::from(NOISE_WORDS) + pixels), "the noise")?,
+                device.allocate(4 * words, "the noise")?,
+                HostRecords::new(words as usize),
             ),
         };
-        Ok(Self { size, of, sums, counts, noise })
+        device.pin(read.memory());
+        Ok(Self { size, of, sums, counts, noise, read })
+    }
+
+    /// Prepares the memory through which the host reads: its first touch takes as long as a copy.
+    pub fn prepare(&self, device: &mut dyn Device, bands: &mut Bands) {
+        let words = DeviceTotals::band(self.size) * DeviceTotals::row(self.size) / 4;
+        bands.prepare::<2>(device, words as usize);
+    }
+
+    /// Unpins the memory on the host.
+    pub fn unpin(&self, device: &mut dyn Device) {
+        device.unpin(self.read.memory());
     }
 
     /// Returns the number of tiles across and down.
@@ -134,12 +150,12 @@ impl DeviceHalves {
 
     /// Measures the noise: of each tile, and of each pixel `with_errors`.
     pub fn noise(
-        &self,
+        &mut self,
         device: &mut dyn Device,
         film: &DeviceFilm,
         from_halves: bool,
         with_errors: bool,
-    ) -> Result<MeasuredNoise, BackendError> {
+    ) -> Result<MeasuredNoise<'_>, BackendError> {
         let (width, height) = self.size;
         let all = params(self.size, &RowSet::from(0..height), &(0..0));
         let of_half = [0, 1].map(|half| TotalsParams { half, ..all });
@@ -159,19 +175,20 @@ impl DeviceHalves {
         commands.push(launch);
         let of_pixels = if with_errors { width as usize * height as usize } else { 0 };
         let of_tiles = tiles.0 as usize * tiles.1 as usize * NOISE_WORDS as usize;
-        let mut words = vec![0u32; of_tiles + of_pixels];
-        let rows = RowSet::from(0..words.len() as u32);
-        let read = Command::Read { from: &self.noise, to: RowTarget::records(&mut words, &rows) };
-        commands.push(read);
+        self.read.resize(of_tiles + of_pixels);
+        let rows = RowSet::from(0..self.read.len() as u32);
+        let to = RowTarget::records(&mut self.read, &rows);
+        commands.push(Command::Read { from: &self.noise, to });
         // SAFETY: totals and sums have records for each pixel, and the output has words for each
         // tile and pixel.
         unsafe { device.run(commands) }?;
-        let errors = words.split_off(of_tiles).into_iter().map(f32::from_bits).collect();
+        let (of_tiles, of_pixels) = self.read.split_at(of_tiles);
         let of = |words: &[u32]| {
             let number = |index: usize| words.get(index).map_or(0.0, |&bits| f32::from_bits(bits));
             PixelNoise { error: number(0), variance: (number(1), number(2)), work: (number(3), number(4)) }
         };
-        Ok(MeasuredNoise { tiles: words.chunks_exact(NOISE_WORDS as usize).map(of).collect(), errors })
+        let tiles = of_tiles.chunks_exact(NOISE_WORDS as usize).map(of).collect();
+        Ok(MeasuredNoise { tiles, errors: cast_slice(of_pixels) })
     }
 
     /// Reads a record of so many sums for each pixel of both halves, by bands: `use_band` gets

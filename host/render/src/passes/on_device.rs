@@ -47,8 +47,11 @@ fn made(film: Option<&DeviceFilm>) -> Result<&DeviceFilm, BackendError> {
 
 /// Returns the halves, or an error if there are none.
 fn prepared(halves: Option<&DeviceHalves>) -> Result<&DeviceHalves, BackendError> {
-    halves.ok_or_else(|| misuse("no halves were prepared"))
+    halves.ok_or_else(|| misuse(NO_HALVES))
 }
+
+/// Message of a call without halves.
+const NO_HALVES: &str = "no halves were prepared";
 
 impl DeviceScene {
     /// Wraps a scene on a device.
@@ -75,6 +78,7 @@ impl DeviceScene {
 
     /// Returns the device itself, for another scene.
     pub fn into_device(mut self) -> Box<dyn Device> {
+        self.drop_halves();
         self.bands.unpin(self.device.as_mut());
         self.device
     }
@@ -175,13 +179,17 @@ impl DeviceScene {
     /// [`BackendError::TooLarge`] if the device lacks the memory.
     pub fn begin_halves(&mut self) -> Result<(), BackendError> {
         let film = made(self.film.as_ref())?;
-        self.halves = Some(DeviceHalves::begin(self.device.as_mut(), film, self.halves.take())?);
+        let halves = DeviceHalves::begin(self.device.as_mut(), film, self.halves.take())?;
+        halves.prepare(self.device.as_mut(), &mut self.bands);
+        self.halves = Some(halves);
         Ok(())
     }
 
     /// Frees the halves' memory.
     pub fn drop_halves(&mut self) {
-        self.halves = None;
+        if let Some(halves) = self.halves.take() {
+            halves.unpin(self.device.as_mut());
+        }
     }
 
     /// Adds the film's chunk of `samples` to a half, and resets it.
@@ -203,8 +211,8 @@ impl DeviceScene {
     }
 
     /// Measures the noise of the halves: of each tile, and of each pixel `with_errors`.
-    pub fn noise(&mut self, from_halves: bool, with_errors: bool) -> Result<MeasuredNoise, BackendError> {
-        let halves = prepared(self.halves.as_ref())?;
+    pub fn noise(&mut self, from_halves: bool, with_errors: bool) -> Result<MeasuredNoise<'_>, BackendError> {
+        let halves = self.halves.as_mut().ok_or_else(|| misuse(NO_HALVES))?;
         halves.noise(self.device.as_mut(), made(self.film.as_ref())?, from_halves, with_errors)
     }
 

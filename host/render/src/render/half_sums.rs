@@ -105,7 +105,7 @@ impl Renderer {
         &mut self,
         from_halves: bool,
         with_errors: bool,
-    ) -> Result<MeasuredNoise, Error> {
+    ) -> Result<MeasuredNoise<'_>, Error> {
         Ok(self.uploaded.noise(from_halves, with_errors)?)
     }
 
