@@ -1,7 +1,7 @@
 //! A render within a time budget: its state, and its steps from the first sample to the image.
 
 use super::filter::{Choice, Filter, Filtered};
-use super::goal::decide;
+use super::goal::{self, decide};
 use super::noise_map::NoiseMap;
 use super::pass_cost::{Calibration, PassCostModel, PassTime};
 use super::preparation::{BudgetPlan, Preparation};
@@ -149,7 +149,8 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         let look = looking.elapsed().as_secs_f64();
         let left = 1.0 - (PARTS.len() as f64 * (look + clock.tile_launch) / whole).min(1.0);
         let (adaptive, gain) =
-            if looks { decide(plan.adaptive, &noise_map, &renderer, left) } else { (false, 1.0) };
+            if looks { decide(plan.adaptive, &noise_map, &renderer, left) } else { (false, Some(1.0)) };
+        let gain = gain.unwrap_or_else(|| goal::gain(&noise_map, &renderer));
         let tiles = renderer.halves.tiles();
         let of_one: f64 = (0..2).map(|half| allocate::work(&noise_map, tiles, half, &|_| 1.0)).sum();
         let choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));

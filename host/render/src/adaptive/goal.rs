@@ -36,29 +36,35 @@ pub(super) struct Reached {
     pub gain: f64,
 }
 
-/// Decides whether samples are distributed by noise; returns the decision and the estimated gain.
-/// `left` is the share of the time that adaptive passes leave for rendering, relative to uniform
-/// passes.
+/// Decides whether samples are distributed by noise; returns the decision, and the estimated gain
+/// if that was needed. `left` is the share of the time that adaptive passes leave for rendering,
+/// relative to uniform passes.
 pub(super) fn decide(
     wanted: Adaptive,
     noise_map: &NoiseMap,
     renderer: &AdaptiveRenderer,
     left: f64,
-) -> (bool, f64) {
-    // One sample has no variance. Only the difference of the halves would give the noise, and that
-    // depends on both halves: each would steer itself.
-    if (0..2).any(|half| renderer.halves.taken(half).iter().any(|&taken| taken < 2)) {
-        return (false, 1.0);
-    }
-    let gain = allocate::gain(noise_map, renderer.halves.tiles());
-    let adaptive = match wanted {
-        Adaptive::On => true,
-        Adaptive::Off => false,
+) -> (bool, Option<f64>) {
+    match wanted {
+        Adaptive::On => (has_variance(renderer), None),
+        Adaptive::Off => (false, None),
         Adaptive::Auto => {
-            gain * left > if renderer.variance_from_halves() { MIN_GAIN_SOBOL } else { MIN_GAIN }
+            let gain = gain(noise_map, renderer);
+            let least = if renderer.variance_from_halves() { MIN_GAIN_SOBOL } else { MIN_GAIN };
+            (gain * left > least, Some(gain))
         }
-    };
-    (adaptive, gain)
+    }
+}
+
+/// Returns the estimated gain of adaptive over uniform sampling.
+pub(super) fn gain(noise_map: &NoiseMap, renderer: &AdaptiveRenderer) -> f64 {
+    if has_variance(renderer) { allocate::gain(noise_map, renderer.halves.tiles()) } else { 1.0 }
+}
+
+/// Returns whether all pixels have a variance: one sample has none. Only the difference of the
+/// halves would give the noise, and that depends on both halves: each would steer itself.
+fn has_variance(renderer: &AdaptiveRenderer) -> bool {
+    (0..2).all(|half| renderer.halves.taken(half).iter().all(|&taken| taken >= 2))
 }
 
 /// Takes samples until the estimated error is at most `target`, or the mean samples per pixel reach
@@ -79,12 +85,13 @@ pub(super) fn reach(
     renderer.render_uniform(first)?;
     loop {
         let noise_map = renderer.noise_map()?;
-        let (adaptive, gain) = decide(adaptive, &noise_map, renderer, 1.0);
+        let (adaptive, estimated) = decide(adaptive, &noise_map, renderer, 1.0);
         let samples = renderer.mean_samples();
         renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
         let is_enough =
             samples >= f64::from(most) - ENOUGH.max(ENOUGH * f64::from(most)) || !renderer.should_continue();
         if noise_map.error <= target || is_enough || !noise_map.error.is_finite() {
+            let gain = estimated.unwrap_or_else(|| gain(&noise_map, renderer));
             return Ok(Reached { noise: renderer.noise()?, adaptive, gain });
         }
         let one: f64 =

@@ -1,7 +1,7 @@
 //! Reading of totals by bands of rows, through memory to which a GPU copies directly.
 
 use super::film::DeviceFilm;
-use super::totals::{DeviceTotals, launch, params};
+use super::totals::{launch, params};
 use bytemuck::{Pod, cast_slice};
 use std::ops::Range;
 use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget};
@@ -14,7 +14,8 @@ pub(super) struct Bands {
     words: [[HostRecords<u32>; 2]; 2],
 }
 
-/// What to read: so many sums of the pixels of some rows, from totals with an output each.
+/// What to read: so many sums of the pixels of some rows, from totals with an output each, which
+/// has room for a row of any record.
 pub(super) struct Read<'a, const N: usize> {
     pub film: &'a DeviceFilm,
     /// Pixels across and down the image.
@@ -55,8 +56,11 @@ impl Bands {
         read: &Read<'_, N>,
         use_band: &mut UseBand<'_, T, N>,
     ) -> Result<(), BackendError> {
-        let (width, band) = (read.size.0 as usize, DeviceTotals::band(read.size) as u32);
-        let band = band.min(read.rows.len().max(1));
+        let width = read.size.0 as usize;
+        let room = read.from.iter().map(|(_, output)| output.bytes()).min().unwrap_or(0);
+        let band =
+            (room / (width * size_of::<T>()).max(1) as u64).clamp(1, u64::from(read.rows.len().max(1)));
+        let band = band as u32;
         self.prepare::<N>(device, width * band as usize * size_of::<T>() / 4);
         let [mut current, mut other] = self.words.each_mut();
         let mut waiting: Option<Range<usize>> = None;
