@@ -1,7 +1,11 @@
-//! Available memory, by which renders, scenes and images are refused before they are allocated.
+//! Available memory, by which renders, scenes and images are refused before they are allocated, and
+//! its speed.
 
+mod bandwidth;
 #[cfg(target_os = "linux")]
 mod cgroup;
+
+pub use bandwidth::bandwidth;
 
 #[cfg(target_os = "linux")]
 use std::path::Path;

@@ -20,6 +20,8 @@ pub(super) struct SubmissionSizer {
     pixels: u64,
     /// True if the caller has set `budget`, whatever time a submission then takes.
     fixed: bool,
+    /// Samples a second of the last submission.
+    speed: Option<f64>,
 }
 
 impl SubmissionSizer {
@@ -27,9 +29,9 @@ impl SubmissionSizer {
         // The first budgets are small enough for the slowest device of their kind, and grow up to
         // eightfold a step.
         match kind {
-            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20, fixed: false },
-            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12, fixed: false },
-            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13, fixed: false },
+            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20, fixed: false, speed: None },
+            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12, fixed: false, speed: None },
+            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13, fixed: false, speed: None },
         }
     }
 
@@ -49,8 +51,14 @@ impl SubmissionSizer {
         self.pixels
     }
 
+    /// Returns the samples a second of the last submission, if there was one.
+    pub(super) fn speed(&self) -> Option<f64> {
+        self.speed
+    }
+
     /// Adapts the budget to a submission of `samples` samples that took `time`.
     pub(super) fn learn(&mut self, samples: u64, time: Duration) {
+        self.speed = Some(samples as f64 / time.as_secs_f64().max(1e-6));
         if self.fixed {
             return;
         }
