@@ -99,10 +99,13 @@ def others(machine, programs):
     whole = lambda _, seconds: seconds
     sampling = lambda name, factor: lambda stats, _: factor * stats["sampling"][name]
     works = [("16 samples by noise: sampling, ms (goal 60)", by_noise, sampling("seconds", 1e3)),
-             ("the same: the whole program, s", by_noise, whole)]
+             ("the same: the whole program, s", by_noise, whole),
+             ("the same: samples a pixel", by_noise, sampling("mean_samples", 1))]
     for budget in ["0.1s", "0.5s"]:
         options = [SCENE, *size, "--budget", budget]
         works += [(f"`--budget {budget}`: samples a pixel", options, sampling("mean_samples", 1)),
+                  ("the same: estimated error, %", options, sampling("expected_error", 100)),
+                  ("the same: sampling, s", options, sampling("seconds", 1)),
                   ("the same: the whole program, s", options, whole)]
     works.append(("hello world of 1 sample: the whole program, s (goal 0.25)", ["--spp", "1"], whole))
     for name, options, value in works:

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use std::ops::ControlFlow;
+use trisect::adaptive::{self, Adaptive, Free, Goal, Request};
 use trisect::film::{Film, SampleBlock, SampleCoverage, Totals};
 use trisect::render::{FilmObserver, RenderObserver, Renderer, Settings, Summation};
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
@@ -161,6 +162,52 @@ fn without_memory_the_host_adds() {
         // The renderer still works after a refusal.
         assert!(same(&renderer.render(&settings(&scene, true)).unwrap().film, &want), "{lacks}");
     }
+}
+
+/// Halves of an adaptive image add up on the host where the device lacks memory for them.
+#[test]
+fn without_memory_the_host_adds_halves() {
+    let scene = scene("three_spheres.ron");
+    let goal = Goal::Error { target: 1e-6, max_samples: 20 };
+    let request = Request { goal, adaptive: Adaptive::On, free: Free::default(), denoise: None };
+    let host = Settings { sums: Summation::Host, ..settings(&scene, false) };
+    let want = adaptive::render(&mut renders::cpu(&scene), &host, &request, &mut ()).unwrap().film;
+    for (lacks, by_device) in
+        [("nothing", true), ("the film's totals", false), ("the halves' sums", false), ("the noise", false)]
+    {
+        let device = FaultInjectingBackend::new(|| Ok(())).as_gpu().without_memory_for(lacks);
+        let mut renderer = Renderer::new(device, &scene).unwrap();
+        let mut of =
+            |sums| adaptive::render(&mut renderer, &Settings { sums, ..host.clone() }, &request, &mut ());
+        let got = of(Summation::Auto).unwrap();
+        assert_eq!(differing(&got.film, &want), 0, "{lacks}");
+        assert_eq!(got.stats.sums == Summation::Device, by_device, "{lacks}");
+        let warned = got.stats.warnings().iter().any(|text| text.contains("the host adds the chunks up"));
+        assert_eq!(warned, !by_device, "{lacks}");
+        assert_eq!(of(Summation::Device).is_ok(), by_device, "{lacks}");
+    }
+}
+
+/// A film that is read in several bands, by copies of the host on a GPU.
+#[test]
+fn films_of_several_bands() {
+    let scene = scene("three_spheres.ron");
+    let settings = Settings { width: 640, height: 481, samples: 1, depth: 2, ..Settings::of(&scene) };
+    // Not the whole image, so that the film is not just the chunk.
+    let part = SampleBlock { rows: 0..480, samples: 0..1 };
+    let of = |renderer: &mut Renderer, sums| {
+        let settings = Settings { sums, ..settings.clone() };
+        renderer.render_part(&settings, &part, &mut ()).unwrap().film
+    };
+    let mut cpu = renders::cpu(&scene);
+    let want = of(&mut cpu, Summation::Host);
+    assert!(same(&of(&mut cpu, Summation::Device), &want));
+    let gpu = FaultInjectingBackend::new(|| Ok(())).as_gpu();
+    let mut gpu = Renderer::new(gpu, &scene).unwrap();
+    assert!(same(&of(&mut gpu, Summation::Device), &want));
+    let other = Settings { seed: 1, ..settings.clone() };
+    let other = gpu.render_part(&other, &part, &mut ()).unwrap().film;
+    assert!(!same(&other, &want), "negative control not detected");
 }
 
 for_each_backend!(the_device_adds_as_the_host, one_chunk_is_the_film, reads_do_not_show);

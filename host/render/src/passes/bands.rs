@@ -57,10 +57,7 @@ impl Bands {
         use_band: &mut UseBand<'_, T, N>,
     ) -> Result<(), BackendError> {
         let width = read.size.0 as usize;
-        let room = read.from.iter().map(|(_, output)| output.bytes()).min().unwrap_or(0);
-        let band =
-            (room / (width * size_of::<T>()).max(1) as u64).clamp(1, u64::from(read.rows.len().max(1)));
-        let band = band as u32;
+        let band = read.band_of::<T>();
         self.prepare::<N>(device, width * band as usize * size_of::<T>() / 4);
         let [mut current, mut other] = self.words.each_mut();
         let mut waiting: Option<Range<usize>> = None;
@@ -74,7 +71,9 @@ impl Bands {
                     let (other, use_band) = (&*other, &mut *use_band);
                     scope.spawn(move |_| use_band(before, std::array::from_fn(|i| cast_slice(&other[i]))));
                 }
-                read.band(device, &rows, current)
+                let packed = RowSet::from(0..rows.len());
+                let targets = current.iter_mut().map(|memory| RowTarget::records(memory, &packed));
+                read.band(device, &rows, targets)
             })?;
             waiting = Some(pixels);
             std::mem::swap(&mut current, &mut other);
@@ -87,20 +86,27 @@ impl Bands {
 }
 
 impl<const N: usize> Read<'_, N> {
-    /// Reads the records of a band.
-    fn band(
+    /// Returns the number of rows of records that a band has.
+    pub fn band_of<T>(&self) -> u32 {
+        let row = (self.size.0 as usize * size_of::<T>()).max(1) as u64;
+        let room = self.from.iter().map(|(_, output)| output.bytes()).min().unwrap_or(0);
+        (room / row).clamp(1, u64::from(self.rows.len().max(1))) as u32
+    }
+
+    /// Reads the records of the rows of a band, to a target for each film. It has as many bytes as
+    /// the records, packed.
+    pub fn band<'b>(
         &self,
         device: &mut dyn Device,
         rows: &RowSet,
-        to: &mut [HostRecords<u32>; 2],
+        to: impl IntoIterator<Item = RowTarget<'b>>,
     ) -> Result<(), BackendError> {
         let params = TotalsParams { sums: self.sums, ..params(self.size, rows, &(0..0)) };
-        let packed = RowSet::from(0..rows.len());
         let mut commands = Vec::new();
-        for ((totals, output), memory) in self.from.iter().zip(to) {
+        for ((totals, output), to) in self.from.iter().zip(to) {
             let arrays = [&self.film.sums, &self.film.aovs, totals, output];
             commands.push(launch(FILM_READ, &params, arrays, rows.len())?);
-            commands.push(Command::Read { from: output, to: RowTarget::records(memory, &packed) });
+            commands.push(Command::Read { from: output, to });
         }
         // SAFETY: the totals have words for each pixel of the rows, as the caller has checked; the
         // output has a place for as many records as there are threads.

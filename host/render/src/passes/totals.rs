@@ -7,7 +7,10 @@ use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation,
 use bytemuck::{Pod, Zeroable, bytes_of};
 use rayon::prelude::*;
 use std::ops::Range;
-use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
+use std::time::Instant;
+use trisect_device::{
+    BackendError, Buffer, Command, Device, DeviceKind, Dispatch, MathMode, RowSet, RowTarget,
+};
 use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ, entry_point};
 use trisect_shared::totals::{
     AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS,
@@ -16,6 +19,12 @@ use trisect_shared::totals::{
 
 /// Maximum number of bytes that the host reads at a time, except for a single row.
 const MAX_READ: u64 = 8 << 20;
+
+/// Number of bands by which the speed of a copy is measured.
+const PROBED_BANDS: u32 = 4;
+
+/// Bytes a second below which a copy by several threads is slower than one by the driver.
+const SLOW: f64 = 4e9;
 
 /// Totals of an image on a device.
 pub(super) struct DeviceTotals {
@@ -215,9 +224,45 @@ impl DeviceTotals {
             return Err(misuse("the totals are those of another number of pixels"));
         }
         check_rows(self.size, film, rows)?;
-        let read = Read { film, size: self.size, from: [from], rows, sums };
-        bands.for_each(device, &read, &mut |band, [from]: [&[T]; 1]| {
-            if let Some(to) = records.get_mut(band) {
+        let of = Read { film, size: self.size, from: [from], rows, sums };
+        let band = of.band_of::<T>();
+        let mut next = 0;
+        if device.info().kind == DeviceKind::Gpu {
+            // A host under load wakes threads late: then one thread copies the rest.
+            let probe = rows.len().min(PROBED_BANDS * band);
+            bands.prepare::<1>(device, (self.output.bytes() / 4) as usize);
+            let start = Instant::now();
+            self.read_by_bands((device, bands), &of, 0..probe, records)?;
+            let bytes = (probe as usize * self.size.0 as usize * size_of::<T>()) as f64;
+            next = probe;
+            if start.elapsed().as_secs_f64() <= bytes / SLOW {
+                self.read_by_bands((device, bands), &of, probe..rows.len(), records)?;
+                next = rows.len();
+            }
+        }
+        for first in (next..rows.len()).step_by(band as usize) {
+            let own = first..(first + band).min(rows.len());
+            let place = own.start as usize * self.size.0 as usize..own.end as usize * self.size.0 as usize;
+            if let Some(records) = records.get_mut(place) {
+                let packed = RowSet::from(0..own.len() as u32);
+                of.band(device, &rows.part(own), [RowTarget::records(records, &packed)])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a record for each pixel of some of the rows, through pinned memory.
+    fn read_by_bands<T: Pod + Send + Sync>(
+        &self,
+        (device, bands): (&mut dyn Device, &mut Bands),
+        of: &Read<'_, 1>,
+        own: Range<u32>,
+        records: &mut [T],
+    ) -> Result<(), BackendError> {
+        let before = own.start as usize * self.size.0 as usize;
+        let rows = of.rows.part(own);
+        bands.for_each(device, &Read { rows: &rows, ..*of }, &mut |band, [from]: [&[T]; 1]| {
+            if let Some(to) = records.get_mut(before + band.start..before + band.end) {
                 let (to, from) = (to.par_chunks_mut(TASK), from.par_chunks(TASK));
                 to.zip(from).for_each(|(to, from)| to.copy_from_slice(from));
             }
