@@ -23,7 +23,7 @@ pub struct PixelNoise {
     pub work: (f32, f32),
 }
 
-/// What a half says about a pixel.
+/// Mean, variance and work of a half's samples of a pixel.
 #[derive(Clone, Copy)]
 struct Half {
     count: f32,

@@ -52,7 +52,7 @@ fn counted_rows(params: &TotalsParams, y: u32) -> (u32, u32) {
 ///
 /// # Safety
 ///
-/// As [`add_chunk`](super::add_chunk); the output has [`COUNT_WORDS`] words for each thread that has
+/// As [`add_chunk`](super::add_chunk); the output has [`COUNT_WORDS`] words for each thread with
 /// rows to count. Others write nothing.
 #[inline(always)]
 pub unsafe fn count_chunk(

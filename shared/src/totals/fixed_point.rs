@@ -115,8 +115,8 @@ impl Accumulator {
         }
     }
 
-    /// Returns the bits of the sum as an f32: the nearest f64, rounded to the nearest f32, or of two
-    /// the even one. Zero is +0.
+    /// Returns the bits of the sum as an f32: the nearest f64, rounded to the nearest f32, or of
+    /// two the even one. Zero is +0.
     ///
     /// # Safety
     ///

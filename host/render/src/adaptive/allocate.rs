@@ -34,6 +34,17 @@ pub(super) fn relative_samples(noise_map: &NoiseMap, half: usize, tiles: &Tiles)
     wanted
 }
 
+impl NoiseMap {
+    /// Returns the samples of each tile's pixels relative to the mean over all pixels, for each
+    /// half ([`relative_samples`]).
+    pub fn shares(&self, tiles: &Tiles) -> &[Vec<f64>; 2] {
+        self.shares.get_or_init(|| {
+            let of = |half| relative_samples(self, half, tiles);
+            rayon::join(|| of(0), || of(1)).into()
+        })
+    }
+}
+
 /// Number of tiles that a thread adds up.
 const PART: usize = 1024;
 

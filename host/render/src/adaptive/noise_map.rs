@@ -1,6 +1,5 @@
 //! Estimates of the noise of an image, in total and by tiles, from its own samples.
 
-use super::allocate::relative_samples;
 use super::percentile::percentile;
 use super::{DualBuffers, Tiles};
 use crate::film::TASK;
@@ -27,7 +26,7 @@ pub(super) struct NoiseMap {
     pub error: f64,
     pub tiles: Vec<TileNoise>,
     /// [Shares](Self::shares), once they were asked for.
-    shares: OnceLock<[Vec<f64>; 2]>,
+    pub shares: OnceLock<[Vec<f64>; 2]>,
 }
 
 impl Noise {
@@ -76,15 +75,6 @@ impl NoiseMap {
     /// Returns a map with this error.
     pub fn of(error: f64, tiles: Vec<TileNoise>) -> Self {
         Self { error, tiles, shares: OnceLock::new() }
-    }
-
-    /// Returns the samples of each tile's pixels relative to the mean over all pixels, for each
-    /// half ([`relative_samples`]).
-    pub fn shares(&self, tiles: &Tiles) -> &[Vec<f64>; 2] {
-        self.shares.get_or_init(|| {
-            let of = |half| relative_samples(self, half, tiles);
-            rayon::join(|| of(0), || of(1)).into()
-        })
     }
 
     /// Measures an image. The error of independent samples follows from the variance within each

@@ -1,7 +1,7 @@
 //! Reading of totals by bands of rows, through memory to which a GPU copies directly.
 
 use super::film::DeviceFilm;
-use super::totals::{launch, params};
+use super::totals_launch::{launch, params};
 use bytemuck::{Pod, cast_slice};
 use std::ops::Range;
 use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget};
@@ -14,7 +14,7 @@ pub(super) struct Bands {
     words: [[HostRecords<u32>; 2]; 2],
 }
 
-/// What to read: so many sums of the pixels of some rows, from totals with an output each, which
+/// Records to read: so many sums of the pixels of some rows, from totals with an output each, which
 /// has room for a row of any record.
 pub(super) struct Read<'a, const N: usize> {
     pub film: &'a DeviceFilm,

@@ -3,7 +3,8 @@
 use super::bands::{Bands, Read, UseBand};
 use super::film::DeviceFilm;
 use super::misuse;
-use super::totals::{DeviceTotals, check_rows, compile, launch, params};
+use super::totals::{DeviceTotals, check_rows};
+use super::totals_launch::{compile, launch, params};
 use bytemuck::{Pod, cast_slice};
 use std::ops::Range;
 use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget};
@@ -23,7 +24,7 @@ pub(super) struct DeviceHalves {
     counts: Buffer,
     /// Noise of each tile, and the error of each pixel.
     noise: Buffer,
-    /// The same on the host.
+    /// Copy of the noise on the host.
     read: HostRecords<u32>,
 }
 

@@ -13,6 +13,7 @@ mod halves;
 mod on_device;
 mod scene;
 mod totals;
+mod totals_launch;
 
 pub(crate) use display::DisplayPass;
 pub(crate) use film::{FilmDesc, Launch};

@@ -3,15 +3,14 @@
 use super::bands::{Bands, Read};
 use super::film::DeviceFilm;
 use super::misuse;
+use super::totals_launch::{compile, launch, params};
 use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation, TASK};
-use bytemuck::{Pod, Zeroable, bytes_of};
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
-use trisect_device::{
-    BackendError, Buffer, Command, Device, DeviceKind, Dispatch, MathMode, RowSet, RowTarget,
-};
-use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ, entry_point};
+use trisect_device::{BackendError, Buffer, Command, Device, DeviceKind, RowSet, RowTarget};
+use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ};
 use trisect_shared::totals::{
     AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS,
     SUMS, TotalsParams,
@@ -61,55 +60,12 @@ const _: () = assert!(size_of::<RadianceTotals>() == READ_RADIANCE_WORDS as usiz
 const _: () = assert!(size_of::<PixelTotals>() == READ_WORDS as usize * 4);
 const _: () = assert!(size_of::<AovTotals>() == READ_AOV_WORDS as usize * 4);
 
-/// Returns the parameters of a launch over these rows of a share, of a chunk of `samples`.
-pub(super) fn params((width, height): (u32, u32), rows: &RowSet, samples: &Range<u32>) -> TotalsParams {
-    let (share_first_row, block_shift, block_gap) = rows.share();
-    TotalsParams {
-        width,
-        height,
-        first_row: rows.places().start,
-        rows: rows.len(),
-        share_first_row,
-        block_shift,
-        block_gap,
-        first_sample: samples.start,
-        samples: samples.len() as u32,
-        sums: SUMS,
-        ..TotalsParams::zeroed()
-    }
-}
-
-/// Returns a launch of a kernel of the totals, of a thread for each column and row. Integers have
-/// one math build, and samples must not go elsewhere by the other.
-pub(super) fn launch<'a>(
-    name: &'static str,
-    params: &'a TotalsParams,
-    arrays: [&'a Buffer; 4],
-    rows: u32,
-) -> Result<Command<'a>, BackendError> {
-    Ok(Command::Dispatch(Dispatch {
-        entry_point: entry_point(name).ok_or_else(|| misuse("there is no such kernel"))?,
-        math: MathMode::Precise,
-        params: bytes_of(params),
-        lengths: &[],
-        arrays: arrays.to_vec(),
-        threads: (params.width, rows),
-    }))
-}
-
 /// Checks that a film has these rows.
 pub(super) fn check_rows(size: (u32, u32), film: &DeviceFilm, rows: &RowSet) -> Result<(), BackendError> {
     match (film.of.width, film.of.height) == size && rows.end() <= size.1 {
         true => Ok(()),
         false => Err(misuse("the totals are those of a film of another size")),
     }
-}
-
-pub(super) fn compile(device: &mut dyn Device, names: &[&'static str]) -> Result<(), BackendError> {
-    names.iter().try_for_each(|name| {
-        let kernel = entry_point(name).ok_or_else(|| misuse("there is no such kernel"))?;
-        device.compile(kernel, MathMode::Precise)
-    })
 }
 
 impl DeviceTotals {

@@ -12,8 +12,8 @@ use trisect_device::{BackendError, DeviceKind};
 use trisect_image::Image;
 
 impl Renderer {
-    /// Prepares the kernel, and makes halves without samples on the device. Returns false where the host should have them:
-    /// as the settings say, or because the device lacks the memory.
+    /// Prepares the kernel, and makes halves without samples on the device. Returns false where the
+    /// host should have them: as the settings say, or because the device lacks the memory.
     ///
     /// # Errors
     ///

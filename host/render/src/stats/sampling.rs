@@ -70,9 +70,9 @@ pub struct Sampling {
     pub filter: Option<FilterTrial>,
     /// Trials of strategies.
     pub trials: Vec<Trial>,
-    /// Seconds from the first sample to the image; with a goal of an error, of the whole render.
+    /// Seconds from the first sample to the image.
     pub seconds: f64,
-    /// Seconds before the first sample, to compile kernels; 0 with a goal of an error.
+    /// Seconds before the first sample, to compile kernels and allocate memory.
     pub preparing_seconds: f64,
 }
 
