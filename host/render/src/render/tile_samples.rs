@@ -47,7 +47,7 @@ impl Renderer {
         let kernel = self.ready_for_tiles(settings, own)?;
         let chunk = &mut self.pipeline.current;
         chunk.resize(self.uploaded.device_mut(), settings.pixels() as usize, settings.guides);
-        let first = |pixel: usize| end - counts[tiles.of_pixel(pixel)];
+        let first = |pixel: usize| end.saturating_sub(counts[tiles.of_pixel(pixel)]);
         let pixels = chunk.pixels.par_iter_mut().enumerate().with_min_len(TASK);
         pixels.for_each(|(pixel, sums)| *sums = PixelSums { samples: first(pixel), ..PixelSums::UNWRITTEN });
         chunk.aovs.par_iter_mut().with_min_len(TASK).for_each(|guides| *guides = AovSums::UNWRITTEN);
