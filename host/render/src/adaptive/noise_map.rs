@@ -7,7 +7,10 @@ use crate::passes::MeasuredNoise;
 use crate::stats::Noise;
 use rayon::prelude::*;
 use std::sync::OnceLock;
-use trisect_shared::noise::PixelNoise;
+use trisect_image::metrics::REL_MSE_EPSILON;
+use trisect_shared::noise::{EPSILON, PixelNoise};
+
+const _: () = assert!(EPSILON == REL_MSE_EPSILON as f32);
 
 /// Noise of a tile; arrays are by half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -29,8 +29,8 @@ impl Renderer {
             Summation::Auto | Summation::Device => {}
         }
         if settings.guides {
-            let reason = "the host adds up halves with AOVs";
-            self.summed.1 = Some(reason.to_owned());
+            let asked = settings.sums == Summation::Device;
+            self.summed.1 = asked.then(|| "halves with AOVs add up on the host".to_owned());
             return Ok(false);
         }
         match self.uploaded.begin_halves() {
