@@ -24,8 +24,15 @@ const MAX_STEP: f64 = 0.6;
 /// Maximum samples of a step that takes all missing samples, relative to those already taken.
 const LAST_STEP: f64 = 0.1;
 
-/// Samples per pixel, and share of the maximum, that are not worth another pass.
+/// Samples per pixel that are not worth another pass.
 const ENOUGH: f64 = 0.01;
+
+/// Samples that a pass aims at beyond the maximum, relative to it, so that no other pass follows
+/// for a few samples.
+const BEYOND: f64 = 0.002;
+
+/// Maximum work of a sample where samples went relative to the mean over the image.
+const MAX_COSTLIER: f64 = 2.0;
 
 /// Result of a render with a target error.
 #[derive(Clone, Copy, Debug)]
@@ -83,20 +90,21 @@ pub(super) fn reach(
     // Few, so that most samples are distributed by noise, but enough to estimate the noise.
     let first = FIRST.min(most / 4).max(2.min(most / 2)).max(1);
     renderer.render_uniform(first)?;
+    // Samples where the noise is may take more work than the mean.
+    let mut costlier = 1.0;
     loop {
         let noise_map = renderer.noise_map()?;
         let (adaptive, estimated) = decide(adaptive, &noise_map, renderer, 1.0);
         let samples = renderer.mean_samples();
         renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
-        let is_enough =
-            samples >= f64::from(most) - ENOUGH.max(ENOUGH * f64::from(most)) || !renderer.should_continue();
+        let is_enough = samples + ENOUGH >= f64::from(most) || !renderer.should_continue();
         if noise_map.error <= target || is_enough || !noise_map.error.is_finite() {
             let gain = estimated.unwrap_or_else(|| gain(&noise_map, renderer));
             return Ok(Reached { noise: renderer.noise()?, adaptive, gain });
         }
         let one: f64 =
             (0..2).map(|half| allocate::work(&noise_map, renderer.halves.tiles(), half, &|_| 1.0)).sum();
-        let left = (f64::from(most) - samples) * 0.5 * one;
+        let left = ((1.0 + BEYOND) * f64::from(most) - samples) * 0.5 * one * costlier;
         let now = samples * 0.5 * one;
         let missing = missing(&noise_map, renderer, target, adaptive, now);
         let step = if missing < LAST_STEP * now { missing } else { (STEP * missing).min(MAX_STEP * now) };
@@ -106,6 +114,8 @@ pub(super) fn reach(
             adaptive,
             &PassBudget { work: &|_| more, max_tile_launches: u32::MAX },
         )?;
+        let taken = (renderer.mean_samples() - samples) * 0.5 * one;
+        costlier = (more / taken).clamp(1.0, MAX_COSTLIER);
     }
 }
 

@@ -38,7 +38,7 @@ use trisect_image::Image;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// Ends when the estimated root of the relMSE is at most `target`, or the mean samples per
-    /// pixel reach `max_samples`, less 1 %.
+    /// pixel reach `max_samples`.
     Error {
         /// Target error as a fraction, such as 0.01 for 1 %.
         target: f64,
