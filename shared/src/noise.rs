@@ -52,8 +52,8 @@ impl Half {
     fn of(sums: PixelSums) -> Self {
         let count = sums.samples as f32;
         let is_usable = sums.samples > 0 && all_finite(sums.radiance) && all_finite(sums.squares);
-        let inverse = if is_usable { 1.0 / count } else { 0.0 };
-        let work = if sums.samples > 0 { sums.segments as f32 * (1.0 / count) } else { 0.0 };
+        let inverse = if sums.samples > 0 { 1.0 / count } else { 0.0 };
+        let work = sums.segments as f32 * inverse;
         let (mut mean, mut variance) = (Vec3::ZERO, Vec3::ZERO);
         if is_usable {
             mean = sums.radiance * inverse;

@@ -76,16 +76,20 @@ fn own_samples_are_the_cpus(subject: BackendUnderTest) {
 /// Halves that add up on the device have the bits of those on the host, by noise and evenly, in
 /// images whose last tiles are not whole.
 fn halves_on_the_device(subject: BackendUnderTest) {
-    for (name, adaptive, sampler) in [
-        ("cornell_box.ron", Adaptive::On, Sampler::Independent),
-        ("rtiow_final.ron", Adaptive::Off, Sampler::Sobol),
-        ("rtiow_final.ron", Adaptive::On, Sampler::Independent),
+    for (name, adaptive, sampler, numbers) in [
+        ("cornell_box.ron", Adaptive::On, Sampler::Independent, &[1, 3, 53, 700][..]),
+        ("rtiow_final.ron", Adaptive::Off, Sampler::Sobol, &[1, 3, 53]),
+        ("rtiow_final.ron", Adaptive::On, Sampler::Independent, &[53]),
+        ("door_slit.ron", Adaptive::On, Sampler::Independent, &[53]),
+        ("furnace.ron", Adaptive::On, Sampler::Independent, &[17]),
+        ("light_punctual.ron", Adaptive::Auto, Sampler::Sobol, &[17]),
+        ("gltf/features.glb", Adaptive::On, Sampler::Independent, &[17]),
     ] {
         let scene = scene(name);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let host = Settings { sampler, sums: Summation::Host, ..small(&scene) };
         let device = Settings { sums: Summation::Device, ..host.clone() };
-        for max_samples in [1, 3, 53, 700] {
+        for &max_samples in numbers {
             let goal = Goal::Error { target: 1e-6, max_samples };
             let want = sample(&mut renderer, &host, goal, adaptive);
             let got = sample(&mut renderer, &device, goal, adaptive);

@@ -7,6 +7,7 @@
 
 mod add;
 mod count;
+pub mod double_words;
 pub mod fixed_point;
 mod noise;
 mod read;

@@ -1,7 +1,7 @@
 //! Totals as the host reads them.
 #![allow(unsafe_code, reason = "see buffer")]
 
-use super::fixed_point::DoubleWords;
+use super::double_words::DoubleWords;
 use super::{
     ALL_NAN, AOV_SUMS, HITS, Place, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS, SAMPLES,
     States, TotalsParams,

@@ -1,7 +1,8 @@
 //! Rendering until the noise is below a target, for [`Goal::Error`](super::Goal::Error).
 
 use super::noise_map::NoiseMap;
-use super::renderer::{AdaptiveRenderer, PassBudget};
+use super::renderer::AdaptiveRenderer;
+use super::sampling_pass::PassBudget;
 use super::{Adaptive, Noise, allocate};
 use crate::Error;
 

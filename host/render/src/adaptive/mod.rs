@@ -17,6 +17,7 @@ mod pass_cost;
 mod percentile;
 mod preparation;
 mod renderer;
+mod sampling_pass;
 mod strategy;
 
 pub use crate::error::SamplingError;

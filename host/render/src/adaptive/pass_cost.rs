@@ -2,7 +2,8 @@
 //! time budget sizes its passes so that the last one ends on time.
 
 use super::DualBuffers;
-use super::renderer::{AdaptiveRenderer, Launches, PassCost, of_half};
+use super::renderer::{AdaptiveRenderer, of_half};
+use super::sampling_pass::{Launches, PassCost};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
 use std::time::Instant;

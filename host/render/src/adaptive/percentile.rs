@@ -6,8 +6,8 @@ use rayon::prelude::*;
 /// Number of leading bits by which numbers are counted first.
 const LEADING: u32 = 16;
 
-/// Returns the number that this share of the numbers, none of them negative or NaN, are at most; 0
-/// if there is none.
+/// Returns the number that this share of the numbers, none of them negative or NaN, are at most;
+/// without numbers 0.
 pub(super) fn percentile(numbers: &[f32], share: f64) -> f32 {
     let place = ((numbers.len() as f64 * share) as usize).min(numbers.len().saturating_sub(1));
     // The bits of numbers that are not negative are in their order.

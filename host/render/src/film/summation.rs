@@ -9,7 +9,8 @@ use trisect_shared::totals::{AOV_TOTAL_WORDS, TOTAL_WORDS};
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Summation {
-    /// The device for several chunks on a GPU with enough memory, otherwise the host.
+    /// A GPU with enough memory for several chunks, or for an adaptive image without AOVs;
+    /// otherwise the host. Ranks also leave chunks to a host whose memory is fast enough.
     #[default]
     Auto,
     /// The host, which reads each chunk.

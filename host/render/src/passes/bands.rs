@@ -105,7 +105,7 @@ impl<const N: usize> Read<'_, N> {
         let mut commands = Vec::new();
         for ((totals, output), to) in self.from.iter().zip(to) {
             let arrays = [&self.film.sums, &self.film.aovs, totals, output];
-            commands.push(launch(FILM_READ, &params, arrays, rows.len())?);
+            commands.push(launch(FILM_READ, &params, arrays, (self.size.0, rows.len()))?);
             commands.push(Command::Read { from: output, to });
         }
         // SAFETY: the totals have words for each pixel of the rows, as the caller has checked; the

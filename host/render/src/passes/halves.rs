@@ -1,7 +1,7 @@
 //! Two halves of an image on a device: totals that share no random number, and their noise.
 
 use super::bands::{Bands, Read, UseBand};
-use super::film::DeviceFilm;
+use super::film::{DeviceFilm, FilmDesc};
 use super::misuse;
 use super::totals::{DeviceTotals, check_rows};
 use super::totals_launch::{compile, launch, params};
@@ -77,6 +77,11 @@ impl DeviceHalves {
         Ok(Self { size, of, sums, counts, noise, read })
     }
 
+    /// Returns whether they are those of images of a film's size.
+    pub fn is_of(&self, film: &FilmDesc) -> bool {
+        self.size == (film.width, film.height)
+    }
+
     /// Prepares the memory through which the host reads: its first touch takes as long as a copy.
     pub fn prepare(&self, device: &mut dyn Device, bands: &mut Bands) {
         let words = DeviceTotals::band(self.size) * DeviceTotals::row(self.size) / 4;
@@ -126,7 +131,7 @@ impl DeviceHalves {
         device.write(&self.counts, 0, cast_slice(counts))?;
         let params = self.params(&(end..end));
         let arrays = [&film.sums, &film.aovs, &self.of[0].totals, &self.counts];
-        let launch = launch(FILM_REQUEST, &params, arrays, self.size.1)?;
+        let launch = launch(FILM_REQUEST, &params, arrays, self.size)?;
         // SAFETY: the film has a record for each pixel, as was compared, and there is a number for
         // each tile.
         unsafe { device.run(vec![launch]) }.map(|_| ())
@@ -144,7 +149,7 @@ impl DeviceHalves {
         let totals = self.of.get(half).ok_or_else(|| misuse("there are two halves"))?;
         let params = self.params(&(0..0));
         let arrays = [&film.sums, &film.aovs, &totals.totals, &self.counts];
-        let launch = launch(FILM_ADD, &params, arrays, self.size.1)?;
+        let launch = launch(FILM_ADD, &params, arrays, self.size)?;
         // SAFETY: as in `request`; the totals have words for each pixel.
         unsafe { device.run(vec![launch]) }.map(|_| ())
     }
@@ -169,11 +174,10 @@ impl DeviceHalves {
         let mut commands = Vec::new();
         for (params, totals) in of_half.iter().zip(&self.of) {
             let arrays = [&self.sums, &film.aovs, &totals.totals, &totals.output];
-            commands.push(launch(FILM_SUMS, params, arrays, height)?);
+            commands.push(launch(FILM_SUMS, params, arrays, self.size)?);
         }
         let arrays = [&self.sums, &film.aovs, &self.of[0].totals, &self.noise];
-        let launch = launch(FILM_NOISE, &of_tiles, arrays, tiles.1)?;
-        commands.push(launch);
+        commands.push(launch(FILM_NOISE, &of_tiles, arrays, tiles)?);
         let of_pixels = if with_errors { width as usize * height as usize } else { 0 };
         let of_tiles = tiles.0 as usize * tiles.1 as usize * NOISE_WORDS as usize;
         self.read.resize(of_tiles + of_pixels);

@@ -96,6 +96,10 @@ impl DeviceScene {
 
     /// Selects the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
     pub fn begin_film(&mut self, of: FilmDesc) -> Result<(), BackendError> {
+        // Halves of images of another size make room.
+        if self.halves.as_ref().is_some_and(|halves| !halves.is_of(&of)) {
+            self.drop_halves();
+        }
         self.film = Some(DeviceFilm::begin(self.device.as_mut(), of, self.film.take())?);
         Ok(())
     }

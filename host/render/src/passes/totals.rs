@@ -125,10 +125,10 @@ impl DeviceTotals {
         let params = params(self.size, rows, samples);
         let of_aovs = TotalsParams { sums: AOV_SUMS, ..params };
         let arrays = [&film.sums, &film.aovs, &self.totals, &self.output];
-        let mut commands = vec![launch(FILM_ADD, &params, arrays, rows.len())?];
+        let mut commands = vec![launch(FILM_ADD, &params, arrays, (self.size.0, rows.len()))?];
         if self.aov_totals.bytes() > 0 {
             let arrays = [&film.sums, &film.aovs, &self.aov_totals, &self.output];
-            commands.push(launch(FILM_ADD, &of_aovs, arrays, rows.len())?);
+            commands.push(launch(FILM_ADD, &of_aovs, arrays, (self.size.0, rows.len()))?);
         }
         // SAFETY: film and totals have records and words for each pixel of the image, as was
         // compared, and each thread accesses those of its own pixel.
@@ -181,27 +181,35 @@ impl DeviceTotals {
         }
         check_rows(self.size, film, rows)?;
         let of = Read { film, size: self.size, from: [from], rows, sums };
-        let band = of.band_of::<T>();
-        let mut next = 0;
-        if device.info().kind == DeviceKind::Gpu {
-            // A host under load wakes threads late: then one thread copies the rest.
-            let probe = rows.len().min(PROBED_BANDS * band);
-            bands.prepare::<1>(device, (self.output.bytes() / 4) as usize);
-            let start = Instant::now();
-            self.read_by_bands((device, bands), &of, 0..probe, records)?;
-            let bytes = (probe as usize * self.size.0 as usize * size_of::<T>()) as f64;
-            next = probe;
-            if start.elapsed().as_secs_f64() <= bytes / SLOW {
-                self.read_by_bands((device, bands), &of, probe..rows.len(), records)?;
-                next = rows.len();
-            }
+        if device.info().kind != DeviceKind::Gpu {
+            return Self::read_directly(device, &of, 0..rows.len(), records);
         }
-        for first in (next..rows.len()).step_by(band as usize) {
-            let own = first..(first + band).min(rows.len());
-            let place = own.start as usize * self.size.0 as usize..own.end as usize * self.size.0 as usize;
+        let probe = rows.len().min(PROBED_BANDS * of.band_of::<T>());
+        bands.prepare::<1>(device, (self.output.bytes() / 4) as usize);
+        let start = Instant::now();
+        Self::read_by_bands((device, bands), &of, 0..probe, records)?;
+        let bytes = (probe as usize * self.size.0 as usize * size_of::<T>()) as f64;
+        // A host under load wakes threads late: then one thread copies the rest.
+        match start.elapsed().as_secs_f64() > bytes / SLOW {
+            true => Self::read_directly(device, &of, probe..rows.len(), records),
+            false => Self::read_by_bands((device, bands), &of, probe..rows.len(), records),
+        }
+    }
+
+    /// Reads a record for each pixel of some of the rows: the device copies them to their place.
+    fn read_directly<T: Pod>(
+        device: &mut dyn Device,
+        of: &Read<'_, 1>,
+        own: Range<u32>,
+        records: &mut [T],
+    ) -> Result<(), BackendError> {
+        let (width, band) = (of.size.0 as usize, of.band_of::<T>());
+        for first in own.clone().step_by(band as usize) {
+            let part = first..(first + band).min(own.end);
+            let place = part.start as usize * width..part.end as usize * width;
             if let Some(records) = records.get_mut(place) {
-                let packed = RowSet::from(0..own.len() as u32);
-                of.band(device, &rows.part(own), [RowTarget::records(records, &packed)])?;
+                let packed = RowSet::from(0..part.len() as u32);
+                of.band(device, &of.rows.part(part), [RowTarget::records(records, &packed)])?;
             }
         }
         Ok(())
@@ -209,13 +217,12 @@ impl DeviceTotals {
 
     /// Reads a record for each pixel of some of the rows, through pinned memory.
     fn read_by_bands<T: Pod + Send + Sync>(
-        &self,
         (device, bands): (&mut dyn Device, &mut Bands),
         of: &Read<'_, 1>,
         own: Range<u32>,
         records: &mut [T],
     ) -> Result<(), BackendError> {
-        let before = own.start as usize * self.size.0 as usize;
+        let before = own.start as usize * of.size.0 as usize;
         let rows = of.rows.part(own);
         bands.for_each(device, &Read { rows: &rows, ..*of }, &mut |band, [from]: [&[T]; 1]| {
             if let Some(to) = records.get_mut(before + band.start..before + band.end) {
@@ -254,8 +261,8 @@ impl ChunkCounter {
         check_rows(self.size, film, rows)?;
         let lanes = rows.len().div_ceil(COUNTED_ROWS);
         let params = params(self.size, rows, samples);
-        let launch =
-            launch(FILM_COUNT, &params, [&film.sums, &film.aovs, &self.unused, &self.counts], lanes)?;
+        let arrays = [&film.sums, &film.aovs, &self.unused, &self.counts];
+        let launch = launch(FILM_COUNT, &params, arrays, (self.size.0, lanes))?;
         let mut counts = vec![LaneCounts::zeroed(); self.size.0 as usize * lanes as usize];
         let to = RowTarget::records(&mut counts, &RowSet::from(0..lanes));
         // SAFETY: the film has a record for each pixel of the rows, and the counts a place for each
@@ -268,5 +275,52 @@ impl ChunkCounter {
             unwritten: u64::from(lane.unwritten),
         };
         Ok(counts.iter().map(of).fold(FilmCounts::default(), |a, b| a + b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::film::FilmDesc;
+    use super::*;
+    use trisect_device::{MathMode, cpu::Cpu};
+    use trisect_kernels::render_kernel;
+    use trisect_shared::film::PixelSums;
+
+    /// Each way of reading gives the same records, also from the middle of a film of several bands.
+    #[test]
+    fn ways_of_reading_agree() {
+        let (width, height) = (700, 301);
+        let mut device = Cpu::open(None).unwrap();
+        let of = FilmDesc { width, height, kernel: render_kernel(0), math: MathMode::Precise };
+        let film = DeviceFilm::begin(&mut device, of, None).unwrap();
+        let sums = |pixel: u32| PixelSums { samples: 1 + pixel % 7, segments: pixel, ..PixelSums::ZERO };
+        let chunk: Vec<PixelSums> = (0..width * height).map(sums).collect();
+        film.write(&mut device, &chunk, &[]).unwrap();
+        let totals = DeviceTotals::begin(&mut device, &film, None).unwrap();
+        let rows = RowSet::from(0..height);
+        totals.add_chunk(&mut device, &film, &rows, &(0..8)).unwrap();
+        let read = Read {
+            film: &film,
+            size: totals.size,
+            from: [(&totals.totals, &totals.output)],
+            rows: &rows,
+            sums: SUMS,
+        };
+        assert!(height > 3 * read.band_of::<PixelTotals>(), "there are several bands");
+        let want: Vec<PixelTotals> = chunk.iter().map(|sums| PixelTotals::of(sums, 8)).collect();
+        let mut bands = Bands::default();
+        for middle in [0, 1, 100, height] {
+            let empty = || vec![PixelTotals::zeroed(); want.len()];
+            let (mut direct, mut banded) = (empty(), empty());
+            for own in [0..middle, middle..height] {
+                DeviceTotals::read_directly(&mut device, &read, own.clone(), &mut direct).unwrap();
+                DeviceTotals::read_by_bands((&mut device, &mut bands), &read, own, &mut banded).unwrap();
+            }
+            assert!(direct == want && banded == want, "{middle}");
+            // Negative control: the second part only.
+            let mut part = empty();
+            DeviceTotals::read_directly(&mut device, &read, middle..height, &mut part).unwrap();
+            assert_eq!(part == want, middle == 0);
+        }
     }
 }

@@ -25,13 +25,13 @@ pub(super) fn params((width, height): (u32, u32), rows: &RowSet, samples: &Range
     }
 }
 
-/// Returns a launch of a kernel of the totals, of a thread for each column and row. Integers have
+/// Returns a launch of a kernel of the totals, of so many threads across and down. Integers have
 /// one math build, and samples must not go elsewhere by the other.
 pub(super) fn launch<'a>(
     name: &'static str,
     params: &'a TotalsParams,
     arrays: [&'a Buffer; 4],
-    rows: u32,
+    threads: (u32, u32),
 ) -> Result<Command<'a>, BackendError> {
     Ok(Command::Dispatch(Dispatch {
         entry_point: entry_point(name).ok_or_else(|| misuse("there is no such kernel"))?,
@@ -39,7 +39,7 @@ pub(super) fn launch<'a>(
         params: bytes_of(params),
         lengths: &[],
         arrays: arrays.to_vec(),
-        threads: (params.width, rows),
+        threads,
     }))
 }
 
