@@ -231,14 +231,18 @@ fn nothing_is_written_outside(subject: BackendUnderTest) {
         for (name, words) in [(FILM_COUNT, COUNT_WORDS), (FILM_READ, READ_WORDS), (FILM_ADD, 0)] {
             let output = of.output.clone();
             let all = Command::Fill { buffer: &output, first: 0, bytes: output.bytes(), ones: true };
-            of.run(vec![all]).unwrap();
+            let threads = of.threads(name);
+            let own = words * threads.0 * threads.1;
+            // Counts add up from those of no chunk.
+            let bytes = if name == FILM_COUNT { u64::from(4 * own) } else { 0 };
+            let none = Command::Fill { buffer: &output, first: 0, bytes, ones: false };
+            of.run(vec![all, none]).unwrap();
             of.launch(name);
             let mut found = vec![0u32; output.bytes() as usize / 4];
             let words_of = RowSet::from(0..found.len() as u32);
             let to = RowTarget::records(&mut found, &words_of);
             of.run(vec![Command::Read { from: &output, to }]).unwrap();
-            let threads = of.threads(name);
-            let (own, behind) = found.split_at((words * threads.0 * threads.1) as usize);
+            let (own, behind) = found.split_at(own as usize);
             assert!(behind.iter().all(|&word| word == u32::MAX), "{name} of {width}x{rows} pixels");
             assert!(words == 0 || own.contains(&0), "{name}: negative control not detected");
         }

@@ -13,6 +13,7 @@ mod host_memory;
 mod method;
 mod rows;
 mod select;
+mod started;
 mod target;
 pub mod wgpu;
 
@@ -23,6 +24,7 @@ pub use host_memory::{HostMemory, HostRecords};
 pub use method::{MathMode, Schedule, Traversal};
 pub use rows::RowSet;
 pub use select::{Choice, Selection, list, open};
+pub use started::Started;
 pub use target::{FrameMemory, HostFrame, RowTarget};
 
 use serde::Serialize;
@@ -128,6 +130,34 @@ pub trait Device: Send {
     /// writes to a buffer meanwhile, nor reads what a command writes.
     #[allow(unsafe_code, reason = "a promise of the caller")]
     unsafe fn run(&mut self, commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError>;
+
+    /// Starts commands, which begin after all that were started before. A CUDA device returns before
+    /// they end, so that it begins them without waiting for the host; others run them.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`run`](Self::run), here or in [`wait`](Self::wait).
+    ///
+    /// # Safety
+    ///
+    /// That of [`run`](Self::run). Nothing accesses the memory of a [`Command::Read`] before
+    /// [`wait`](Self::wait), or a later [`run`](Self::run), has returned.
+    #[allow(unsafe_code, reason = "a promise of the caller")]
+    unsafe fn start(&mut self, commands: Vec<Command<'_>>) -> Result<Started, BackendError> {
+        // SAFETY: the caller's promise.
+        unsafe { self.run(commands) }.map(Started::ended)
+    }
+
+    /// Waits for commands that this device started. Returns what [`run`](Self::run) returns.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Device`] if the device fails, [`BackendError::Misuse`] for commands that
+    /// another device started.
+    fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
+        let name = self.info().backend;
+        started.times().map_err(|_| command::misuse(name, "another device started these commands"))
+    }
 
     /// Returns another stream of the same device, which reads the same buffers. Both render at the
     /// same time: while one waits for its last lanes or for the host, the other's lanes fill the

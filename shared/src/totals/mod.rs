@@ -100,9 +100,9 @@ pub const READ_AOV_WORDS: u32 = 4 * AOV_SUMS + 6;
 /// Number of rows whose pixels of one column a lane counts.
 pub const COUNTED_ROWS: u32 = 128;
 
-/// Number of words of a lane's counts: samples, rejected samples, pixels that no kernel wrote, and
-/// two for segments.
-pub const COUNT_WORDS: u32 = 5;
+/// Number of words of a lane's counts: two each for samples, rejected samples and segments, and one
+/// for pixels of chunks that no kernel wrote.
+pub const COUNT_WORDS: u32 = 7;
 
 /// Number of words of a tile's noise.
 pub const NOISE_WORDS: u32 = 5;

@@ -12,7 +12,8 @@ mod pinned;
 
 pub use driver::devices;
 
-use crate::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory};
+use crate::command::misuse;
+use crate::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory, Started};
 use crate::{MathMode, Schedule, Traversal};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaContext, CudaEvent, CudaFunction, CudaStream};
@@ -42,7 +43,7 @@ pub struct Cuda {
     stream: Arc<CudaStream>,
     /// Kernels that were used so far, by entry point and math build.
     kernels: HashMap<(EntryPoint, MathMode), CudaFunction>,
-    /// Events between launches, kept from run to run.
+    /// Events that no submission holds.
     events: Vec<CudaEvent>,
     /// Pinned host memory, to which this device copies directly.
     pinned: Vec<Pinned>,
@@ -86,23 +87,27 @@ impl Cuda {
         self.stream.context().bind_to_thread().map_err(failed("entering the context"))
     }
 
-    /// Records event `index`.
-    fn record(&mut self, index: usize) -> Result<(), BackendError> {
-        while self.events.len() <= index {
-            let event = self.stream.context().new_event(Some(CUevent_flags::CU_EVENT_DEFAULT));
-            self.events.push(event.map_err(failed("creating an event"))?);
-        }
-        self.events[index].record(&self.stream).map_err(failed("starting the timer"))
+    /// Records an event, and returns its index among those of a submission.
+    fn record(&mut self, events: &mut Vec<CudaEvent>) -> Result<usize, BackendError> {
+        let event = match self.events.pop() {
+            Some(event) => event,
+            None => {
+                let event = self.stream.context().new_event(Some(CUevent_flags::CU_EVENT_DEFAULT));
+                event.map_err(failed("creating an event"))?
+            }
+        };
+        event.record(&self.stream).map_err(failed("starting the timer"))?;
+        events.push(event);
+        Ok(events.len() - 1)
     }
 
-    /// Starts commands. Returns the indices of the events before and after each launch.
+    /// Queues commands in the stream.
     ///
     /// # Safety
     ///
-    /// As [`Device::run`], and targets live until the stream was synchronised.
-    unsafe fn start(&mut self, commands: &mut [Command<'_>]) -> Result<Vec<(usize, usize)>, BackendError> {
-        let mut launches: Vec<(usize, usize)> = Vec::new();
-        let mut events = 0;
+    /// As [`Device::start`].
+    unsafe fn queue(&mut self, commands: &mut [Command<'_>]) -> Result<Queued, BackendError> {
+        let Queued { mut events, mut launches } = Queued::default();
         // The event after a launch is also that before the next, if nothing comes between them.
         let mut recorded = None;
         for command in commands {
@@ -116,24 +121,43 @@ impl Cuda {
                     let kernel = self.kernel(launch.entry_point, launch.math)?;
                     let first = match before {
                         Some(event) => event,
-                        None => {
-                            self.record(events)?;
-                            events += 1;
-                            events - 1
-                        }
+                        None => self.record(&mut events)?,
                     };
                     // SAFETY: the caller's promise.
                     unsafe { self.launch(&kernel, launch) }?;
-                    self.record(events)?;
-                    launches.push((first, events));
-                    recorded = Some(events);
-                    events += 1;
+                    let last = self.record(&mut events)?;
+                    launches.push((first, last));
+                    recorded = Some(last);
                 }
                 Command::Read { from, to } => self.read(from, to)?,
             }
         }
-        Ok(launches)
+        if recorded.is_none() {
+            // What others wait for.
+            self.record(&mut events)?;
+        }
+        Ok(Queued { events, launches })
     }
+
+    /// Returns the times of launches that have ended, and keeps their events for others.
+    fn times(&mut self, queued: Queued) -> Result<Vec<Duration>, BackendError> {
+        let Queued { events, launches } = queued;
+        let time = |(first, last): (usize, usize)| {
+            let milliseconds = events[first].elapsed_ms(&events[last]).map_err(failed("reading the timer"))?;
+            Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
+        };
+        let times = launches.into_iter().map(time).collect();
+        self.events.extend(events);
+        times
+    }
+}
+
+/// Commands in the stream: their events, the last of which comes after all of them, and the indices
+/// of those before and after each launch.
+#[derive(Default)]
+struct Queued {
+    events: Vec<CudaEvent>,
+    launches: Vec<(usize, usize)>,
 }
 
 impl Device for Cuda {
@@ -163,16 +187,34 @@ impl Device for Cuda {
     unsafe fn run(&mut self, mut commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError> {
         self.bind()?;
         // SAFETY: the caller's promise; the commands live until the next statement has returned.
-        let started = unsafe { self.start(&mut commands) };
+        let queued = unsafe { self.queue(&mut commands) };
         let ended = self.stream.synchronize().map_err(failed("running commands"));
-        let launches = started?;
+        let queued = queued?;
         ended?;
-        let time = |(first, last): (usize, usize)| {
-            let milliseconds = self.events[first].elapsed_ms(&self.events[last]);
-            let milliseconds = milliseconds.map_err(failed("reading the timer"))?;
-            Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
-        };
-        launches.into_iter().map(time).collect()
+        self.times(queued)
+    }
+
+    unsafe fn start(&mut self, mut commands: Vec<Command<'_>>) -> Result<Started, BackendError> {
+        self.bind()?;
+        // SAFETY: the caller's promise.
+        match unsafe { self.queue(&mut commands) } {
+            Ok(queued) => Ok(Started::running(queued)),
+            Err(error) => {
+                // Commands before the one that failed may run, and nobody waits for them.
+                self.stream.synchronize().map_err(failed("running commands"))?;
+                Err(error)
+            }
+        }
+    }
+
+    fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
+        self.bind()?;
+        let others = |_| misuse(NAME, "another device started these commands");
+        let queued: Queued = started.on_device().map_err(others)?;
+        if let Some(last) = queued.events.last() {
+            last.synchronize().map_err(failed("running commands"))?;
+        }
+        self.times(queued)
     }
 
     fn second_stream(&self) -> Result<Option<Box<dyn Device>>, BackendError> {

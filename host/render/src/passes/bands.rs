@@ -4,7 +4,7 @@ use super::film::DeviceFilm;
 use super::totals_launch::{launch, params};
 use bytemuck::{Pod, cast_slice};
 use std::ops::Range;
-use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget};
+use trisect_device::{BackendError, Buffer, Command, Device, HostRecords, RowSet, RowTarget, Started};
 use trisect_kernels::FILM_READ;
 use trisect_shared::totals::TotalsParams;
 
@@ -60,28 +60,40 @@ impl Bands {
         let band = read.band_of::<T>();
         self.prepare::<N>(device, width * band as usize * size_of::<T>() / 4);
         let [mut current, mut other] = self.words.each_mut();
-        let mut waiting: Option<Range<usize>> = None;
+        let mut before: Option<(Range<usize>, Started)> = None;
+        let mut outcome = Ok(());
         for first in (0..read.rows.len()).step_by(band as usize) {
             let rows = read.rows.part(first..first + band);
             let pixels = first as usize * width..(first + rows.len()) as usize * width;
             let words = pixels.len() * size_of::<T>() / 4;
             current.iter_mut().take(N).for_each(|memory| memory.resize(words));
-            rayon::in_place_scope(|scope| {
-                if let Some(before) = waiting.take() {
-                    let (other, use_band) = (&*other, &mut *use_band);
-                    scope.spawn(move |_| use_band(before, std::array::from_fn(|i| cast_slice(&other[i]))));
+            let packed = RowSet::from(0..rows.len());
+            let targets = current.iter_mut().map(|memory| RowTarget::records(memory, &packed));
+            // SAFETY: nothing accesses this memory before the device was waited for.
+            let started = unsafe { read.start_band(device, &rows, targets) };
+            if let Some((pixels, started)) = before.take() {
+                outcome = device.wait(started).map(|_| ());
+                if outcome.is_ok() {
+                    use_band(pixels, std::array::from_fn(|i| cast_slice(&other[i])));
                 }
-                let packed = RowSet::from(0..rows.len());
-                let targets = current.iter_mut().map(|memory| RowTarget::records(memory, &packed));
-                read.band(device, &rows, targets)
-            })?;
-            waiting = Some(pixels);
+            }
+            match started {
+                Ok(started) => before = Some((pixels, started)),
+                Err(error) => outcome = outcome.and(Err(error)),
+            }
+            if outcome.is_err() {
+                break;
+            }
             std::mem::swap(&mut current, &mut other);
         }
-        if let Some(last) = waiting {
-            use_band(last, std::array::from_fn(|i| cast_slice(&other[i])));
+        if let Some((pixels, started)) = before {
+            let ended = device.wait(started).map(|_| ());
+            outcome = outcome.and(ended);
+            if outcome.is_ok() {
+                use_band(pixels, std::array::from_fn(|i| cast_slice(&other[i])));
+            }
         }
-        Ok(())
+        outcome
     }
 }
 
@@ -101,6 +113,22 @@ impl<const N: usize> Read<'_, N> {
         rows: &RowSet,
         to: impl IntoIterator<Item = RowTarget<'b>>,
     ) -> Result<(), BackendError> {
+        // SAFETY: the targets are borrowed until the device was waited for.
+        let started = unsafe { self.start_band(device, rows, to) }?;
+        device.wait(started).map(|_| ())
+    }
+
+    /// Starts to read the records of the rows of a band, as [`band`](Self::band) does.
+    ///
+    /// # Safety
+    ///
+    /// Nothing accesses the memory of the targets before the device was waited for.
+    unsafe fn start_band<'b>(
+        &self,
+        device: &mut dyn Device,
+        rows: &RowSet,
+        to: impl IntoIterator<Item = RowTarget<'b>>,
+    ) -> Result<Started, BackendError> {
         let params = TotalsParams { sums: self.sums, ..params(self.size, rows, &(0..0)) };
         let mut commands = Vec::new();
         for ((totals, output), to) in self.from.iter().zip(to) {
@@ -110,6 +138,6 @@ impl<const N: usize> Read<'_, N> {
         }
         // SAFETY: the totals have words for each pixel of the rows, as the caller has checked; the
         // output has a place for as many records as there are threads.
-        unsafe { device.run(commands) }.map(|_| ())
+        unsafe { device.start(commands) }
     }
 }

@@ -3,9 +3,8 @@
 use super::misuse;
 use super::scene::SceneArrays;
 use bytemuck::bytes_of;
-use std::time::Duration;
 use trisect_device::{
-    BackendError, Buffer, Command, Device, DeviceKind, Dispatch, MathMode, RowSet, RowTarget,
+    BackendError, Buffer, Command, Device, DeviceKind, Dispatch, MathMode, RowSet, RowTarget, Started,
 };
 use trisect_kernels::{EntryPoint, FIRST_HIT, entry_point, render_kernel};
 use trisect_shared::aovs::AovSums;
@@ -111,14 +110,14 @@ impl DeviceFilm {
         Ok(film)
     }
 
-    /// Renders one submission into the film and waits for it. Returns the device's own measure of
-    /// its time. The launch is one of the renderer that uploaded the scene.
-    pub fn render(
+    /// Starts to render one submission into the film. The launch is one of the renderer that
+    /// uploaded the scene.
+    pub fn start_render(
         &self,
         device: &mut dyn Device,
         scene: &SceneArrays,
         launch: &Launch,
-    ) -> Result<Duration, BackendError> {
+    ) -> Result<Started, BackendError> {
         let mut params = launch.params;
         let Self { of, sums, compensations, counter, aovs } = self;
         let last = params.rows.checked_sub(1).map_or(0, |last| params.row(last));
@@ -143,8 +142,7 @@ impl DeviceFilm {
         // SAFETY: the arrays are a valid scene's, and the renderer takes roots and counts from the
         // same scene. The film has a record for each pixel of the launch, whose size was compared,
         // and the kernels with AOVS got AOV sums.
-        let times = unsafe { device.run(commands) }?;
-        Ok(times.into_iter().sum())
+        unsafe { device.start(commands) }
     }
 
     /// Copies these rows of the film, packed, to `sums`, and those of its AOV sums to `aovs`, which

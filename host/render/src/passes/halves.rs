@@ -134,7 +134,7 @@ impl DeviceHalves {
         let launch = launch(FILM_REQUEST, &params, arrays, self.size)?;
         // SAFETY: the film has a record for each pixel, as was compared, and there is a number for
         // each tile.
-        unsafe { device.run(vec![launch]) }.map(|_| ())
+        unsafe { device.start(vec![launch]) }.map(|_| ())
     }
 
     /// Adds the film's samples, as many for each tile as were requested last, to a half, and resets
@@ -151,7 +151,7 @@ impl DeviceHalves {
         let arrays = [&film.sums, &film.aovs, &totals.totals, &self.counts];
         let launch = launch(FILM_ADD, &params, arrays, self.size)?;
         // SAFETY: as in `request`; the totals have words for each pixel.
-        unsafe { device.run(vec![launch]) }.map(|_| ())
+        unsafe { device.start(vec![launch]) }.map(|_| ())
     }
 
     /// Measures the noise: of each tile, and of each pixel `with_errors`.

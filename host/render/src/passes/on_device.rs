@@ -12,7 +12,7 @@ use crate::denoise::Pass;
 use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals};
 use std::ops::Range;
 use std::time::Duration;
-use trisect_device::{BackendError, Buffer, Device, RowSet, RowTarget};
+use trisect_device::{BackendError, Buffer, Device, RowSet, RowTarget, Started};
 use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::FilteredPixel;
@@ -25,7 +25,7 @@ use trisect_shared::totals::{RADIANCE_SUMS, SUMS};
 ///
 /// Calls come in this order: for each frame, [`begin_film`](Self::begin_film),
 /// [`write_tile_entries`](Self::write_tile_entries) if the launches use tile entries that are not
-/// there yet, and, for each chunk of samples, any number of [`render`](Self::render) and one
+/// there yet, and, for each chunk of samples, any number of [`start_render`](Self::start_render) and one
 /// [`read_film`](Self::read_film).
 pub(crate) struct DeviceScene {
     device: Box<dyn Device>,
@@ -104,10 +104,15 @@ impl DeviceScene {
         Ok(())
     }
 
-    /// Renders one submission into the film and waits for it. Returns the device's own measure of
-    /// its time. The launch is one of the renderer that uploaded the scene.
-    pub fn render(&mut self, launch: &Launch) -> Result<Duration, BackendError> {
-        made(self.film.as_ref())?.render(self.device.as_mut(), &self.scene, launch)
+    /// Starts to render one submission into the film. The launch is one of the renderer that
+    /// uploaded the scene.
+    pub fn start_render(&mut self, launch: &Launch) -> Result<Started, BackendError> {
+        made(self.film.as_ref())?.start_render(self.device.as_mut(), &self.scene, launch)
+    }
+
+    /// Waits for what was started. Returns the device's own measure of the time of each launch.
+    pub fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
+        self.device.wait(started)
     }
 
     /// Copies these rows of the film, packed, to `sums`, and those of its AOV sums to `aovs`, which
@@ -144,11 +149,24 @@ impl DeviceScene {
         totals.add_chunk(self.device.as_mut(), made(self.film.as_ref())?, rows, samples)
     }
 
-    /// Returns the counts of the film's chunk of `samples` in these rows.
-    pub fn count_chunk(&mut self, rows: &RowSet, samples: &Range<u32>) -> Result<FilmCounts, BackendError> {
+    /// Makes counts of no chunk, for chunks of the film.
+    pub fn begin_counts(&mut self) -> Result<(), BackendError> {
         let film = made(self.film.as_ref())?;
-        let counter = ChunkCounter::new(self.device.as_mut(), film, self.counter.take())?;
-        self.counter.insert(counter).count(self.device.as_mut(), film, rows, samples)
+        self.counter = Some(ChunkCounter::begin(self.device.as_mut(), film, self.counter.take())?);
+        Ok(())
+    }
+
+    /// Adds the film's chunk of `samples` in these rows to the counts. All chunks have the same
+    /// rows.
+    pub fn count_chunk(&mut self, rows: &RowSet, samples: &Range<u32>) -> Result<(), BackendError> {
+        let counter = self.counter.as_ref().ok_or_else(|| misuse("no counts were prepared"))?;
+        counter.add(self.device.as_mut(), made(self.film.as_ref())?, rows, samples)
+    }
+
+    /// Reads the counts of chunks of these rows.
+    pub fn read_counts(&mut self, rows: &RowSet) -> Result<FilmCounts, BackendError> {
+        let counter = self.counter.as_ref().ok_or_else(|| misuse("no counts were prepared"))?;
+        counter.read(self.device.as_mut(), rows)
     }
 
     /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.

@@ -22,8 +22,18 @@ const MAX_READ: u64 = 8 << 20;
 /// Number of bands by which the speed of a copy is measured.
 const PROBED_BANDS: u32 = 4;
 
-/// Bytes a second below which a copy by several threads is slower than one by the driver.
+/// Bytes a second below which a copy by several threads is slower than one by a thread that need
+/// not wait for others.
 const SLOW: f64 = 4e9;
+
+/// Threads that copy a band from pinned memory.
+#[derive(Clone, Copy)]
+enum Copying {
+    /// The thread that reads.
+    Alone,
+    /// Those of the pool.
+    ByAllThreads,
+}
 
 /// Totals of an image on a device.
 pub(super) struct DeviceTotals {
@@ -37,22 +47,22 @@ pub(super) struct DeviceTotals {
     pub(super) output: Buffer,
 }
 
-/// Counts of a chunk on a device.
+/// Counts of chunks on a device.
 pub(super) struct ChunkCounter {
     size: (u32, u32),
     counts: Buffer,
     unused: Buffer,
 }
 
-/// Counts of a lane, as the device writes them.
+/// Counts of a lane, as the device writes them. Numbers of two words have the lower one first; u64
+/// would be aligned to 8 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct LaneCounts {
-    samples: u32,
-    rejected: u32,
-    unwritten: u32,
-    /// Lower word first; u64 would be aligned to 8 bytes.
+    samples: [u32; 2],
+    rejected: [u32; 2],
     segments: [u32; 2],
+    unwritten: u32,
 }
 
 const _: () = assert!(size_of::<LaneCounts>() == COUNT_WORDS as usize * 4);
@@ -99,7 +109,7 @@ impl DeviceTotals {
             },
         };
         // SAFETY: no launch.
-        unsafe { device.run(vec![Command::clear(&totals.totals), Command::clear(&totals.aov_totals)]) }?;
+        unsafe { device.start(vec![Command::clear(&totals.totals), Command::clear(&totals.aov_totals)]) }?;
         Ok(totals)
     }
 
@@ -132,7 +142,7 @@ impl DeviceTotals {
         }
         // SAFETY: film and totals have records and words for each pixel of the image, as was
         // compared, and each thread accesses those of its own pixel.
-        unsafe { device.run(commands) }.map(|_| ())
+        unsafe { device.start(commands) }.map(|_| ())
     }
 
     /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.
@@ -187,13 +197,14 @@ impl DeviceTotals {
         let probe = rows.len().min(PROBED_BANDS * of.band_of::<T>());
         bands.prepare::<1>(device, (self.output.bytes() / 4) as usize);
         let start = Instant::now();
-        Self::read_by_bands((device, bands), &of, 0..probe, records)?;
+        Self::read_by_bands((device, bands), &of, 0..probe, records, Copying::ByAllThreads)?;
         let bytes = (probe as usize * self.size.0 as usize * size_of::<T>()) as f64;
-        // A host under load wakes threads late: then one thread copies the rest.
-        match start.elapsed().as_secs_f64() > bytes / SLOW {
-            true => Self::read_directly(device, &of, probe..rows.len(), records),
-            false => Self::read_by_bands((device, bands), &of, probe..rows.len(), records),
-        }
+        // A host under load wakes threads late.
+        let copying = match start.elapsed().as_secs_f64() > bytes / SLOW {
+            true => Copying::Alone,
+            false => Copying::ByAllThreads,
+        };
+        Self::read_by_bands((device, bands), &of, probe..rows.len(), records, copying)
     }
 
     /// Reads a record for each pixel of some of the rows: the device copies them to their place.
@@ -215,63 +226,84 @@ impl DeviceTotals {
         Ok(())
     }
 
-    /// Reads a record for each pixel of some of the rows, through pinned memory.
+    /// Reads a record for each pixel of some of the rows, through pinned memory, from which threads
+    /// copy it while the device reads the next band.
     fn read_by_bands<T: Pod + Send + Sync>(
         (device, bands): (&mut dyn Device, &mut Bands),
         of: &Read<'_, 1>,
         own: Range<u32>,
         records: &mut [T],
+        copying: Copying,
     ) -> Result<(), BackendError> {
         let before = own.start as usize * of.size.0 as usize;
         let rows = of.rows.part(own);
         bands.for_each(device, &Read { rows: &rows, ..*of }, &mut |band, [from]: [&[T]; 1]| {
             if let Some(to) = records.get_mut(before + band.start..before + band.end) {
-                let (to, from) = (to.par_chunks_mut(TASK), from.par_chunks(TASK));
-                to.zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+                match copying {
+                    Copying::Alone => to.copy_from_slice(from),
+                    Copying::ByAllThreads => {
+                        let (to, from) = (to.par_chunks_mut(TASK), from.par_chunks(TASK));
+                        to.zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+                    }
+                }
             }
         })
     }
 }
 
 impl ChunkCounter {
-    /// Makes a counter for films of this size.
-    pub fn new(
+    /// Makes counts of no chunk, for films of this size.
+    pub fn begin(
         device: &mut dyn Device,
         film: &DeviceFilm,
         other: Option<Self>,
     ) -> Result<Self, BackendError> {
         let size = (film.of.width, film.of.height);
-        if let Some(other) = other.filter(|other| other.size == size) {
-            return Ok(other);
-        }
-        compile(device, &[FILM_COUNT])?;
-        let lanes = u64::from(size.0) * u64::from(size.1.div_ceil(COUNTED_ROWS));
-        let counts = device.allocate(lanes * size_of::<LaneCounts>() as u64, "the film's counts")?;
-        Ok(Self { size, counts, unused: device.allocate(0, "the film's counts")? })
+        let counter = match other.filter(|other| other.size == size) {
+            Some(other) => other,
+            None => {
+                compile(device, &[FILM_COUNT])?;
+                let lanes = u64::from(size.0) * u64::from(size.1.div_ceil(COUNTED_ROWS));
+                let bytes = lanes * size_of::<LaneCounts>() as u64;
+                let counts = device.allocate(bytes, "the film's counts")?;
+                Self { size, counts, unused: device.allocate(0, "the film's counts")? }
+            }
+        };
+        // SAFETY: no launch.
+        unsafe { device.start(vec![Command::clear(&counter.counts)]) }?;
+        Ok(counter)
     }
 
-    /// Returns the counts of the film's chunk of `samples` in these rows.
-    pub fn count(
+    /// Adds the film's chunk of `samples` in these rows.
+    pub fn add(
         &self,
         device: &mut dyn Device,
         film: &DeviceFilm,
         rows: &RowSet,
         samples: &Range<u32>,
-    ) -> Result<FilmCounts, BackendError> {
+    ) -> Result<(), BackendError> {
         check_rows(self.size, film, rows)?;
         let lanes = rows.len().div_ceil(COUNTED_ROWS);
         let params = params(self.size, rows, samples);
         let arrays = [&film.sums, &film.aovs, &self.unused, &self.counts];
         let launch = launch(FILM_COUNT, &params, arrays, (self.size.0, lanes))?;
+        // SAFETY: the film has a record for each pixel of the rows, and there are counts for each
+        // thread.
+        unsafe { device.start(vec![launch]) }.map(|_| ())
+    }
+
+    /// Returns the counts of chunks of these rows.
+    pub fn read(&self, device: &mut dyn Device, rows: &RowSet) -> Result<FilmCounts, BackendError> {
+        let lanes = rows.len().div_ceil(COUNTED_ROWS);
         let mut counts = vec![LaneCounts::zeroed(); self.size.0 as usize * lanes as usize];
         let to = RowTarget::records(&mut counts, &RowSet::from(0..lanes));
-        // SAFETY: the film has a record for each pixel of the rows, and the counts a place for each
-        // thread.
-        unsafe { device.run(vec![launch, Command::Read { from: &self.counts, to }]) }?;
+        // SAFETY: no launch.
+        unsafe { device.run(vec![Command::Read { from: &self.counts, to }]) }?;
+        let number = |[low, high]: [u32; 2]| u64::from(high) << 32 | u64::from(low);
         let of = |lane: &LaneCounts| FilmCounts {
-            samples: u64::from(lane.samples),
-            rejected: u64::from(lane.rejected),
-            segments: u64::from(lane.segments[1]) << 32 | u64::from(lane.segments[0]),
+            samples: number(lane.samples),
+            rejected: number(lane.rejected),
+            segments: number(lane.segments),
             unwritten: u64::from(lane.unwritten),
         };
         Ok(counts.iter().map(of).fold(FilmCounts::default(), |a, b| a + b))
@@ -311,12 +343,15 @@ mod tests {
         let mut bands = Bands::default();
         for middle in [0, 1, 100, height] {
             let empty = || vec![PixelTotals::zeroed(); want.len()];
-            let (mut direct, mut banded) = (empty(), empty());
+            let (mut direct, mut banded) = (empty(), [empty(), empty()]);
             for own in [0..middle, middle..height] {
                 DeviceTotals::read_directly(&mut device, &read, own.clone(), &mut direct).unwrap();
-                DeviceTotals::read_by_bands((&mut device, &mut bands), &read, own, &mut banded).unwrap();
+                for (banded, copying) in banded.iter_mut().zip([Copying::Alone, Copying::ByAllThreads]) {
+                    let through: (&mut dyn Device, _) = (&mut device, &mut bands);
+                    DeviceTotals::read_by_bands(through, &read, own.clone(), banded, copying).unwrap();
+                }
             }
-            assert!(direct == want && banded == want, "{middle}");
+            assert!(direct == want && banded.iter().all(|banded| *banded == want), "{middle}");
             // Negative control: the second part only.
             let mut part = empty();
             DeviceTotals::read_directly(&mut device, &read, middle..height, &mut part).unwrap();

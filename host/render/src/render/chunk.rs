@@ -3,6 +3,7 @@
 
 use super::chunk_buffers::ChunkSums;
 use super::film_state::FilmState;
+use super::submission_queue::Ended;
 use super::submissions::{Submission, Submissions};
 use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
@@ -130,30 +131,39 @@ impl Renderer {
         samples: Range<u32>,
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<ChunkTiming, Error> {
-        self.film_state = FilmState::Unknown;
-        let mut took = ChunkTiming::default();
-        let (mut done, count) = (0, samples.len() as u32);
-        let mut submissions = Submissions::new(settings.width, rows.clone(), count);
-        while let Some(submission) = submissions.next(&self.pipeline.sizer) {
-            done += submission.samples(settings.width);
-            took.device += self.submit(settings, submission, samples.start, count)?;
-            took.submissions += 1;
-            if watch(done).is_break() {
-                return Err(Error::Cancelled);
-            }
-        }
-        Ok(took)
+        self.begin_submissions()?;
+        self.start_chunk(settings, rows, samples, watch)?;
+        let Ended { device, submissions, .. } = self.finish_submissions(watch)?;
+        Ok(ChunkTiming { device, submissions, ..ChunkTiming::default() })
     }
 
-    /// Renders one submission of the chunk of `samples` samples that begins at `first_sample`.
-    /// Returns the device time.
+    /// Starts to render a chunk, which stays on the device. `watch` gets the number of samples that
+    /// have ended since [`begin_submissions`](Self::begin_submissions).
+    pub(super) fn start_chunk(
+        &mut self,
+        settings: &Settings,
+        rows: &RowSet,
+        samples: Range<u32>,
+        watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
+    ) -> Result<(), Error> {
+        self.film_state = FilmState::Unknown;
+        let count = samples.len() as u32;
+        let mut submissions = Submissions::new(settings.width, rows.clone(), count);
+        while let Some(submission) = submissions.next(&self.pipeline.sizer) {
+            self.submit(settings, submission, samples.start, count)?;
+            self.make_room(watch)?;
+        }
+        Ok(())
+    }
+
+    /// Starts one submission of the chunk of `samples` samples that begins at `first_sample`.
     pub(super) fn submit(
         &mut self,
         settings: &Settings,
         submission: Submission,
         first_sample: u32,
         samples: u32,
-    ) -> Result<Duration, Error> {
+    ) -> Result<(), Error> {
         let mut launch = self.scene.launch(settings);
         let params = &mut launch.params;
         self.tile_entries.fill_params(&self.scene, params);
@@ -166,10 +176,9 @@ impl Renderer {
         if submission.first_sample + submission.samples == samples {
             params.flags |= FLAG_END_OF_CHUNK;
         }
-        let wall = Instant::now();
-        let time = self.uploaded.render(&launch)?;
-        let taken = submission.samples(settings.width);
-        self.pipeline.sizer.learn(taken, wall.elapsed().max(time));
-        Ok(time)
+        let since = Instant::now();
+        let started = self.uploaded.start_render(&launch)?;
+        self.pipeline.queue.push(started, submission.samples(settings.width), since);
+        Ok(())
     }
 }

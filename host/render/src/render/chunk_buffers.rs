@@ -1,5 +1,6 @@
 //! Pipeline of chunks: sizes of submissions, and host memory for chunks as a device returns them.
 
+use super::submission_queue::SubmissionQueue;
 use super::submissions::SubmissionSizer;
 use crate::film::{HostRecords, RadianceTotals};
 use bytemuck::{Pod, Zeroable};
@@ -20,6 +21,8 @@ pub(super) struct ChunkSums {
 pub(super) struct ChunkPipeline {
     /// Sizes submissions by the speed of earlier ones, also of earlier frames.
     pub sizer: SubmissionSizer,
+    /// Submissions that run.
+    pub queue: SubmissionQueue,
     /// Chunk that is rendered.
     pub current: ChunkSums,
     /// Memory for another chunk.
@@ -50,7 +53,8 @@ impl ChunkPipeline {
     /// Creates a pipeline for a device of this kind, without memory yet.
     pub fn new(kind: DeviceKind) -> Self {
         let (current, spare) = (ChunkSums::default(), ChunkSums::default());
-        Self { sizer: SubmissionSizer::new(kind), current, spare, radiance: HostRecords::default() }
+        let (sizer, queue) = (SubmissionSizer::new(kind), SubmissionQueue::default());
+        Self { sizer, queue, current, spare, radiance: HostRecords::default() }
     }
 
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.

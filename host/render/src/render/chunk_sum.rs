@@ -77,7 +77,9 @@ impl Renderer {
             (device, submissions) = (device + took.device, submissions + took.submissions);
             done += u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
             for (strip, counts) in strips.iter().zip(&mut counts) {
-                *counts = *counts + self.uploaded.count_chunk(strip, samples)?;
+                self.uploaded.begin_counts()?;
+                self.uploaded.count_chunk(strip, samples)?;
+                *counts = *counts + self.uploaded.read_counts(strip)?;
             }
             self.uploaded.add_chunk(rows, samples)?;
         }

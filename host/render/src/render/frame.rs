@@ -7,6 +7,7 @@ use super::{DisplayOptions, Renderer, Settings};
 use crate::Error;
 use crate::film::{RowSet, RowTarget};
 use crate::passes::DisplayPass;
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Times of a frame.
@@ -65,16 +66,18 @@ impl Renderer {
         };
         self.film_state = FilmState::Unknown;
         self.tile_entries.update(&mut self.uploaded, &self.scene, settings, kernel, false)?;
-        let mut trace = Duration::ZERO;
+        self.begin_submissions()?;
         let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
         while let Some(submission) = submissions.next(&self.pipeline.sizer) {
-            trace += self.submit(settings, submission, 0, settings.samples)?;
+            self.submit(settings, submission, 0, settings.samples)?;
+            self.make_room(&mut |_| ControlFlow::Continue(()))?;
         }
         let size = (settings.width, settings.height);
         let first = rows.blocks().next().map_or(0, |block| block.start);
         let params = display_params(size, settings.width, screen.stops, first);
         let shown = DisplayPass { params, image: None, accumulated: false };
         let display = self.uploaded.display(&shown, to.reborrow())?;
+        let trace = self.finish_submissions(&mut |_| ControlFlow::Continue(()))?.device;
         self.film_state = FilmState::Display(settings.clone(), kernel);
         Ok(DisplayTiming { kernel: kernel.name, trace, display })
     }

@@ -12,7 +12,7 @@ use crate::denoise::{
 };
 use crate::film::{Film, HostMemory, RowSet, RowTarget};
 use crate::passes::DisplayPass;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use std::time::Duration;
 use trisect_image::Image;
@@ -163,16 +163,17 @@ impl Renderer {
         let moves = series.moves(&image);
         self.tile_entries.update(&mut self.uploaded, &self.scene, &settings, series.kernel, moves)?;
         let frames = series.next(&image, history);
-        let mut trace = Duration::ZERO;
         let goes_on = !frames.accumulated || series.accumulated <= MAX_ACCUMULATED_SAMPLES;
         if frames.accumulated && series.accumulated == 2 * settings.samples {
             self.uploaded.denoise(&[store_pass(&image, around.clone())])?;
         }
+        self.begin_submissions()?;
         if goes_on {
             let first = series.first_sample();
             let mut submissions = Submissions::new(settings.width, around.clone(), settings.samples);
             while let Some(submission) = submissions.next(&self.pipeline.sizer) {
-                trace += self.submit(&settings, submission, first, settings.samples)?;
+                self.submit(&settings, submission, first, settings.samples)?;
+                self.make_room(&mut |_| ControlFlow::Continue(()))?;
             }
         }
         let mut passes = passes(denoise, &image, &frames, &around);
@@ -181,6 +182,7 @@ impl Renderer {
             passes.retain(|pass| pass.kernel != Kernel::Add);
         }
         let times = self.uploaded.denoise(&passes)?;
+        let trace = self.finish_submissions(&mut |_| ControlFlow::Continue(()))?.device;
         let live = LiveFrame {
             kernel: series.kernel.name,
             samples: series.accumulated.max(settings.samples),

@@ -21,6 +21,7 @@ mod live_session;
 mod prepared_scene;
 mod resume;
 mod scene_params;
+mod submission_queue;
 mod submissions;
 mod summation;
 mod tile_entry_cache;

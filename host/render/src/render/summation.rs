@@ -4,6 +4,7 @@
 use super::chunk::ChunkTiming;
 use super::chunk_pipeline::{ChunkJob, PipelineTiming};
 use super::film_state::FilmState;
+use super::submission_queue::Ended;
 use super::{FilmObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::{
@@ -137,7 +138,11 @@ impl Renderer {
         let start = Instant::now();
         let counts = match self.device().info().kind {
             DeviceKind::Cpu => None,
-            DeviceKind::Gpu | DeviceKind::SoftwareGpu => Some(self.uploaded.count_chunk(&share, samples)?),
+            DeviceKind::Gpu | DeviceKind::SoftwareGpu => {
+                self.uploaded.begin_counts()?;
+                self.uploaded.count_chunk(&share, samples)?;
+                Some(self.uploaded.read_counts(&share)?)
+            }
         };
         let read = Instant::now();
         self.read_chunk(settings, kernel, &share)?;
@@ -159,34 +164,24 @@ impl Renderer {
     ) -> Result<BlockResult, Error> {
         let FilmBlock { settings, kernel, rows, chunks, observer } = block;
         let share = RowSet::from(rows.clone());
-        let per_sample = u64::from(settings.width) * u64::from(share.len());
         let mut unread =
             Unread { chunks: Vec::new(), since: Instant::now(), coverage: film.coverage.clone() };
-        let (mut result, mut counts, mut done) = (BlockResult::default(), FilmCounts::default(), 0);
+        let mut times = PipelineTiming::default();
         let mut room = Room::prepare(film);
         let mut outcome = Ok(());
+        self.begin_submissions()?;
+        self.uploaded.begin_counts()?;
         for samples in chunks {
             if !observer.should_continue() {
                 break;
             }
-            let mut here = |own: u64| watch(done + own);
-            let took = match self.trace_chunk(settings, &share, samples.clone(), &mut here) {
-                Ok(took) => took,
-                Err(error) => {
-                    outcome = Err(error);
-                    break;
-                }
-            };
-            done += per_sample * samples.len() as u64;
-            result.times.device += took.device;
-            result.times.submissions += took.submissions;
-            let start = Instant::now();
+            // The device goes on with the next chunk without waiting for the host.
+            outcome = self.start_chunk(settings, &share, samples.clone(), watch);
+            if outcome.is_err() {
+                break;
+            }
             let counted = self.uploaded.count_chunk(&share, samples);
-            let added = counted.and_then(|more| {
-                counts = counts + more;
-                self.uploaded.add_chunk(&share, samples)
-            });
-            if let Err(error) = added {
+            if let Err(error) = counted.and_then(|()| self.uploaded.add_chunk(&share, samples)) {
                 // Nobody knows what the totals hold now.
                 unread.chunks.clear();
                 outcome = Err(error.into());
@@ -196,30 +191,35 @@ impl Renderer {
             unread.coverage.insert(&part).map_err(FilmError::from)?;
             unread.chunks.push(samples.clone());
             if observer.wants_film(&unread.coverage) || unread.since.elapsed() >= MAX_UNREAD {
+                outcome = self.finish_submissions(watch).map(|_| ());
+                if outcome.is_err() {
+                    break;
+                }
                 let read = Instant::now();
                 room.furnish(film);
                 self.read_unread(film, rows, &mut unread)?;
-                result.times.read += read.elapsed();
+                times.read += read.elapsed();
                 observer.part_added(film);
                 self.uploaded.begin_totals()?;
             }
-            result.times.waited += start.elapsed();
         }
+        let ended = outcome.and_then(|()| self.finish_submissions(watch));
         let start = Instant::now();
         room.furnish(film);
         let is_new = !unread.chunks.is_empty();
         let read = self.read_unread(film, rows, &mut unread);
-        result.times.read += start.elapsed();
-        result.times.waited += start.elapsed();
-        outcome?;
+        times.read += start.elapsed();
+        times.waited = times.read;
+        Ended { device: times.device, submissions: times.submissions, .. } = ended?;
         read?;
+        let counts = self.uploaded.read_counts(&share)?;
         if is_new {
             observer.part_added(film);
         }
         self.film_state = FilmState::Empty(settings.clone(), kernel);
         // A pixel may lack samples in several chunks.
-        result.counts = (counts.unwritten == 0 && done > 0).then_some(counts);
-        Ok(result)
+        let counts = (counts.unwritten == 0 && counts.samples + counts.rejected > 0).then_some(counts);
+        Ok(BlockResult { times, counts })
     }
 
     /// Reads the chunks that add up on the device, and adds them to the film.

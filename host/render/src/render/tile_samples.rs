@@ -119,7 +119,8 @@ impl Renderer {
             params.flags |= FLAG_PER_PIXEL_RANGE | FLAG_END_OF_CHUNK;
             // The time says little about the device's speed: it depends on the pixels with the most
             // samples.
-            let time = self.uploaded.render(&launch)?;
+            let started = self.uploaded.start_render(&launch)?;
+            let time = self.uploaded.wait(started)?.into_iter().sum();
             (took.device, took.submissions, done) =
                 (took.device + time, took.submissions + 1, done + samples);
             if watch(done, total).is_break() {
