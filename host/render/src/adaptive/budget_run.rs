@@ -264,7 +264,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         let time = self.start.elapsed();
         self.renderer.finish();
         Ok(BudgetResult {
-            noise: self.renderer.noise()?,
+            noise: self.renderer.noise()?.1,
             renderer: self.renderer,
             adaptive: self.adaptive,
             gain: self.gain,

@@ -94,20 +94,26 @@ pub(super) fn reach(
     // Samples where the noise is may take more work than the mean.
     let mut costlier = 1.0;
     loop {
-        let noise_map = renderer.noise_map()?;
-        let (adaptive, estimated) = decide(adaptive, &noise_map, renderer, 1.0);
         let samples = renderer.mean_samples();
-        renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
         let is_enough = samples + ENOUGH >= f64::from(most) || !renderer.should_continue();
+        let (noise_map, noise) = match is_enough {
+            true => renderer.noise().map(|(noise_map, noise)| (noise_map, Some(noise)))?,
+            false => (renderer.noise_map()?, None),
+        };
+        let (adaptive, estimated) = decide(adaptive, &noise_map, renderer, 1.0);
+        renderer.progress = (target / noise_map.error).powi(2).max(samples / f64::from(most));
         if noise_map.error <= target || is_enough || !noise_map.error.is_finite() {
             let gain = estimated.unwrap_or_else(|| gain(&noise_map, renderer));
-            return Ok(Reached { noise: renderer.noise()?, adaptive, gain });
+            let noise = noise.map_or_else(|| renderer.noise().map(|(_, noise)| noise), Ok)?;
+            return Ok(Reached { noise, adaptive, gain });
         }
         let one: f64 =
             (0..2).map(|half| allocate::work(&noise_map, renderer.halves.tiles(), half, &|_| 1.0)).sum();
         let left = ((1.0 + BEYOND) * f64::from(most) - samples) * 0.5 * one * costlier;
         let now = samples * 0.5 * one;
-        let missing = missing(&noise_map, renderer, target, adaptive, now);
+        // More does not change the step.
+        let most_missing = left.min(MAX_STEP * now) / STEP;
+        let missing = missing(&noise_map, renderer, target, adaptive, (now, most_missing));
         let step = if missing < LAST_STEP * now { missing } else { (STEP * missing).min(MAX_STEP * now) };
         let more = step.min(left);
         renderer.run_pass(
@@ -121,12 +127,18 @@ pub(super) fn reach(
 }
 
 /// Returns the work that is missing until the target, by a noise map: at least a fiftieth of the
-/// work done, `now`, so that few steps reach the target.
-fn missing(noise_map: &NoiseMap, renderer: &AdaptiveRenderer, target: f64, adaptive: bool, now: f64) -> f64 {
+/// work done, `now`, so that few steps reach the target, and at most `most`.
+fn missing(
+    noise_map: &NoiseMap,
+    renderer: &AdaptiveRenderer,
+    target: f64,
+    adaptive: bool,
+    (now, most): (f64, f64),
+) -> f64 {
     let tiles = renderer.halves.tiles();
     let ratio = (noise_map.error / target).powi(2);
     if !adaptive {
-        return (now * (ratio - 1.0)).max(0.02 * now);
+        return (now * (ratio - 1.0)).max(0.02 * now).min(most);
     }
     let taken = [0, 1].map(|half| renderer.halves.taken(half));
     let shares = noise_map.shares(tiles);
@@ -138,10 +150,13 @@ fn missing(noise_map: &NoiseMap, renderer: &AdaptiveRenderer, target: f64, adapt
     };
     // Relative to the noise map's own sum, which has the variances within halves.
     let wanted = after(0.0) / ratio;
-    let (mut low, mut high) = (0.0, now * (ratio - 1.0).max(0.02));
+    let (mut low, mut high) = (0.0, (now * (ratio - 1.0).max(0.02)).min(most));
+    if after(high) > wanted {
+        return high;
+    }
     for _ in 0..12 {
         let middle = 0.5 * (low + high);
         if after(middle) > wanted { low = middle } else { high = middle }
     }
-    high.max(0.02 * now)
+    high.max(0.02 * now).min(most)
 }

@@ -124,14 +124,14 @@ impl<'a> AdaptiveRenderer<'a> {
         Ok(NoiseMap::measured(&noise, self.halves.tiles()))
     }
 
-    /// Measures the noise of the image.
-    pub fn noise(&mut self) -> Result<Noise, Error> {
+    /// Measures the noise of tiles and of the image.
+    pub fn noise(&mut self) -> Result<(NoiseMap, Noise), Error> {
         let from_halves = self.variance_from_halves();
         if !self.halves.is_on_device() {
-            return Ok(Noise::of(&self.halves, from_halves));
+            return Ok((NoiseMap::new(&self.halves, from_halves), Noise::of(&self.halves, from_halves)));
         }
-        let noise = self.inner.noise_of_halves(from_halves, true)?;
-        Ok(Noise::measured(&noise, self.halves.tiles()))
+        let (noise, tiles) = (self.inner.noise_of_halves(from_halves, true)?, self.halves.tiles());
+        Ok((NoiseMap::measured(&noise, tiles), Noise::measured(&noise, tiles)))
     }
 
     /// Returns the image, the mean of both halves.
