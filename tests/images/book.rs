@@ -34,7 +34,7 @@ fn reference() -> Film {
     };
     let mut film = Film::new(80, 45);
     let pixels = means.chunks_exact(3).zip(variances.chunks_exact(3)).map(pixel);
-    film.pixels = pixels.collect::<Vec<_>>().into();
+    film.pixels = pixels.collect::<Vec<_>>().as_slice().into();
     film
 }
 

@@ -174,6 +174,12 @@ pub trait Device: Send {
     /// [`Command::Read`] is then faster. If that is not possible, its speed stays the same.
     fn pin(&mut self, _memory: &Arc<HostMemory>) {}
 
+    /// Returns whether all these bytes are pinned, so that reads to them in [`start`](Self::start)
+    /// return before they end.
+    fn is_pinned(&self, _bytes: &[u8]) -> bool {
+        false
+    }
+
     /// Undoes [`pin`](Self::pin).
     fn unpin(&mut self, _memory: &Arc<HostMemory>) {}
 }

@@ -233,6 +233,10 @@ impl Device for Cuda {
         }
     }
 
+    fn is_pinned(&self, bytes: &[u8]) -> bool {
+        self.pinned.iter().any(|pinned| pinned.has(bytes))
+    }
+
     fn unpin(&mut self, memory: &Arc<HostMemory>) {
         self.pinned.retain(|pinned| !pinned.is_of(memory));
     }

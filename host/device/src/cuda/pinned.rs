@@ -36,6 +36,12 @@ impl Pinned {
         Arc::strong_count(&self.memory) == 1
     }
 
+    /// Returns whether all these bytes are in the memory.
+    pub fn has(&self, bytes: &[u8]) -> bool {
+        let (own, other) = (self.memory.first() as usize, bytes.as_ptr() as usize);
+        other.checked_sub(own).is_some_and(|before| before + bytes.len() <= self.memory.bytes())
+    }
+
     pub fn is_of(&self, memory: &Arc<HostMemory>) -> bool {
         Arc::ptr_eq(&self.memory, memory)
     }

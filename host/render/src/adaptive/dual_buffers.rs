@@ -187,15 +187,15 @@ impl DualBuffers {
     /// empty.
     pub fn film(&self) -> Film {
         let [a, b] = &self.pixels;
-        let pixels = a.par_iter().zip(b).with_min_len(TASK).map(|(a, b)| both(a, b));
-        let guides = self.aovs[0].par_iter().zip(&self.aovs[1]).with_min_len(TASK).map(|(a, b)| {
+        let pixels = Totals::of_each(a.len(), |pixel| both(&a[pixel], &b[pixel]));
+        let aovs = Totals::of_each(self.aovs[0].len(), |pixel| {
             let mut totals = AovTotals::EMPTY;
-            totals.merge(a, 0, a.hits + a.misses);
-            totals.merge(b, 1, b.hits + b.misses);
+            for (half, aovs) in (0..).zip(&self.aovs) {
+                let aovs = &aovs[pixel];
+                totals.merge(aovs, half, aovs.hits + aovs.misses);
+            }
             totals
         });
-        let pixels = Totals::Exact(pixels.collect());
-        let aovs = Totals::Exact(guides.collect());
         let coverage = SampleCoverage::new(self.height);
         Film { width: self.width, height: self.height, pixels, aovs, coverage }
     }

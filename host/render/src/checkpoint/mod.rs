@@ -15,9 +15,9 @@ pub use identity::{Identity, arithmetic};
 pub use place::Place;
 pub use saver::{SaveInterval, Saver};
 
-use crate::film::{AovTotals, Film, PixelTotals, SampleBlock, SampleCoverage};
+use crate::film::{AovTotals, Film, HostRecords, PixelTotals, SampleBlock, SampleCoverage, Totals};
 use crate::render::MAX_DEPTH;
-use bytemuck::cast_slice;
+use bytemuck::{Pod, cast_slice};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -185,7 +185,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
         }
     }
     let (totals, of_guides) = data.split_at(pixels as usize * size_of::<PixelTotals>());
-    let totals: Vec<PixelTotals> = bytemuck::pod_collect_to_vec(totals);
+    let totals: HostRecords<PixelTotals> = records(totals);
     let held =
         |row: usize| -> u64 { coverage.samples(row as u32).iter().map(|samples| samples.len() as u64).sum() };
     let is_sound = |(row, pixels): (usize, &[PixelTotals])| {
@@ -200,7 +200,7 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     if let Some(row) = rows.position_first(|row| !is_sound(row)) {
         return Err(format!("row {row}: sample counts do not match the parts"));
     }
-    let guides: Vec<AovTotals> = bytemuck::pod_collect_to_vec(of_guides);
+    let guides: HostRecords<AovTotals> = records(of_guides);
     let rows = guides.par_chunks(width as usize).enumerate();
     let wrong = |(row, pixels): (usize, &[AovTotals])| {
         let held = held(row);
@@ -209,7 +209,15 @@ fn film(stored: &Stored, data: &[u8]) -> Result<Film, String> {
     if let Some(row) = rows.position_first(wrong) {
         return Err(format!("row {row} has AOV sums of more samples than it holds"));
     }
-    Ok(Film { width, height, pixels: totals.into(), aovs: guides.into(), coverage })
+    Ok(Film { width, height, pixels: Totals::Exact(totals), aovs: Totals::Exact(guides), coverage })
+}
+
+/// Returns the records that bytes consist of.
+fn records<T: Pod>(bytes: &[u8]) -> HostRecords<T> {
+    let mut records = HostRecords::new(bytes.len() / size_of::<T>());
+    let own: &mut [u8] = bytemuck::cast_slice_mut(&mut records);
+    own.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+    records
 }
 
 #[derive(Deserialize)]

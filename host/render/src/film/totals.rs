@@ -5,6 +5,8 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
+use trisect_device::HostMemory;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
 
@@ -48,8 +50,8 @@ impl OverChunks for AovTotals {
 pub enum Totals<T: OverChunks> {
     /// No samples, in this number of pixels.
     Empty(usize),
-    /// Totals.
-    Exact(Vec<T>),
+    /// Totals, in memory to which a device can copy.
+    Exact(HostRecords<T>),
     /// Sums of the only chunk.
     Chunk {
         /// Sums of each pixel.
@@ -60,6 +62,14 @@ pub enum Totals<T: OverChunks> {
 }
 
 impl<T: OverChunks> Totals<T> {
+    /// Returns totals of so many pixels, each of which `of` returns, on all threads.
+    pub(crate) fn of_each(pixels: usize, of: impl Fn(usize) -> T + Send + Sync) -> Self {
+        let mut exact = HostRecords::new(pixels);
+        let all = exact.par_iter_mut().enumerate().with_min_len(TASK);
+        all.for_each(|(pixel, totals)| *totals = of(pixel));
+        Self::Exact(exact)
+    }
+
     /// Returns the number of pixels.
     pub fn len(&self) -> usize {
         match self {
@@ -105,9 +115,10 @@ impl<T: OverChunks> Totals<T> {
             Self::Empty(pixels) => {
                 output.take(*pixels).with_min_len(TASK).for_each(|output| use_totals(output, T::EMPTY))
             }
-            Self::Exact(totals) => {
-                output.zip(totals).with_min_len(TASK).for_each(|(output, totals)| use_totals(output, *totals))
-            }
+            Self::Exact(totals) => output
+                .zip(&totals[..])
+                .with_min_len(TASK)
+                .for_each(|(output, totals)| use_totals(output, *totals)),
             Self::Chunk { sums, samples } => output
                 .zip(&sums[..])
                 .with_min_len(TASK)
@@ -139,10 +150,20 @@ impl<T: OverChunks> Totals<T> {
         }
     }
 
+    /// Returns the memory of all totals, if they have memory of their own.
+    pub(crate) fn memory(&self) -> Option<&Arc<HostMemory>> {
+        match self {
+            Self::Exact(totals) => Some(totals.memory()),
+            Self::Empty(_) | Self::Chunk { .. } => None,
+        }
+    }
+
     /// Returns the totals of all pixels, to change them. It computes those of a chunk first.
     pub fn exact_mut(&mut self) -> &mut [T] {
         if let Self::Empty(_) | Self::Chunk { .. } = self {
-            *self = Self::Exact(self.map(|totals| totals));
+            let mut exact = HostRecords::new(self.len());
+            self.for_each_with(&mut exact, |to, from| *to = from);
+            *self = Self::Exact(exact);
         }
         match self {
             Self::Exact(totals) => totals,
@@ -210,9 +231,9 @@ impl Totals<PixelTotals> {
     }
 }
 
-impl<T: OverChunks> From<Vec<T>> for Totals<T> {
-    fn from(totals: Vec<T>) -> Self {
-        Self::Exact(totals)
+impl<T: OverChunks> From<&[T]> for Totals<T> {
+    fn from(totals: &[T]) -> Self {
+        Self::of_each(totals.len(), |pixel| totals[pixel])
     }
 }
 
@@ -227,7 +248,12 @@ impl<T: OverChunks> Clone for Totals<T> {
     fn clone(&self) -> Self {
         match self {
             Self::Empty(pixels) => Self::Empty(*pixels),
-            Self::Exact(_) | Self::Chunk { .. } => Self::Exact(self.exact().into_owned()),
+            Self::Exact(totals) => totals[..].into(),
+            Self::Chunk { .. } => {
+                let mut copy = Self::Empty(self.len());
+                copy.copy_from(self);
+                copy
+            }
         }
     }
 }

@@ -105,25 +105,13 @@ impl<const N: usize> Read<'_, N> {
         (room / row).clamp(1, u64::from(self.rows.len().max(1))) as u32
     }
 
-    /// Reads the records of the rows of a band, to a target for each film. It has as many bytes as
-    /// the records, packed.
-    pub fn band<'b>(
-        &self,
-        device: &mut dyn Device,
-        rows: &RowSet,
-        to: impl IntoIterator<Item = RowTarget<'b>>,
-    ) -> Result<(), BackendError> {
-        // SAFETY: the targets are borrowed until the device was waited for.
-        let started = unsafe { self.start_band(device, rows, to) }?;
-        device.wait(started).map(|_| ())
-    }
-
-    /// Starts to read the records of the rows of a band, as [`band`](Self::band) does.
+    /// Starts to read the records of the rows of a band, to a target for each film. It has as many
+    /// bytes as the records, packed.
     ///
     /// # Safety
     ///
     /// Nothing accesses the memory of the targets before the device was waited for.
-    unsafe fn start_band<'b>(
+    pub unsafe fn start_band<'b>(
         &self,
         device: &mut dyn Device,
         rows: &RowSet,

@@ -5,7 +5,7 @@ use super::film::DeviceFilm;
 use super::misuse;
 use super::totals_launch::{compile, launch, params};
 use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation, TASK};
-use bytemuck::{Pod, Zeroable};
+use bytemuck::{Pod, Zeroable, cast_slice};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
@@ -194,6 +194,9 @@ impl DeviceTotals {
         if device.info().kind != DeviceKind::Gpu {
             return Self::read_directly(device, &of, 0..rows.len(), records);
         }
+        if device.is_pinned(cast_slice(records)) {
+            return Self::read_directly(device, &of, 0..rows.len(), records);
+        }
         let probe = rows.len().min(PROBED_BANDS * of.band_of::<T>());
         bands.prepare::<1>(device, (self.output.bytes() / 4) as usize);
         let start = Instant::now();
@@ -207,7 +210,8 @@ impl DeviceTotals {
         Self::read_by_bands((device, bands), &of, probe..rows.len(), records, copying)
     }
 
-    /// Reads a record for each pixel of some of the rows: the device copies them to their place.
+    /// Reads a record for each pixel of some of the rows: the device copies them to their place, band
+    /// after band without waiting for the host.
     fn read_directly<T: Pod>(
         device: &mut dyn Device,
         of: &Read<'_, 1>,
@@ -215,15 +219,27 @@ impl DeviceTotals {
         records: &mut [T],
     ) -> Result<(), BackendError> {
         let (width, band) = (of.size.0 as usize, of.band_of::<T>());
+        let (mut started, mut outcome) = (Vec::new(), Ok(()));
         for first in own.clone().step_by(band as usize) {
             let part = first..(first + band).min(own.end);
             let place = part.start as usize * width..part.end as usize * width;
             if let Some(records) = records.get_mut(place) {
                 let packed = RowSet::from(0..part.len() as u32);
-                of.band(device, &of.rows.part(part), [RowTarget::records(records, &packed)])?;
+                let to = [RowTarget::records(records, &packed)];
+                // SAFETY: the records are borrowed until all bands were waited for.
+                match unsafe { of.start_band(device, &of.rows.part(part), to) } {
+                    Ok(band) => started.push(band),
+                    Err(error) => {
+                        outcome = Err(error);
+                        break;
+                    }
+                }
             }
         }
-        Ok(())
+        for band in started {
+            outcome = device.wait(band).map(|_| ()).and(outcome);
+        }
+        outcome
     }
 
     /// Reads a record for each pixel of some of the rows, through pinned memory, from which threads

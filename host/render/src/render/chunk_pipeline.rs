@@ -95,7 +95,7 @@ type Consumer<T> = (T, ChunkSums);
 
 /// Minimum number of chunks for which pinned memory, to which the device copies directly, saves
 /// more time than pinning takes (docs/notebook/denoising.md).
-const MIN_PINNED_CHUNKS: usize = 4;
+pub(super) const MIN_PINNED_CHUNKS: usize = 4;
 
 /// A consumer, or the thread that it runs on.
 enum ConsumerState<'scope, T> {

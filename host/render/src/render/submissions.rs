@@ -89,6 +89,13 @@ impl Submission {
     }
 }
 
+/// Returns the size of one of the equal parts into which `all` is divided, of about `size`, at most
+/// a quarter more. A small rest would leave much of the device idle as its last lanes end.
+fn equal_part(all: u64, size: u64) -> u64 {
+    let most = size.saturating_add(size / 4).max(1);
+    all.div_ceil(all.div_ceil(most).max(1))
+}
+
 /// Submissions of one chunk: bands of rows, each finished before the next begins.
 pub(super) struct Submissions {
     width: u32,
@@ -124,11 +131,11 @@ impl Submissions {
             // the budget.
             let least = pace.pixels.div_ceil(width);
             let samples = (pace.budget / (least * width)).clamp(1, u64::from(left));
-            let rows = (pace.budget / (samples * width)).max(1);
-            self.rows = rows.min(u64::from(self.end_row - self.first_row)) as u32;
+            let rows = pace.budget / (samples * width);
+            self.rows = equal_part(u64::from(self.end_row - self.first_row), rows) as u32;
         }
         let pixels = u64::from(self.rows) * width;
-        let samples = (pace.budget / pixels).clamp(1, u64::from(left)) as u32;
+        let samples = equal_part(u64::from(left), pace.budget / pixels) as u32;
         let part = Submission {
             share: self.share,
             first_row: self.first_row,
@@ -179,6 +186,20 @@ mod tests {
         let part = Submissions::new(1280, 0..720, 30).next(&pace);
         let share = RowSet::from(0..720).share();
         assert_eq!(part, Some(Submission { share, first_row: 0, rows: 720, first_sample: 0, samples: 30 }));
+    }
+
+    /// A chunk that is a little larger than a submission is one, and one that is larger than two is
+    /// divided equally.
+    #[test]
+    fn parts_are_equal() {
+        assert_eq!([1, 100, 125, 126, 250, 251].map(|all| equal_part(all, 100)), [1, 100, 125, 63, 125, 84]);
+        assert_eq!((equal_part(7, 0), equal_part(0, 5), equal_part(u64::MAX, u64::MAX)), (1, 0, u64::MAX));
+        let mut pace = SubmissionSizer::new(DeviceKind::Gpu);
+        pace.limit(Some(1920 * 1080 * 110));
+        let mut submissions = Submissions::new(1920, 0..1080, 256);
+        let sizes: Vec<u64> =
+            std::iter::from_fn(|| submissions.next(&pace)).map(|part| part.samples(1920)).collect();
+        assert_eq!(sizes, [1920 * 540 * 256; 2]);
     }
 
     #[test]

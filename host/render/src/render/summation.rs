@@ -2,7 +2,7 @@
 //! which reads each chunk. The film has the same bits.
 
 use super::chunk::ChunkTiming;
-use super::chunk_pipeline::{ChunkJob, PipelineTiming};
+use super::chunk_pipeline::{ChunkJob, MIN_PINNED_CHUNKS, PipelineTiming};
 use super::film_state::FilmState;
 use super::submission_queue::Ended;
 use super::{FilmObserver, Renderer, Settings};
@@ -20,6 +20,10 @@ use trisect_system::{memory, threads};
 
 /// Maximum time for which chunks are on a device only. A device that fails takes them with it.
 const MAX_UNREAD: Duration = Duration::from_secs(30);
+
+/// Maximum number of bytes of a film that are pinned: as many as a driver pins while the device runs
+/// a submission, at about 9 GB/s (docs/notebook/denoising.md).
+const MAX_PINNED: u64 = 512 << 20;
 
 /// Block of a film that is rendered, chunk by chunk.
 #[derive(Clone, Copy)]
@@ -66,6 +70,11 @@ impl Room {
         };
         // Without another thread the film's memory is prepared when it is needed.
         Self(if has_memory { None } else { threads::spawn("film memory", work).ok() })
+    }
+
+    /// Returns whether the film's memory is there.
+    fn is_ready(&self) -> bool {
+        self.0.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
     /// Gives the memory to the film, once.
@@ -190,6 +199,10 @@ impl Renderer {
             let part = SampleBlock { rows: rows.clone(), samples: samples.clone() };
             unread.coverage.insert(&part).map_err(FilmError::from)?;
             unread.chunks.push(samples.clone());
+            if chunks.len() >= MIN_PINNED_CHUNKS && room.is_ready() {
+                room.furnish(film);
+                self.pin_film(film);
+            }
             if observer.wants_film(&unread.coverage) || unread.since.elapsed() >= MAX_UNREAD {
                 outcome = self.finish_submissions(watch).map(|_| ());
                 if outcome.is_err() {
@@ -220,6 +233,15 @@ impl Renderer {
         // A pixel may lack samples in several chunks.
         let counts = (counts.unwritten == 0 && counts.samples + counts.rejected > 0).then_some(counts);
         Ok(BlockResult { times, counts })
+    }
+
+    /// Pins the memory of a film while the device renders, so that it copies there without threads
+    /// that may wake late.
+    fn pin_film(&mut self, film: &Film) {
+        if film.bytes() <= MAX_PINNED {
+            let memory = [film.pixels.memory(), film.aovs.memory()];
+            memory.into_iter().flatten().for_each(|memory| self.uploaded.device_mut().pin(memory));
+        }
     }
 
     /// Reads the chunks that add up on the device, and adds them to the film.
