@@ -11,10 +11,12 @@ use super::plan::{self, ClusterPlan, DistributionMode};
 use super::work::Work;
 use crate::Error;
 use serde::{Deserialize, Serialize};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 use trisect::device::DeviceKind;
 use trisect::film::RowSet;
 use trisect::render::{Renderer, Settings};
+use trisect::threads;
 
 /// Measured speed of the ranks and the network between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,6 +31,25 @@ pub struct Machine {
     pub overhead: f64,
     /// Bytes per second of a large message.
     pub bandwidth: f64,
+    /// Time until another thread of the slowest rank has answered, in seconds, while all ranks wait
+    /// for theirs.
+    pub handoff: f64,
+    /// Time of rendering on a rank while the others do so too, over that of a rank alone: ranks of a
+    /// host share its processors and memory. 1 if `rate` is that of all ranks at the same time.
+    pub slowdown: f64,
+}
+
+impl Machine {
+    /// Machine that was not measured.
+    pub const UNKNOWN: Self = Self {
+        rate: 0.0,
+        fixed: 0.0,
+        latency: 0.0,
+        overhead: 0.0,
+        bandwidth: f64::INFINITY,
+        handoff: 0.0,
+        slowdown: 1.0,
+    };
 }
 
 /// Size of an image.
@@ -99,7 +120,8 @@ impl Machine {
     ///
     /// * Rows: rendering takes as long as that of the rank with the most blocks. Then the root
     ///   receives one message after the other; pipelined, only the time beyond rendering counts;
-    ///   with shared memory, the messages are empty.
+    ///   with shared memory, the messages are empty. A frame is handed to a thread and back: one rank
+    ///   renders meanwhile, several wait for each other.
     /// * Averages: rendering takes as long as that of the rank with the most samples of all pixels.
     ///   Then the last strip goes up the tree, and the root may receive for longer than it renders.
     pub fn predict(
@@ -113,20 +135,21 @@ impl Machine {
         let others = f64::from(ranks.max(1) - 1);
         let image = shape.pixels() * bytes as f64;
         let depth = f64::from(ranks.max(1)).log2().ceil();
+        let rate = if ranks > 1 { self.rate / self.slowdown.max(1.0) } else { self.rate };
         let render = match plan.mode {
             DistributionMode::Rows => {
                 let block = 1u32 << plan.block_shift.min(16);
                 let blocks = shape.height.div_ceil(block);
                 let rows = (u64::from(blocks.div_ceil(ranks.max(1))) * u64::from(block))
                     .min(u64::from(shape.height));
-                self.fixed + rows as f64 * f64::from(shape.width) * f64::from(shape.samples) / self.rate
+                self.fixed + rows as f64 * f64::from(shape.width) * f64::from(shape.samples) / rate
             }
             DistributionMode::Average => {
                 let averaging = plan::averaging(shape.samples, ranks);
                 let most = (0..averaging.min(64))
                     .map(|rank| plan::samples_of(shape.samples, rank, averaging).len())
                     .max();
-                self.fixed + shape.pixels() * most.unwrap_or(0) as f64 / self.rate
+                self.fixed + shape.pixels() * most.unwrap_or(0) as f64 / rate
             }
         };
         // A rank without blocks or samples sends nothing.
@@ -142,7 +165,7 @@ impl Machine {
             DistributionMode::Average => senders * self.next(image),
         };
         let sync = match gather {
-            _ if ranks <= 1 => 0.0,
+            _ if ranks <= 1 => (self.handoff - render).max(0.0),
             Gather::Flat => flat + self.latency,
             Gather::Pipelined => (flat - render).max(0.0),
             Gather::Shared => (senders * self.overhead - render).max(0.0),
@@ -152,7 +175,7 @@ impl Machine {
             }
             Gather::AllReduce => depth * self.message(image),
         };
-        Prediction { render, sync }
+        Prediction { render, sync: if ranks > 1 { sync + self.handoff } else { sync } }
     }
 }
 
@@ -174,6 +197,9 @@ const LATENCY_MESSAGES: u32 = 16;
 /// Number of empty messages that are sent at once to measure the overhead.
 const BURST_MESSAGES: u32 = 64;
 
+/// Number of renders whose mean time counts: on a host under load the least says little.
+const TRIALS: u32 = 5;
+
 /// Returns this rank's samples per second on rows spread over the image, and the seconds of a whole
 /// image that do not depend on the number of samples.
 fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Error> {
@@ -185,13 +211,11 @@ fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Erro
     // The first render compiles kernels and allocates memory.
     renderer.render_chunk(settings, &rows, 0..1, &mut ())?;
     let mut time = |samples: u32| -> Result<f64, Error> {
-        let mut least = f64::INFINITY;
-        for _ in 0..3 {
-            let start = Instant::now();
+        let start = Instant::now();
+        for _ in 0..TRIALS {
             renderer.render_chunk(settings, &rows, 0..samples, &mut ())?;
-            least = least.min(start.elapsed().as_secs_f64());
         }
-        Ok(least)
+        Ok(start.elapsed().as_secs_f64() / f64::from(TRIALS))
     };
     let pixels = (u64::from(rows.len()) * row) as f64;
     let one = time(1)?;
@@ -202,6 +226,45 @@ fn rate(renderer: &mut Renderer, settings: &Settings) -> Result<(f64, f64), Erro
     // Cost of a pixel besides its samples, over the whole image.
     let fixed = (one - slope * pixels).max(0.0) * f64::from(settings.height) / f64::from(rows.len());
     Ok((1.0 / slope, fixed))
+}
+
+/// Number of round trips that measure a handoff.
+const HANDOFFS: u32 = 32;
+
+/// Returns the mean time in seconds until another thread has answered.
+fn handoff() -> Result<f64, ClusterError> {
+    let (ask, asked) = channel();
+    let (answer, answered) = channel();
+    let thread = threads::spawn("answering thread", move || {
+        asked.into_iter().take_while(|()| answer.send(()).is_ok()).for_each(drop);
+    })?;
+    let start = Instant::now();
+    let is_answered = || ask.send(()).is_ok() && answered.recv().is_ok();
+    let count = (0..HANDOFFS).take_while(|_| is_answered()).count();
+    let time = start.elapsed().as_secs_f64() / count.max(1) as f64;
+    drop(ask);
+    let _ = thread.join();
+    Ok(time)
+}
+
+/// Returns the machine with the slowdown of the root, which renders alone for that.
+///
+/// # Errors
+///
+/// Errors of [`Heartbeat::receive`] and [`Renderer::render_chunk`].
+pub fn with_slowdown<N: Network>(
+    link: &mut Heartbeat<N>,
+    renderer: Renderer,
+    settings: &Settings,
+    together: Machine,
+) -> Result<(Renderer, Machine), Error> {
+    let (own, mut renderer) = (settings.clone(), renderer);
+    let (renderer, alone) = link.run_while_polling(move || {
+        let alone = rate(&mut renderer, &own);
+        (renderer, alone)
+    })?;
+    let slowdown = (alone?.0 / together.rate).max(1.0);
+    Ok((renderer, Machine { slowdown, ..together }))
 }
 
 /// Sends a request to a rank, and returns the time until its answer, and the answer.
@@ -230,11 +293,12 @@ pub fn measure<N: Network>(
 ) -> Result<(Renderer, Option<Machine>), Error> {
     let own = settings.clone();
     let mut renderer = renderer;
-    let (renderer, rate) = link.run_while_polling(move || {
+    let (renderer, rate, handoff) = link.run_while_polling(move || {
+        let handoff = handoff();
         let rate = rate(&mut renderer, &own);
-        (renderer, rate)
+        (renderer, rate, handoff)
     })?;
-    let (rate, fixed) = rate?;
+    let ((rate, fixed), handoff) = (rate?, handoff?);
     if !link.is_root() {
         loop {
             // Requests of the root: an echo (0), a large message (1), the rate (2, always last) or
@@ -243,14 +307,14 @@ pub fn measure<N: Network>(
                 Some(3) => (0..BURST_MESSAGES).try_for_each(|_| link.send(0, Tag::Ping, Vec::new()))?,
                 Some(1) => link.send(0, Tag::Ping, vec![0; LARGE_MESSAGE_BYTES])?,
                 Some(2) => {
-                    link.send(0, Tag::Ping, bytemuck::cast_slice(&[rate, fixed]).to_vec())?;
+                    link.send(0, Tag::Ping, bytemuck::cast_slice(&[rate, fixed, handoff]).to_vec())?;
                     return Ok((renderer, None));
                 }
                 _ => link.send(0, Tag::Ping, Vec::new())?,
             }
         }
     }
-    let mut machine = Machine { rate, fixed, latency: 0.0, overhead: 0.0, bandwidth: f64::INFINITY };
+    let mut machine = Machine { rate, fixed, handoff, ..Machine::UNKNOWN };
     for rank in 1..link.ranks() {
         ask(link, rank, 0)?;
         let mut least = Duration::MAX;
@@ -265,12 +329,13 @@ pub fn measure<N: Network>(
         let large = ask(link, rank, 1)?.0.min(ask(link, rank, 1)?.0);
         let (_, bytes) = ask(link, rank, 2)?;
         let theirs: Vec<f64> = bytemuck::pod_collect_to_vec(&bytes[..bytes.len() / 8 * 8]);
-        let [theirs, fixed] = theirs[..] else {
+        let [theirs, fixed, handoff] = theirs[..] else {
             let message = "an invalid rate".to_owned();
             return Err(ClusterError::Protocol { rank, message }.into());
         };
         machine.rate = machine.rate.min(theirs);
         machine.fixed = machine.fixed.max(fixed);
+        machine.handoff = machine.handoff.max(handoff);
         machine.latency = machine.latency.max(least.as_secs_f64() / 2.0);
         machine.overhead = machine.overhead.max(overhead);
         let rest = large.saturating_sub(least).as_secs_f64().max(1e-9);
@@ -336,7 +401,7 @@ mod tests {
     use super::*;
 
     const MACHINE: Machine =
-        Machine { rate: 1e6, fixed: 0.0, latency: 1e-5, overhead: 1e-6, bandwidth: 1e10 };
+        Machine { rate: 1e6, latency: 1e-5, overhead: 1e-6, bandwidth: 1e10, ..Machine::UNKNOWN };
 
     #[test]
     fn rows_while_there_are_enough() {
@@ -362,6 +427,15 @@ mod tests {
             assert!(at(ranks, Gather::Pipelined).sync <= at(ranks, Gather::Flat).sync);
             assert_eq!(at(ranks, Gather::Shared).sync, 0.0);
         }
+        // On a host under load one rank renders until a thread wakes, and two also wait for it; ranks
+        // that share processors render more slowly.
+        let loaded = Machine { handoff: 3e-3, slowdown: 1.5, rate: 1e9, ..MACHINE };
+        let at_load = |samples, ranks| {
+            loaded.predict(&Shape { samples, ..shape }, &plan, ranks, 12, Gather::Shared).frame() * 1e3
+        };
+        let seen = [at_load(1, 1), at_load(1, 2), at_load(100, 1), at_load(100, 2)];
+        let want = [3.0, 3.0 + 1.5 * 1.0368, 207.36, 3.0 + 1.5 * 103.68];
+        assert!(seen.iter().zip(want).all(|(seen, want)| (seen / want - 1.0).abs() < 0.02), "{seen:?}");
         // Only as many ranks as there are blocks have work.
         assert_eq!(at(135, Gather::Flat).render, at(4096, Gather::Flat).render);
     }

@@ -143,7 +143,8 @@ impl Cuda {
     fn times(&mut self, queued: Queued) -> Result<Vec<Duration>, BackendError> {
         let Queued { events, launches } = queued;
         let time = |(first, last): (usize, usize)| {
-            let milliseconds = events[first].elapsed_ms(&events[last]).map_err(failed("reading the timer"))?;
+            let milliseconds =
+                events[first].elapsed_ms(&events[last]).map_err(failed("reading the timer"))?;
             Ok(Duration::from_secs_f64(f64::from(milliseconds.max(0.0)) * 1e-3))
         };
         let times = launches.into_iter().map(time).collect();

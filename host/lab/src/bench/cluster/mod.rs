@@ -103,9 +103,14 @@ impl ClusterBench {
             return Err(ClusterError::Unsupported { what, remedy }.into());
         }
         let device = renderer.device().info().clone();
-        let machine;
+        let mut machine;
         let trial = Settings { samples: plan.spp.iter().copied().max().unwrap_or(1), ..settings.clone() };
         (renderer, machine) = trisect_cluster::cost::measure(link, renderer, &trial)?;
+        if let Some(together) = machine {
+            let alone;
+            (renderer, alone) = trisect_cluster::cost::with_slowdown(link, renderer, &trial, together)?;
+            machine = Some(alone);
+        }
         let mut bench = Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
@@ -113,13 +118,7 @@ impl ClusterBench {
             device: format!("{}: {}", device.backend, device.name),
             width: settings.width,
             height: settings.height,
-            machine: machine.unwrap_or(Machine {
-                rate: 0.0,
-                fixed: 0.0,
-                latency: 0.0,
-                overhead: 0.0,
-                bandwidth: 0.0,
-            }),
+            machine: machine.unwrap_or(Machine::UNKNOWN),
             frames: Vec::new(),
             averages: Vec::new(),
             noise: Vec::new(),
@@ -238,7 +237,7 @@ impl ClusterBench {
     /// Returns a summary for people.
     pub fn summary(&self) -> String {
         let mut text = format!(
-            "scene     {}\ndevice    {}\nframe     {}x{}\nmachine   {:.1} Msamples/s per rank, {:.2} ms fixed per image; messages: latency {:.1} us ({:.1} us each of many), {:.2} GB/s\n\n",
+            "scene     {}\ndevice    {}\nframe     {}x{}\nmachine   {:.1} Msamples/s per rank, {:.2} ms fixed per image; messages: latency {:.1} us ({:.1} us each of many), {:.2} GB/s\nhost      {:.3} ms until another thread answers; all ranks at once render {:.2} times as long\n\n",
             self.scene,
             self.device,
             self.width,
@@ -247,7 +246,9 @@ impl ClusterBench {
             self.machine.fixed * 1e3,
             self.machine.latency * 1e6,
             self.machine.overhead * 1e6,
-            self.machine.bandwidth * 1e-9
+            self.machine.bandwidth * 1e-9,
+            self.machine.handoff * 1e3,
+            self.machine.slowdown
         );
         text += &format!(
             "{:<14} {:>6} {:>6} {:<10} {:>10} {:>10} {:>10} {:>10} {:>7} {:>9} {:>9}\n",
