@@ -9,6 +9,7 @@ mod driver;
 mod kernel;
 mod memory;
 mod pinned;
+mod wait;
 
 pub use driver::devices;
 
@@ -24,6 +25,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trisect_kernels::EntryPoint;
 use trisect_shared::features::Features;
+use wait::Waiter;
 
 /// Name of the backend.
 pub(crate) const NAME: &str = "cuda";
@@ -47,6 +49,7 @@ pub struct Cuda {
     events: Vec<CudaEvent>,
     /// Pinned host memory, to which this device copies directly.
     pinned: Vec<Pinned>,
+    waiter: Waiter,
 }
 
 impl Cuda {
@@ -78,7 +81,7 @@ impl Cuda {
     fn within(context: &Arc<CudaContext>, info: DeviceInfo) -> Result<Self, BackendError> {
         let stream = context.new_stream().map_err(failed("creating a stream"))?;
         let (kernels, events, pinned) = (HashMap::new(), Vec::new(), Vec::new());
-        Ok(Self { info, stream, kernels, events, pinned })
+        Ok(Self { info, stream, kernels, events, pinned, waiter: Waiter::default() })
     }
 
     /// Makes the context current on the calling thread, because another thread may have created the
@@ -92,7 +95,7 @@ impl Cuda {
         let event = match self.events.pop() {
             Some(event) => event,
             None => {
-                let event = self.stream.context().new_event(Some(CUevent_flags::CU_EVENT_DEFAULT));
+                let event = self.stream.context().new_event(Some(CUevent_flags::CU_EVENT_BLOCKING_SYNC));
                 event.map_err(failed("creating an event"))?
             }
         };
@@ -106,7 +109,23 @@ impl Cuda {
     /// # Safety
     ///
     /// As [`Device::start`].
-    unsafe fn queue(&mut self, commands: &mut [Command<'_>]) -> Result<Queued, BackendError> {
+    unsafe fn queue(&mut self, mut commands: Vec<Command<'_>>) -> Result<Queued, BackendError> {
+        self.bind()?;
+        // SAFETY: the caller's promise.
+        let queued = unsafe { self.queue_each(&mut commands) };
+        if queued.is_err() {
+            // Commands before the one that failed may run, and nobody waits for them.
+            self.stream.synchronize().map_err(failed("running commands"))?;
+        }
+        queued
+    }
+
+    /// Queues commands until one fails.
+    ///
+    /// # Safety
+    ///
+    /// As [`Device::start`].
+    unsafe fn queue_each(&mut self, commands: &mut [Command<'_>]) -> Result<Queued, BackendError> {
         let Queued { mut events, mut launches } = Queued::default();
         // The event after a launch is also that before the next, if nothing comes between them.
         let mut recorded = None;
@@ -139,9 +158,12 @@ impl Cuda {
         Ok(Queued { events, launches })
     }
 
-    /// Returns the times of launches that have ended, and keeps their events for others.
-    fn times(&mut self, queued: Queued) -> Result<Vec<Duration>, BackendError> {
+    /// Waits for commands. Returns the times of their launches, and keeps their events for others.
+    fn end(&mut self, queued: Queued) -> Result<Vec<Duration>, BackendError> {
         let Queued { events, launches } = queued;
+        if let Some(last) = events.last() {
+            self.waiter.wait(last)?;
+        }
         let time = |(first, last): (usize, usize)| {
             let milliseconds =
                 events[first].elapsed_ms(&events[last]).map_err(failed("reading the timer"))?;
@@ -185,37 +207,21 @@ impl Device for Cuda {
         self.kernel(entry_point, math).map(|_| ())
     }
 
-    unsafe fn run(&mut self, mut commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError> {
-        self.bind()?;
-        // SAFETY: the caller's promise; the commands live until the next statement has returned.
-        let queued = unsafe { self.queue(&mut commands) };
-        let ended = self.stream.synchronize().map_err(failed("running commands"));
-        let queued = queued?;
-        ended?;
-        self.times(queued)
+    unsafe fn run(&mut self, commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError> {
+        // SAFETY: the caller's promise.
+        let queued = unsafe { self.queue(commands) }?;
+        self.end(queued)
     }
 
-    unsafe fn start(&mut self, mut commands: Vec<Command<'_>>) -> Result<Started, BackendError> {
-        self.bind()?;
+    unsafe fn start(&mut self, commands: Vec<Command<'_>>) -> Result<Started, BackendError> {
         // SAFETY: the caller's promise.
-        match unsafe { self.queue(&mut commands) } {
-            Ok(queued) => Ok(Started::running(queued)),
-            Err(error) => {
-                // Commands before the one that failed may run, and nobody waits for them.
-                self.stream.synchronize().map_err(failed("running commands"))?;
-                Err(error)
-            }
-        }
+        unsafe { self.queue(commands) }.map(Started::running)
     }
 
     fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
         self.bind()?;
         let others = |_| misuse(NAME, "another device started these commands");
-        let queued: Queued = started.on_device().map_err(others)?;
-        if let Some(last) = queued.events.last() {
-            last.synchronize().map_err(failed("running commands"))?;
-        }
-        self.times(queued)
+        self.end(started.on_device().map_err(others)?)
     }
 
     fn second_stream(&self) -> Result<Option<Box<dyn Device>>, BackendError> {
