@@ -26,8 +26,8 @@ pub struct FrameSeries {
     pub rows: Vec<RowSet>,
     /// Number of frames.
     pub frames: u32,
-    /// True if a waiting rank spins instead of sleeping. Where a GPU renders, that costs nothing
-    /// and saves the time of waking up.
+    /// True if a waiting rank spins instead of sleeping, unless others need its processor. Where a
+    /// GPU renders, that costs nothing and saves the time of waking up.
     pub spins: bool,
 }
 

@@ -19,6 +19,7 @@ use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 use trisect::film::{FrameMemory, RowSet, RowTarget};
 use trisect::render::Renderer;
+use trisect::spin::SpinGuard;
 
 /// Maximum number of frames that a rank may be ahead of the root's complete frames: being sent,
 /// being rendered or waiting.
@@ -135,6 +136,7 @@ struct RankSeries<'a, 'b, N: Network, State> {
     rendered: usize,
     spare: Vec<Vec<u32>>,
     reported: bool,
+    guard: SpinGuard,
 }
 
 impl<N: Network, State: Send + 'static> RankSeries<'_, '_, N, State> {
@@ -154,7 +156,7 @@ impl<N: Network, State: Send + 'static> RankSeries<'_, '_, N, State> {
     /// Waits for this rank's next frame, for at most a nap, and takes or sends its rows. Returns
     /// the number of frames that this completes on the root.
     fn take_own(&mut self) -> Result<u32, Error> {
-        let nap = if self.series.spins { Duration::ZERO } else { POLL_INTERVAL };
+        let nap = if self.spins() { Duration::ZERO } else { POLL_INTERVAL };
         let rank = self.link.rank();
         // In the order of frames.
         let Some(product) = self.threads.of(self.rendered).next_product(nap) else { return Ok(0) };
@@ -258,6 +260,11 @@ impl<N: Network, State: Send + 'static> RankSeries<'_, '_, N, State> {
         Ok(Some(SeriesReport { costs, whole: std::mem::take(&mut root.whole), bytes }))
     }
 
+    /// Returns whether this rank spins while it waits.
+    fn spins(&self) -> bool {
+        self.series.spins && self.guard.may_spin()
+    }
+
     /// Runs the series to its end. Returns the report on the root.
     fn run(&mut self, ended: &dyn Fn() -> bool) -> Result<Option<SeriesReport>, Error> {
         loop {
@@ -271,8 +278,10 @@ impl<N: Network, State: Send + 'static> RankSeries<'_, '_, N, State> {
             if let Some(report) = self.advance(own + received)? {
                 return Ok(Some(report));
             }
-            if self.series.spins {
+            if self.spins() {
+                let before = Instant::now();
                 std::thread::yield_now();
+                self.guard.saw_gap(before.elapsed());
             }
         }
     }
@@ -365,6 +374,7 @@ pub fn series<N: Network, State: AsMut<Renderer> + Send + 'static>(
         rendered: 0,
         spare: Vec::new(),
         reported: false,
+        guard: SpinGuard::default(),
     };
     let report = part.run(ended)?;
     let RankSeries { link, threads, frames, root, .. } = part;

@@ -64,6 +64,7 @@
 //! | [`stats`] | times and counts of a render, as text and versioned JSON |
 //! | [`memory`] | available memory |
 //! | [`prelude`] | what most programs need, for one `use` |
+//! | [`spin`] | threads that wait without sleeping, as long as the host is not loaded |
 //! | [`threads`] | threads, with an error where the system refuses them |
 //! | [`error`] | [`Error`] and the program's exit codes |
 //!
@@ -184,4 +185,4 @@ pub use glam;
 pub use trisect_device as device;
 pub use trisect_image::{self as image, metrics, output};
 pub use trisect_scene::{self as scene, alias, precision};
-pub use trisect_system::{memory, threads};
+pub use trisect_system::{memory, spin, threads};

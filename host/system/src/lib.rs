@@ -5,4 +5,5 @@ pub mod atomic_file;
 pub mod checksummed_file;
 pub mod input;
 pub mod memory;
+pub mod spin;
 pub mod threads;

@@ -6,6 +6,7 @@
 #![allow(unsafe_code, reason = "each launch states why the promise of `Device::run` holds")]
 
 mod bands;
+mod chunk_counter;
 mod denoise;
 mod display;
 mod film;

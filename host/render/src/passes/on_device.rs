@@ -1,13 +1,14 @@
 //! A scene on a device, with everything that passes keep there.
 
 use super::bands::{Bands, UseBand};
+use super::chunk_counter::ChunkCounter;
 use super::denoise::DenoiseBuffers;
 use super::display::DisplayPass;
 use super::film::{DeviceFilm, FilmDesc, Launch};
 use super::halves::{DeviceHalves, MeasuredNoise};
 use super::misuse;
 use super::scene::SceneArrays;
-use super::totals::{ChunkCounter, DeviceTotals};
+use super::totals::DeviceTotals;
 use crate::denoise::Pass;
 use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals};
 use std::ops::Range;
@@ -149,24 +150,23 @@ impl DeviceScene {
         totals.add_chunk(self.device.as_mut(), made(self.film.as_ref())?, rows, samples)
     }
 
-    /// Makes counts of no chunk, for chunks of the film.
-    pub fn begin_counts(&mut self) -> Result<(), BackendError> {
+    /// Makes counts of no chunk for each of `parts`, rows of the film.
+    pub fn begin_counts(&mut self, parts: &[RowSet]) -> Result<(), BackendError> {
         let film = made(self.film.as_ref())?;
-        self.counter = Some(ChunkCounter::begin(self.device.as_mut(), film, self.counter.take())?);
+        self.counter = Some(ChunkCounter::begin(self.device.as_mut(), film, self.counter.take(), parts)?);
         Ok(())
     }
 
-    /// Adds the film's chunk of `samples` in these rows to the counts. All chunks have the same
-    /// rows.
-    pub fn count_chunk(&mut self, rows: &RowSet, samples: &Range<u32>) -> Result<(), BackendError> {
+    /// Adds the film's chunk of `samples` to the counts.
+    pub fn count_chunk(&mut self, samples: &Range<u32>) -> Result<(), BackendError> {
         let counter = self.counter.as_ref().ok_or_else(|| misuse("no counts were prepared"))?;
-        counter.add(self.device.as_mut(), made(self.film.as_ref())?, rows, samples)
+        counter.add(self.device.as_mut(), made(self.film.as_ref())?, samples)
     }
 
-    /// Reads the counts of chunks of these rows.
-    pub fn read_counts(&mut self, rows: &RowSet) -> Result<FilmCounts, BackendError> {
+    /// Reads the counts of each part.
+    pub fn read_counts(&mut self) -> Result<Vec<FilmCounts>, BackendError> {
         let counter = self.counter.as_ref().ok_or_else(|| misuse("no counts were prepared"))?;
-        counter.read(self.device.as_mut(), rows)
+        counter.read(self.device.as_mut())
     }
 
     /// Reads the totals of all pixels of some rows, and their AOV totals if there are any.

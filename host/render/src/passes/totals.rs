@@ -4,16 +4,15 @@ use super::bands::{Bands, Read};
 use super::film::DeviceFilm;
 use super::misuse;
 use super::totals_launch::{compile, launch, params};
-use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals, Summation, TASK};
-use bytemuck::{Pod, Zeroable, cast_slice};
+use crate::film::{AovTotals, PixelTotals, RadianceTotals, Summation, TASK};
+use bytemuck::{Pod, cast_slice};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
 use trisect_device::{BackendError, Buffer, Command, Device, DeviceKind, RowSet, RowTarget};
-use trisect_kernels::{FILM_ADD, FILM_COUNT, FILM_READ};
+use trisect_kernels::{FILM_ADD, FILM_READ};
 use trisect_shared::totals::{
-    AOV_SUMS, COUNT_WORDS, COUNTED_ROWS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS,
-    SUMS, TotalsParams,
+    AOV_SUMS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS, SUMS, TotalsParams,
 };
 
 /// Maximum number of bytes that the host reads at a time, except for a single row.
@@ -47,25 +46,6 @@ pub(super) struct DeviceTotals {
     pub(super) output: Buffer,
 }
 
-/// Counts of chunks on a device.
-pub(super) struct ChunkCounter {
-    size: (u32, u32),
-    counts: Buffer,
-    unused: Buffer,
-}
-
-/// Counts of a lane, as the device writes them. Numbers of two words have the lower one first; u64
-/// would be aligned to 8 bytes.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct LaneCounts {
-    samples: [u32; 2],
-    rejected: [u32; 2],
-    segments: [u32; 2],
-    unwritten: u32,
-}
-
-const _: () = assert!(size_of::<LaneCounts>() == COUNT_WORDS as usize * 4);
 const _: () = assert!(size_of::<RadianceTotals>() == READ_RADIANCE_WORDS as usize * 4);
 const _: () = assert!(size_of::<PixelTotals>() == READ_WORDS as usize * 4);
 const _: () = assert!(size_of::<AovTotals>() == READ_AOV_WORDS as usize * 4);
@@ -267,69 +247,11 @@ impl DeviceTotals {
     }
 }
 
-impl ChunkCounter {
-    /// Makes counts of no chunk, for films of this size.
-    pub fn begin(
-        device: &mut dyn Device,
-        film: &DeviceFilm,
-        other: Option<Self>,
-    ) -> Result<Self, BackendError> {
-        let size = (film.of.width, film.of.height);
-        let counter = match other.filter(|other| other.size == size) {
-            Some(other) => other,
-            None => {
-                compile(device, &[FILM_COUNT])?;
-                let lanes = u64::from(size.0) * u64::from(size.1.div_ceil(COUNTED_ROWS));
-                let bytes = lanes * size_of::<LaneCounts>() as u64;
-                let counts = device.allocate(bytes, "the film's counts")?;
-                Self { size, counts, unused: device.allocate(0, "the film's counts")? }
-            }
-        };
-        // SAFETY: no launch.
-        unsafe { device.start(vec![Command::clear(&counter.counts)]) }?;
-        Ok(counter)
-    }
-
-    /// Adds the film's chunk of `samples` in these rows.
-    pub fn add(
-        &self,
-        device: &mut dyn Device,
-        film: &DeviceFilm,
-        rows: &RowSet,
-        samples: &Range<u32>,
-    ) -> Result<(), BackendError> {
-        check_rows(self.size, film, rows)?;
-        let lanes = rows.len().div_ceil(COUNTED_ROWS);
-        let params = params(self.size, rows, samples);
-        let arrays = [&film.sums, &film.aovs, &self.unused, &self.counts];
-        let launch = launch(FILM_COUNT, &params, arrays, (self.size.0, lanes))?;
-        // SAFETY: the film has a record for each pixel of the rows, and there are counts for each
-        // thread.
-        unsafe { device.start(vec![launch]) }.map(|_| ())
-    }
-
-    /// Returns the counts of chunks of these rows.
-    pub fn read(&self, device: &mut dyn Device, rows: &RowSet) -> Result<FilmCounts, BackendError> {
-        let lanes = rows.len().div_ceil(COUNTED_ROWS);
-        let mut counts = vec![LaneCounts::zeroed(); self.size.0 as usize * lanes as usize];
-        let to = RowTarget::records(&mut counts, &RowSet::from(0..lanes));
-        // SAFETY: no launch.
-        unsafe { device.run(vec![Command::Read { from: &self.counts, to }]) }?;
-        let number = |[low, high]: [u32; 2]| u64::from(high) << 32 | u64::from(low);
-        let of = |lane: &LaneCounts| FilmCounts {
-            samples: number(lane.samples),
-            rejected: number(lane.rejected),
-            segments: number(lane.segments),
-            unwritten: u64::from(lane.unwritten),
-        };
-        Ok(counts.iter().map(of).fold(FilmCounts::default(), |a, b| a + b))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::film::FilmDesc;
     use super::*;
+    use bytemuck::Zeroable;
     use trisect_device::{MathMode, cpu::Cpu};
     use trisect_kernels::render_kernel;
     use trisect_shared::film::PixelSums;

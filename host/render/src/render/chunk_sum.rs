@@ -3,6 +3,7 @@
 
 use super::chunk_buffers::resize;
 use super::film_state::FilmState;
+use super::submission_queue::Ended;
 use super::{Renderer, Settings, Summation};
 use crate::Error;
 use crate::film::{FilmCounts, RadianceTotals, RowSet};
@@ -69,20 +70,16 @@ impl Renderer {
             Err(BackendError::TooLarge { .. }) if settings.sums == Summation::Auto => return Ok(None),
             begun => begun?,
         }
-        let (mut counts, mut done) = (vec![FilmCounts::default(); strips.len()], 0);
-        let (mut device, mut submissions) = (Duration::ZERO, 0);
+        self.begin_submissions()?;
+        self.uploaded.begin_counts(strips)?;
         for samples in chunks {
-            let mut here = |own: u64| watch(done + own);
-            let took = self.trace_chunk(settings, rows, samples.clone(), &mut here)?;
-            (device, submissions) = (device + took.device, submissions + took.submissions);
-            done += u64::from(settings.width) * u64::from(rows.len()) * samples.len() as u64;
-            for (strip, counts) in strips.iter().zip(&mut counts) {
-                self.uploaded.begin_counts()?;
-                self.uploaded.count_chunk(strip, samples)?;
-                *counts = *counts + self.uploaded.read_counts(strip)?;
-            }
+            // The device goes on with the next chunk without waiting for the host.
+            self.start_chunk(settings, rows, samples.clone(), watch)?;
+            self.uploaded.count_chunk(samples)?;
             self.uploaded.add_chunk(rows, samples)?;
         }
+        let Ended { device, submissions, .. } = self.finish_submissions(watch)?;
+        let mut counts = self.uploaded.read_counts()?;
         let pixels = &mut self.pipeline.radiance;
         let count = settings.width as usize * rows.len() as usize;
         resize(self.uploaded.device_mut(), pixels, count);

@@ -148,9 +148,9 @@ impl Renderer {
         let counts = match self.device().info().kind {
             DeviceKind::Cpu => None,
             DeviceKind::Gpu | DeviceKind::SoftwareGpu => {
-                self.uploaded.begin_counts()?;
-                self.uploaded.count_chunk(&share, samples)?;
-                Some(self.uploaded.read_counts(&share)?)
+                self.uploaded.begin_counts(std::slice::from_ref(&share))?;
+                self.uploaded.count_chunk(samples)?;
+                self.uploaded.read_counts()?.first().copied()
             }
         };
         let read = Instant::now();
@@ -179,7 +179,7 @@ impl Renderer {
         let mut room = Room::prepare(film);
         let mut outcome = Ok(());
         self.begin_submissions()?;
-        self.uploaded.begin_counts()?;
+        self.uploaded.begin_counts(std::slice::from_ref(&share))?;
         for samples in chunks {
             if !observer.should_continue() {
                 break;
@@ -189,7 +189,7 @@ impl Renderer {
             if outcome.is_err() {
                 break;
             }
-            let counted = self.uploaded.count_chunk(&share, samples);
+            let counted = self.uploaded.count_chunk(samples);
             if let Err(error) = counted.and_then(|()| self.uploaded.add_chunk(&share, samples)) {
                 // Nobody knows what the totals hold now.
                 unread.chunks.clear();
@@ -225,7 +225,7 @@ impl Renderer {
         times.waited = times.read;
         Ended { device: times.device, submissions: times.submissions, .. } = ended?;
         read?;
-        let counts = self.uploaded.read_counts(&share)?;
+        let counts = self.uploaded.read_counts()?.first().copied().unwrap_or_default();
         if is_new {
             observer.part_added(film);
         }
