@@ -1,11 +1,8 @@
 //! Available memory, by which renders, scenes and images are refused before they are allocated, and
 //! its speed.
 
-mod bandwidth;
 #[cfg(target_os = "linux")]
 mod cgroup;
-
-pub use bandwidth::bandwidth;
 
 #[cfg(target_os = "linux")]
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! Sums over several chunks that add up on the device, for an image that others put together: a
 //! rank reads and sends them once.
 
+use super::adding_speed::adding_speed;
 use super::chunk_buffers::resize;
 use super::film_state::FilmState;
 use super::submission_queue::Ended;
@@ -10,8 +11,7 @@ use crate::film::{FilmCounts, RadianceTotals, RowSet};
 use std::ops::{ControlFlow, Range};
 use std::time::Duration;
 use trisect_device::BackendError;
-use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
-use trisect_system::memory;
+use trisect_shared::film::CHUNK_SAMPLES;
 
 /// Radiance over the samples of several chunks of some rows.
 #[derive(Clone, Debug)]
@@ -26,26 +26,22 @@ pub struct ChunkSum<'a> {
     pub submissions: u64,
 }
 
-/// Bytes a pixel that the host's memory moves for a chunk: the device and the host access its
-/// record, and the host reads and writes the sums.
-const MOVED_BYTES: f64 = (2 * size_of::<PixelSums>() + 2 * size_of::<RadianceTotals>()) as f64;
-
 /// Samples a second of a device that has not rendered yet: about those of the fastest.
 const FASTEST: f64 = 1e10;
 
 /// Share of the device's time for a chunk within which the host should add it.
 const KEEPS_UP: f64 = 0.5;
 
-/// Returns whether a host whose memory moves `bandwidth` bytes a second adds chunks while a device
-/// of `speed` samples a second renders the next, so that it need not wait.
-fn keeps_up(bandwidth: f64, speed: f64) -> bool {
-    MOVED_BYTES / bandwidth <= KEEPS_UP * f64::from(CHUNK_SAMPLES) / speed
+/// Returns whether a host that adds so many pixels of a chunk in a second does so while a device of
+/// `speed` samples a second renders the next, so that it need not wait.
+fn keeps_up(adding: f64, speed: f64) -> bool {
+    1.0 / adding <= KEEPS_UP * f64::from(CHUNK_SAMPLES) / speed
 }
 
 impl Renderer {
     /// Renders chunks of some rows, which add up on the device, and counts each of `strips`, which
     /// together are the rows. Returns `None`, without rendering, where the host should add them: by
-    /// [`Summation::is_by_device`], because its memory is fast enough to add each while the next is
+    /// [`Summation::is_by_device`], because it is fast enough to add each while the next is
     /// rendered, or because the device lacks the memory.
     ///
     /// # Errors
@@ -62,7 +58,7 @@ impl Renderer {
             return Ok(None);
         }
         let speed = self.pipeline.sizer.speed().unwrap_or(FASTEST);
-        if settings.sums == Summation::Auto && keeps_up(memory::bandwidth(), speed) {
+        if settings.sums == Summation::Auto && keeps_up(adding_speed(), speed) {
             return Ok(None);
         }
         let kernel = self.ready_for(settings, rows, chunks)?;
@@ -106,8 +102,8 @@ mod tests {
 
     /// A GPU of 10 G samples a second renders a chunk in 26 ns a pixel; of 0.1 G in 2.6 µs.
     #[test]
-    fn slow_memory_leaves_chunks_on_the_device() {
-        assert!(keeps_up(60e9, 1e10) && !keeps_up(8e9, 1e10));
-        assert!(keeps_up(8e9, 1e8) && !keeps_up(0.05e9, 1e8));
+    fn slow_hosts_leave_chunks_on_the_device() {
+        assert!(keeps_up(4e8, 1e10) && !keeps_up(5e7, 1e10));
+        assert!(keeps_up(5e7, 1e8) && !keeps_up(3e5, 1e8));
     }
 }

@@ -3,6 +3,7 @@
 //! A [`Renderer`] divides the work into chunks and submissions, launches the kernels, and merges
 //! the chunks into a [`Film`] or shows them on a display. [`Settings`] say what to render.
 
+mod adding_speed;
 mod build;
 mod chunk;
 mod chunk_buffers;
