@@ -34,8 +34,8 @@ pub struct Machine {
     /// Time until another thread of the slowest rank has answered, in seconds, while all ranks wait
     /// for theirs.
     pub handoff: f64,
-    /// Time of rendering on a rank while the others do so too, over that of a rank alone: ranks of a
-    /// host share its processors and memory. 1 if `rate` is that of all ranks at the same time.
+    /// Time of rendering on a rank while the others do so too, over that of a rank alone: ranks of
+    /// a host share its processors and memory. 1 if `rate` is that of all ranks at the same time.
     pub slowdown: f64,
 }
 
@@ -120,8 +120,8 @@ impl Machine {
     ///
     /// * Rows: rendering takes as long as that of the rank with the most blocks. Then the root
     ///   receives one message after the other; pipelined, only the time beyond rendering counts;
-    ///   with shared memory, the messages are empty. A frame is handed to a thread and back: one rank
-    ///   renders meanwhile, several wait for each other.
+    ///   with shared memory, the messages are empty. A frame is handed to a thread and back: one
+    ///   rank renders meanwhile, several wait for each other.
     /// * Averages: rendering takes as long as that of the rank with the most samples of all pixels.
     ///   Then the last strip goes up the tree, and the root may receive for longer than it renders.
     pub fn predict(
@@ -427,8 +427,8 @@ mod tests {
             assert!(at(ranks, Gather::Pipelined).sync <= at(ranks, Gather::Flat).sync);
             assert_eq!(at(ranks, Gather::Shared).sync, 0.0);
         }
-        // On a host under load one rank renders until a thread wakes, and two also wait for it; ranks
-        // that share processors render more slowly.
+        // On a host under load one rank renders until a thread wakes, and two also wait for it;
+        // ranks that share processors render more slowly.
         let loaded = Machine { handoff: 3e-3, slowdown: 1.5, rate: 1e9, ..MACHINE };
         let at_load = |samples, ranks| {
             loaded.predict(&Shape { samples, ..shape }, &plan, ranks, 12, Gather::Shared).frame() * 1e3

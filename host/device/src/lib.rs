@@ -131,8 +131,8 @@ pub trait Device: Send {
     #[allow(unsafe_code, reason = "a promise of the caller")]
     unsafe fn run(&mut self, commands: Vec<Command<'_>>) -> Result<Vec<Duration>, BackendError>;
 
-    /// Starts commands, which begin after all that were started before. A CUDA device returns before
-    /// they end, so that it begins them without waiting for the host; others run them.
+    /// Starts commands, which begin after all that were started before. A CUDA device returns
+    /// before they end, so that it begins them without waiting for the host; others run them.
     ///
     /// # Errors
     ///

@@ -52,8 +52,8 @@ mod tests {
     use std::cell::Cell;
     use trisect_system::spin::GAP;
 
-    /// A thread spins until the end, for a short time, or until it loses its processor; then it does
-    /// not spin for a while.
+    /// A thread spins until the end, for a short time, or until it loses its processor; then it
+    /// does not spin for a while.
     #[test]
     fn spins_are_short() {
         let mut waiter = Waiter::default();

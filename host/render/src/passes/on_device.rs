@@ -26,8 +26,8 @@ use trisect_shared::totals::{RADIANCE_SUMS, SUMS};
 ///
 /// Calls come in this order: for each frame, [`begin_film`](Self::begin_film),
 /// [`write_tile_entries`](Self::write_tile_entries) if the launches use tile entries that are not
-/// there yet, and, for each chunk of samples, any number of [`start_render`](Self::start_render) and one
-/// [`read_film`](Self::read_film).
+/// there yet, and, for each chunk of samples, any number of [`start_render`](Self::start_render)
+/// and one [`read_film`](Self::read_film).
 pub(crate) struct DeviceScene {
     device: Box<dyn Device>,
     scene: SceneArrays,

@@ -25,12 +25,12 @@ const PROBED_BANDS: u32 = 4;
 /// not wait for others.
 const SLOW: f64 = 4e9;
 
-/// Threads that copy a band from pinned memory.
+/// Choice of the threads that copy a band from pinned memory.
 #[derive(Clone, Copy)]
 enum Copying {
     /// The thread that reads.
     Alone,
-    /// Those of the pool.
+    /// All threads of the pool.
     ByAllThreads,
 }
 
@@ -190,8 +190,8 @@ impl DeviceTotals {
         Self::read_by_bands((device, bands), &of, probe..rows.len(), records, copying)
     }
 
-    /// Reads a record for each pixel of some of the rows: the device copies them to their place, band
-    /// after band without waiting for the host.
+    /// Reads a record for each pixel of some of the rows: the device copies them to their place,
+    /// band after band without waiting for the host.
     fn read_directly<T: Pod>(
         device: &mut dyn Device,
         of: &Read<'_, 1>,

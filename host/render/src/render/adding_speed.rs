@@ -1,4 +1,5 @@
-//! Speed at which the host adds chunks, with its processors, its memory and whatever else loads them.
+//! Speed at which the host adds chunks, with its processors, its memory and whatever else loads
+//! them.
 
 use crate::film::{ExactSum, RadianceTotals, TASK};
 use bytemuck::Zeroable;

@@ -18,7 +18,7 @@ struct Running {
     since: Instant,
 }
 
-/// Submissions that have ended.
+/// Totals over submissions that have ended.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Ended {
     /// Time by the device's timer.
@@ -31,7 +31,7 @@ pub(super) struct Ended {
 #[derive(Default)]
 pub(super) struct SubmissionQueue {
     running: VecDeque<Running>,
-    /// Those that have ended since [`Renderer::begin_submissions`].
+    /// Totals of those that have ended since [`Renderer::begin_submissions`].
     ended: Ended,
     /// Time at which the host saw the last one end.
     last_end: Option<Instant>,
@@ -58,8 +58,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Waits until the device can take another submission. `watch` gets the number of samples of all
-    /// that have ended, after each, and may cancel the render.
+    /// Waits until the device can take another submission. `watch` gets the number of samples of
+    /// all that have ended, after each, and may cancel the render.
     pub(super) fn make_room(&mut self, watch: &mut dyn FnMut(u64) -> ControlFlow<()>) -> Result<(), Error> {
         self.wait_for_submissions(MAX_RUNNING, watch)
     }

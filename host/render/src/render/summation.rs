@@ -21,8 +21,8 @@ use trisect_system::{memory, threads};
 /// Maximum time for which chunks are on a device only. A device that fails takes them with it.
 const MAX_UNREAD: Duration = Duration::from_secs(30);
 
-/// Maximum number of bytes of a film that are pinned: as many as a driver pins while the device runs
-/// a submission, at about 9 GB/s (docs/notebook/denoising.md).
+/// Maximum number of bytes of a film that are pinned: as many as a driver pins while the device
+/// runs a submission, at about 9 GB/s (docs/notebook/denoising.md).
 const MAX_PINNED: u64 = 512 << 20;
 
 /// Block of a film that is rendered, chunk by chunk.
