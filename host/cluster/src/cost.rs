@@ -247,7 +247,8 @@ fn handoff() -> Result<f64, ClusterError> {
     Ok(time)
 }
 
-/// Returns the machine with the slowdown of the root, which renders alone for that.
+/// Returns the machine with the rate of the root, which renders alone, and the slowdown of all
+/// ranks against it.
 ///
 /// # Errors
 ///
@@ -263,8 +264,8 @@ pub fn with_slowdown<N: Network>(
         let alone = rate(&mut renderer, &own);
         (renderer, alone)
     })?;
-    let slowdown = (alone?.0 / together.rate).max(1.0);
-    Ok((renderer, Machine { slowdown, ..together }))
+    let (rate, fixed) = alone?;
+    Ok((renderer, Machine { rate, fixed, slowdown: (rate / together.rate).max(1.0), ..together }))
 }
 
 /// Sends a request to a rank, and returns the time until its answer, and the answer.

@@ -14,9 +14,9 @@ use std::sync::Arc;
 pub struct HostMemory {
     first: *mut u8,
     bytes: usize,
-    /// Layout of memory that this process allocated and frees; `None` for memory that several
+    /// Allocation that this process frees, which contains the bytes; `None` for memory that several
     /// processes share.
-    own: Option<Layout>,
+    own: Option<(*mut u8, Layout)>,
 }
 
 // SAFETY: it is an address and a length.
@@ -31,17 +31,21 @@ impl HostMemory {
     /// Allocates `bytes` zeros. They have pages of their own: pinning would also pin anything else
     /// in the last page.
     pub fn new(bytes: usize) -> Self {
-        let Ok(layout) =
-            Layout::from_size_align(bytes.max(1).checked_next_multiple_of(PAGE).unwrap_or(usize::MAX), PAGE)
-        else {
+        // Aligned by hand: the system has zeros ready for small alignments only, and for pages one
+        // thread would write them.
+        let pages = bytes.max(1).checked_next_multiple_of(PAGE);
+        let size = pages.and_then(|pages| pages.checked_add(PAGE)).unwrap_or(usize::MAX);
+        let Ok(layout) = Layout::from_size_align(size, 16) else {
             handle_alloc_error(Layout::new::<u8>()) // more than half of all addresses
         };
         // SAFETY: the layout has a size above 0.
-        let first = unsafe { alloc_zeroed(layout) };
-        if first.is_null() {
+        let start = unsafe { alloc_zeroed(layout) };
+        if start.is_null() {
             handle_alloc_error(layout);
         }
-        Self { first, bytes, own: Some(layout) }
+        let before = (start as usize).next_multiple_of(PAGE) - start as usize;
+        // SAFETY: less than a page is skipped, and the allocation is a page longer than the bytes.
+        Self { first: unsafe { start.add(before) }, bytes, own: Some((start, layout)) }
     }
 
     /// Wraps memory that several processes share.
@@ -66,9 +70,9 @@ impl HostMemory {
 
 impl Drop for HostMemory {
     fn drop(&mut self) {
-        if let Some(layout) = self.own {
+        if let Some((start, layout)) = self.own {
             // SAFETY: `new` allocated it with this layout.
-            unsafe { dealloc(self.first, layout) };
+            unsafe { dealloc(start, layout) };
         }
     }
 }
@@ -145,5 +149,8 @@ mod tests {
         records.resize(1000);
         assert!(records.iter().all(|record| *record == [0.0; 3]));
         assert!(HostRecords::<u32>::default().is_empty());
+        for bytes in [0, 1, PAGE - 1, PAGE, PAGE + 1, 1 << 21] {
+            assert_eq!(HostMemory::new(bytes).first() as usize % PAGE, 0, "{bytes}");
+        }
     }
 }

@@ -175,6 +175,14 @@ impl Cuda {
     }
 }
 
+impl Drop for Cuda {
+    /// Waits for what was started: it uses kernels and memory that are freed next.
+    fn drop(&mut self) {
+        let _ = self.bind();
+        let _ = self.stream.synchronize();
+    }
+}
+
 /// Commands in the stream: their events, the last of which comes after all of them, and the indices
 /// of those before and after each launch.
 #[derive(Default)]
@@ -219,17 +227,20 @@ impl Device for Cuda {
     }
 
     fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
-        self.bind()?;
+        let bound = self.bind();
         let others = |_| misuse(NAME, "another device started these commands");
-        self.end(started.on_device().map_err(others)?)
+        // Also after an error, because the caller then uses the memory again.
+        let ended = self.end(started.on_device().map_err(others)?);
+        bound.and(ended)
     }
 
     fn second_stream(&self) -> Result<Option<Box<dyn Device>>, BackendError> {
         self.bind()?;
         // What both streams read must be complete before the second one begins.
         self.stream.synchronize().map_err(failed("running commands"))?;
-        let twin = Self::within(self.stream.context(), self.info.clone())?;
-        Ok(Some(Box::new(Self { kernels: self.kernels.clone(), ..twin })))
+        let mut twin = Self::within(self.stream.context(), self.info.clone())?;
+        twin.kernels.clone_from(&self.kernels);
+        Ok(Some(Box::new(twin)))
     }
 
     fn pin(&mut self, memory: &Arc<HostMemory>) {

@@ -69,8 +69,15 @@ impl Bands {
             current.iter_mut().take(N).for_each(|memory| memory.resize(words));
             let packed = RowSet::from(0..rows.len());
             let targets = current.iter_mut().map(|memory| RowTarget::records(memory, &packed));
-            // SAFETY: nothing accesses this memory before the device was waited for.
-            let started = unsafe { read.start_band(device, &rows, targets) };
+            let started = rayon::in_place_scope(|scope| {
+                // A device that returns when it has ended reads while other threads copy.
+                if let Some((pixels, _)) = before.take_if(|(_, started)| started.has_ended()) {
+                    let (other, use_band) = (&*other, &mut *use_band);
+                    scope.spawn(move |_| use_band(pixels, std::array::from_fn(|i| cast_slice(&other[i]))));
+                }
+                // SAFETY: nothing accesses this memory before the device was waited for.
+                unsafe { read.start_band(device, &rows, targets) }
+            });
             if let Some((pixels, started)) = before.take() {
                 outcome = device.wait(started).map(|_| ());
                 if outcome.is_ok() {

@@ -62,12 +62,12 @@ impl Renderer {
             return Ok(None);
         }
         let kernel = self.ready_for(settings, rows, chunks)?;
-        match self.uploaded.begin_totals() {
+        let begun = self.uploaded.begin_totals().and_then(|()| self.uploaded.begin_counts(strips));
+        match begun {
             Err(BackendError::TooLarge { .. }) if settings.sums == Summation::Auto => return Ok(None),
             begun => begun?,
         }
         self.begin_submissions()?;
-        self.uploaded.begin_counts(strips)?;
         for samples in chunks {
             // The device goes on with the next chunk without waiting for the host.
             self.start_chunk(settings, rows, samples.clone(), watch)?;

@@ -177,6 +177,7 @@ impl Renderer {
             Unread { chunks: Vec::new(), since: Instant::now(), coverage: film.coverage.clone() };
         let mut times = PipelineTiming::default();
         let mut room = Room::prepare(film);
+        let mut wants_pinned = chunks.len() >= MIN_PINNED_CHUNKS;
         let mut outcome = Ok(());
         self.begin_submissions()?;
         self.uploaded.begin_counts(std::slice::from_ref(&share))?;
@@ -199,7 +200,8 @@ impl Renderer {
             let part = SampleBlock { rows: rows.clone(), samples: samples.clone() };
             unread.coverage.insert(&part).map_err(FilmError::from)?;
             unread.chunks.push(samples.clone());
-            if chunks.len() >= MIN_PINNED_CHUNKS && room.is_ready() {
+            if wants_pinned && room.is_ready() {
+                wants_pinned = false;
                 room.furnish(film);
                 self.pin_film(film);
             }
