@@ -157,7 +157,7 @@ impl Renderer {
     }
 
     /// Starts one submission of the chunk of `samples` samples that begins at `first_sample`.
-    pub(super) fn submit(
+    fn submit(
         &mut self,
         settings: &Settings,
         submission: Submission,

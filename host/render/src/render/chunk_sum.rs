@@ -69,7 +69,7 @@ impl Renderer {
         }
         self.begin_submissions()?;
         for samples in chunks {
-            // The device goes on with the next chunk without waiting for the host.
+            // The device begins the next chunk without waiting for the host.
             self.start_chunk(settings, rows, samples.clone(), watch)?;
             self.uploaded.count_chunk(samples)?;
             self.uploaded.add_chunk(rows, samples)?;

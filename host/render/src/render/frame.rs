@@ -2,7 +2,6 @@
 
 use super::film_state::FilmState;
 use super::interactive::display_params;
-use super::submissions::Submissions;
 use super::{DisplayOptions, Renderer, Settings};
 use crate::Error;
 use crate::film::{RowSet, RowTarget};
@@ -67,11 +66,7 @@ impl Renderer {
         self.film_state = FilmState::Unknown;
         self.tile_entries.update(&mut self.uploaded, &self.scene, settings, kernel, false)?;
         self.begin_submissions()?;
-        let mut submissions = Submissions::new(settings.width, rows.clone(), settings.samples);
-        while let Some(submission) = submissions.next(&self.pipeline.sizer) {
-            self.submit(settings, submission, 0, settings.samples)?;
-            self.make_room(&mut |_| ControlFlow::Continue(()))?;
-        }
+        self.start_chunk(settings, &rows, 0..settings.samples, &mut |_| ControlFlow::Continue(()))?;
         let size = (settings.width, settings.height);
         let first = rows.blocks().next().map_or(0, |block| block.start);
         let params = display_params(size, settings.width, screen.stops, first);

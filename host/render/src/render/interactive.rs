@@ -4,7 +4,6 @@
 use super::chunk_buffers::ChunkSums;
 use super::film_state::FilmState;
 use super::live_session::{LiveSession, Restart};
-use super::submissions::Submissions;
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{
@@ -169,12 +168,9 @@ impl Renderer {
         }
         self.begin_submissions()?;
         if goes_on {
-            let first = series.first_sample();
-            let mut submissions = Submissions::new(settings.width, around.clone(), settings.samples);
-            while let Some(submission) = submissions.next(&self.pipeline.sizer) {
-                self.submit(&settings, submission, first, settings.samples)?;
-                self.make_room(&mut |_| ControlFlow::Continue(()))?;
-            }
+            let (first, rows) = (series.first_sample(), RowSet::from(around.clone()));
+            let samples = first..first + settings.samples;
+            self.start_chunk(&settings, &rows, samples, &mut |_| ControlFlow::Continue(()))?;
         }
         let mut passes = passes(denoise, &image, &frames, &around);
         if !goes_on {

@@ -185,7 +185,7 @@ impl Renderer {
             if !observer.should_continue() {
                 break;
             }
-            // The device goes on with the next chunk without waiting for the host.
+            // The device begins the next chunk without waiting for the host.
             outcome = self.start_chunk(settings, &share, samples.clone(), watch);
             if outcome.is_err() {
                 break;
