@@ -102,8 +102,37 @@ macro_rules! for_each_level {
     };
 }
 
-/// Calls a macro with each pass over earlier frames: entry point, its name, and its code for one
-/// pixel. A thread serves pixel (x, y).
+/// Calls a macro with the pass that sums frames: entry point, its name, and its code for one pixel.
+/// A thread serves pixel (x, y).
+///
+/// | binding | SPIR-V | PTX | content |
+/// |---|---|---|---|
+/// | 0 | uniform | by value | [`DenoiseParams`](trisect_shared::denoise::DenoiseParams) |
+/// | 1 | storage | pointer | `[PixelSums]` |
+/// | 2 | storage | pointer | `[AovSums]` |
+/// | 3 | storage | pointer | `[PixelSums]`, of all frames since the camera came to rest |
+/// | 4 | storage | pointer | `[AovSums]`, of all frames since the camera came to rest |
+/// | 5 | storage | pointer | `[FilteredPixel]`, written |
+/// | 6 | storage | pointer | `[GBufferTexel]`, written |
+#[macro_export]
+macro_rules! for_each_accumulation {
+    ($pass:ident) => {
+        $pass! {
+            denoise_add "denoise_add": |params, sums, aovs, kept, seen, to, edges, pixel| {
+                let before = (load::<PixelSums>(kept, pixel), load::<AovSums>(seen, pixel));
+                let all = denoise::accumulate(params, load::<PixelSums>(sums, pixel), load::<AovSums>(aovs, pixel), before);
+                store(kept, pixel, all.0);
+                store(seen, pixel, all.1);
+                let found = denoise::demodulate(params, all.0, all.1);
+                store(to, pixel, found.0);
+                store(edges, pixel, found.1);
+            },
+        }
+    };
+}
+
+/// Calls a macro with each pass over the history: entry point, its name, and its code for one pixel.
+/// A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|
@@ -115,19 +144,11 @@ macro_rules! for_each_level {
 /// | 5 | storage | pointer | `[HistoryPixel]`, read |
 /// | 6 | storage | pointer | `[FilteredPixel]`, written |
 /// | 7 | storage | pointer | `[HistoryPixel]`, written |
-/// | 8 | storage | pointer | `[PixelSums]`, of all frames since the camera came to rest |
-/// | 9 | storage | pointer | `[AovSums]`, of all frames since the camera came to rest |
 #[macro_export]
 macro_rules! for_each_temporal {
     ($pass:ident) => {
         $pass! {
-            denoise_add "denoise_add": |params, sums, aovs, from, edges, past, to, next, kept, seen, x, y, pixel| {
-                let before = (load::<PixelSums>(kept, pixel), load::<AovSums>(seen, pixel));
-                let now = denoise::accumulate(params, load::<PixelSums>(sums, pixel), load::<AovSums>(aovs, pixel), before);
-                store(kept, pixel, now.0);
-                store(seen, pixel, now.1);
-            },
-            denoise_reproject "denoise_reproject": |params, sums, aovs, from, edges, past, to, next, kept, seen, x, y, pixel| {
+            denoise_reproject "denoise_reproject": |params, sums, aovs, from, edges, past, to, next, x, y, pixel| {
                 let samples = load::<PixelSums>(sums, pixel).samples;
                 let found = denoise::reproject(params, from, edges, past, samples, load::<AovSums>(aovs, pixel), x, y);
                 store(to, pixel, found.0);

@@ -105,7 +105,8 @@ const RENDER_BINDINGS: EntryPoint =
     EntryPoint { lengths: size_of::<SceneLengths>(), ..bindings(size_of::<RenderParams>(), 10, 4) };
 const PASS_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 3, 2);
 const LEVEL_BINDINGS: EntryPoint = EntryPoint { registers: Some(96), ..PASS_BINDINGS };
-const TEMPORAL_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 5, 4);
+const ACCUMULATION_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 2, 4);
+const TEMPORAL_BINDINGS: EntryPoint = bindings(size_of::<DenoiseParams>(), 5, 2);
 const DISPLAY_BINDINGS: EntryPoint = bindings(size_of::<DisplayParams>(), 2, 1);
 const TOTAL_BINDINGS: EntryPoint = bindings(size_of::<TotalsParams>(), 0, 4);
 
@@ -124,11 +125,12 @@ pub const MAX_PARAMS: usize = {
 const WIDE_ARRAYS: usize = 4;
 
 /// Entry points of each list, and their bindings.
-const LISTS: [(&[Modules], EntryPoint); 7] = [
+const LISTS: [(&[Modules], EntryPoint); 8] = [
     (RENDER, RENDER_BINDINGS),
     (FIRST_HITS, RENDER_BINDINGS),
     (PASSES, PASS_BINDINGS),
     (LEVELS, LEVEL_BINDINGS),
+    (ACCUMULATIONS, ACCUMULATION_BINDINGS),
     (TEMPORAL, TEMPORAL_BINDINGS),
     (DISPLAYS, DISPLAY_BINDINGS),
     (TOTALS, TOTAL_BINDINGS),
@@ -198,6 +200,7 @@ const BOOK_PTX: &[(&str, &str)] = for_each_book_render!(book_modules);
 
 const PASSES: &[Modules] = for_each_pass!(modules);
 const LEVELS: &[Modules] = for_each_level!(modules);
+const ACCUMULATIONS: &[Modules] = for_each_accumulation!(modules);
 const TEMPORAL: &[Modules] = for_each_temporal!(modules);
 const DISPLAYS: &[Modules] = for_each_display!(modules);
 const TOTALS: &[Modules] = for_each_total!(modules);

@@ -216,10 +216,49 @@ macro_rules! levels {
 
 for_each_level!(levels);
 
-/// Defines a pass over earlier frames.
+/// Defines the pass that sums frames.
+macro_rules! accumulations {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $kept:ident, $seen:ident, $to:ident, $edges:ident, $pixel:ident| $body:block,)*) => {$(
+        /// Runs a pass that sums frames.
+        ///
+        /// # Safety
+        ///
+        /// As the other passes.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "ptx-kernel" fn $name(
+            params: DenoiseParams,
+            sums: *const PixelSums,
+            aovs: *const AovSums,
+            kept: *mut PixelSums,
+            seen: *mut AovSums,
+            to: *mut FilteredPixel,
+            edges: *mut GBufferTexel,
+        ) {
+            let $params = &params;
+            let (x, y) = thread();
+            let y = params.first_row + y;
+            if x >= params.width || y >= params.height {
+                return;
+            }
+            let $pixel = y * params.width + x;
+            let pixels = params.width as usize * params.height as usize;
+            // SAFETY: the caller's promise, and the guard.
+            unsafe {
+                let ($sums, $aovs) = (from_raw_parts(sums, pixels), from_raw_parts(aovs, pixels));
+                let ($kept, $seen) = (from_raw_parts_mut(kept, pixels), from_raw_parts_mut(seen, pixels));
+                let ($to, $edges) = (from_raw_parts_mut(to, pixels), from_raw_parts_mut(edges, pixels));
+                $body
+            }
+        }
+    )*};
+}
+
+for_each_accumulation!(accumulations);
+
+/// Defines a pass over the history.
 macro_rules! temporal {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
-        /// Runs a pass over earlier frames.
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        /// Runs a pass over the history.
         ///
         /// # Safety
         ///
@@ -235,8 +274,6 @@ macro_rules! temporal {
             past: *const HistoryPixel,
             to: *mut FilteredPixel,
             next: *mut HistoryPixel,
-            kept: *mut PixelSums,
-            seen: *mut AovSums,
         ) {
             let $params = &params;
             let ($x, y) = thread();
@@ -251,8 +288,7 @@ macro_rules! temporal {
                 let ($sums, $aovs) = (from_raw_parts(sums, pixels), from_raw_parts(aovs, pixels));
                 let ($from, $edges) = (from_raw_parts(from, pixels), from_raw_parts(edges, pixels));
                 let ($past, $to) = (from_raw_parts(past, pixels), from_raw_parts_mut(to, pixels));
-                let ($next, $kept) = (from_raw_parts_mut(next, pixels), from_raw_parts_mut(kept, pixels));
-                let $seen = from_raw_parts_mut(seen, pixels);
+                let $next = from_raw_parts_mut(next, pixels);
                 $body
             }
         }

@@ -151,10 +151,38 @@ macro_rules! levels {
 
 for_each_level!(levels);
 
-/// Defines a pass over earlier frames.
+/// Defines the pass that sums frames.
+macro_rules! accumulations {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $kept:ident, $seen:ident, $to:ident, $edges:ident, $pixel:ident| $body:block,)*) => {$(
+        /// Runs a pass that sums frames.
+        #[spirv(compute(threads(8, 8), entry_point_name = $text))]
+        #[allow(clippy::too_many_arguments, unsafe_code, reason = "one argument per binding; see buffer")]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &DenoiseParams,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] $sums: &[Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] $aovs: &[Packed<AovSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] $kept: &mut [Packed<PixelSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] $seen: &mut [Packed<AovSums>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $to: &mut [Packed<FilteredPixel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] $edges: &mut [Packed<GBufferTexel>],
+        ) {
+            let (x, y) = (id.x, $params.first_row + id.y);
+            if x < $params.width && y < $params.height {
+                let $pixel = y * $params.width + x;
+                // SAFETY: the guard, and the host's buffers of width * height records.
+                unsafe { $body }
+            }
+        }
+    )*};
+}
+
+for_each_accumulation!(accumulations);
+
+/// Defines a pass over the history.
 macro_rules! temporal {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
-        /// Runs a pass over earlier frames.
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {$(
+        /// Runs a pass over the history.
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(
             clippy::too_many_arguments,
@@ -172,8 +200,6 @@ macro_rules! temporal {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] $past: &[Packed<HistoryPixel>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] $to: &mut [Packed<FilteredPixel>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] $next: &mut [Packed<HistoryPixel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] $kept: &mut [Packed<PixelSums>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] $seen: &mut [Packed<AovSums>],
         ) {
             let ($x, $y) = (id.x, $params.first_row + id.y);
             if $x < $params.width && $y < $params.height {

@@ -53,19 +53,21 @@ fn image_crc(image: &Image) -> u32 {
     crc.finalize()
 }
 
-/// Returns the CRC-32 of four live frames: two at rest, and two after a move of the camera.
-fn live_crc(renderer: &mut Renderer, settings: &Settings) -> u32 {
+/// Returns the CRC-32 of some live frames. The camera moves before those in `moves`; the history
+/// counts as `history` frames.
+fn live_crc(renderer: &mut Renderer, settings: &Settings, history: u32, frames: u32, moves: &[u32]) -> u32 {
+    let history = TemporalSettings { frames: history, ..TemporalSettings::DEFAULT };
     let mut crc = crc32fast::Hasher::new();
     let filter = DenoiseSettings::new(Filter::Svgf);
     let mut pixels = Vec::new();
     let start = *renderer.pose();
-    for frame in 0..4 {
-        if frame == 2 {
-            let mut pose = start;
+    let mut pose = start;
+    for frame in 0..frames {
+        if moves.contains(&frame) {
             pose.look_from += 0.01 * (pose.look_at - pose.look_from);
             renderer.set_camera(pose).unwrap();
         }
-        let live = renderer.live(settings, Some(&filter), Some(&TemporalSettings::DEFAULT)).unwrap();
+        let live = renderer.live(settings, Some(&filter), Some(&history)).unwrap();
         crc.update(&image_crc(&renderer.read_live(&live).unwrap()).to_le_bytes());
         let screen = DisplayOptions { split: 0.5, stops: 1.0 };
         renderer.show(&live, &screen, &mut pixels).unwrap();
@@ -90,7 +92,9 @@ fn results(renderer: &mut Renderer, settings: &Settings) -> Vec<(&'static str, u
         let (image, _) = renderer.denoise(&with_aovs, &guides, &DenoiseSettings::new(filter)).unwrap();
         results.push((name, image_crc(&image)));
     }
-    results.push(("live frames", live_crc(renderer, settings)));
+    results.push(("live frames", live_crc(renderer, settings, TemporalSettings::DEFAULT.frames, 4, &[2])));
+    // From the third frame at rest on, the history no longer counts.
+    results.push(("live frames after a rest", live_crc(renderer, settings, 2, 10, &[1, 7])));
     if gpu {
         let fast = Settings { math: MathMode::Fast, ..settings.clone() };
         results.push(("film by fast math", film_crc(&film(renderer, &fast))));

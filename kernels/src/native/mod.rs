@@ -12,7 +12,7 @@ use crate::EntryPoint;
 use core::marker::PhantomData;
 use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
-use passes::{PASSES, TEMPORAL, TOTALS};
+use passes::{ACCUMULATIONS, PASSES, TEMPORAL, TOTALS};
 use rows::ROWS;
 pub use rows::is_by_rows;
 use trisect_shared::aovs::AovSums;
@@ -89,7 +89,7 @@ pub fn native(of: EntryPoint) -> Option<&'static NativeEntryPoint> {
     let able = |kernel: &&NativeEntryPoint| {
         kernel.name == name && of.features & (CHOICES | NEEDS | LINEAR) & !kernel.possible == 0
     };
-    [RENDER, FIRST_HITS, ROWS, PASSES, TEMPORAL, TOTALS].into_iter().flatten().find(able)
+    [RENDER, FIRST_HITS, ROWS, PASSES, ACCUMULATIONS, TEMPORAL, TOTALS].into_iter().flatten().find(able)
 }
 
 impl Arguments<'_> {

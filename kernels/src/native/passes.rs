@@ -54,8 +54,28 @@ macro_rules! passes {
 
 pub(super) const PASSES: &[NativeEntryPoint] = for_each_pass!(passes);
 
+macro_rules! accumulations {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $kept:ident, $seen:ident, $to:ident, $edges:ident, $pixel:ident| $body:block,)*) => {
+        &[$(plain($text, kernel!(DenoiseParams: |$params, arrays, x, y| {
+            let ($sums, $aovs) = (arrays.read::<PixelSums>(0), arrays.read::<AovSums>(1));
+            let ($kept, $seen, $to, $edges) = (
+                &arrays.written::<PixelSums>(2),
+                &arrays.written::<AovSums>(3),
+                &arrays.written::<FilteredPixel>(4),
+                &arrays.written::<GBufferTexel>(5),
+            );
+            if y < $params.height {
+                let $pixel = y * $params.width + x;
+                $body
+            }
+        })),)*]
+    };
+}
+
+pub(super) const ACCUMULATIONS: &[NativeEntryPoint] = for_each_accumulation!(accumulations);
+
 macro_rules! temporal {
-    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $kept:ident, $seen:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
+    ($($name:ident $text:tt: |$params:ident, $sums:ident, $aovs:ident, $from:ident, $edges:ident, $past:ident, $to:ident, $next:ident, $x:ident, $y:ident, $pixel:ident| $body:block,)*) => {
         &[$(plain($text, kernel!(DenoiseParams: |$params, arrays, $x, y| {
             #[allow(unused_variables, reason = "all passes have the same arrays")]
             let ($sums, $aovs, $from, $edges, $past) = (
@@ -66,12 +86,8 @@ macro_rules! temporal {
                 arrays.read::<HistoryPixel>(4),
             );
             #[allow(unused_variables, reason = "all passes have the same arrays")]
-            let ($to, $next, $kept, $seen) = (
-                &arrays.written::<FilteredPixel>(5),
-                &arrays.written::<HistoryPixel>(6),
-                &arrays.written::<PixelSums>(7),
-                &arrays.written::<AovSums>(8),
-            );
+            let ($to, $next) =
+                (&arrays.written::<FilteredPixel>(5), &arrays.written::<HistoryPixel>(6));
             if y < $params.height {
                 #[allow(unused_variables, reason = "all passes have the same arguments")]
                 let ($y, $pixel) = (y, y * $params.width + $x);

@@ -185,13 +185,16 @@ fn all_bindings() -> String {
     format!(
         "### Render kernels and `first_hit`\n\n- work group {across} x {down}: {}, `first_hit`\n\n{}\n\n\
          ### Passes of the filter\n\n{}\n{}\n\n\
-         ### Passes over earlier frames\n\n{}\n{}\n\n\
+         ### Sums of frames\n\n{}\n{}\n\n\
+         ### Passes over the history\n\n{}\n{}\n\n\
          ### Totals of the film\n\n{}\n{}\n\n\
          ### Display\n\n{}\n{}",
         entry_points("for_each_render").iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
         bindings("entry_point", "`[PixelSums]` or `[FirstHit]`"),
         work_groups(&["for_each_pass", "for_each_level"]),
         bindings("pass", ""),
+        work_groups(&["for_each_accumulation"]),
+        bindings("accumulations", ""),
         work_groups(&["for_each_temporal"]),
         bindings("temporal", ""),
         work_groups(&["for_each_total"]),

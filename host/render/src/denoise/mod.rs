@@ -10,10 +10,10 @@ mod view;
 
 pub use error::DenoiseError;
 pub use passes::{Kernel, Pass};
-pub(crate) use passes::{passes, reach, store_pass};
-pub(crate) use temporal::TemporalInputs;
+pub(crate) use passes::{history_passes, passes, reach, store_pass};
 pub use temporal::TemporalSettings;
-pub(crate) use view::FrameView;
+pub(crate) use temporal::{FrameSums, HistoryUse, TemporalInputs};
+pub(crate) use view::{FrameView, MIN_VARIANCE_SAMPLES};
 
 use crate::film::{Film, TASK};
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Passes of the denoiser over an image: the kernel launches of a filter, in order, with their
 //! parameters. A renderer makes them, and a device runs them.
 
-use super::temporal::TemporalInputs;
+use super::temporal::{FrameSums, HistoryUse, TemporalInputs};
 use super::view::FrameView;
 use super::{DenoiseSettings, Filter, stop_factor};
 use std::ops::Range;
@@ -10,7 +10,8 @@ use trisect_shared::denoise::{DenoiseParams, NEIGHBOURHOOD_RADIUS, PIXELS_PER_TH
 /// Kernel of the denoiser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
-    /// Adds the frame's sums to those of earlier frames.
+    /// Adds the frame's sums to those of earlier frames, and does with them what
+    /// [`Demodulate`](Self::Demodulate) does.
     Add,
     /// Divides the mean radiance by the albedo, and writes the G-buffer.
     Demodulate,
@@ -73,7 +74,7 @@ pub struct Pass {
     /// History to read, 0 or 1; the other one is written.
     pub past: usize,
     /// True if the pass reads the sums over frames, and not those of this frame; [`Kernel::Add`]
-    /// reads this frame's and writes the sums over frames.
+    /// reads both.
     pub accumulated: bool,
     /// Rows to write; a level also writes some rows beside them.
     pub rows: Range<u32>,
@@ -112,22 +113,28 @@ pub(crate) fn passes(
         clamp_deviations: frames.clamp,
         ..base
     };
-    let (past, kept, rows) = (frames.past, frames.accumulated, rows.clone());
-    let first = Pass { kernel: Kernel::Demodulate, params, from: 1, to: 0, past, accumulated: kept, rows };
+    let (past, accumulated, rows) = (frames.past, frames.sums != FrameSums::Own, rows.clone());
+    let first = Pass { kernel: Kernel::Demodulate, params, from: 1, to: 0, past, accumulated, rows };
     let next = |passes: &[Pass]| {
         let from = passes.last().map_or(0, |pass| pass.to);
         Pass { from, to: 1 - from, ..first.clone() }
     };
-    let mut passes = Vec::new();
-    if frames.accumulated {
-        let params = DenoiseParams { accumulate: 1, ..params };
-        passes.push(Pass { kernel: Kernel::Add, params, accumulated: false, ..first.clone() });
-    }
-    passes.push(first.clone());
-    if frames.reproject {
-        passes.push(Pass { kernel: Kernel::Reproject, ..next(&passes) });
-    } else if denoise.is_some_and(|denoise| denoise.filter == Filter::Svgf) {
-        passes.push(Pass { kernel: Kernel::Estimate, ..next(&passes) });
+    let mut passes = vec![match frames.sums {
+        FrameSums::Added => {
+            let params = DenoiseParams { accumulate: 1, ..params };
+            Pass { kernel: Kernel::Add, params, ..first.clone() }
+        }
+        FrameSums::Own | FrameSums::Kept => first.clone(),
+    }];
+    let variance = match frames.history_use {
+        HistoryUse::Reproject => Some(Kernel::Reproject),
+        HistoryUse::None => {
+            denoise.filter(|denoise| denoise.filter == Filter::Svgf).map(|_| Kernel::Estimate)
+        }
+        HistoryUse::Settled => None,
+    };
+    if let Some(kernel) = variance {
+        passes.push(Pass { kernel, ..next(&passes) });
     }
     for level in 0..denoise.map_or(0, |denoise| denoise.levels) {
         let step = 1 << level;
@@ -159,5 +166,15 @@ pub(crate) fn reach(denoise: Option<&DenoiseSettings>, frames: bool) -> u32 {
 /// Returns the pass that starts the sums over frames with this frame.
 pub(crate) fn store_pass(image: &FrameView, rows: Range<u32>) -> Pass {
     let params = DenoiseParams { first_row: rows.start, ..image.params() };
-    Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, accumulated: false, rows }
+    Pass { kernel: Kernel::Add, params, from: 1, to: 0, past: 0, accumulated: true, rows }
+}
+
+/// Returns the passes that write the history of frames that were [`HistoryUse::Settled`], seen as
+/// `image`, from their sums. `past` is the history that they would have read.
+pub(crate) fn history_passes(image: &FrameView, past: usize, rows: &Range<u32>) -> Vec<Pass> {
+    let history_use = HistoryUse::Reproject;
+    let frames = TemporalInputs { history_use, sums: FrameSums::Kept, past, ..TemporalInputs::none(image) };
+    let mut passes = passes(None, image, &frames, rows);
+    passes.retain(|pass| pass.kernel != Kernel::Remodulate);
+    passes
 }

@@ -54,12 +54,35 @@ pub(crate) struct TemporalInputs {
     pub spent: f32,
     /// See [`TemporalSettings::clamp`].
     pub clamp: f32,
-    /// True if the history is read, and written for the next frame.
-    pub reproject: bool,
+    /// Use of the history.
+    pub history_use: HistoryUse,
     /// History to read, 0 or 1; the other one is written.
     pub past: usize,
-    /// True if the camera rests, so that the frame's samples are added to the sums over frames.
-    pub accumulated: bool,
+    /// Sums that the frame shows.
+    pub sums: FrameSums,
+}
+
+/// Use of the history by a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HistoryUse {
+    /// Frames keep none.
+    None,
+    /// It is read, and written for the next frame.
+    Reproject,
+    /// It no longer counts, and the sums suffice for a variance: nothing is read, and
+    /// [`history_passes`](super::passes::history_passes) write it when the camera moves.
+    Settled,
+}
+
+/// Sums that a frame shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FrameSums {
+    /// Those of its own samples.
+    Own,
+    /// Those over frames since the camera came to rest, to which its own samples are added.
+    Added,
+    /// Those over frames as they are, because they have as many samples as they can have.
+    Kept,
 }
 
 impl TemporalInputs {
@@ -70,9 +93,9 @@ impl TemporalInputs {
             history: 0.0,
             spent: 0.0,
             clamp: STOP_FACTORS.1,
-            reproject: false,
+            history_use: HistoryUse::None,
             past: 0,
-            accumulated: false,
+            sums: FrameSums::Own,
         }
     }
 }

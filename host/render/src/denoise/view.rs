@@ -42,4 +42,4 @@ impl FrameView {
 }
 
 /// Minimum number of samples for which a pixel's own variance is used, as in SVGF.
-const MIN_VARIANCE_SAMPLES: u32 = 4;
+pub(crate) const MIN_VARIANCE_SAMPLES: u32 = 4;

@@ -2,7 +2,7 @@
 
 use super::film::DeviceFilm;
 use super::misuse;
-use crate::denoise::Pass;
+use crate::denoise::{Kernel, Pass};
 use bytemuck::bytes_of;
 use std::time::Duration;
 use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
@@ -173,13 +173,14 @@ impl DenoiseBuffers {
         }
         let Some(frames) = &self.temporal else { return Err(misuse("no frame was kept")) };
         let kept = [&frames.sums, &frames.aovs];
-        let (of, other) = if pass.accumulated { (kept, own) } else { (own, kept) };
-        if !pass.kernel.is_temporal() {
-            return Ok(vec![of[0], of[1], from, to, &self.gbuffer]);
-        }
+        let of = if pass.accumulated { kept } else { own };
         let [first, second] = &frames.histories;
         let (past, next) = if pass.past == 0 { (first, second) } else { (second, first) };
-        Ok(vec![of[0], of[1], from, &self.gbuffer, past, to, next, other[0], other[1]])
+        Ok(match pass.kernel {
+            Kernel::Add => vec![own[0], own[1], kept[0], kept[1], to, &self.gbuffer],
+            Kernel::Reproject => vec![of[0], of[1], from, &self.gbuffer, past, to, next],
+            _ => vec![of[0], of[1], from, to, &self.gbuffer],
+        })
     }
 }
 

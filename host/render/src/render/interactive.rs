@@ -7,7 +7,8 @@ use super::live_session::{LiveSession, Restart};
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{
-    self, DenoiseSettings, FrameView, Kernel, TemporalInputs, TemporalSettings, passes, reach, store_pass,
+    self, DenoiseSettings, FrameSums, FrameView, Kernel, TemporalInputs, TemporalSettings, history_passes,
+    passes, reach, store_pass,
 };
 use crate::film::{Film, HostMemory, RowSet, RowTarget};
 use crate::passes::DisplayPass;
@@ -161,22 +162,20 @@ impl Renderer {
         let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
         let moves = series.moves(&image);
         self.tile_entries.update(&mut self.uploaded, &self.scene, &settings, series.kernel, moves)?;
-        let frames = series.next(&image, history);
-        let goes_on = !frames.accumulated || series.accumulated <= MAX_ACCUMULATED_SAMPLES;
-        if frames.accumulated && series.accumulated == 2 * settings.samples {
+        let (frames, unwritten) = series.next(&image, history);
+        if let Some(before) = unwritten {
+            self.uploaded.denoise(&history_passes(&before, 1 - frames.past, &around))?;
+        }
+        if frames.sums == FrameSums::Added && series.accumulated == 2 * settings.samples {
             self.uploaded.denoise(&[store_pass(&image, around.clone())])?;
         }
         self.begin_submissions()?;
-        if goes_on {
+        if frames.sums != FrameSums::Kept {
             let (first, rows) = (series.first_sample(), RowSet::from(around.clone()));
             let samples = first..first + settings.samples;
             self.start_chunk(&settings, &rows, samples, &mut |_| ControlFlow::Continue(()))?;
         }
-        let mut passes = passes(denoise, &image, &frames, &around);
-        if !goes_on {
-            series.accumulated -= settings.samples;
-            passes.retain(|pass| pass.kernel != Kernel::Add);
-        }
+        let passes = passes(denoise, &image, &frames, &around);
         let times = self.uploaded.denoise(&passes)?;
         let trace = self.finish_submissions(&mut |_| ControlFlow::Continue(()))?.device;
         let live = LiveFrame {
@@ -186,7 +185,7 @@ impl Renderer {
             trace,
             passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
             image: passes.last().map_or(0, |pass| pass.to),
-            accumulated: frames.accumulated,
+            accumulated: frames.sums != FrameSums::Own,
             size: (image.width, image.height),
             rows: rows.clone(),
         };

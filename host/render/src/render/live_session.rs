@@ -2,7 +2,10 @@
 //! reads.
 
 use super::Settings;
-use crate::denoise::{FrameView, TemporalInputs, TemporalSettings};
+use super::interactive::MAX_ACCUMULATED_SAMPLES;
+use crate::denoise::{
+    FrameSums, FrameView, HistoryUse, MIN_VARIANCE_SAMPLES, TemporalInputs, TemporalSettings,
+};
 use std::fmt;
 use std::ops::Range;
 use trisect_kernels::EntryPoint;
@@ -65,8 +68,10 @@ pub(super) struct LiveSession {
     previous_view: Option<PinholeView>,
     /// History to read, 0 or 1.
     past: usize,
-    /// True if the last frame wrote the other history.
+    /// True if the last frame wrote the other history, or left that for later.
     wrote: bool,
+    /// True if the last frame left the other history to be written.
+    unwritten: bool,
     /// Samples per pixel since the camera came to rest; 0 without temporal settings.
     pub accumulated: u32,
     /// Event since which samples are accumulated.
@@ -89,6 +94,7 @@ impl LiveSession {
             previous_view: None,
             past: 0,
             wrote: false,
+            unwritten: false,
             accumulated: 0,
             since,
             sample: 0,
@@ -100,37 +106,60 @@ impl LiveSession {
         self.image.is_some_and(|last| last != *image)
     }
 
-    /// Returns the next frame's inputs from earlier frames, and advances the state.
-    pub fn next(&mut self, image: &FrameView, history: Option<&TemporalSettings>) -> TemporalInputs {
+    /// Returns the next frame's inputs from earlier frames, and advances the state. Returns also
+    /// the view of earlier frames if their history is to be written first.
+    pub fn next(
+        &mut self,
+        image: &FrameView,
+        history: Option<&TemporalSettings>,
+    ) -> (TemporalInputs, Option<FrameView>) {
         let last = self.image.replace(*image);
         let Some(history) = history else {
-            (self.previous_view, self.wrote, self.accumulated, self.sample) = (None, false, 0, 0);
+            (self.previous_view, self.accumulated, self.sample) = (None, 0, 0);
+            (self.wrote, self.unwritten) = (false, false);
             self.since = Restart::EachFrame;
-            return TemporalInputs::none(image);
+            return (TemporalInputs::none(image), None);
         };
         let samples = self.settings.samples;
         let kept = self.accumulated > 0 && last == Some(*image);
         if last.is_some_and(|last| last != *image) {
             self.since = Restart::Camera;
         }
+        let mut unwritten = None;
         if !kept {
             // The camera moved, so the history that the last frame wrote is the one to read.
+            unwritten = last.filter(|_| self.wrote && self.unwritten);
             self.previous_view = last.filter(|_| self.wrote).map(|last| last.view);
             self.past = 1 - self.past;
             self.accumulated = 0;
         }
-        let spent = self.accumulated as f32;
-        self.accumulated += samples;
-        self.wrote = history.frames > 0;
-        TemporalInputs {
-            previous_view: self.previous_view.unwrap_or(image.view),
-            history: if self.previous_view.is_some() { (history.frames * samples) as f32 } else { 0.0 },
-            spent,
-            clamp: history.clamp.min(STOP_FACTORS.1),
-            reproject: self.wrote,
-            past: self.past,
-            accumulated: kept,
+        let spent = self.accumulated;
+        let counts = if self.previous_view.is_some() { history.frames * samples } else { 0 };
+        let sums = match () {
+            () if !kept => FrameSums::Own,
+            () if spent + samples <= MAX_ACCUMULATED_SAMPLES => FrameSums::Added,
+            () => FrameSums::Kept,
+        };
+        if sums != FrameSums::Kept {
+            self.accumulated += samples;
         }
+        let settled = kept && counts <= spent && self.accumulated >= MIN_VARIANCE_SAMPLES;
+        self.wrote = history.frames > 0;
+        self.unwritten = settled;
+        let inputs = TemporalInputs {
+            previous_view: self.previous_view.unwrap_or(image.view),
+            history: counts as f32,
+            spent: spent as f32,
+            clamp: history.clamp.min(STOP_FACTORS.1),
+            history_use: match () {
+                () if !self.wrote => HistoryUse::None,
+                () if settled => HistoryUse::Settled,
+                () => HistoryUse::Reproject,
+            },
+            past: self.past,
+            sums,
+        };
+        (inputs, unwritten)
     }
 
     /// Returns the index of this frame's first sample, and advances the state.
