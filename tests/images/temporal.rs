@@ -9,6 +9,7 @@ use trisect::image::Image;
 use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::{CameraPose, Scene};
+use trisect::view::{ViewOptions, Viewer};
 use trisect_tests::renders::{cpu, film};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -116,6 +117,44 @@ fn rest_is_the_plain_mean(subject: BackendUnderTest) {
     let (with, without) = (seen(6), seen(0));
     assert!(with[1] == without[1], "history is left");
     assert!(with[0] != without[0], "negative control not detected");
+}
+
+/// Frames that run side by side are those that run one after another, also if their size changes.
+fn frames_side_by_side_are_frames(subject: BackendUnderTest) {
+    let scene = lights(subject);
+    let Some(renderer) = subject.renderer(&scene) else { return };
+    let look = ViewOptions::new(settings(&scene, 5), Some(SVGF));
+    let mut poses = path(scene.camera, 0.002, 4);
+    poses.extend(vec![poses[3]; 6]);
+    poses.extend(vec![poses[0]; 2]);
+    let looks: Vec<ViewOptions> = (0..poses.len())
+        .map(|frame| ViewOptions { scale: if frame < 2 { 0.5 } else { 1.0 }, ..look.clone() })
+        .collect();
+    let mut viewer = Viewer::new(renderer);
+    let mut expected = Vec::new();
+    for (look, pose) in looks.iter().zip(&poses) {
+        let mut pixels = Vec::new();
+        viewer.frame(look, pose, &mut pixels).unwrap();
+        expected.push(pixels);
+    }
+    forget(viewer.renderer(), &look.settings);
+    for most in [1, 2, 3] {
+        let mut seen = Vec::new();
+        let mut take = |viewer: &mut Viewer| seen.push(viewer.take().unwrap().unwrap().1.to_vec());
+        for (look, pose) in looks.iter().zip(&poses) {
+            viewer.start(look, pose).unwrap();
+            if viewer.running() >= most {
+                take(&mut viewer);
+            }
+        }
+        while viewer.running() > 0 {
+            take(&mut viewer);
+        }
+        assert!(seen == expected, "{most} at a time");
+        assert!(viewer.take().unwrap().is_none());
+        forget(viewer.renderer(), &look.settings);
+    }
+    assert!(expected[10] != expected[11], "negative control: two frames of the same pose");
 }
 
 /// With a moving camera the history reduces the error, compared with a history of no frames.
@@ -255,6 +294,7 @@ fn they_are_the_cpus(subject: BackendUnderTest) {
 
 for_each_backend!(
     rest_is_the_plain_mean,
+    frames_side_by_side_are_frames,
     a_way_is_better_than_its_frames,
     no_ghosts,
     a_cut_forgets,

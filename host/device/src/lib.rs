@@ -148,6 +148,29 @@ pub trait Device: Send {
         unsafe { self.run(commands) }.map(Started::ended)
     }
 
+    /// Starts commands, and then a copy of rows of an image to the host, as a
+    /// [`Command::Read`]. On a CUDA device the copy runs beside what is started later.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`start`](Self::start).
+    ///
+    /// # Safety
+    ///
+    /// That of [`start`](Self::start); and no command that is started before [`wait`](Self::wait)
+    /// has returned writes to `from`.
+    #[allow(unsafe_code, reason = "a promise of the caller")]
+    unsafe fn start_with_copy<'a>(
+        &mut self,
+        mut commands: Vec<Command<'a>>,
+        from: &'a Buffer,
+        to: RowTarget<'a>,
+    ) -> Result<Started, BackendError> {
+        commands.push(Command::Read { from, to });
+        // SAFETY: the caller's promise.
+        unsafe { self.start(commands) }
+    }
+
     /// Waits for commands that this device started. Returns what [`run`](Self::run) returns.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ mod wait;
 pub use driver::devices;
 
 use crate::command::misuse;
-use crate::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory, Started};
+use crate::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory, RowTarget, Started};
 use crate::{MathMode, Schedule, Traversal};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaContext, CudaEvent, CudaFunction, CudaStream};
@@ -43,6 +43,8 @@ const MAX_QUEUE: u64 = 1 << 31;
 pub struct Cuda {
     info: DeviceInfo,
     stream: Arc<CudaStream>,
+    /// Stream of copies to the host that run beside kernels.
+    copies: Arc<CudaStream>,
     /// Kernels that were used so far, by entry point and math build.
     kernels: HashMap<(EntryPoint, MathMode), CudaFunction>,
     /// Events that no submission holds.
@@ -80,8 +82,9 @@ impl Cuda {
     /// Creates a device with its own stream in a context.
     fn within(context: &Arc<CudaContext>, info: DeviceInfo) -> Result<Self, BackendError> {
         let stream = context.new_stream().map_err(failed("creating a stream"))?;
+        let copies = context.new_stream().map_err(failed("creating a stream"))?;
         let (kernels, events, pinned) = (HashMap::new(), Vec::new(), Vec::new());
-        Ok(Self { info, stream, kernels, events, pinned, waiter: Waiter::default() })
+        Ok(Self { info, stream, copies, kernels, events, pinned, waiter: Waiter::default() })
     }
 
     /// Makes the context current on the calling thread, because another thread may have created the
@@ -90,8 +93,14 @@ impl Cuda {
         self.stream.context().bind_to_thread().map_err(failed("entering the context"))
     }
 
-    /// Records an event, and returns its index among those of a submission.
+    /// Records an event in the stream, and returns its index among those of a submission.
     fn record(&mut self, events: &mut Vec<CudaEvent>) -> Result<usize, BackendError> {
+        let stream = self.stream.clone();
+        self.record_in(&stream, events)
+    }
+
+    /// Records an event in a stream of this device.
+    fn record_in(&mut self, stream: &CudaStream, events: &mut Vec<CudaEvent>) -> Result<usize, BackendError> {
         let event = match self.events.pop() {
             Some(event) => event,
             None => {
@@ -99,7 +108,7 @@ impl Cuda {
                 event.map_err(failed("creating an event"))?
             }
         };
-        event.record(&self.stream).map_err(failed("starting the timer"))?;
+        event.record(stream).map_err(failed("starting the timer"))?;
         events.push(event);
         Ok(events.len() - 1)
     }
@@ -115,7 +124,7 @@ impl Cuda {
         let queued = unsafe { self.queue_each(&mut commands) };
         if queued.is_err() {
             // Commands before the one that failed may run, and nobody waits for them.
-            self.stream.synchronize().map_err(failed("running commands"))?;
+            self.synchronize()?;
         }
         queued
     }
@@ -148,7 +157,7 @@ impl Cuda {
                     launches.push((first, last));
                     recorded = Some(last);
                 }
-                Command::Read { from, to } => self.read(from, to)?,
+                Command::Read { from, to } => self.read(&self.stream, from, to)?,
             }
         }
         if recorded.is_none() {
@@ -156,6 +165,27 @@ impl Cuda {
             self.record(&mut events)?;
         }
         Ok(Queued { events, launches })
+    }
+
+    /// Starts a copy to the host after queued commands, in the stream of copies.
+    fn queue_copy(
+        &mut self,
+        queued: &mut Queued,
+        from: &Buffer,
+        mut to: RowTarget<'_>,
+    ) -> Result<(), BackendError> {
+        if let Some(last) = queued.events.last() {
+            self.copies.wait(last).map_err(failed("running commands"))?;
+        }
+        self.read(&self.copies, from, &mut to)?;
+        let copies = self.copies.clone();
+        self.record_in(&copies, &mut queued.events).map(|_| ())
+    }
+
+    /// Waits for all that runs.
+    fn synchronize(&self) -> Result<(), BackendError> {
+        let ended = self.stream.synchronize().and(self.copies.synchronize());
+        ended.map_err(failed("running commands"))
     }
 
     /// Waits for commands. Returns the times of their launches, and keeps their events for others.
@@ -179,7 +209,7 @@ impl Drop for Cuda {
     /// Waits for what was started: it uses kernels and memory that are freed next.
     fn drop(&mut self) {
         let _ = self.bind();
-        let _ = self.stream.synchronize();
+        let _ = self.synchronize();
     }
 }
 
@@ -226,6 +256,21 @@ impl Device for Cuda {
         unsafe { self.queue(commands) }.map(Started::running)
     }
 
+    unsafe fn start_with_copy<'a>(
+        &mut self,
+        commands: Vec<Command<'a>>,
+        from: &'a Buffer,
+        to: RowTarget<'a>,
+    ) -> Result<Started, BackendError> {
+        // SAFETY: the caller's promise.
+        let mut queued = unsafe { self.queue(commands) }?;
+        let copied = self.queue_copy(&mut queued, from, to);
+        if copied.is_err() {
+            self.synchronize()?;
+        }
+        copied.map(|()| Started::running(queued))
+    }
+
     fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
         let bound = self.bind();
         let others = |_| misuse(NAME, "another device started these commands");
@@ -237,7 +282,7 @@ impl Device for Cuda {
     fn second_stream(&self) -> Result<Option<Box<dyn Device>>, BackendError> {
         self.bind()?;
         // What both streams read must be complete before the second one begins.
-        self.stream.synchronize().map_err(failed("running commands"))?;
+        self.synchronize()?;
         let mut twin = Self::within(self.stream.context(), self.info.clone())?;
         twin.kernels.clone_from(&self.kernels);
         Ok(Some(Box::new(twin)))
@@ -247,7 +292,7 @@ impl Device for Cuda {
         // After an error, the owner of pinned memory may be gone.
         self.pinned.retain(|pinned| !pinned.is_left());
         if memory.bytes() > 0 && !self.pinned.iter().any(|pinned| pinned.is_of(memory)) {
-            self.pinned.extend(Pinned::new(&self.stream, memory));
+            self.pinned.extend(Pinned::new([&self.stream, &self.copies], memory));
         }
     }
 

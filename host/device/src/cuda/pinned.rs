@@ -17,18 +17,19 @@ const MAX_PITCH: usize = i32::MAX as usize;
 /// directly.
 pub(super) struct Pinned {
     memory: Arc<HostMemory>,
-    stream: Arc<CudaStream>,
+    /// Streams that copy to it.
+    streams: [Arc<CudaStream>; 2],
 }
 
 impl Pinned {
     /// Pins `memory`. Returns `None` if the system or the driver refuses it, for this memory or for
     /// any more.
-    pub fn new(stream: &Arc<CudaStream>, memory: &Arc<HostMemory>) -> Option<Self> {
-        stream.context().bind_to_thread().ok()?;
+    pub fn new(streams: [&Arc<CudaStream>; 2], memory: &Arc<HostMemory>) -> Option<Self> {
+        streams[0].context().bind_to_thread().ok()?;
         // SAFETY: the memory has these bytes as long as `memory` is held, which the result does
         // until it has unpinned them.
         let pinned = unsafe { sys::cuMemHostRegister_v2(memory.first().cast::<c_void>(), memory.bytes(), 0) };
-        pinned.result().ok().map(|()| Self { memory: memory.clone(), stream: stream.clone() })
+        pinned.result().ok().map(|()| Self { memory: memory.clone(), streams: streams.map(Arc::clone) })
     }
 
     /// Returns whether nothing else holds the memory.
@@ -50,9 +51,11 @@ impl Pinned {
 impl Drop for Pinned {
     fn drop(&mut self) {
         // The first call may report an earlier failure.
-        let _ = self.stream.context().bind_to_thread();
-        let _ = self.stream.context().bind_to_thread();
-        let _ = self.stream.synchronize();
+        let _ = self.streams[0].context().bind_to_thread();
+        let _ = self.streams[0].context().bind_to_thread();
+        for stream in &self.streams {
+            let _ = stream.synchronize();
+        }
         // SAFETY: `new` pinned it.
         if unsafe { sys::cuMemHostUnregister(self.memory.first().cast::<c_void>()) }.result().is_err() {
             // The driver still takes this address for pinned, so the memory is leaked: nothing else
@@ -63,9 +66,14 @@ impl Drop for Pinned {
 }
 
 impl Cuda {
-    /// Starts copying rows of an image's per-pixel records to the host. The target must live until
-    /// the stream was synchronised.
-    pub(super) fn read(&self, from: &Buffer, to: &mut RowTarget<'_>) -> Result<(), BackendError> {
+    /// Starts copying rows of an image's per-pixel records to the host, in a stream of this device.
+    /// The target must live until the stream was synchronised.
+    pub(super) fn read(
+        &self,
+        stream: &CudaStream,
+        from: &Buffer,
+        to: &mut RowTarget<'_>,
+    ) -> Result<(), BackendError> {
         check_rows(NAME, from, to)?;
         let (rows, row) = (to.rows().clone(), to.row_bytes());
         let most = u32::try_from(MAX_PITCH / row.max(1)).unwrap_or(u32::MAX);
@@ -101,7 +109,7 @@ impl Cuda {
             };
             // SAFETY: the image has these rows, as was checked, and the target has places for them
             // until the stream was synchronised.
-            unsafe { sys::cuMemcpy2DAsync_v2(&raw const copy, self.stream.cu_stream()) }
+            unsafe { sys::cuMemcpy2DAsync_v2(&raw const copy, stream.cu_stream()) }
                 .result()
                 .map_err(failed("reading from the device"))?;
         }

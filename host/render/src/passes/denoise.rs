@@ -4,8 +4,7 @@ use super::film::DeviceFilm;
 use super::misuse;
 use crate::denoise::{Kernel, Pass};
 use bytemuck::bytes_of;
-use std::time::Duration;
-use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget};
+use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, MathMode, RowSet, RowTarget, Started};
 use trisect_kernels::entry_point;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
@@ -76,15 +75,15 @@ impl DenoiseBuffers {
         Ok(Some(Self { pixels, ..self }))
     }
 
-    /// Runs the passes of the denoiser, which [`passes`](crate::denoise) made, over a film and its
+    /// Starts the passes of the denoiser, which [`passes`](crate::denoise) made, over a film and its
     /// AOV sums, which stay as they are. Takes the buffers of earlier frames, if there are any, and
-    /// returns them with the device's own measure of the time of each pass.
-    pub fn run(
+    /// returns them.
+    pub fn start(
         device: &mut dyn Device,
         film: &DeviceFilm,
         kept: Option<Self>,
         passes: &[Pass],
-    ) -> Result<(Self, Vec<Duration>), BackendError> {
+    ) -> Result<(Self, Started), BackendError> {
         let of = film.of;
         let fits = |pass: &Pass| {
             (pass.params.width, pass.params.height) == (of.width, of.height) && pass.rows.end <= of.height
@@ -111,8 +110,8 @@ impl DenoiseBuffers {
             launches.push(Command::Dispatch(launch));
         }
         // SAFETY: all arrays have a record for each pixel of the film, whose size was compared.
-        let times = unsafe { device.run(launches) }?;
-        Ok((buffers, times))
+        let started = unsafe { device.start(launches) }?;
+        Ok((buffers, started))
     }
 
     /// Copies one of the denoiser's two images, after its passes, to `pixels`, which has a record

@@ -4,8 +4,7 @@ use super::denoise::DenoiseBuffers;
 use super::film::DeviceFilm;
 use super::misuse;
 use bytemuck::bytes_of;
-use std::time::Duration;
-use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, RowTarget};
+use trisect_device::{BackendError, Buffer, Command, Device, Dispatch, RowTarget, Started};
 use trisect_kernels::{DISPLAY, entry_point};
 use trisect_shared::display::DisplayParams;
 
@@ -22,16 +21,21 @@ pub(crate) struct DisplayPass {
 }
 
 impl DisplayPass {
-    /// Converts rows of the last frame's image, in `film` or `denoiser`, for a display and copies
-    /// them to the host. Takes the image of an earlier display, if there is any, and returns it
-    /// with the device's own measure of the time of the conversion.
-    pub(super) fn run(
+    /// Starts to convert rows of the last frame's image, in `film` or `denoiser`, for a display and
+    /// to copy them to the host. Takes the image of an earlier display, if there is any, and returns
+    /// it.
+    ///
+    /// # Safety
+    ///
+    /// Nothing accesses the target's memory, and no other display is started with the image, before
+    /// the device was waited for.
+    pub(super) unsafe fn start(
         &self,
         device: &mut dyn Device,
         (film, denoiser): (&DeviceFilm, Option<&DenoiseBuffers>),
         shown: Option<Buffer>,
         to: RowTarget<'_>,
-    ) -> Result<(Buffer, Duration), BackendError> {
+    ) -> Result<(Buffer, Started), BackendError> {
         let entry_point = entry_point(DISPLAY).ok_or_else(|| misuse("there is no such kernel"))?;
         let (of, params) = (film.of, &self.params);
         let denoiser = denoiser.filter(|buffers| buffers.fits(of.pixels()));
@@ -69,11 +73,10 @@ impl DisplayPass {
             arrays: vec![sums, image, &shown],
             threads: (of.width, rows.len() as u32),
         };
-        let read = Command::Read { from: &shown, to };
         // SAFETY: each array has at least a record for each pixel of the film, whose size was
-        // compared; records of a film are larger than those of a denoised image.
-        let times = unsafe { device.run(vec![Command::Dispatch(launch), read]) };
-        let time = times?.into_iter().sum();
-        Ok((shown, time))
+        // compared; records of a film are larger than those of a denoised image. The caller
+        // promises the rest.
+        let started = unsafe { device.start_with_copy(vec![Command::Dispatch(launch)], &shown, to) }?;
+        Ok((shown, started))
     }
 }

@@ -19,7 +19,7 @@ mod totals_launch;
 pub(crate) use display::DisplayPass;
 pub(crate) use film::{FilmDesc, Launch};
 pub(crate) use halves::MeasuredNoise;
-pub(crate) use on_device::DeviceScene;
+pub(crate) use on_device::{DeviceScene, StartedDisplay};
 pub(crate) use scene::{SceneArrays, ValidScene};
 
 use trisect_device::BackendError;

@@ -13,7 +13,7 @@ use crate::denoise::Pass;
 use crate::film::{AovTotals, FilmCounts, PixelTotals, RadianceTotals};
 use std::ops::Range;
 use std::time::Duration;
-use trisect_device::{BackendError, Buffer, Device, RowSet, RowTarget, Started};
+use trisect_device::{BackendError, Buffer, Device, HostFrame, RowSet, RowTarget, Started};
 use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::FilteredPixel;
@@ -37,8 +37,23 @@ pub(crate) struct DeviceScene {
     counter: Option<ChunkCounter>,
     bands: Bands,
     denoiser: Option<DenoiseBuffers>,
-    /// Image for a display, 4 bytes a pixel.
-    shown: Option<Buffer>,
+    /// Images for displays, 4 bytes a pixel, that nothing uses.
+    shown: Vec<Buffer>,
+}
+
+/// Display of a frame that may still run.
+pub(crate) struct StartedDisplay {
+    shown: Buffer,
+    started: Started,
+    /// Nothing reads it before the device was waited for.
+    memory: HostFrame,
+}
+
+impl StartedDisplay {
+    /// Returns whether the device ran it before it returned.
+    pub fn has_ended(&self) -> bool {
+        self.started.has_ended()
+    }
 }
 
 /// Returns the film, or an error if there is none.
@@ -58,7 +73,7 @@ impl DeviceScene {
     /// Wraps a scene on a device.
     pub fn new(device: Box<dyn Device>, scene: SceneArrays) -> Self {
         let (film, totals, halves, counter) = (None, None, None, None);
-        let (bands, denoiser, shown) = (Bands::default(), None, None);
+        let (bands, denoiser, shown) = (Bands::default(), None, Vec::new());
         Self { device, scene, film, totals, halves, counter, bands, denoiser, shown }
     }
 
@@ -273,10 +288,17 @@ impl DeviceScene {
     /// Runs the passes of the denoiser over the film and its AOV sums, which stay as they are.
     /// Returns the device's own measure of the time of each pass.
     pub fn denoise(&mut self, passes: &[Pass]) -> Result<Vec<Duration>, BackendError> {
+        let started = self.start_denoise(passes)?;
+        self.device.wait(started)
+    }
+
+    /// Starts the passes of the denoiser.
+    pub fn start_denoise(&mut self, passes: &[Pass]) -> Result<Started, BackendError> {
         let film = made(self.film.as_ref())?;
-        let (buffers, times) = DenoiseBuffers::run(self.device.as_mut(), film, self.denoiser.take(), passes)?;
+        let (buffers, started) =
+            DenoiseBuffers::start(self.device.as_mut(), film, self.denoiser.take(), passes)?;
         self.denoiser = Some(buffers);
-        Ok(times)
+        Ok(started)
     }
 
     /// Copies one of the denoiser's two images, after its passes, to `pixels`, which has a record
@@ -295,8 +317,32 @@ impl DeviceScene {
     /// the device's own measure of the time of the conversion.
     pub fn display(&mut self, pass: &DisplayPass, to: RowTarget<'_>) -> Result<Duration, BackendError> {
         let from = (made(self.film.as_ref())?, self.denoiser.as_ref());
-        let (shown, time) = pass.run(self.device.as_mut(), from, self.shown.take(), to)?;
-        self.shown = Some(shown);
-        Ok(time)
+        // SAFETY: the device is waited for here.
+        let (shown, started) = unsafe { pass.start(self.device.as_mut(), from, self.shown.pop(), to) }?;
+        let times = self.device.wait(started)?;
+        self.shown.push(shown);
+        Ok(times.into_iter().sum())
+    }
+
+    /// Starts what [`display`](Self::display) does, for all rows that the pass converts.
+    pub fn start_display(
+        &mut self,
+        pass: &DisplayPass,
+        mut memory: HostFrame,
+    ) -> Result<StartedDisplay, BackendError> {
+        let from = (made(self.film.as_ref())?, self.denoiser.as_ref());
+        let to = memory.target();
+        // SAFETY: both memories are out of reach until the device was waited for. Without that, the
+        // device holds the host's if it is pinned, and has copied it if not.
+        let (shown, started) = unsafe { pass.start(self.device.as_mut(), from, self.shown.pop(), to) }?;
+        Ok(StartedDisplay { shown, started, memory })
+    }
+
+    /// Waits for a display. Returns the device's own measure of the time of the conversion, and the
+    /// memory with the pixels.
+    pub fn end_display(&mut self, display: StartedDisplay) -> Result<(Duration, HostFrame), BackendError> {
+        let times = self.device.wait(display.started)?;
+        self.shown.push(display.shown);
+        Ok((times.into_iter().sum(), display.memory))
     }
 }

@@ -4,6 +4,7 @@
 use super::chunk_buffers::ChunkSums;
 use super::film_state::FilmState;
 use super::live_session::{LiveSession, Restart};
+use super::submission_queue::SubmissionQueue;
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{
@@ -15,6 +16,7 @@ use crate::passes::DisplayPass;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use std::time::Duration;
+use trisect_device::Started;
 use trisect_image::Image;
 use trisect_image::output::exposure::MAX_STOPS;
 use trisect_shared::aovs::AovSums;
@@ -43,6 +45,23 @@ pub struct LiveFrame {
     size: (u32, u32),
     /// Rows of the image that were rendered.
     rows: Range<u32>,
+}
+
+impl LiveFrame {
+    /// Returns the pass that converts it for a display.
+    pub(super) fn display(&self, screen: &DisplayOptions) -> DisplayPass {
+        let split = (f64::from(self.size.0) * screen.split.clamp(0.0, 1.0)).round() as u32;
+        let params = display_params(self.size, split, screen.stops, self.rows.start);
+        DisplayPass { params, image: Some(self.image), accumulated: self.accumulated }
+    }
+}
+
+/// Live frame that the device may still render.
+pub(super) struct StartedLive {
+    /// The frame, without times.
+    pub live: LiveFrame,
+    trace: SubmissionQueue,
+    filter: Started,
 }
 
 /// Maximum number of samples per pixel that frames are summed to while the camera rests. The
@@ -141,6 +160,18 @@ impl Renderer {
         history: Option<&TemporalSettings>,
         rows: &Range<u32>,
     ) -> Result<LiveFrame, Error> {
+        let started = self.start_live(settings, denoise, history, rows)?;
+        self.finish_live(started)
+    }
+
+    /// Starts the frame that [`live_rows`](Self::live_rows) renders.
+    pub(super) fn start_live(
+        &mut self,
+        settings: &Settings,
+        denoise: Option<&DenoiseSettings>,
+        history: Option<&TemporalSettings>,
+        rows: &Range<u32>,
+    ) -> Result<StartedLive, Error> {
         denoise.map_or(Ok(()), DenoiseSettings::check)?;
         history.map_or(Ok(()), TemporalSettings::check)?;
         settings.check_live()?;
@@ -176,20 +207,31 @@ impl Renderer {
             self.start_chunk(&settings, &rows, samples, &mut |_| ControlFlow::Continue(()))?;
         }
         let passes = passes(denoise, &image, &frames, &around);
-        let times = self.uploaded.denoise(&passes)?;
-        let trace = self.finish_submissions(&mut |_| ControlFlow::Continue(()))?.device;
+        let filter = self.uploaded.start_denoise(&passes)?;
         let live = LiveFrame {
             kernel: series.kernel.name,
             samples: series.accumulated.max(settings.samples),
             since: series.since,
-            trace,
-            passes: passes.iter().map(|pass| pass.kernel).zip(times).collect(),
+            trace: Duration::ZERO,
+            passes: passes.iter().map(|pass| (pass.kernel, Duration::ZERO)).collect(),
             image: passes.last().map_or(0, |pass| pass.to),
             accumulated: frames.sums != FrameSums::Own,
             size: (image.width, image.height),
             rows: rows.clone(),
         };
         self.film_state = FilmState::Live(series);
+        Ok(StartedLive { live, trace: self.take_submissions(), filter })
+    }
+
+    /// Waits for a frame, and returns it with its times.
+    pub(super) fn finish_live(&mut self, started: StartedLive) -> Result<LiveFrame, Error> {
+        let StartedLive { mut live, trace, filter } = started;
+        // After an error the next frame starts anew.
+        let state = std::mem::take(&mut self.film_state);
+        let times = self.uploaded.wait(filter)?;
+        live.passes.iter_mut().zip(times).for_each(|(pass, time)| pass.1 = time);
+        live.trace = self.finish_taken(trace)?.device;
+        self.film_state = state;
         Ok(live)
     }
 
@@ -236,16 +278,13 @@ impl Renderer {
         screen: &DisplayOptions,
         to: &mut RowTarget<'_>,
     ) -> Result<Duration, Error> {
-        let (width, height) = live.size;
+        let height = live.size.1;
         let rows = to.rows().blocks().next().map_or(0, |block| block.start)..to.rows().end();
         if rows.start < live.rows.start || rows.end > live.rows.end {
             let samples = 0..live.samples;
             return Err(super::SettingsError::NoSuchPart { rows, samples, height, of: live.samples }.into());
         }
-        let split = (f64::from(width) * screen.split.clamp(0.0, 1.0)).round() as u32;
-        let params = display_params((width, height), split, screen.stops, live.rows.start);
-        let shown = DisplayPass { params, image: Some(live.image), accumulated: live.accumulated };
-        Ok(self.uploaded.display(&shown, to.reborrow())?)
+        Ok(self.uploaded.display(&live.display(screen), to.reborrow())?)
     }
 
     /// Pins this memory, so that the device copies frames to it directly, if that is possible.

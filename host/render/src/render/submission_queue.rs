@@ -54,10 +54,23 @@ impl Renderer {
     /// Waits for submissions that others left, and begins to count anew.
     pub(super) fn begin_submissions(&mut self) -> Result<(), Error> {
         // Their times say nothing about the device's speed: they may have ended long ago.
-        for Running { started, .. } in std::mem::take(&mut self.pipeline.queue).running {
+        for Running { started, .. } in self.take_submissions().running {
             self.uploaded.wait(started)?;
         }
         Ok(())
+    }
+
+    /// Takes the submissions, to be waited for later, and begins to count anew.
+    pub(super) fn take_submissions(&mut self) -> SubmissionQueue {
+        std::mem::take(&mut self.pipeline.queue)
+    }
+
+    /// Waits for submissions that were taken. Returns what has ended.
+    pub(super) fn finish_taken(&mut self, taken: SubmissionQueue) -> Result<Ended, Error> {
+        let current = std::mem::replace(&mut self.pipeline.queue, taken);
+        let ended = self.finish_submissions(&mut |_| ControlFlow::Continue(()));
+        self.pipeline.queue = current;
+        ended
     }
 
     /// Waits until the device can take another submission. `watch` gets the number of samples of

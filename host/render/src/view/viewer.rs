@@ -3,7 +3,10 @@
 use crate::Error;
 use crate::denoise::{DenoiseSettings, Kernel, TemporalSettings};
 use crate::film::{HostFrame, RowSet, RowTarget};
-use crate::render::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES, Renderer, Settings};
+use crate::render::{
+    DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES, Renderer, Settings, ShownFrame, StartedFrame,
+};
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use trisect_scene::CameraPose;
@@ -52,6 +55,8 @@ pub struct FrameTiming {
     pub live: LiveFrame,
     /// Width and height in pixels.
     pub size: (u32, u32),
+    /// Factor on width and height of the settings that it was rendered with.
+    pub scale: f64,
     /// Time of the display conversion, by the device's timer.
     pub display: Duration,
     /// Wall-clock time of the display conversion and the copy to the host.
@@ -80,9 +85,23 @@ impl FrameTiming {
 /// Renders frames of a scene one after the other, which share samples and history.
 pub struct Viewer {
     renderer: Renderer,
-    /// Memory of [`render_to_host_frame`](Self::render_to_host_frame).
-    frame: Option<HostFrame>,
+    /// Frames that run, in order.
+    running: VecDeque<RunningFrame>,
+    /// Memory of frames that were taken.
+    unused: Vec<HostFrame>,
+    /// Time at which the last frame was taken.
+    taken: Option<Instant>,
     last: Option<(ViewOptions, CameraPose, FrameTiming)>,
+}
+
+/// Frame that was started.
+struct RunningFrame {
+    started: StartedFrame,
+    look: ViewOptions,
+    pose: CameraPose,
+    since: Instant,
+    /// Time of the whole frame, if it ended before its start returned.
+    whole: Option<Duration>,
 }
 
 impl AsMut<Renderer> for Viewer {
@@ -94,7 +113,8 @@ impl AsMut<Renderer> for Viewer {
 impl Viewer {
     /// Returns a viewer of the renderer's scene.
     pub fn new(renderer: Renderer) -> Self {
-        Self { renderer, frame: None, last: None }
+        let (running, unused) = (VecDeque::new(), Vec::new());
+        Self { renderer, running, unused, taken: None, last: None }
     }
 
     /// Returns the renderer with the scene on its backend.
@@ -134,35 +154,69 @@ impl Viewer {
         self.rows_to(look, pose, &rows, &mut to)
     }
 
-    /// Renders the next frame to memory of the viewer and returns its pixels as
-    /// [`frame`](Self::frame) does. The memory is pinned where possible, so the copy is faster; it
-    /// is overwritten by the next frame.
+    /// Starts the next frame, to memory of the viewer, which is pinned where possible. A CUDA device
+    /// returns before it ends, so that another one can be started meanwhile.
     ///
     /// # Errors
     ///
     /// Those of [`frame`](Self::frame).
-    pub fn render_to_host_frame(
-        &mut self,
-        look: &ViewOptions,
-        pose: &CameraPose,
-    ) -> Result<(FrameTiming, &[u32]), Error> {
+    pub fn start(&mut self, look: &ViewOptions, pose: &CameraPose) -> Result<(), Error> {
+        let since = Instant::now();
+        self.last = None;
         let settings = look.scaled();
         settings.check()?;
-        let (width, height) = (settings.width, settings.height);
-        let mut frame = match self.frame.take() {
-            Some(frame) if frame.size() == (width, height) => frame,
-            other => {
-                if let Some(other) = other {
-                    self.renderer.unpin(other.memory());
-                }
-                let frame = HostFrame::new(width, height);
-                self.renderer.pin(frame.memory());
-                frame
-            }
+        self.renderer.set_camera(*pose)?;
+        let memory = self.memory(settings.width, settings.height);
+        let filters = (look.denoise.as_ref(), Some(&look.history));
+        let started = self.renderer.start_frame(&settings, filters, &look.screen, memory)?;
+        let whole = started.has_ended().then(|| since.elapsed());
+        self.running.push_back(RunningFrame { started, look: look.clone(), pose: *pose, since, whole });
+        Ok(())
+    }
+
+    /// Returns the number of frames that were started and not [taken](Self::take).
+    pub fn running(&self) -> usize {
+        self.running.len()
+    }
+
+    /// Returns whether the oldest frame ended before its start returned.
+    pub fn has_ended(&self) -> bool {
+        self.running.front().is_some_and(|frame| frame.whole.is_some())
+    }
+
+    /// Waits for the oldest frame, and returns it as [`frame`](Self::frame) does; `None` if none was
+    /// started. [`FrameTiming::whole`] of frames that run side by side is the time from the end of
+    /// one to that of the next.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails.
+    pub fn take(&mut self) -> Result<Option<(FrameTiming, &[u32])>, Error> {
+        let Some(RunningFrame { started, look, pose, since, whole }) = self.running.pop_front() else {
+            return Ok(None);
         };
-        let shot = self.rows_to(look, pose, &(0..height), &mut frame.target());
-        let frame = self.frame.insert(frame);
-        Ok((shot?, frame.pixels()))
+        let ShownFrame { live, display, present, memory } = self.renderer.finish_frame(started)?;
+        let end = Instant::now();
+        let begin = self.taken.replace(end).map_or(since, |before| before.max(since));
+        let whole = whole.unwrap_or(end - begin);
+        let shot = FrameTiming { live, size: memory.size(), scale: look.scale, display, present, whole };
+        self.last = Some((look, pose, shot.clone()));
+        self.unused.push(memory);
+        Ok(self.unused.last().map(|memory| (shot, memory.pixels())))
+    }
+
+    /// Returns pinned memory for a frame, which may be one that was taken.
+    fn memory(&mut self, width: u32, height: u32) -> HostFrame {
+        let (mut fitting, others): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.unused).into_iter().partition(|frame| frame.size() == (width, height));
+        others.iter().for_each(|frame| self.renderer.unpin(frame.memory()));
+        let memory = fitting.pop();
+        self.unused = fitting;
+        memory.unwrap_or_else(|| {
+            let frame = HostFrame::new(width, height);
+            self.renderer.pin(frame.memory());
+            frame
+        })
     }
 
     /// Renders only `rows` of the next frame and copies them to `to`.
@@ -186,7 +240,8 @@ impl Viewer {
         let presented = Instant::now();
         let display = self.renderer.show_to(&live, &look.screen, to)?;
         let (present, whole) = (presented.elapsed(), start.elapsed());
-        let shot = FrameTiming { live, size: (settings.width, settings.height), display, present, whole };
+        let (size, scale) = ((settings.width, settings.height), look.scale);
+        let shot = FrameTiming { live, size, scale, display, present, whole };
         self.last = Some((look.clone(), *pose, shot.clone()));
         Ok(shot)
     }

@@ -79,14 +79,25 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result
     let mut viewer = Viewer::new(session.renderer);
     let mut shots: Vec<FrameTiming> = Vec::new();
     let mut pace = Pace::new(arguments.moving_fps.unwrap_or(0.0));
-    for (frame, pose) in (0..).zip(&poses) {
-        let look = ViewOptions { scale: pace.scale(look, pose), ..look.clone() };
-        let (shot, pixels) = viewer.render_to_host_frame(&look, pose)?;
-        pace.learn(look.scale, shot.whole.as_secs_f64());
+    let mut take = |viewer: &mut Viewer, pace: &mut Pace| {
+        let Some((shot, pixels)) = viewer.take()? else { return Ok::<_, Error>(()) };
+        pace.learn(shot.scale, shot.whole.as_secs_f64());
         if let Some(folder) = &arguments.output {
-            write(&file(folder, frame), shot.size, pixels)?;
+            write(&file(folder, shots.len() as u32), shot.size, pixels)?;
         }
         shots.push(shot);
+        Ok(())
+    };
+    for pose in &poses {
+        let look = ViewOptions { scale: pace.scale(look, pose), ..look.clone() };
+        viewer.start(&look, pose)?;
+        // One frame is copied and written while a device that can do so renders the next.
+        while viewer.running() > 1 || viewer.has_ended() {
+            take(&mut viewer, &mut pace)?;
+        }
+    }
+    while viewer.running() > 0 {
+        take(&mut viewer, &mut pace)?;
     }
     let Some(last) = shots.last() else { return Ok(ExitCode::SUCCESS) };
     // The first frame compiles kernels and allocates memory; it does not count.
