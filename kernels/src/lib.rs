@@ -131,8 +131,8 @@ macro_rules! for_each_accumulation {
     };
 }
 
-/// Calls a macro with each pass over the history: entry point, its name, and its code for one pixel.
-/// A thread serves pixel (x, y).
+/// Calls a macro with each pass over the history: entry point, its name, and its code for one
+/// pixel. A thread serves pixel (x, y).
 ///
 /// | binding | SPIR-V | PTX | content |
 /// |---|---|---|---|

@@ -77,11 +77,11 @@ pub(crate) enum HistoryUse {
 /// Sums that a frame shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FrameSums {
-    /// Those of its own samples.
+    /// Sums of its own samples.
     Own,
-    /// Those over frames since the camera came to rest, to which its own samples are added.
+    /// Sums over frames since the camera came to rest, to which its own samples are added.
     Added,
-    /// Those over frames as they are, because they have as many samples as they can have.
+    /// Sums over frames as they are, because they have as many samples as they can have.
     Kept,
 }
 

@@ -75,9 +75,9 @@ impl DenoiseBuffers {
         Ok(Some(Self { pixels, ..self }))
     }
 
-    /// Starts the passes of the denoiser, which [`passes`](crate::denoise) made, over a film and its
-    /// AOV sums, which stay as they are. Takes the buffers of earlier frames, if there are any, and
-    /// returns them.
+    /// Starts the passes of the denoiser, which [`passes`](crate::denoise) made, over a film and
+    /// its AOV sums, which stay as they are. Takes the buffers of earlier frames, if there are any,
+    /// and returns them.
     pub fn start(
         device: &mut dyn Device,
         film: &DeviceFilm,

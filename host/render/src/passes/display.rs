@@ -22,8 +22,8 @@ pub(crate) struct DisplayPass {
 
 impl DisplayPass {
     /// Starts to convert rows of the last frame's image, in `film` or `denoiser`, for a display and
-    /// to copy them to the host. Takes the image of an earlier display, if there is any, and returns
-    /// it.
+    /// to copy them to the host. Takes the image of an earlier display, if there is any, and
+    /// returns it.
     ///
     /// # Safety
     ///

@@ -64,10 +64,6 @@ pub(super) struct StartedLive {
     filter: Started,
 }
 
-/// Maximum number of samples per pixel that frames are summed to while the camera rests. The
-/// rounding of these sums, relative 1e-5, stays well below the noise that is left.
-pub const MAX_ACCUMULATED_SAMPLES: u32 = 1 << 16;
-
 impl Renderer {
     /// Denoises a film of this scene on the device. `settings` are those that rendered it, with
     /// AOVs. Returns the image and the time of each pass.
@@ -127,7 +123,8 @@ impl Renderer {
     /// Without a filter the frame comes out as it is, except for the rounding of a division.
     ///
     /// With [`TemporalSettings`] each frame takes new samples, which continue where the last
-    /// frame's ended as long as the settings stay the same; from [`MAX_ACCUMULATED_SAMPLES`]
+    /// frame's ended as long as the settings stay the same; from
+    /// [`MAX_ACCUMULATED_SAMPLES`](super::MAX_ACCUMULATED_SAMPLES)
     /// samples per pixel on, the image of a camera at rest stays as it is. Without them, each frame
     /// takes the same samples.
     ///

@@ -2,7 +2,6 @@
 //! reads.
 
 use super::Settings;
-use super::interactive::MAX_ACCUMULATED_SAMPLES;
 use crate::denoise::{
     FrameSums, FrameView, HistoryUse, MIN_VARIANCE_SAMPLES, TemporalInputs, TemporalSettings,
 };
@@ -10,6 +9,10 @@ use std::fmt;
 use std::ops::Range;
 use trisect_kernels::EntryPoint;
 use trisect_shared::denoise::{PinholeView, STOP_FACTORS};
+
+/// Maximum number of samples per pixel that frames are summed to while the camera rests. The
+/// rounding of these sums, relative 1e-5, stays well below the noise that is left.
+pub const MAX_ACCUMULATED_SAMPLES: u32 = 1 << 16;
 
 /// Event since which live frames accumulate samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -39,7 +39,7 @@ pub use film_observer::FilmObserver;
 pub use fingerprint::Fingerprint;
 pub use frame::DisplayTiming;
 pub(crate) use half_sums::mean_of_halves;
-pub use interactive::{DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES};
+pub use interactive::{DisplayOptions, LiveFrame};
 pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 
@@ -51,7 +51,7 @@ use chunk_buffers::{ChunkPipeline, ChunkSums};
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
 use launch_scene::LaunchScene;
-pub use live_session::Restart;
+pub use live_session::{MAX_ACCUMULATED_SAMPLES, Restart};
 pub use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
 pub use started_frame::{ShownFrame, StartedFrame};

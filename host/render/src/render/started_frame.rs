@@ -36,9 +36,9 @@ impl StartedFrame {
 }
 
 impl Renderer {
-    /// Starts a frame as [`live`](Self::live) renders it, its conversion for a display, and its copy
-    /// to `memory`. Any number of frames may run; a CUDA device copies one while it renders the
-    /// next, if the memory is [pinned](Self::pin).
+    /// Starts a frame as [`live`](Self::live) renders it, its conversion for a display, and its
+    /// copy to `memory`. Any number of frames may run; a CUDA device copies one while it renders
+    /// the next, if the memory is [pinned](Self::pin).
     ///
     /// # Errors
     ///

@@ -154,8 +154,8 @@ impl Viewer {
         self.rows_to(look, pose, &rows, &mut to)
     }
 
-    /// Starts the next frame, to memory of the viewer, which is pinned where possible. A CUDA device
-    /// returns before it ends, so that another one can be started meanwhile.
+    /// Starts the next frame, to memory of the viewer, which is pinned where possible. A CUDA
+    /// device returns before it ends, so that another one can be started meanwhile.
     ///
     /// # Errors
     ///
@@ -184,9 +184,9 @@ impl Viewer {
         self.running.front().is_some_and(|frame| frame.whole.is_some())
     }
 
-    /// Waits for the oldest frame, and returns it as [`frame`](Self::frame) does; `None` if none was
-    /// started. [`FrameTiming::whole`] of frames that run side by side is the time from the end of
-    /// one to that of the next.
+    /// Waits for the oldest frame, and returns it as [`frame`](Self::frame) does; `None` if none
+    /// was started. [`FrameTiming::whole`] of frames that run side by side is the time from the end
+    /// of one to that of the next.
     ///
     /// # Errors
     ///
