@@ -123,7 +123,9 @@ fn rest_is_the_plain_mean(subject: BackendUnderTest) {
 fn frames_side_by_side_are_frames(subject: BackendUnderTest) {
     let scene = lights(subject);
     let Some(renderer) = subject.renderer(&scene) else { return };
-    let look = ViewOptions::new(settings(&scene, 5), Some(SVGF));
+    // The history no longer counts at the end of the rest, and is written when the camera moves.
+    let history = TemporalSettings { frames: 2, ..TemporalSettings::DEFAULT };
+    let look = ViewOptions { history, ..ViewOptions::new(settings(&scene, 5), Some(SVGF)) };
     let mut poses = path(scene.camera, 0.002, 4);
     poses.extend(vec![poses[3]; 6]);
     poses.extend(vec![poses[0]; 2]);

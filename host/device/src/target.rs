@@ -92,6 +92,11 @@ impl<'a> RowTarget<'a> {
         RowTarget { rows: self.rows.clone(), memory: PhantomData, ..*self }
     }
 
+    /// Returns whether the first row's address lies in memory of which `is_own` says so.
+    pub(crate) fn starts_in(&self, is_own: impl Fn(usize) -> bool) -> bool {
+        is_own(self.first as usize)
+    }
+
     /// Returns the number of bytes of a row.
     pub fn row_bytes(&self) -> usize {
         self.row

@@ -33,6 +33,9 @@ pub(crate) const NAME: &str = "cuda";
 /// Oldest compute capability, major and minor, that the kernels are compiled for.
 const MIN_CAPABILITY: (i32, i32) = (6, 1);
 
+/// Maximum number of copies beside other commands that are waited for one by one.
+const MAX_COPIES: usize = 8;
+
 /// Maximum number of blocks down a grid.
 const GRID_LIMIT: u32 = 65_535;
 
@@ -45,6 +48,10 @@ pub struct Cuda {
     stream: Arc<CudaStream>,
     /// Stream of copies to the host that run beside kernels.
     copies: Arc<CudaStream>,
+    /// What these copies read, each with the number of its submission.
+    copied: Vec<(u64, Buffer)>,
+    /// Number of submissions with such a copy so far.
+    copy_count: u64,
     /// Kernels that were used so far, by entry point and math build.
     kernels: HashMap<(EntryPoint, MathMode), CudaFunction>,
     /// Events that no submission holds.
@@ -84,7 +91,18 @@ impl Cuda {
         let stream = context.new_stream().map_err(failed("creating a stream"))?;
         let copies = context.new_stream().map_err(failed("creating a stream"))?;
         let (kernels, events, pinned) = (HashMap::new(), Vec::new(), Vec::new());
-        Ok(Self { info, stream, copies, kernels, events, pinned, waiter: Waiter::default() })
+        let (copied, copy_count) = (Vec::new(), 0);
+        Ok(Self {
+            info,
+            stream,
+            copies,
+            copied,
+            copy_count,
+            kernels,
+            events,
+            pinned,
+            waiter: Waiter::default(),
+        })
     }
 
     /// Makes the context current on the calling thread, because another thread may have created the
@@ -135,7 +153,7 @@ impl Cuda {
     ///
     /// As [`Device::start`].
     unsafe fn queue_each(&mut self, commands: &mut [Command<'_>]) -> Result<Queued, BackendError> {
-        let Queued { mut events, mut launches } = Queued::default();
+        let Queued { mut events, mut launches, .. } = Queued::default();
         // The event after a launch is also that before the next, if nothing comes between them.
         let mut recorded = None;
         for command in commands {
@@ -164,7 +182,7 @@ impl Cuda {
             // What others wait for.
             self.record(&mut events)?;
         }
-        Ok(Queued { events, launches })
+        Ok(Queued { events, launches, copy: None, stream: Some(self.stream.clone()) })
     }
 
     /// Starts a copy to the host after queued commands, in the stream of copies.
@@ -174,12 +192,25 @@ impl Cuda {
         from: &Buffer,
         mut to: RowTarget<'_>,
     ) -> Result<(), BackendError> {
-        if let Some(last) = queued.events.last() {
-            self.copies.wait(last).map_err(failed("running commands"))?;
+        if self.copied.len() >= MAX_COPIES {
+            // Nobody waited for them.
+            self.copies.synchronize().map_err(failed("running commands"))?;
+            self.copied.clear();
         }
+        let last = queued.events.last().ok_or_else(|| misuse(NAME, "nothing was queued"))?;
+        self.copies.wait(last).map_err(failed("running commands"))?;
+        // The memory is freed in the order of the other stream, which knows nothing of the copy.
+        self.copy_count += 1;
+        queued.copy = Some(self.copy_count);
+        self.copied.push((self.copy_count, from.clone()));
         self.read(&self.copies, from, &mut to)?;
         let copies = self.copies.clone();
-        self.record_in(&copies, &mut queued.events).map(|_| ())
+        self.record_in(&copies, &mut queued.events)?;
+        if !to.starts_in(|address| self.pinned.iter().any(|pinned| pinned.has_address(address))) {
+            // Only pinned memory is held until the copy has ended.
+            self.copies.synchronize().map_err(failed("running commands"))?;
+        }
+        Ok(())
     }
 
     /// Waits for all that runs.
@@ -190,9 +221,12 @@ impl Cuda {
 
     /// Waits for commands. Returns the times of their launches, and keeps their events for others.
     fn end(&mut self, queued: Queued) -> Result<Vec<Duration>, BackendError> {
-        let Queued { events, launches } = queued;
+        let Queued { events, launches, copy, .. } = queued;
         if let Some(last) = events.last() {
             self.waiter.wait(last)?;
+        }
+        if let Some(copy) = copy {
+            self.copied.retain(|(number, _)| *number != copy);
         }
         let time = |(first, last): (usize, usize)| {
             let milliseconds =
@@ -219,6 +253,10 @@ impl Drop for Cuda {
 struct Queued {
     events: Vec<CudaEvent>,
     launches: Vec<(usize, usize)>,
+    /// Number of the copy beside other commands.
+    copy: Option<u64>,
+    /// Stream of the device that queued them.
+    stream: Option<Arc<CudaStream>>,
 }
 
 impl Device for Cuda {
@@ -273,9 +311,13 @@ impl Device for Cuda {
 
     fn wait(&mut self, started: Started) -> Result<Vec<Duration>, BackendError> {
         let bound = self.bind();
-        let others = |_| misuse(NAME, "another device started these commands");
+        let others = || misuse(NAME, "another device started these commands");
+        let queued: Queued = started.on_device().map_err(|_| others())?;
+        if !queued.stream.as_ref().is_some_and(|stream| Arc::ptr_eq(stream, &self.stream)) {
+            return Err(others());
+        }
         // Also after an error, because the caller then uses the memory again.
-        let ended = self.end(started.on_device().map_err(others)?);
+        let ended = self.end(queued);
         bound.and(ended)
     }
 

@@ -43,6 +43,12 @@ impl Pinned {
         other.checked_sub(own).is_some_and(|before| before + bytes.len() <= self.memory.bytes())
     }
 
+    /// Returns whether the memory has the byte at this address.
+    pub fn has_address(&self, address: usize) -> bool {
+        let first = self.memory.first() as usize;
+        address.checked_sub(first).is_some_and(|before| before < self.memory.bytes())
+    }
+
     pub fn is_of(&self, memory: &Arc<HostMemory>) -> bool {
         Arc::ptr_eq(&self.memory, memory)
     }
@@ -78,7 +84,7 @@ impl Cuda {
         let (rows, row) = (to.rows().clone(), to.row_bytes());
         let most = u32::try_from(MAX_PITCH / row.max(1)).unwrap_or(u32::MAX);
         let mut before = 0;
-        let (device, _guard) = handle::<CudaSlice<u8>>(from, NAME)?.device_ptr(&self.stream);
+        let (device, _guard) = handle::<CudaSlice<u8>>(from, NAME)?.device_ptr(stream);
         for grid in CopyRect::all(&rows, most) {
             let (first, step) = to.place(&grid, before);
             before += grid.rows();

@@ -177,17 +177,20 @@ impl Renderer {
         let camera = self.camera(&settings);
         let image = FrameView::by(&camera, settings.width, settings.height);
         // The state is taken, so that after an error the next frame starts anew.
-        let same = |series: &LiveSession| series.settings == settings && series.rows == *rows;
+        let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
+        let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
+        let same = |series: &LiveSession| {
+            series.settings == settings && series.rows == *rows && series.has_rows(&around)
+        };
         let mut series = match self.film_state.take_live() {
             Some(series) if same(&series) => series,
             before => {
                 settings.check()?;
                 let (kernel, before) = (self.make_film(&settings)?, before.as_deref());
-                Box::new(LiveSession::new(kernel, settings.clone(), rows.clone(), before))
+                Box::new(LiveSession::new(kernel, settings.clone(), (rows.clone(), around), before))
             }
         };
-        let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
-        let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);
+        let around = series.around.clone();
         let moves = series.moves(&image);
         self.tile_entries.update(&mut self.uploaded, &self.scene, &settings, series.kernel, moves)?;
         let (frames, unwritten) = series.next(&image, history);
@@ -227,7 +230,7 @@ impl Renderer {
         let state = std::mem::take(&mut self.film_state);
         let times = self.uploaded.wait(filter)?;
         live.passes.iter_mut().zip(times).for_each(|(pass, time)| pass.1 = time);
-        live.trace = self.finish_taken(trace)?.device;
+        live.trace = self.finish_taken(trace)?;
         self.film_state = state;
         Ok(live)
     }

@@ -63,8 +63,10 @@ impl Restart {
 pub(super) struct LiveSession {
     pub settings: Settings,
     pub kernel: EntryPoint,
-    /// Rows of the image that the frames render.
+    /// Rows of the image that the frames show.
     pub rows: Range<u32>,
+    /// Rows that they render, because the filter of the first one reached so far.
+    pub around: Range<u32>,
     /// Image of the last frame.
     image: Option<FrameView>,
     /// View that the history to read was seen from.
@@ -85,7 +87,12 @@ pub(super) struct LiveSession {
 
 impl LiveSession {
     /// Begins a session after `before`, which had other settings or rows.
-    pub fn new(kernel: EntryPoint, settings: Settings, rows: Range<u32>, before: Option<&Self>) -> Self {
+    pub fn new(
+        kernel: EntryPoint,
+        settings: Settings,
+        (rows, around): (Range<u32>, Range<u32>),
+        before: Option<&Self>,
+    ) -> Self {
         let since = before.map_or(Restart::First, |before| {
             Restart::of_change((&before.settings, &before.rows), (&settings, &rows))
         });
@@ -93,6 +100,7 @@ impl LiveSession {
             settings,
             kernel,
             rows,
+            around,
             image: None,
             previous_view: None,
             past: 0,
@@ -102,6 +110,11 @@ impl LiveSession {
             since,
             sample: 0,
         }
+    }
+
+    /// Returns whether the frames render all these rows.
+    pub fn has_rows(&self, rows: &Range<u32>) -> bool {
+        self.around.start <= rows.start && rows.end <= self.around.end
     }
 
     /// Returns whether the camera moved since the last frame.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 pub struct StartedFrame {
     live: StartedLive,
     display: StartedDisplay,
-    /// Wall-clock time of the start of the display.
+    /// Wall-clock time of starting the display, which is that of the display if it has ended.
     took: Duration,
 }
 
@@ -22,14 +22,16 @@ pub struct ShownFrame {
     pub live: LiveFrame,
     /// Time of the conversion for the display, by the device's timer.
     pub display: Duration,
-    /// Wall-clock time of the conversion and the copy to the host.
+    /// Wall-clock time of the conversion and the copy to the host; where the device returned before
+    /// they ended, the time that the host waited for them after the passes.
     pub present: Duration,
     /// Its pixels.
     pub memory: HostFrame,
 }
 
 impl StartedFrame {
-    /// Returns whether the device rendered it before it returned, as all but CUDA's do.
+    /// Returns whether the device rendered it before [`start_frame`](Renderer::start_frame)
+    /// returned, as all but CUDA's do.
     pub fn has_ended(&self) -> bool {
         self.display.has_ended()
     }

@@ -65,12 +65,16 @@ impl Renderer {
         std::mem::take(&mut self.pipeline.queue)
     }
 
-    /// Waits for submissions that were taken. Returns what has ended.
-    pub(super) fn finish_taken(&mut self, taken: SubmissionQueue) -> Result<Ended, Error> {
-        let current = std::mem::replace(&mut self.pipeline.queue, taken);
-        let ended = self.finish_submissions(&mut |_| ControlFlow::Continue(()));
-        self.pipeline.queue = current;
-        ended
+    /// Waits for submissions that were taken. Returns their time by the device's timer.
+    pub(super) fn finish_taken(&mut self, taken: SubmissionQueue) -> Result<Duration, Error> {
+        let mut device = taken.ended.device;
+        for Running { started, samples, .. } in taken.running {
+            let time: Duration = self.uploaded.wait(started)?.into_iter().sum();
+            device += time;
+            // The host may have come late.
+            self.pipeline.sizer.learn(samples, time);
+        }
+        Ok(device)
     }
 
     /// Waits until the device can take another submission. `watch` gets the number of samples of

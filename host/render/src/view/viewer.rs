@@ -89,8 +89,8 @@ pub struct Viewer {
     running: VecDeque<RunningFrame>,
     /// Memory of frames that were taken.
     unused: Vec<HostFrame>,
-    /// Time at which the last frame was taken.
-    taken: Option<Instant>,
+    /// Time since which the host waits for frames.
+    waiting: Option<Instant>,
     last: Option<(ViewOptions, CameraPose, FrameTiming)>,
 }
 
@@ -114,7 +114,7 @@ impl Viewer {
     /// Returns a viewer of the renderer's scene.
     pub fn new(renderer: Renderer) -> Self {
         let (running, unused) = (VecDeque::new(), Vec::new());
-        Self { renderer, running, unused, taken: None, last: None }
+        Self { renderer, running, unused, waiting: None, last: None }
     }
 
     /// Returns the renderer with the scene on its backend.
@@ -126,12 +126,13 @@ impl Viewer {
     /// frame, and the image is finished.
     pub fn is_converged(&self, look: &ViewOptions, pose: &CameraPose) -> bool {
         let same = |last: &&(ViewOptions, CameraPose, FrameTiming)| last.0 == *look && last.1 == *pose;
-        self.last.as_ref().filter(same).is_some_and(|last| {
-            let samples = last.2.live.samples;
-            // Another frame would exceed the number of samples that are accumulated.
-            samples >= look.max_samples
-                || samples.saturating_add(look.settings.samples) > MAX_ACCUMULATED_SAMPLES
-        })
+        self.running.is_empty()
+            && self.last.as_ref().filter(same).is_some_and(|last| {
+                let samples = last.2.live.samples;
+                // Another frame would exceed the number of samples that are accumulated.
+                samples >= look.max_samples
+                    || samples.saturating_add(look.settings.samples) > MAX_ACCUMULATED_SAMPLES
+            })
     }
 
     /// Renders the next frame and copies it to `pixels`: RGBA with 8 bits each, red in the lowest
@@ -162,6 +163,7 @@ impl Viewer {
     /// Those of [`frame`](Self::frame).
     pub fn start(&mut self, look: &ViewOptions, pose: &CameraPose) -> Result<(), Error> {
         let since = Instant::now();
+        self.waiting = Some(since);
         self.last = None;
         let settings = look.scaled();
         settings.check()?;
@@ -179,14 +181,14 @@ impl Viewer {
         self.running.len()
     }
 
-    /// Returns whether the oldest frame ended before its start returned.
+    /// Returns whether the device rendered the oldest frame before [`start`](Self::start) returned.
     pub fn has_ended(&self) -> bool {
         self.running.front().is_some_and(|frame| frame.whole.is_some())
     }
 
     /// Waits for the oldest frame, and returns it as [`frame`](Self::frame) does; `None` if none
     /// was started. [`FrameTiming::whole`] of frames that run side by side is the time from the end
-    /// of one to that of the next.
+    /// of one to that of the next, without what the host does in between.
     ///
     /// # Errors
     ///
@@ -197,8 +199,9 @@ impl Viewer {
         };
         let ShownFrame { live, display, present, memory } = self.renderer.finish_frame(started)?;
         let end = Instant::now();
-        let begin = self.taken.replace(end).map_or(since, |before| before.max(since));
-        let whole = whole.unwrap_or(end - begin);
+        let begin = self.waiting.replace(end).map_or(since, |before| before.max(since));
+        let passes: Duration = live.passes.iter().map(|pass| pass.1).sum();
+        let whole = whole.unwrap_or_else(|| (end - begin).max(live.trace + passes + display));
         let shot = FrameTiming { live, size: memory.size(), scale: look.scale, display, present, whole };
         self.last = Some((look, pose, shot.clone()));
         self.unused.push(memory);

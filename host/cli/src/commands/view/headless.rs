@@ -90,7 +90,12 @@ pub fn run(arguments: &ViewArgs, session: Session, look: &ViewOptions) -> Result
     };
     for pose in &poses {
         let look = ViewOptions { scale: pace.scale(look, pose), ..look.clone() };
-        viewer.start(&look, pose)?;
+        if let Err(error) = viewer.start(&look, pose) {
+            while viewer.running() > 0 {
+                take(&mut viewer, &mut pace)?;
+            }
+            return Err(error.into());
+        }
         // One frame is copied and written while a device that can do so renders the next.
         while viewer.running() > 1 || viewer.has_ended() {
             take(&mut viewer, &mut pace)?;
