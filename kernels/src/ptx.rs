@@ -100,7 +100,7 @@ macro_rules! entry_point {
                     materials: from_raw_parts(materials, lengths.materials),
                     planars: from_raw_parts(planars, lengths.planars),
                     triangles: from_raw_parts(triangles, lengths.triangles),
-                    shading: from_raw_parts(shading, lengths.triangles),
+                    shading: from_raw_parts(shading, lengths.shading),
                     lights: from_raw_parts(lights, lengths.lights),
                     textures: from_raw_parts(textures, lengths.textures),
                     texels: from_raw_parts(texels, lengths.texels),

@@ -47,6 +47,7 @@ mod spirv {
     use crate::film::{Compensation, PixelSums};
     use crate::planar::Planar;
     use crate::records::aovs::AovSums;
+    use crate::records::attributes::TriangleAttributes;
     use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
     use crate::records::environment::EnvironmentTexel;
     use crate::records::first_hit::FirstHit;
@@ -179,7 +180,22 @@ mod spirv {
         v_a: f(r.d.x),
         v_b: f(r.d.y),
         v_c: f(r.d.z),
-        pad: 0
+        attributes: r.d.w
+    });
+    record!(TriangleAttributes, Rows4, |r| TriangleAttributes {
+        tangent_a: r.a.x,
+        tangent_b: r.a.y,
+        tangent_c: r.a.z,
+        pad: 0,
+        color_a: Texel { red_green: r.b.x, blue_alpha: r.b.y },
+        color_b: Texel { red_green: r.b.z, blue_alpha: r.b.w },
+        color_c: Texel { red_green: r.c.x, blue_alpha: r.c.y },
+        u_a: f(r.c.z),
+        v_a: f(r.c.w),
+        u_b: f(r.d.x),
+        v_b: f(r.d.y),
+        u_c: f(r.d.z),
+        v_c: f(r.d.w)
     });
     record!(Material, Rows7, |r| Material {
         albedo: xyz(r.a),
@@ -200,7 +216,8 @@ mod spirv {
         transmission_texture: r.f.w,
         opacity: f(r.g.x),
         alpha_cutoff: f(r.g.y),
-        pad: [0; 2]
+        normal_texture: r.g.z,
+        normal_scale: f(r.g.w)
     });
     record!(Light, Rows4, |r| Light {
         kind: r.a.x,

@@ -73,7 +73,12 @@ pub const CHOICES: Features = SCHLICK | SOBOL | AOVS;
 pub const SHAPES: Features = SPHERES | PLANAR | TRIANGLES;
 
 /// Materials of the book: the kinds below [`MICROFACET_KINDS`](crate::bsdf::MICROFACET_KINDS).
-pub const BOOK: Features = 0x1f << FIRST_MATERIAL;
+pub const BOOK: Features = 0b111 << FIRST_MATERIAL;
+
+/// Normal maps of meshes.
+pub const NORMAL_MAPS: Features = 1 << (FIRST_MATERIAL + 3);
+/// Colours of mesh vertices, and second sets of their texture coordinates.
+pub const ATTRIBUTES: Features = 1 << (FIRST_MATERIAL + 4);
 
 /// Microfacet materials: the other kinds.
 pub const MICROFACETS: Features = 0x1f << (FIRST_MATERIAL + 5);
@@ -89,7 +94,10 @@ pub const fn of_material(kind: u32) -> Features {
 
 /// All features that a scene or its settings can need.
 pub const NEEDS: Features =
-    ROULETTE | SHAPES | BOOK | MICROFACETS | EMITTERS | NEE | PUNCTUAL | ENVIRONMENT | TEXTURES | HOLES;
+    ROULETTE | SHAPES | BOOK | MICROFACETS | EMITTERS | NEE | PUNCTUAL | ENVIRONMENT | OF_SURFACES;
+
+/// Features that decide what is read of a surface beyond its primitive and its material.
+pub const OF_SURFACES: Features = TEXTURES | HOLES | NORMAL_MAPS | ATTRIBUTES;
 
 /// Features that choose traversal and schedule. They do not change the image.
 pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSISTENT | INTERLEAVED;
@@ -107,11 +115,11 @@ pub const fn is_of_many_materials(features: Features) -> bool {
 pub const OF_BOOK: Features = CHOICES | ROULETTE | SPHERES | BOOK | PADDED_BOXES | REGENERATE | PERSISTENT;
 
 /// Features that make a kernel large: it takes many registers, and its lanes diverge.
-pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | TEXTURES | HOLES;
+pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | OF_SURFACES;
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 19] = [
+pub const NAMES: [(Features, &str); 21] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -125,6 +133,8 @@ pub const NAMES: [(Features, &str); 19] = [
     (ENVIRONMENT, "environment"),
     (TEXTURES, "textures"),
     (HOLES, "holes"),
+    (NORMAL_MAPS, "normal-maps"),
+    (ATTRIBUTES, "attributes"),
     (PADDED_BOXES, "padded-boxes"),
     (LINEAR, "linear"),
     (WIDE, "wide"),

@@ -68,6 +68,8 @@
 //! | [`planar::Planar`] | primitive: quad or disc |
 //! | [`triangle::Triangle`] | primitive: triangle |
 //! | [`triangle::TriangleShading`] | triangle |
+//! | [`attributes::TriangleAttributes`] | triangle of a mesh with tangents, colours or second
+//! texture coordinates |
 //! | [`material::Material`] | material |
 //! | [`light::Light`] | light that next-event estimation samples |
 //! | [`texture::Texture`] | use of an image |
@@ -106,6 +108,7 @@
 extern crate std;
 
 pub mod aovs;
+pub mod attributes;
 pub mod bsdf;
 pub mod buffer;
 pub mod buffer_layout;

@@ -28,7 +28,7 @@ pub struct Scene<'a> {
     /// Triangles: primitives from [`first_triangle`](crate::params::RenderParams::first_triangle)
     /// on.
     pub triangles: &'a [Packed<Triangle>],
-    /// Shading record of each triangle.
+    /// Shading record of each triangle, then attributes of triangles that have some.
     pub shading: &'a [Packed<TriangleShading>],
     /// Lights that next-event estimation samples, with their alias table.
     pub lights: &'a [Packed<Light>],
@@ -43,7 +43,7 @@ pub struct Scene<'a> {
     pub wide: crate::records::wide::WideTree<'a>,
 }
 
-/// Lengths of a scene's arrays, which PTX entry points take by value. 72 bytes.
+/// Lengths of a scene's arrays, which PTX entry points take by value. 80 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SceneLengths {
@@ -55,8 +55,10 @@ pub struct SceneLengths {
     pub materials: usize,
     /// Length of [`Scene::planars`].
     pub planars: usize,
-    /// Length of [`Scene::triangles`] and of [`Scene::shading`].
+    /// Length of [`Scene::triangles`].
     pub triangles: usize,
+    /// Length of [`Scene::shading`].
+    pub shading: usize,
     /// Length of [`Scene::lights`].
     pub lights: usize,
     /// Length of [`Scene::textures`].
@@ -77,6 +79,7 @@ impl SceneLengths {
             materials: scene.materials.len(),
             planars: scene.planars.len(),
             triangles: scene.triangles.len(),
+            shading: scene.shading.len(),
             lights: scene.lights.len(),
             textures: scene.textures.len(),
             texels: scene.texels.len(),
@@ -85,4 +88,4 @@ impl SceneLengths {
     }
 }
 
-const _: () = assert!(size_of::<SceneLengths>() == 9 * size_of::<usize>());
+const _: () = assert!(size_of::<SceneLengths>() == 10 * size_of::<usize>());

@@ -1,9 +1,10 @@
 //! Surface at a hit: position, normals, texture coordinates; and how a ray leaves it. Called by
 //! paths.
 
+use crate::attributes::{SurfaceAttributes, load_attributes};
 use crate::buffer::load;
 use crate::bvh::Hit;
-use crate::features::{FeatureSet, Features, TEXTURES};
+use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, TEXTURES};
 use crate::math::{atan2_turns, min, normalize, sqrt};
 use crate::params::RenderParams;
 use crate::planar::Planar;
@@ -30,6 +31,10 @@ pub struct Surface {
     pub u: f32,
     /// Texture coordinate v; 0 unless the kernel has textures.
     pub v: f32,
+    /// Interpolated normal of a smooth mesh, not of unit length: that of the tangent space.
+    pub interpolated_normal: Vec3,
+    /// Further attributes; none unless the kernel has [`NORMAL_MAPS`] or [`ATTRIBUTES`].
+    pub attributes: SurfaceAttributes,
     /// Index into the scene's materials.
     pub material: u32,
 }
@@ -81,6 +86,8 @@ pub unsafe fn at<const POSSIBLE: Features>(
             error_bound: size.dot(planar.normal.abs()) * ROUNDING,
             u: if disc { 0.5 + 0.5 * u } else { u },
             v: if disc { 0.5 - 0.5 * v } else { 1.0 - v }, // an image's top row is its first
+            interpolated_normal: planar.normal,
+            attributes: SurfaceAttributes::NONE,
             material: planar.material,
         };
     }
@@ -94,7 +101,17 @@ pub unsafe fn at<const POSSIBLE: Features>(
         u = 0.5 + atan2_turns(-normal.z, normal.x);
         v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
     }
-    Surface { point, normal, shading_normal: normal, error_bound: 0.0, u, v, material: sphere.material }
+    Surface {
+        point,
+        normal,
+        shading_normal: normal,
+        error_bound: 0.0,
+        u,
+        v,
+        interpolated_normal: normal,
+        attributes: SurfaceAttributes::NONE,
+        material: sphere.material,
+    }
 }
 
 #[inline(always)]
@@ -124,6 +141,11 @@ unsafe fn triangle<const POSSIBLE: Features>(
         u = shading.u_a * a + shading.u_b * b + shading.u_c * c;
         v = shading.v_a * a + shading.v_b * b + shading.v_c * c;
     }
+    let mut attributes = SurfaceAttributes::NONE;
+    if features.has_any(NORMAL_MAPS | ATTRIBUTES) && shading.attributes != 0 {
+        // SAFETY: the host put the triangle's attributes there.
+        attributes = unsafe { load_attributes(scene.shading, shading.attributes) }.at(a, b, c);
+    }
     Surface {
         point: part_a + part_b + part_c,
         normal,
@@ -131,8 +153,31 @@ unsafe fn triangle<const POSSIBLE: Features>(
         error_bound: size.dot(normal.abs()) * ROUNDING,
         u,
         v,
+        interpolated_normal: if square > 1e-8 { mixed } else { normal },
+        attributes,
         material: triangle.material,
     }
+}
+
+/// Returns the unit normal that a normal map gives: `mapped` in the tangent space of the surface,
+/// which is that of MikkTSpace (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008):
+/// normal and tangent are interpolated and not made units again. It lies at least
+/// [`MIN_REFLECTED_COSINE`] above the surface. Without tangents, and where the map has no
+/// direction, it is the shading normal.
+#[inline(always)]
+pub fn mapped_normal(surface: &Surface, mapped: Vec3) -> Vec3 {
+    let SurfaceAttributes { tangent, handedness, .. } = surface.attributes;
+    let along = surface.interpolated_normal;
+    let bitangent = along.cross(tangent) * handedness;
+    let mixed = tangent * mapped.x + bitangent * mapped.y + along * mapped.z;
+    let square = mixed.dot(mixed);
+    // Comparisons with NaN are false.
+    if !(square > 1e-12 && square < 1e12 && tangent.dot(tangent) > 0.0) {
+        return surface.shading_normal;
+    }
+    let normal = mixed * (1.0 / sqrt(square));
+    let lift = MIN_REFLECTED_COSINE - normal.dot(surface.normal);
+    if lift > 0.0 { normalize(normal + surface.normal * lift) } else { normal }
 }
 
 /// Returns the shading normal, bent towards the surface's own `normal` where the view direction

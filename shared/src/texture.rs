@@ -4,7 +4,7 @@
 
 use crate::buffer::load;
 use crate::math::floor;
-pub use crate::records::texture::{CLAMP, MIRROR, NEAREST, NO_TEXTURE, REPEAT, Texel, Texture};
+pub use crate::records::texture::{CLAMP, MIRROR, NEAREST, NO_TEXTURE, REPEAT, SECOND_SET, Texel, Texture};
 use crate::scene::Scene;
 use glam::{Vec3, Vec4};
 
@@ -37,7 +37,17 @@ fn wrap(i: i32, size: u32, mode: u32) -> u32 {
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     // SAFETY: the caller's promise.
-    let t = unsafe { load::<Texture>(scene.textures, index) };
+    unsafe { filter(scene, load::<Texture>(scene.textures, index), u, v) }
+}
+
+/// Returns the four channels of texture `t` at (`u`, `v`) of the surface.
+///
+/// # Safety
+///
+/// `t` is one of the scene's textures, as in [`sample`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub unsafe fn filter(scene: Scene, t: Texture, u: f32, v: f32) -> Vec4 {
     let mut x = (t.uu * u + t.uv * v + t.u0) * t.width as f32;
     let mut y = (t.vu * u + t.vv * v + t.v0) * t.height as f32;
     let nearest = t.flags & NEAREST != 0;

@@ -50,8 +50,9 @@ pub struct TriangleShading {
     pub v_b: f32,
     /// Texture coordinate v at the third vertex.
     pub v_c: f32,
-    /// Unused.
-    pub pad: u32,
+    /// Index, among the shading records, of the triangle's
+    /// [attributes](crate::attributes::TriangleAttributes), which stand behind them; 0 without.
+    pub attributes: u32,
 }
 
 const _: () = assert!(size_of::<TriangleShading>() == 64 && align_of::<TriangleShading>() == 16);

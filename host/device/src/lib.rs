@@ -158,7 +158,8 @@ pub trait Device: Send {
     /// # Safety
     ///
     /// That of [`run`](Self::run). Before [`wait`](Self::wait) has returned, nothing accesses the
-    /// memory of `to`, and no command that is started writes to `from`. Both may be freed meanwhile.
+    /// memory of `to`, and no command that is started writes to `from`. Both may be freed
+    /// meanwhile.
     #[allow(unsafe_code, reason = "a promise of the caller")]
     unsafe fn start_with_copy<'a>(
         &mut self,

@@ -88,7 +88,13 @@ fn check_shape(shape: &ShapeKind) -> Result<(), String> {
 
 fn check_mesh(mesh: &Mesh) -> Result<(), String> {
     let vertices = mesh.positions.len();
-    for (what, given) in [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len())] {
+    for (what, given) in [
+        ("normals", mesh.normals.len()),
+        ("texture coordinates", mesh.uvs.len()),
+        ("texture coordinates of the second set", mesh.second_uvs.len()),
+        ("colours", mesh.colors.len()),
+        ("tangents", mesh.tangents.len()),
+    ] {
         if given != 0 && given != vertices {
             return Err(format!("{given} {what} for {vertices} vertices; give one each, or none"));
         }
@@ -106,7 +112,11 @@ fn check_mesh(mesh: &Mesh) -> Result<(), String> {
     if let Some([x, y, z]) = mesh.normals.iter().find(|normal| !unit(normal)) {
         return Err(format!("the normal ({x}, {y}, {z}) is not a unit vector"));
     }
-    match mesh.uvs.as_flattened().iter().find(|number| !number.is_finite()) {
+    if let Some(color) = mesh.colors.iter().find(|color| !color.iter().all(|x| (0.0..=65504.0).contains(x))) {
+        return Err(format!("the colour {color:?} of a vertex is not within 0 to 65,504"));
+    }
+    let uvs = mesh.uvs.as_flattened().iter().chain(mesh.second_uvs.as_flattened());
+    match uvs.into_iter().find(|number| !number.is_finite()) {
         Some(number) => Err(format!("the texture coordinate {number} is not finite")),
         None => Ok(()),
     }

@@ -122,6 +122,15 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates by vertex, where (0, 0) is the image's top left; empty without.
     pub uvs: Vec<[f32; 2]>,
+    /// Second set of texture coordinates by vertex; empty without.
+    pub second_uvs: Vec<[f32; 2]>,
+    /// Linear red, green and blue, and opacity, by vertex, which multiply those of the material;
+    /// empty without.
+    pub colors: Vec<[f32; 4]>,
+    /// Unit tangents by vertex, and 1 or -1: the factor of the cross product of normal and tangent
+    /// that gives the bitangent, as in glTF. If empty, they are computed where a normal map needs
+    /// them.
+    pub tangents: Vec<[f32; 4]>,
     /// Vertices of each triangle, counter-clockwise seen from its front.
     pub triangles: Vec<[u32; 3]>,
     /// Index into [`Description::materials`].

@@ -49,6 +49,7 @@ pub(crate) use space::triple;
 
 use description::Description;
 use std::path::Path;
+use trisect_shared::attributes::TriangleAttributes;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{self, Features};
 use trisect_shared::light::Light;
@@ -57,7 +58,7 @@ use trisect_shared::math::max_component;
 use trisect_shared::planar::Planar;
 use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
-use trisect_shared::texture::{NO_TEXTURE, Texel, Texture};
+use trisect_shared::texture::{NO_TEXTURE, SECOND_SET, Texel, Texture};
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// A panorama (environment map).
@@ -90,8 +91,11 @@ pub struct Scene {
     pub flats: Vec<Planar>,
     /// Triangles; their primitive ids follow those of the quads and discs.
     pub triangles: Vec<Triangle>,
-    /// Shading record of each triangle.
+    /// Shading record of each triangle. Its `attributes` is 0 or 1 plus an index into
+    /// [`attributes`](Self::attributes).
     pub shading: Vec<TriangleShading>,
+    /// Further attributes of triangles.
+    pub attributes: Vec<TriangleAttributes>,
     /// Materials, indexed by primitives.
     pub materials: Vec<Material>,
     /// Textures, indexed by materials.
@@ -165,7 +169,16 @@ impl Scene {
             needs(features::EMITTERS, max_component(material.emission) > 0.0);
             needs(features::TEXTURES, material.textures().iter().any(|&texture| texture != NO_TEXTURE));
             needs(features::HOLES, material.flags & (MASKED | BLENDED) != 0);
+            needs(
+                features::NORMAL_MAPS,
+                material.normal_texture != NO_TEXTURE && !self.attributes.is_empty(),
+            );
         }
+        let white = Texel::WHITE;
+        let is_white =
+            |at: &TriangleAttributes| (at.color_a, at.color_b, at.color_c) == (white, white, white);
+        let second_set = self.textures.iter().any(|texture| texture.flags & SECOND_SET != 0);
+        needs(features::ATTRIBUTES, second_set || !self.attributes.iter().all(is_white));
         all
     }
 }

@@ -34,7 +34,9 @@ impl MemoryBudget {
     ///
     /// A message if the free memory does not suffice.
     pub fn store(&mut self, mesh: &Mesh) -> Result<(), String> {
-        let vertices = 12 * (mesh.positions.len() + mesh.normals.len()) + 8 * mesh.uvs.len();
+        let vertices = 12 * (mesh.positions.len() + mesh.normals.len())
+            + 8 * (mesh.uvs.len() + mesh.second_uvs.len())
+            + 16 * (mesh.colors.len() + mesh.tangents.len());
         self.take((vertices + 12 * mesh.triangles.len()) as u64)
     }
 

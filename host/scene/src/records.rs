@@ -70,6 +70,7 @@ impl Scene {
         put(bytes, &self.flats);
         put(bytes, &self.triangles);
         put(bytes, &self.shading);
+        put(bytes, &self.attributes);
         put(bytes, &self.materials);
         put(bytes, &self.textures);
         put(bytes, &self.texels);
@@ -114,6 +115,7 @@ impl Scene {
             flats: reader.array()?,
             triangles: reader.array()?,
             shading: reader.array()?,
+            attributes: reader.array()?,
             materials: reader.array()?,
             textures: reader.array()?,
             texels: reader.array()?,

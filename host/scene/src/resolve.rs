@@ -122,7 +122,13 @@ fn textures(
             format::Filter::Linear => Filter::Linear,
             format::Filter::Nearest => Filter::Nearest,
         };
-        uses.push(TextureUse { image, wrap: [wrap; 2], filter, transform: texture_transform(texture) });
+        uses.push(TextureUse {
+            image,
+            wrap: [wrap; 2],
+            filter,
+            transform: texture_transform(texture),
+            second_uvs: false,
+        });
     }
     Ok(uses)
 }

@@ -13,6 +13,8 @@ pub struct TextureUse {
     pub filter: Filter,
     /// Map from the mesh's (u, v) to the image's, where (0, 0) is the top left corner as in glTF.
     pub transform: DAffine2,
+    /// True if it reads the mesh's second set of texture coordinates.
+    pub second_uvs: bool,
 }
 
 impl TextureUse {

@@ -33,6 +33,11 @@ impl Scene {
                 self.triangles.len()
             ));
         }
+        let attributes = self.attributes.len();
+        if let Some(shading) = self.shading.iter().find(|shading| shading.attributes as usize > attributes) {
+            let number = shading.attributes;
+            return Some(format!("a triangle has attributes {number}, but there are {attributes}"));
+        }
         let textures = self.textures.len();
         for (index, m) in self.materials.iter().enumerate() {
             if let Some(texture) = m.textures().iter().find(|&&t| t != NO_TEXTURE && t as usize >= textures) {

@@ -20,7 +20,7 @@ use trisect_shared::buffer::SharedSlice;
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
 use trisect_shared::features::{
-    BOOK, CHOICES, FeatureSet, Features, HOLES, LINEAR, NEEDS, REGENERATE, ROULETTE, SPHERES, TEXTURES, WIDE,
+    BOOK, CHOICES, FeatureSet, Features, LINEAR, NEEDS, OF_SURFACES, REGENERATE, ROULETTE, SPHERES, WIDE,
     has_any,
 };
 use trisect_shared::film::{Compensation, PixelSums};
@@ -334,7 +334,7 @@ macro_rules! render {
 /// features; code that is left out for a choice gains up to 6 % (docs/notebook/specialisation.md).
 const RENDER: &[NativeEntryPoint] = render! {
     CHOICES | ROULETTE | SPHERES | BOOK,
-    NEEDS & !(TEXTURES | HOLES),
+    NEEDS & !OF_SURFACES,
     NEEDS | REGENERATE,
     CHOICES | NEEDS | LINEAR | REGENERATE,
 };

@@ -4,7 +4,7 @@ use super::microfacets::{Facet, FacetEval, MicrofacetLobe, Proposal};
 use super::{Bsdf, BsdfEval};
 use crate::fresnel;
 use crate::material::Material;
-use crate::math::{max_component, sqrt, unit_circle, unit_f32};
+use crate::math::{max, max_component, normalize, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::microfacet::{MIN_ROUGH_ALPHA, grazing_share, mean_grazing_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
@@ -37,6 +37,10 @@ impl MicrofacetLobe for MetallicRoughness {
                 let radius = sqrt(unit_f32(random.x));
                 let (c, s) = unit_circle(random.y);
                 proposal.direction = Vec3::new(radius * c, radius * s, sqrt(1.0 - unit_f32(random.x)));
+                if bsdf.is_mapped {
+                    // By the cosine, too.
+                    proposal.direction = normalize(bsdf.local_mapped + unit_sphere(random.x, random.y));
+                }
             } else {
                 // A thin wall: light that enters leaves mirrored.
                 proposal.direction.z = -proposal.direction.z;
@@ -62,24 +66,34 @@ impl MicrofacetLobe for MetallicRoughness {
         let m = &bsdf.material;
         let f = reflectance(m, facets.clamped_cos());
         let probabilities = lobe_probabilities(bsdf);
+        // Cosines of the diffuse base, which has the normal of a normal map.
+        let (mut cos, mut viewer_cos) = (i.z, bsdf.local_viewer.z);
+        if bsdf.is_mapped {
+            cos = max(i.dot(bsdf.local_mapped), 0.0);
+            viewer_cos = max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6);
+        }
         if !facets.reflected {
-            return BsdfEval {
-                value: thin_wall_transmittance(m, f) * facets.value,
-                pdf: facets.pdf * probabilities.transmission,
-            };
+            let mut pdf = facets.pdf * probabilities.transmission;
+            if bsdf.is_mapped {
+                pdf += probabilities.diffuse * cos * FRAC_1_PI;
+            }
+            return BsdfEval { value: thin_wall_transmittance(m, f) * facets.value, pdf };
         }
         // The diffuse base under the boundary: light that the boundary lets in and out again,
         // normalised so that a white base returns all that enters (the form of Ashikhmin and
         // Shirley, 2000, with this boundary's reflectance). It is reciprocal, and with the
         // boundary's part not above 1.
         let rest = 1.0 - dielectric_f0(m);
-        let enter = 1.0 - grazing_share(bsdf.local_viewer.z, m.roughness);
-        let leave = 1.0 - grazing_share(i.z, m.roughness);
+        let enter = 1.0 - grazing_share(viewer_cos, m.roughness);
+        let leave = 1.0 - grazing_share(cos, m.roughness);
         let base = rest * enter * leave * (1.0 / (1.0 - mean_grazing_share(m.roughness)));
-        let diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * i.z * FRAC_1_PI);
+        let mut diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * cos * FRAC_1_PI);
+        if bsdf.is_mapped {
+            diffuse *= bsdf.bump_shadowing(i);
+        }
         BsdfEval {
             value: f * facets.value + diffuse,
-            pdf: facets.pdf * probabilities.specular + probabilities.diffuse * i.z * FRAC_1_PI,
+            pdf: facets.pdf * probabilities.specular + probabilities.diffuse * cos * FRAC_1_PI,
         }
     }
 }

@@ -18,9 +18,9 @@ mod microfacets;
 mod rough_dielectric;
 mod textures;
 
-use crate::features::{BOOK, FeatureSet, Features, MICROFACETS, NEE, of_material};
+use crate::features::{BOOK, FeatureSet, Features, MICROFACETS, NEE, NORMAL_MAPS, of_material};
 use crate::material::Material;
-use crate::math::{basis, max, normalize};
+use crate::math::{basis, max, min, normalize, sqrt};
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -50,7 +50,9 @@ pub const NAMES: [(u32, &str); 6] = [
 ];
 
 const _: () = assert!(
-    of_material(MICROFACET_KINDS) & MICROFACETS != 0 && of_material(MICROFACET_KINDS - 1) & BOOK != 0
+    of_material(MICROFACET_KINDS) & MICROFACETS != 0
+        && of_material(DIELECTRIC) & BOOK != 0
+        && of_material(MICROFACET_KINDS - 1) & (BOOK | MICROFACETS) == 0
 );
 
 /// Evaluates an item of the `book::BookLobe` of a kind, among those that `$features` has.
@@ -87,10 +89,10 @@ macro_rules! of_microfacets {
 use {of_book, of_microfacets};
 
 pub use book::{Scatter, scatter};
-pub use textures::{Slots, load_material, opacity};
+pub use textures::{Slots, TexturePoint, TexturedMaterial, load_material, opacity};
 /// Slots of a material's textures.
 pub mod slots {
-    pub use super::textures::{ALBEDO, ALL, EMISSION, METALLIC_ROUGHNESS, TRANSMISSION};
+    pub use super::textures::{ALBEDO, ALL, EMISSION, METALLIC_ROUGHNESS, NORMAL, TRANSMISSION};
 }
 
 /// Returns whether a material of this kind is a microfacet material, not one of the book.
@@ -162,8 +164,38 @@ pub struct Bsdf {
     local_viewer: Vec3,
     /// Roughness parameter of GGX: the square of the roughness.
     alpha: f32,
+    /// Normal of the normal map in the shading frame, which the microfacets' normal is bent from;
+    /// only used if `is_mapped`.
+    local_mapped: Vec3,
+    /// Interpolated normal in the shading frame; only used if `is_mapped`.
+    local_smooth: Vec3,
+    /// True if a normal map bends the shading normal.
+    is_mapped: bool,
     /// True if the viewer is outside.
     front: bool,
+}
+
+/// Normals of a BSDF: unit vectors on the viewer's side. (Vectors begin rows of 16 bytes: naga lays
+/// records out so.)
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfNormals {
+    /// Shading normal.
+    pub shading: Vec3,
+    /// True if there is a normal map.
+    pub is_mapped: bool,
+    /// Normal by the normal map, which a diffuse base has; the shading normal may be bent from it.
+    pub mapped: Vec3,
+    /// Interpolated normal, without the normal map.
+    pub smooth: Vec3,
+}
+
+impl BsdfNormals {
+    /// Returns the normals of a surface without a normal map.
+    #[inline(always)]
+    pub fn plain(normal: Vec3) -> Self {
+        Self { shading: normal, is_mapped: false, mapped: normal, smooth: normal }
+    }
 }
 
 #[inline(always)]
@@ -173,16 +205,16 @@ fn reflect(v: Vec3, h: Vec3) -> Vec3 {
 
 impl Bsdf {
     /// Creates the BSDF of `material`, whose textures were [read](load_material), seen along the
-    /// unit vector `incoming`. `normal` is the unit shading normal on the viewer's side; `front` is
-    /// true if that is the outside.
+    /// unit vector `incoming`. `front` is true if the viewer's side is the outside.
     #[inline(always)]
     pub fn new<const POSSIBLE: Features>(
         features: FeatureSet<POSSIBLE>,
         material: Material,
         incoming: Vec3,
-        normal: Vec3,
+        normals: BsdfNormals,
         front: bool,
     ) -> Self {
+        let normal = normals.shading;
         let (mut x, mut y, mut local) = (Vec3::X, Vec3::Y, Vec3::Z);
         if features.has_any(MICROFACETS) {
             (x, y) = basis(normal);
@@ -190,7 +222,50 @@ impl Bsdf {
             local.z = max(local.z, 1e-6);
         }
         let alpha = material.roughness * material.roughness;
-        Self { material, normal, x, y, viewer: -incoming, local_viewer: local, alpha, front }
+        let (mut mapped, mut smooth, mut is_mapped) = (Vec3::Z, Vec3::Z, false);
+        if features.has(NORMAL_MAPS) && normals.is_mapped {
+            if !features.has_any(MICROFACETS) {
+                (x, y) = basis(normal);
+            }
+            let (m, n) = (normals.mapped, normals.smooth);
+            mapped = Vec3::new(m.dot(x), m.dot(y), m.dot(normal));
+            (smooth, is_mapped) = (Vec3::new(n.dot(x), n.dot(y), n.dot(normal)), true);
+        }
+        Self {
+            material,
+            normal,
+            x,
+            y,
+            viewer: -incoming,
+            local_viewer: local,
+            alpha,
+            local_mapped: mapped,
+            local_smooth: smooth,
+            is_mapped,
+            front,
+        }
+    }
+
+    /// Returns the factor of diffuse light from direction `i` of the shading frame that softens the
+    /// edge of the light on a normal map: where the interpolated normal turns away, the mapped
+    /// normal alone would cut the light off. It is the masking of GGX microfacets around the
+    /// interpolated normal, as rough as the map is steep (Conty Estevez, Lecocq and Stein, "A
+    /// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", Ray Tracing Gems,
+    /// 2019). It darkens, and never lightens: less light is reflected than arrives.
+    #[inline(always)]
+    fn bump_shadowing(&self, i: Vec3) -> f32 {
+        if !self.is_mapped {
+            return 1.0;
+        }
+        let (cos, tilt) = (i.dot(self.local_smooth), self.local_mapped.dot(self.local_smooth));
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        // Squared tangents; an upright tilt is as rough as can be.
+        let steepness = 1.0 / max(tilt * tilt, 1e-6) - 1.0;
+        let alpha2 = min(0.125 * max(steepness, 0.0), 1.0);
+        let slope = max(1.0 / max(cos * cos, 1e-12) - 1.0, 0.0);
+        2.0 * (1.0 / (1.0 + sqrt(1.0 + alpha2 * slope)))
     }
 
     /// Returns the colour of the surface, by which a denoiser divides: that of a diffuse surface,
@@ -280,7 +355,7 @@ impl Bsdf {
         let scatter = scatter(features, &self.material, -self.viewer, self.normal, self.front, random);
         let sample = BsdfSample {
             direction: scatter.direction,
-            weight: self.material.albedo,
+            weight: self.material.albedo * self.book_shadowing(features, scatter.direction),
             pdf: self.evaluate_book(features, scatter.direction).pdf,
             transmitted: scatter.transmitted,
             absorbed: scatter.absorbed,
@@ -329,6 +404,22 @@ impl Bsdf {
             return ZERO_EVAL;
         }
         let pdf = of_book!(features, self.material.kind, pdf(self, direction, cos));
-        BsdfEval { value: self.material.albedo * pdf, pdf }
+        let value = self.material.albedo * (pdf * self.book_shadowing(features, direction));
+        BsdfEval { value, pdf }
+    }
+
+    /// Returns the factor of [`bump_shadowing`](Self::bump_shadowing) of a diffuse surface; 1 for
+    /// the book's other materials.
+    #[inline(always)]
+    fn book_shadowing<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        direction: Vec3,
+    ) -> f32 {
+        if features.has(NORMAL_MAPS) && self.material.kind == LAMBERTIAN {
+            self.bump_shadowing(self.world_to_local(direction))
+        } else {
+            1.0
+        }
     }
 }

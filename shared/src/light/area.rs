@@ -1,9 +1,10 @@
 //! Lights that are emitting primitives: spheres, planar shapes and triangles.
 
 use super::{LightSample, NO_LIGHT, ReferencePoint};
-use crate::bsdf::{load_material, opacity, slots};
+use crate::attributes::{SurfaceAttributes, load_attributes};
+use crate::bsdf::{TexturePoint, load_material, opacity, slots};
 use crate::buffer::load;
-use crate::features::{FeatureSet, Features, HOLES, TEXTURES};
+use crate::features::{ATTRIBUTES, FeatureSet, Features, HOLES, TEXTURES};
 use crate::math::{atan2_turns, basis, max, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::params::RenderParams;
 use crate::planar::Planar;
@@ -47,6 +48,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     // may be the very point that the sphere is seen from.
     let mut inside_cone = Vec3::ZERO;
     let (mut texture_u, mut texture_v) = (0.0, 0.0);
+    let mut attributes = SurfaceAttributes::NONE;
     if is_triangle(features, params, primitive) {
         let index = primitive - params.first_triangle;
         // SAFETY: the caller's promise.
@@ -59,11 +61,15 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         let n = triangle.normal();
         normal = n * (1.0 / sqrt(n.dot(n)));
         material = triangle.material;
-        if features.has(TEXTURES) {
+        if features.has_any(TEXTURES | ATTRIBUTES) {
             // SAFETY: as above.
             let s = unsafe { load::<TriangleShading>(scene.shading, index) };
             texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
             texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
+            if features.has(ATTRIBUTES) && s.attributes != 0 {
+                // SAFETY: the host put the triangle's attributes there.
+                attributes = unsafe { load_attributes(scene.shading, s.attributes) }.at(a, b, c);
+            }
         }
     } else if is_planar(features, params, primitive) {
         // SAFETY: the caller's promise.
@@ -116,7 +122,8 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     // SAFETY: each primitive's material and its textures are in range.
     let material = unsafe {
         let wanted = if features.has(HOLES) { slots::EMISSION | slots::ALBEDO } else { slots::EMISSION };
-        load_material(features, scene, material, wanted, (texture_u, texture_v))
+        let at = TexturePoint { u: texture_u, v: texture_v, attributes };
+        load_material(features, scene, material, wanted, at).material
     };
     let distance = sqrt(square);
     let mut direction = to * (1.0 / distance);

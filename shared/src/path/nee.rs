@@ -25,7 +25,7 @@ pub(super) unsafe fn weighted_emission<const POSSIBLE: Features>(
     path: &Path,
     vertex: &Vertex,
 ) -> Vec3 {
-    let Vertex { ray, hit, surface, material } = vertex;
+    let Vertex { ray, hit, surface, material, .. } = vertex;
     let mut emission = material.emission;
     if features.has(NEE) && path.pdf > 0.0 && params.light_count > 0 {
         let from = ReferencePoint {

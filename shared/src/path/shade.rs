@@ -158,12 +158,18 @@ impl Path {
         if continues || writes_aovs {
             let normals = vertex.facing_normals(features, params, front);
             let direction = vertex.ray.direction;
-            let bsdf = Bsdf::new(features, vertex.material, direction, normals.shading, front);
+            let bsdf = Bsdf::new(features, vertex.material, direction, normals.of_bsdf, front);
             if writes_aovs {
                 let aov_sample =
                     SurfaceAovs { albedo: bsdf.albedo(features), diffuse: bsdf.diffuseness(features) };
                 let add_hit = |g: &mut AovSums| {
-                    g.add_hit(hit.primitive, normals.shading, aov_sample, vertex.surface.point, emitted)
+                    g.add_hit(
+                        hit.primitive,
+                        normals.of_bsdf.shading,
+                        aov_sample,
+                        vertex.surface.point,
+                        emitted,
+                    )
                 };
                 // SAFETY: the caller's promise.
                 unsafe { aovs::update_pixel(aovs, self.key.pixel, add_hit) };

@@ -1,13 +1,14 @@
 //! Vertex of a path: the point of a surface that a ray hits, and how rays leave it.
 
-use crate::bsdf::{LAMBERTIAN, Slots, load_material, opacity};
+use crate::bsdf::{BsdfNormals, LAMBERTIAN, Slots, TexturePoint, load_material, opacity};
 use crate::bvh::Hit;
-use crate::features::{FeatureSet, Features, PLANAR, TRIANGLES};
+use crate::features::{FeatureSet, Features, NORMAL_MAPS, PLANAR, TRIANGLES};
 use crate::material::Material;
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
 use crate::scene::Scene;
-use crate::surface::{self, Surface, bend_shading_normal};
+use crate::surface::{self, Surface, bend_shading_normal, mapped_normal};
+use crate::texture::NO_TEXTURE;
 use glam::Vec3;
 
 /// Point of a surface that a path's ray hits, and what is there.
@@ -18,6 +19,10 @@ pub(super) struct Vertex {
     pub(super) hit: Hit,
     pub(super) surface: Surface,
     pub(super) material: Material,
+    /// Unit normal on the side of the surface's normal, by the normal map if there is one.
+    pub(super) mapped_normal: Vec3,
+    /// True if there is one.
+    pub(super) is_mapped: bool,
 }
 
 impl Vertex {
@@ -38,12 +43,16 @@ impl Vertex {
         wanted: Slots,
     ) -> Self {
         // SAFETY: a primitive that traversal returned; the caller's promise for materials.
-        let (surface, material) = unsafe {
+        let (surface, textured) = unsafe {
             let surface = surface::at(features, params, scene, ray, hit);
-            let place = (surface.u, surface.v);
+            let place = TexturePoint { u: surface.u, v: surface.v, attributes: surface.attributes };
             (surface, load_material(features, scene, surface.material, wanted, place))
         };
-        Self { ray, hit, surface, material }
+        let (mut normal, mut is_mapped) = (surface.shading_normal, false);
+        if features.has(NORMAL_MAPS) && textured.material.normal_texture != NO_TEXTURE {
+            (normal, is_mapped) = (mapped_normal(&surface, textured.normal), true);
+        }
+        Self { ray, hit, surface, material: textured.material, mapped_normal: normal, is_mapped }
     }
 
     /// Returns whether the ray comes from the outside.
@@ -97,17 +106,19 @@ impl Vertex {
     ) -> FacingNormals {
         let Surface { normal, shading_normal, .. } = self.surface;
         let geometric = if front { normal } else { -normal };
-        let mut shading = geometric;
+        let (mut shading, mut mapped, mut smooth) = (geometric, geometric, geometric);
         // Only a triangle has a shading normal of its own: others keep their bits in every kernel.
         let differ = features.has(TRIANGLES) && self.hit.primitive >= params.first_triangle;
         if differ {
-            shading = if front { shading_normal } else { -shading_normal };
+            shading = if front { self.mapped_normal } else { -self.mapped_normal };
+            (mapped, smooth) = (shading, if front { shading_normal } else { -shading_normal });
             // A diffuse surface keeps its normal: its shading must not depend on the viewer.
             if self.material.kind != LAMBERTIAN {
                 shading = bend_shading_normal(shading, geometric, -self.ray.direction);
             }
         }
-        FacingNormals { geometric, shading, differ }
+        let is_mapped = features.has(NORMAL_MAPS) && self.is_mapped && differ;
+        FacingNormals { geometric, differ, of_bsdf: BsdfNormals { shading, is_mapped, mapped, smooth } }
     }
 }
 
@@ -115,7 +126,7 @@ impl Vertex {
 #[derive(Clone, Copy)]
 pub(super) struct FacingNormals {
     pub(super) geometric: Vec3,
-    pub(super) shading: Vec3,
     /// True if the primitive has a shading normal of its own.
     pub(super) differ: bool,
+    pub(super) of_bsdf: BsdfNormals,
 }

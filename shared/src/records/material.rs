@@ -57,8 +57,10 @@ pub struct Material {
     pub opacity: f32,
     /// Opacity below which a masked material has a hole.
     pub alpha_cutoff: f32,
-    /// Unused.
-    pub pad: [u32; 2],
+    /// Index of the normal map, in the tangent space of the mesh, or [`NO_TEXTURE`].
+    pub normal_texture: u32,
+    /// Factor of the normal map's x and y.
+    pub normal_scale: f32,
 }
 
 const _: () = assert!(size_of::<Material>() == 112 && align_of::<Material>() == 16);
@@ -86,13 +88,14 @@ impl Material {
             transmission_texture: NO_TEXTURE,
             opacity: 1.0,
             alpha_cutoff: 0.0,
-            pad: [0; 2],
+            normal_texture: NO_TEXTURE,
+            normal_scale: 1.0,
         }
     }
 
     /// Returns the indices of the textures, or [`NO_TEXTURE`], slot by slot. (By destructuring, so
     /// that the compiler asks about each new field: kernels read textures without bounds checks.)
-    pub const fn textures(&self) -> [u32; 4] {
+    pub const fn textures(&self) -> [u32; 5] {
         let Self {
             albedo: _,
             kind: _,
@@ -112,9 +115,10 @@ impl Material {
             transmission_texture,
             opacity: _,
             alpha_cutoff: _,
-            pad: _,
+            normal_texture,
+            normal_scale: _,
         } = *self;
-        [albedo_texture, metallic_roughness_texture, emission_texture, transmission_texture]
+        [albedo_texture, metallic_roughness_texture, emission_texture, transmission_texture, normal_texture]
     }
 
     /// Returns whether a surface of this material emits from its front (`front`) or its back.

@@ -2,6 +2,7 @@
 //! alone. The modules of kernels that use them offer them, too.
 
 pub mod aovs;
+pub mod attributes;
 pub mod denoise;
 pub mod environment;
 pub mod first_hit;

@@ -16,6 +16,8 @@ pub const CLAMP: u32 = 2;
 /// Bit of [`Texture::flags`]: nearest texel instead of bilinear interpolation. Bits 0 to 1 are the
 /// wrap mode across, bits 2 to 3 the wrap mode down.
 pub const NEAREST: u32 = 1 << 4;
+/// Bit of [`Texture::flags`]: the second set of texture coordinates.
+pub const SECOND_SET: u32 = 1 << 5;
 
 /// Use of an image by a material. 48 bytes.
 #[repr(C, align(16))]
@@ -27,7 +29,7 @@ pub struct Texture {
     pub width: u32,
     /// Texels down, at least 1.
     pub height: u32,
-    /// Wrap modes and filter; see [`NEAREST`].
+    /// Wrap modes, filter and set of texture coordinates; see [`NEAREST`] and [`SECOND_SET`].
     pub flags: u32,
     /// Coefficient of the image's u, which is `uu` u + `uv` v + `u0` of the surface's (u, v). Image
     /// coordinate (0, 0) is the image's top left corner.
@@ -59,6 +61,9 @@ pub struct Texel {
 }
 
 impl Texel {
+    /// Opaque white.
+    pub const WHITE: Self = Self { red_green: 0x3c00_3c00, blue_alpha: 0x3c00_3c00 };
+
     /// Returns red, green, blue and alpha.
     #[inline(always)]
     pub fn channels(self) -> Vec4 {

@@ -3,7 +3,7 @@
 use crate::statistics::words;
 use glam::Vec3;
 use trisect_shared::bsdf::{
-    Bsdf, BsdfEval, BsdfSample, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS,
+    Bsdf, BsdfEval, BsdfNormals, BsdfSample, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS,
     ROUGH_DIELECTRIC,
 };
 use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS};
@@ -61,7 +61,7 @@ impl Setup {
     }
 
     pub fn view_from(&self, viewer: Vec3, normal: Vec3) -> BsdfView {
-        let bsdf = Bsdf::new(ALL, self.material, -viewer, normal, self.front);
+        let bsdf = Bsdf::new(ALL, self.material, -viewer, BsdfNormals::plain(normal), self.front);
         BsdfView { bsdf, viewer, normal }
     }
 }

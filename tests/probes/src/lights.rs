@@ -1,7 +1,7 @@
 //! Probe of next-event estimation: one sample of a light.
 
 use crate::record::{Input, Output, ProbeParams, row, vector, words};
-use trisect_shared::features::{FeatureSet, HOLES, NEEDS, TEXTURES};
+use trisect_shared::features::{FeatureSet, NEEDS, OF_SURFACES};
 use trisect_shared::light::{ReferencePoint, sample};
 use trisect_shared::scene::Scene;
 
@@ -19,7 +19,7 @@ pub unsafe fn lights(params: &ProbeParams, scene: Scene, input: Input) -> Output
     // SAFETY: the caller guarantees it.
     let light = unsafe {
         sample(
-            FeatureSet::<{ NEEDS & !(TEXTURES | HOLES) }>::ALL,
+            FeatureSet::<{ NEEDS & !OF_SURFACES }>::ALL,
             &params.render,
             scene,
             from,

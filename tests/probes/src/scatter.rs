@@ -2,7 +2,7 @@
 
 use crate::record::{Input, Output, ProbeParams, row, vector, words};
 use glam::UVec4;
-use trisect_shared::bsdf::Bsdf;
+use trisect_shared::bsdf::{Bsdf, BsdfNormals};
 use trisect_shared::buffer::load;
 use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS, SCHLICK};
 use trisect_shared::material::Material;
@@ -30,7 +30,8 @@ pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Outpu
     let features = FeatureSet::<{ BOOK | MICROFACETS | SCHLICK }>::new(BOOK | MICROFACETS | schlick);
     // SAFETY: the caller guarantees it.
     let material = unsafe { load::<Material>(scene.materials, input.a.w) };
-    let bsdf = Bsdf::new(features, material, vector(input.a), vector(input.b), input.b.w != 0);
+    let bsdf =
+        Bsdf::new(features, material, vector(input.a), BsdfNormals::plain(vector(input.b)), input.b.w != 0);
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
     if params.operation == EVALUATE {
         let evaluation = bsdf.evaluate(features, vector(input.c));

@@ -208,6 +208,7 @@ fn all_bindings() -> String {
 fn records() -> String {
     use trisect_shared::{
         aovs::AovSums,
+        attributes::TriangleAttributes,
         bvh::BvhNode,
         camera::Camera,
         denoise::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel, PinholeView},
@@ -243,6 +244,7 @@ fn records() -> String {
         Planar "primitive",
         Triangle "primitive",
         TriangleShading "triangle",
+        TriangleAttributes "triangle with tangents, colours or second texture coordinates",
         Material "material",
         Light "light",
         Texture "use of an image",

@@ -48,7 +48,7 @@ pub struct Cuda {
     stream: Arc<CudaStream>,
     /// Stream of copies to the host that run beside kernels.
     copies: Arc<CudaStream>,
-    /// What these copies read, each with the number of its submission.
+    /// Buffers that these copies read, each with the number of its submission.
     copied: Vec<(u64, Buffer)>,
     /// Number of submissions with such a copy so far.
     copy_count: u64,

@@ -53,7 +53,8 @@ pub struct Bvh {
     /// Triangles of the scene as the leaves number them: in BVH order, so that neighbours in space
     /// are neighbours in memory.
     pub triangles: Vec<Triangle>,
-    /// Shading data of each triangle, in the same order.
+    /// Shading data of each triangle, in the same order, then attributes of triangles in the
+    /// scene's order, to which the shading data point.
     pub shading: Vec<TriangleShading>,
 }
 
@@ -149,6 +150,7 @@ impl Bvh {
         if self.nodes.is_empty() {
             self.triangles = scene.triangles.clone();
             self.shading = scene.shading.clone();
+            self.append_attributes(scene);
             return;
         }
         self.triangles.reserve_exact(scene.triangles.len());
@@ -163,6 +165,17 @@ impl Bvh {
                 }
             }
         }
+        self.append_attributes(scene);
+    }
+
+    /// Appends the attributes of triangles to the shading data.
+    fn append_attributes(&mut self, scene: &Scene) {
+        let before = self.shading.len() as u32;
+        for shading in &mut self.shading {
+            // The scene counts from 1; there is a record before the attributes.
+            shading.attributes = shading.attributes.checked_sub(1).map_or(0, |index| before + index);
+        }
+        self.shading.extend_from_slice(bytemuck::cast_slice(&scene.attributes));
     }
 
     /// Converts the builder's tree, depth-first, so that a subtree's nodes lie together.

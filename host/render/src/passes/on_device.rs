@@ -332,7 +332,7 @@ impl DeviceScene {
     ) -> Result<StartedDisplay, BackendError> {
         let from = (made(self.film.as_ref())?, self.denoiser.as_ref());
         let to = memory.target();
-        // SAFETY: both memories are out of reach until the device was waited for; they may be freed.
+        // SAFETY: both memories are out of reach until the device was waited for.
         let (shown, started) = unsafe { pass.start(self.device.as_mut(), from, self.shown.pop(), to) }?;
         Ok(StartedDisplay { shown, started, memory })
     }

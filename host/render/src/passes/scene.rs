@@ -84,6 +84,7 @@ impl<'a> ValidScene<'a> {
             materials: lights.materials.len(),
             planars: scene.flats.len(),
             triangles: bvh.triangles.len(),
+            shading: bvh.shading.len(),
             lights: lights.lights.len(),
             textures: scene.textures.len(),
             texels: scene.texels.len(),

@@ -39,6 +39,17 @@ pub(super) fn check_uvs(uvs: &mut [[f32; 2]], site: &SourceLocation, warnings: &
     );
 }
 
+/// Clamps colours of vertices to 0 to 1, with a warning; a number that is not one becomes 0.
+pub(super) fn check_colors(colors: &mut [[f32; 4]], site: &SourceLocation, warnings: &mut Warnings) {
+    let mut changed = 0;
+    for color in colors {
+        let clamped = color.map(|x| if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) });
+        changed += u64::from(clamped != *color);
+        *color = clamped;
+    }
+    warnings.tally("colours of vertices outside 0 to 1, clamped", changed, &site.place);
+}
+
 /// Completes a mesh of checked positions and indices: drops triangles without area, and normalises
 /// normals, or drops them all if one is zero or not finite. Each change is a warning.
 ///
@@ -105,7 +116,7 @@ pub(super) fn check_instance(
 
 /// Returns the bytes that the vertices and triangles of a mesh take.
 pub(super) fn bytes(vertices: u64, triangles: u64) -> u64 {
-    vertices.saturating_mul(12 + 12 + 8).saturating_add(triangles.saturating_mul(12))
+    vertices.saturating_mul(12 + 12 + 8 + 8 + 16 + 16).saturating_add(triangles.saturating_mul(12))
 }
 
 #[cfg(test)]

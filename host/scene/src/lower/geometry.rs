@@ -6,10 +6,15 @@
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
 use super::super::memory_budget::MemoryBudget;
 use super::super::values::MAX_MAGNITUDE;
+use super::tangents::{self, CornerTangents};
+use super::texture::texel;
 use super::unit;
 use glam::{DMat3, DVec3, Vec3};
+use std::collections::{BTreeSet, HashMap};
+use trisect_shared::attributes::{TriangleAttributes, encode_tangent};
 use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::sphere::Sphere;
+use trisect_shared::texture::Texel;
 use trisect_shared::triangle::{Triangle, TriangleShading};
 
 /// Maximum coordinate of a vertex: products of three coordinates, which the triangle test computes,
@@ -22,17 +27,34 @@ pub(super) struct Geometry {
     pub flats: Vec<Planar>,
     pub triangles: Vec<Triangle>,
     pub shading: Vec<TriangleShading>,
+    pub attributes: Vec<TriangleAttributes>,
     pub warnings: Vec<String>,
 }
 
 pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
     let mut geometry = Geometry::default();
+    let mut unmapped = BTreeSet::new();
     for shape in &description.shapes {
         geometry.shape(shape);
+        let material = description.materials.get(shape.material);
+        unmapped.extend(material.filter(|m| m.normal_texture.is_some()).map(|m| &m.name));
     }
+    let warning = |name: &String| {
+        format!(
+            "material \"{name}\": its normal map has no effect on spheres, quads and discs; only meshes have tangents"
+        )
+    };
+    geometry.warnings.extend(unmapped.into_iter().map(warning));
     check_memory(description)?;
+    let mut tangents = HashMap::new();
     for (number, instance) in (0..).zip(&description.instances) {
-        geometry.mesh(mesh(description, instance)?, instance, number)?;
+        let mesh = mesh(description, instance)?;
+        let map = description.materials.get(mesh.material).and_then(|m| m.normal_texture.as_ref());
+        let tangents = map.map(|map| {
+            let uvs = if map.second_uvs { &mesh.second_uvs } else { &mesh.uvs };
+            &*tangents.entry(instance.mesh).or_insert_with(|| tangents::tangents(mesh, uvs))
+        });
+        geometry.mesh(mesh, tangents, instance, number)?;
     }
     Ok(geometry)
 }
@@ -72,7 +94,14 @@ impl Geometry {
         }
     }
 
-    fn mesh(&mut self, mesh: &Mesh, instance: &Instance, number: u32) -> Result<(), String> {
+    /// Adds an instance of a mesh, with the tangents of its corners if a normal map needs them.
+    fn mesh(
+        &mut self,
+        mesh: &Mesh,
+        tangents: Option<&CornerTangents>,
+        instance: &Instance,
+        number: u32,
+    ) -> Result<(), String> {
         let matrix = instance.transform.matrix3;
         let mirrored = matrix.determinant() < 0.0;
         let turn_normals = normal_matrix(matrix);
@@ -92,10 +121,13 @@ impl Geometry {
         let mut flat = 0usize;
         self.triangles.reserve(mesh.triangles.len());
         self.shading.reserve(mesh.triangles.len());
-        for corners in &mesh.triangles {
+        let has_attributes = tangents.is_some() || !mesh.colors.is_empty() || !mesh.second_uvs.is_empty();
+        for (face, corners) in mesh.triangles.iter().enumerate() {
             let [a, mut b, mut c] = corners.map(|i| i as usize);
+            let mut order = [0, 1, 2];
             if mirrored {
                 std::mem::swap(&mut b, &mut c); // keeps the front
+                order.swap(1, 2);
             }
             let (Some(&pa), Some(&pb), Some(&pc)) = (positions.get(a), positions.get(b), positions.get(c))
             else {
@@ -119,6 +151,32 @@ impl Geometry {
             let uv = |i: usize| mesh.uvs.get(i).copied().unwrap_or([0.0; 2]);
             let (uv_a, uv_b, uv_c) = (uv(a), uv(b), uv(c));
             self.triangles.push(triangle);
+            let mut attributes = 0;
+            if has_attributes {
+                let tangent = |corner: usize| {
+                    let own = tangents.and_then(|tangents| tangents.get(face));
+                    own.map_or(0, |own| encoded(own[order[corner]], matrix, mirrored))
+                };
+                let color = |i: usize| mesh.colors.get(i).map_or(Texel::WHITE, |color| texel(*color));
+                let uv = |i: usize| mesh.second_uvs.get(i).copied().unwrap_or([0.0; 2]);
+                let (uv_a, uv_b, uv_c) = (uv(a), uv(b), uv(c));
+                self.attributes.push(TriangleAttributes {
+                    tangent_a: tangent(0),
+                    tangent_b: tangent(1),
+                    tangent_c: tangent(2),
+                    pad: 0,
+                    color_a: color(a),
+                    color_b: color(b),
+                    color_c: color(c),
+                    u_a: uv_a[0],
+                    v_a: uv_a[1],
+                    u_b: uv_b[0],
+                    v_b: uv_b[1],
+                    u_c: uv_c[0],
+                    v_c: uv_c[1],
+                });
+                attributes = self.attributes.len() as u32;
+            }
             self.shading.push(TriangleShading {
                 normal_a: normal(a),
                 u_a: uv_a[0],
@@ -129,7 +187,7 @@ impl Geometry {
                 v_a: uv_a[1],
                 v_b: uv_b[1],
                 v_c: uv_c[1],
-                pad: 0,
+                attributes,
             });
         }
         if flat > 0 {
@@ -140,6 +198,14 @@ impl Geometry {
         }
         Ok(())
     }
+}
+
+/// Returns a tangent in the world, encoded. A mirroring transform turns the bitangent, which the
+/// cross product of the world's normal and tangent does not.
+fn encoded([x, y, z, handedness]: [f32; 4], matrix: DMat3, mirrored: bool) -> u32 {
+    let tangent = unit(matrix * Vec3::new(x, y, z).as_dvec3());
+    let tangent = if tangent == Vec3::ZERO { Vec3::X } else { tangent };
+    encode_tangent(tangent, (handedness < 0.0) != mirrored)
 }
 
 /// Returns the matrix that transforms normals where `matrix` transforms points: its inverse
@@ -210,7 +276,7 @@ mod tests {
         {
             let mut g = Geometry::default();
             let transform = glam::DAffine3::from_scale(scale);
-            g.mesh(&mesh, &Instance { mesh: 0, transform }, 3).unwrap();
+            g.mesh(&mesh, None, &Instance { mesh: 0, transform }, 3).unwrap();
             assert_eq!(g.triangles[0].instance, 3);
             assert_eq!((g.triangles.len(), g.warnings.len()), (1, 1));
             let n = g.triangles[0].normal().normalize();

@@ -22,6 +22,8 @@ pub(super) fn lower(
     let mut record = Material::new(LAMBERTIAN, Vec3::ONE);
     m.surface.fill(&mut record, &mut texture)?;
     record.emission_texture = texture(&m.emission_texture)?;
+    record.normal_texture = texture(&m.normal_texture)?;
+    record.normal_scale = m.normal_scale as f32;
     record.emission = m.emission.as_vec3();
     if m.emits_both_sides {
         record.flags |= EMITS_BOTH_SIDES;

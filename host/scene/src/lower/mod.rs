@@ -4,6 +4,7 @@
 mod environment;
 mod geometry;
 mod material;
+mod tangents;
 mod texture;
 
 pub(super) use geometry::check_memory;
@@ -54,6 +55,7 @@ pub(super) fn lower(
         flats: geometry.flats,
         triangles: geometry.triangles,
         shading: geometry.shading,
+        attributes: geometry.attributes,
         materials,
         textures: textures.textures,
         texels: textures.texels,

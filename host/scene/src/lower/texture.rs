@@ -4,7 +4,7 @@ use super::super::description::{Filter, Texels, TextureImage, TextureUse, Wrap};
 use half::f16;
 use std::collections::HashMap;
 use trisect_image::metrics::srgb;
-use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, Texel, Texture};
+use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, SECOND_SET, Texel, Texture};
 
 /// Textures and texels so far. Each image is packed once, and each way of reading it is listed
 /// once.
@@ -43,12 +43,13 @@ impl Packer {
             Wrap::Clamp => CLAMP,
         };
         let nearest = if use_.filter == Filter::Nearest { NEAREST } else { 0 };
+        let set = if use_.second_uvs { SECOND_SET } else { 0 };
         let (m, t) = (use_.transform.matrix2, use_.transform.translation);
         let record = Texture {
             first,
             width: image.width,
             height: image.height,
-            flags: wrap(use_.wrap[0]) | wrap(use_.wrap[1]) << 2 | nearest,
+            flags: wrap(use_.wrap[0]) | wrap(use_.wrap[1]) << 2 | nearest | set,
             uu: m.x_axis.x as f32,
             uv: m.y_axis.x as f32,
             vu: m.x_axis.y as f32,
@@ -111,7 +112,7 @@ impl Packer {
 
 /// Rounds a texel to half precision. Values below the normal numbers (6.1e-5) and NaN become 0;
 /// values above the maximum (65,504) become the maximum.
-fn texel(channels: [f32; 4]) -> Texel {
+pub(super) fn texel(channels: [f32; 4]) -> Texel {
     let half = |x: f32| {
         let h = f16::from_f32(x.clamp(0.0, 65504.0));
         u32::from(if h >= f16::MIN_POSITIVE { h.to_bits() } else { 0 })
@@ -134,6 +135,7 @@ mod tests {
             wrap: [Wrap::Repeat; 2],
             filter: Filter::Linear,
             transform: DAffine2::from_translation(DVec2::new(f64::from(offset), 0.0)),
+            second_uvs: false,
         };
         let mut packer = Packer::default();
         // So many that comparing each with each, or a mean for each, would take minutes.

@@ -5,7 +5,7 @@ pub mod surface;
 
 use crate::ranges::{all, each};
 use crate::texture::TextureUse;
-use crate::values::{Radiance, Share, numbers, some};
+use crate::values::{Radiance, Share, TextureNumber, numbers, some};
 use glam::DVec3;
 use serde::Deserialize;
 use surface::{Lambertian, Surface, TextureRole};
@@ -27,6 +27,10 @@ pub struct Material<T = TextureUse> {
     pub opacity: f64,
     /// Meaning of `opacity`.
     pub alpha: Alpha,
+    /// Normal map in the tangent space of a mesh; shapes have none.
+    pub normal_texture: Option<T>,
+    /// Factor of the normal map's x and y.
+    pub normal_scale: f64,
 }
 
 /// Meaning of a material's opacity.
@@ -94,6 +98,8 @@ impl<T> Material<T> {
             emits_both_sides: false,
             opacity: 1.0,
             alpha: Alpha::Opaque,
+            normal_texture: None,
+            normal_scale: 1.0,
         }
     }
 
@@ -106,7 +112,8 @@ impl<T> Material<T> {
     /// Returns the textures that the material reads, with their roles.
     pub fn textures(&self) -> impl Iterator<Item = (&T, TextureRole)> {
         let emission = self.emission_texture.iter().map(|texture| (texture, TextureRole::Colour));
-        emission.chain(self.surface.textures())
+        let normal = self.normal_texture.iter().map(|texture| (texture, TextureRole::Numbers));
+        emission.chain(self.surface.textures()).chain(normal)
     }
 
     /// Returns the material with each texture replaced by what `f` makes of it.
@@ -118,6 +125,8 @@ impl<T> Material<T> {
         Ok(Material {
             emission_texture: self.emission_texture.map(&mut f).transpose()?,
             surface: self.surface.with_textures(&mut f)?,
+            normal_texture: self.normal_texture.map(&mut f).transpose()?,
+            normal_scale: self.normal_scale,
             name: self.name,
             emission: self.emission,
             emits_both_sides: self.emits_both_sides,
@@ -133,6 +142,7 @@ impl Material {
         self.surface.check()?;
         each::<Radiance>("emission", self.emission)?;
         all::<Share>("opacity", &[self.opacity])?;
+        all::<TextureNumber>("normal scale", &[self.normal_scale])?;
         if let Alpha::Mask { cutoff } = self.alpha {
             all::<Share>("alpha cutoff", &[cutoff])?;
         }

@@ -3,7 +3,7 @@
 
 use super::surface::Surface;
 use super::{Alpha, Emissive, Material};
-use crate::values::{Radiance, Share, vector};
+use crate::values::{Radiance, Share, TextureNumber, vector};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -66,13 +66,31 @@ struct Common<T> {
     two_sided: Option<bool>,
     opacity: Option<Share>,
     alpha_cutoff: Option<Share>,
+    normal_texture: Option<T>,
+    normal_scale: Option<TextureNumber>,
 }
 
 impl<T> Common<T> {
-    const NAMES: [&'static str; 5] = ["emission", "emission_texture", "two_sided", "opacity", "alpha_cutoff"];
+    const NAMES: [&'static str; 7] = [
+        "emission",
+        "emission_texture",
+        "two_sided",
+        "opacity",
+        "alpha_cutoff",
+        "normal_texture",
+        "normal_scale",
+    ];
 
     const fn new() -> Self {
-        Self { emission: None, emission_texture: None, two_sided: None, opacity: None, alpha_cutoff: None }
+        Self {
+            emission: None,
+            emission_texture: None,
+            two_sided: None,
+            opacity: None,
+            alpha_cutoff: None,
+            normal_texture: None,
+            normal_scale: None,
+        }
     }
 
     /// Reads the value of the field `name`. Returns false for a field of the surface.
@@ -96,6 +114,8 @@ impl<T> Common<T> {
             "two_sided" => set(&mut self.two_sided, "two_sided", map),
             "opacity" => set(&mut self.opacity, "opacity", map),
             "alpha_cutoff" => set(&mut self.alpha_cutoff, "alpha_cutoff", map),
+            "normal_texture" => set(&mut self.normal_texture, "normal_texture", map),
+            "normal_scale" => set(&mut self.normal_scale, "normal_scale", map),
             _ => Ok(false),
         }
     }
@@ -107,6 +127,8 @@ impl<T> Common<T> {
             emission: self.emission.map_or(plain.emission, vector),
             emission_texture: self.emission_texture,
             emits_both_sides: self.two_sided.unwrap_or(false),
+            normal_texture: self.normal_texture,
+            normal_scale: self.normal_scale.map_or(plain.normal_scale, |scale| scale.0),
             opacity,
             alpha: match self.alpha_cutoff {
                 Some(cutoff) => Alpha::Mask { cutoff: cutoff.0 },

@@ -91,6 +91,7 @@ fn a_bright_texel_is_no_lamp() {
             wrap: [Wrap::Repeat; 2],
             filter: Filter::Linear,
             transform: DAffine2::IDENTITY,
+            second_uvs: false,
         });
         OwnLight::of(&textured)
     };

@@ -34,6 +34,7 @@ impl Loader for Files {
             wrap: [Wrap::Clamp; 2],
             filter: Filter::Linear,
             transform: DAffine2::IDENTITY,
+            second_uvs: false,
         };
         let texture = || Some(texture.clone());
         let material = |name: &str| {

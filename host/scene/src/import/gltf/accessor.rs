@@ -21,7 +21,7 @@ pub enum Component {
 /// The elements that the user of an accessor accepts.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
-    /// glTF's `type` of an element: `SCALAR`, `VEC2` or `VEC3`.
+    /// glTF's `type` of an element: `SCALAR`, `VEC2`, `VEC3` or `VEC4`.
     pub kind: &'static str,
     pub components: &'static [Component],
 }
@@ -82,6 +82,7 @@ impl<'a> Elements<'a> {
         let width = match expected.kind {
             "SCALAR" => 1,
             "VEC2" => 2,
+            "VEC4" => 4,
             _ => 3,
         };
         let component = Component::of(accessor.component_type);

@@ -65,19 +65,6 @@ pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), Sce
         primitives.any(|primitive| primitive.targets.is_some()),
         "morph targets are not supported and ignored",
     );
-    let mut attributes = root
-        .meshes
-        .iter()
-        .flat_map(|mesh| &mesh.primitives)
-        .flat_map(|primitive| primitive.attributes.keys());
-    warn(
-        attributes.any(|attribute| attribute.starts_with("COLOR_")),
-        "vertex colours (COLOR_0) are not supported and ignored",
-    );
-    warn(
-        root.materials.iter().any(|material| material.normal_texture.is_some()),
-        "normal maps (normalTexture) are not supported and ignored",
-    );
     warn(
         root.materials.iter().any(|material| material.occlusion_texture.is_some()),
         "occlusion maps (occlusionTexture) are not supported and ignored: occlusion is computed",

@@ -181,7 +181,7 @@ objects! {
     Material {
         name: Option<Box<str>>,
         pbr_metallic_roughness: Option<Box<MetallicRoughness>>,
-        normal_texture: Option<IgnoredAny>,
+        normal_texture: Option<Box<NormalTexture>>,
         occlusion_texture: Option<IgnoredAny>,
         emissive_texture: Option<Box<TextureInfo>>,
         #[serde(default)] emissive_factor: [f64; 3],
@@ -211,6 +211,10 @@ objects! {
     Transmission {
         #[serde(default)] transmission_factor: f64,
         transmission_texture: Option<Box<TextureInfo>>,
+    }
+    NormalTexture {
+        #[serde(flatten)] info: TextureInfo,
+        #[serde(default = "one")] scale: f64,
     }
     TextureInfo {
         index: u32,

@@ -15,6 +15,9 @@ use std::collections::HashMap;
 /// Indices of refraction that are used as they are.
 const IOR: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
+/// Maximum scale of a normal map, as in a scene file.
+const MAX_SCALE: f64 = 1e6;
+
 /// Materials in use, by their index in the document; `None` is the material of primitives that name
 /// none.
 #[derive(Debug, Default)]
@@ -25,10 +28,10 @@ pub struct Materials(HashMap<Option<u32>, Known>);
 pub struct Known {
     /// Index into the description's materials.
     pub index: usize,
-    /// Set of texture coordinates that the textures use; 0 without textures.
-    pub set: u32,
-    /// True if the material has textures.
-    pub textured: bool,
+    /// Sets of texture coordinates that the textures use, first and second.
+    pub sets: [Option<u32>; 2],
+    /// True if it has a normal map.
+    pub is_mapped: bool,
 }
 
 impl Materials {
@@ -44,16 +47,13 @@ impl Materials {
         if let Some(known) = self.0.get(&index) {
             return Ok(*known);
         }
-        let (material, set) = match index {
-            None => (plain("default"), None),
+        let (material, sets) = match index {
+            None => (plain("default"), [None; 2]),
             Some(index) => read(document, output, index, user)?,
         };
+        let is_mapped = material.normal_texture.is_some();
         output.description.materials.push(material);
-        let known = Known {
-            index: output.description.materials.len() - 1,
-            set: set.unwrap_or_default(),
-            textured: set.is_some(),
-        };
+        let known = Known { index: output.description.materials.len() - 1, sets, is_mapped };
         self.0.insert(index, known);
         Ok(known)
     }
@@ -74,20 +74,20 @@ fn plain(name: &str) -> Material {
     Material { opacity, ..Material::from(surface) }.named(name)
 }
 
-/// Reads a material, and the set of texture coordinates that its textures use (`None` without
-/// textures).
+/// Reads a material, and the sets of texture coordinates that its textures use, first and second.
 fn read(
     document: &Document,
     output: &mut Output,
     index: u32,
     user: &SourceLocation,
-) -> Result<(Material, Option<u32>), SceneError> {
+) -> Result<(Material, [Option<u32>; 2]), SceneError> {
     let source = super::buffers::get(&document.root.materials, index, "materials", user)?;
     let site = document.site(format!("materials[{index}]"));
     let name = source.name.as_deref().map_or_else(|| site.place.clone(), shown);
 
     // Sets of texture coordinates, in order of precedence.
-    let mut sets = Vec::new();
+    let mut sets = [None; 2];
+    let mut others = 0;
     let mut texture = |output: &mut Output,
                        info: Option<&TextureInfo>,
                        curve: Curve,
@@ -95,19 +95,27 @@ fn read(
      -> Result<Option<TextureUse>, SceneError> {
         let Some(info) = info else { return Ok(None) };
         let read = texture::read(document, output, info, curve, &site.member(place))?;
-        Ok(read.map(|(texture, set)| {
-            sets.push(set);
+        Ok(read.map(|(mut texture, set)| {
+            match sets {
+                [None, _] => sets[0] = Some(set),
+                [Some(first), _] if first == set => {}
+                [_, None] => sets[1] = Some(set),
+                [_, Some(second)] if second == set => {}
+                _ => others += 1,
+            }
+            texture.second_uvs = sets[1] == Some(set);
             texture
         }))
     };
 
     let defaults = MetallicRoughness::default();
     let pbr = source.pbr_metallic_roughness.as_deref().unwrap_or(&defaults);
-    let [base, emissive, rough, transmitted] = [
+    let [base, emissive, rough, transmitted, normal] = [
         "pbrMetallicRoughness.baseColorTexture",
         "emissiveTexture",
         "pbrMetallicRoughness.metallicRoughnessTexture",
         "extensions.KHR_materials_transmission.transmissionTexture",
+        "normalTexture",
     ];
     let base_color_texture = texture(output, pbr.base_color_texture.as_deref(), Curve::Srgb, base)?;
     let metallic_roughness_texture =
@@ -135,12 +143,18 @@ fn read(
         _ => None,
     };
 
-    if sets.iter().any(|set| Some(set) != sets.first()) {
-        output.warnings.tally(
-            "materials whose textures use different sets of texture coordinates, read with the first texture's",
-            1,
-            &site.place,
-        );
+    let map = source.normal_texture.as_deref();
+    let normal_texture = texture(output, map.map(|map| &map.info), Curve::Linear, normal)?;
+    output.warnings.tally(
+        "textures beyond a material's first two sets of texture coordinates, read with the first",
+        others,
+        &site.place,
+    );
+    let normal_scale = map.map_or(1.0, |map| map.scale);
+    if normal_scale.abs() > MAX_SCALE {
+        return Err(site
+            .member("normalTexture")
+            .malformed(format!("scale is {normal_scale:e}"), "it must be at most 1e6"));
     }
     let Output { warnings, .. } = output;
     let factor = share(DVec4::from(pbr.base_color_factor), &site, warnings);
@@ -193,8 +207,10 @@ fn read(
         emits_both_sides: source.double_sided,
         opacity: factor.w,
         alpha,
+        normal_texture,
+        normal_scale,
     };
-    Ok((material, sets.first().copied()))
+    Ok((material, sets))
 }
 
 /// Clamps factors to 0 to 1, with a warning if one changes.

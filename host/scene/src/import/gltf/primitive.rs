@@ -1,6 +1,6 @@
 //! Reads a glTF primitive as a mesh of the description.
 
-use super::super::mesh::{self, POSITION_REMEDY, check_position, check_uvs, finish};
+use super::super::mesh::{self, POSITION_REMEDY, check_colors, check_position, check_uvs, finish};
 use super::super::source_location::{SourceLocation, shown};
 use super::accessor::{Component, Elements, Expected};
 use super::features::DECOMPRESS;
@@ -18,6 +18,11 @@ use Component::{F32, I8, I16, U8, U16, U32};
 const INDICES: Expected = Expected { kind: "SCALAR", components: &[U8, U16, U32] };
 const POSITION: Expected = Expected { kind: "VEC3", components: &[F32, I8, U8, I16, U16] };
 const NORMAL: Expected = Expected { kind: "VEC3", components: &[F32, I8, I16] };
+const TANGENT: Expected = Expected { kind: "VEC4", components: &[F32, I8, I16] };
+const COLOR: [Expected; 2] = [
+    Expected { kind: "VEC3", components: &[F32, U8, U16] },
+    Expected { kind: "VEC4", components: &[F32, U8, U16] },
+];
 const TEXCOORD: Expected = Expected { kind: "VEC2", components: &[F32, I8, U8, I16, U16] };
 
 /// Reads a primitive; `None` if it has no triangles.
@@ -71,8 +76,19 @@ pub fn read(
         Ok(Some(elements))
     };
     let normals = attribute(output, "NORMAL", NORMAL)?;
-    let uvs = attribute(output, &format!("TEXCOORD_{}", material.set), TEXCOORD)?;
-    if uvs.is_none() && material.textured {
+    let uvs = |output: &mut Output, set: Option<u32>| match set {
+        Some(set) => attribute(output, &format!("TEXCOORD_{set}"), TEXCOORD),
+        None => Ok(None),
+    };
+    // A scene file may give the mesh another material.
+    let sets = [uvs(output, material.sets[0].or(Some(0)))?, uvs(output, material.sets[1])?];
+    let tangents = if material.is_mapped { attribute(output, "TANGENT", TANGENT)? } else { None };
+    let has_opacity = |&index: &u32| {
+        document.root.accessors.get(index as usize).is_some_and(|accessor| accessor.kind == "VEC4")
+    };
+    let has_opacity = primitive.attributes.get("COLOR_0").is_some_and(has_opacity);
+    let colors = attribute(output, "COLOR_0", COLOR[usize::from(has_opacity)])?;
+    if (0..2).any(|place| material.sets[place].is_some() && sets[place].is_none()) {
         output.warnings.tally(
             "meshes without the texture coordinates that their material's textures use",
             1,
@@ -100,9 +116,24 @@ pub fn read(
     if let Some(normals) = normals {
         mesh.normals = used.iter().map(|&vertex| normals.floats(vertex)).collect();
     }
-    if let Some(uvs) = uvs {
-        mesh.uvs = used.iter().map(|&vertex| uvs.floats(vertex)).collect();
-        check_uvs(&mut mesh.uvs, site, &mut output.warnings);
+    for (uvs, elements) in [&mut mesh.uvs, &mut mesh.second_uvs].into_iter().zip(sets) {
+        let Some(elements) = elements else { continue };
+        *uvs = used.iter().map(|&vertex| elements.floats(vertex)).collect();
+        check_uvs(uvs, site, &mut output.warnings);
+    }
+    if let Some(tangents) = tangents {
+        mesh.tangents = used.iter().map(|&vertex| tangents.floats(vertex)).collect();
+    }
+    if let Some(colors) = colors {
+        let color = |&vertex: &u32| match has_opacity {
+            true => colors.floats(vertex),
+            false => {
+                let [r, g, b] = colors.floats(vertex);
+                [r, g, b, 1.0]
+            }
+        };
+        mesh.colors = used.iter().map(color).collect();
+        check_colors(&mut mesh.colors, site, &mut output.warnings);
     }
     Ok(finish(mesh, site, &mut output.warnings))
 }

@@ -66,7 +66,8 @@ pub fn read(
     if !transform.is_finite() {
         return Err(user.malformed("its KHR_texture_transform is not finite", "use smaller numbers"));
     }
-    Ok(Some((TextureUse { image, wrap, filter, transform }, set)))
+    let second_uvs = false; // the material decides
+    Ok(Some((TextureUse { image, wrap, filter, transform, second_uvs }, set)))
 }
 
 /// Returns scale, then rotation, then offset as a map. With v down, a positive rotation turns +u

@@ -175,5 +175,5 @@ fn texture(
     let offset = DVec2::new(map.offset.x, 1.0 - map.scale.y - map.offset.y);
     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
     let transform = DAffine2::from_scale_angle_translation(map.scale, 0.0, offset);
-    Ok(TextureUse { image, wrap: [wrap; 2], filter: Filter::Linear, transform })
+    Ok(TextureUse { image, wrap: [wrap; 2], filter: Filter::Linear, transform, second_uvs: false })
 }

@@ -1,0 +1,288 @@
+//! Attributes of meshes: normal maps in tangent space, colours of vertices, and second sets of
+//! texture coordinates; against known answers, and equal on every backend.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use glam::{DAffine2, DAffine3, DVec3};
+use std::f64::consts::PI;
+use trisect::film::Film;
+use trisect::render::Settings;
+use trisect::scene::description::{
+    Description, Filter, Instance, Lambertian, Material, Mesh, MetallicRoughness, PunctualLight, Sky, Texels,
+    TextureImage, TextureUse, Wrap,
+};
+use trisect::scene::{CameraPose, Scene};
+use trisect_tests::renders::{apart, cpu, differing, film};
+use trisect_tests::{BackendUnderTest, for_each_backend};
+
+/// A direction of tangent space, towards +u, up in the image, and out of the surface.
+const TILT: DVec3 = DVec3::new(0.48, 0.36, 0.8);
+
+/// Direction towards the sun.
+const SUN: DVec3 = DVec3::new(2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0);
+
+fn image(texels: Vec<[f32; 4]>) -> TextureImage {
+    let width = texels.len() as u32;
+    TextureImage { name: "test".to_owned(), width, height: 1, texels: Texels::Float(texels) }
+}
+
+fn texture(image: usize, second_uvs: bool) -> TextureUse {
+    let (wrap, filter) = ([Wrap::Clamp; 2], Filter::Nearest);
+    TextureUse { image, wrap, filter, transform: DAffine2::IDENTITY, second_uvs }
+}
+
+/// Returns a square in front of the camera, whose texture coordinates are as upright as it is.
+fn square() -> Mesh {
+    Mesh {
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        uvs: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+fn sunlit(material: Material, mesh: Mesh, transform: DAffine3, images: Vec<TextureImage>) -> Scene {
+    let camera = CameraPose {
+        look_from: DVec3::new(0.0, 0.0, 10.0),
+        look_at: DVec3::ZERO,
+        vertical_fov: 0.1,
+        focus_distance: 10.0,
+        ..CameraPose::PINHOLE
+    };
+    let model = Description {
+        cameras: vec![("test".to_owned(), camera)],
+        materials: vec![material],
+        images,
+        meshes: vec![mesh],
+        instances: vec![Instance { mesh: 0, transform }],
+        lights: vec![PunctualLight::Directional { direction: -SUN, irradiance: DVec3::splat(PI) }],
+        sky: Some(Sky::Gradient { bottom: DVec3::ZERO, top: DVec3::ZERO }),
+        ..Description::default()
+    };
+    Scene::from_model(model, "test").unwrap()
+}
+
+fn settings(scene: &Scene) -> Settings {
+    Settings { width: 8, height: 8, samples: 2, depth: 2, ..Settings::of(scene) }
+}
+
+/// Returns what a diffuse white surface reflects to the camera, whose interpolated normal is +z.
+fn expected(normal: DVec3) -> f64 {
+    let (cos, tilt) = (SUN.z, normal.z);
+    let alpha2 = (0.125 * (1.0 / (tilt * tilt) - 1.0)).min(1.0);
+    let slope = 1.0 / (cos * cos) - 1.0;
+    normal.dot(SUN).max(0.0) * 2.0 / (1.0 + (1.0 + alpha2 * slope).sqrt())
+}
+
+/// A map of one direction turns the light of a square as its texture coordinates lie, also if the
+/// instance is mirrored, the coordinates are turned, or the file gives tangents.
+fn a_map_of_one_direction_tilts_the_surface(subject: BackendUnderTest) {
+    let encoded = |n: DVec3| [0.5 * n.x as f32 + 0.5, 0.5 * n.y as f32 + 0.5, 0.5 * n.z as f32 + 0.5, 1.0];
+    let turned = Mesh { uvs: square().uvs.iter().map(|&[u, v]| [v, 1.0 - u]).collect(), ..square() };
+    let given = Mesh { tangents: vec![[0.0, 1.0, 0.0, -1.0]; 4], ..square() };
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let flat = Mesh { normals: Vec::new(), ..square() };
+    let DVec3 { x, y, z } = TILT;
+    let cases = [
+        ("upright", square(), DAffine3::IDENTITY, 1.0, TILT),
+        ("flat", flat, DAffine3::IDENTITY, 1.0, TILT),
+        ("mirrored", square(), mirror, 1.0, DVec3::new(-x, y, z)),
+        ("turned", turned, DAffine3::IDENTITY, 1.0, DVec3::new(y, -x, z)),
+        ("given", given, DAffine3::IDENTITY, 1.0, DVec3::new(y, x, z)),
+        ("scaled", square(), DAffine3::IDENTITY, -0.5, DVec3::new(-0.5 * x, -0.5 * y, z).normalize()),
+    ];
+    for (name, mesh, transform, scale, normal) in cases {
+        let material = Material {
+            normal_texture: Some(texture(0, false)),
+            normal_scale: scale,
+            ..Material::from(Lambertian::rgb(1.0, 1.0, 1.0))
+        };
+        let scene = sunlit(material, mesh, transform, vec![image(vec![encoded(TILT)])]);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let want = expected(normal);
+        let film = film(&mut renderer, &settings(&scene));
+        for got in film.pixels.iter().map(|pixel| pixel.mean()[0]) {
+            // The texels have 11 bits, and the tangents 16.
+            assert!((got - want).abs() < 1e-3, "{name}: {got} for {want}");
+        }
+        // Negative control: the directions differ by more than that.
+        let others = [TILT, DVec3::Z, DVec3::new(-x, y, z), DVec3::new(y, -x, z), DVec3::new(x, -y, z)];
+        let others = others.into_iter().filter(|&other| other != normal);
+        assert!(others.map(expected).all(|other| (other - want).abs() > 0.02), "{name}");
+    }
+}
+
+/// A map without a direction, or one that is not finite, changes no bit.
+fn a_map_without_a_direction_is_left(subject: BackendUnderTest) {
+    let plain = Material::from(Lambertian::rgb(0.5, 0.5, 0.5));
+    let scene = sunlit(plain.clone(), square(), DAffine3::IDENTITY, Vec::new());
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let want = film(&mut renderer, &settings(&scene));
+    let degenerate = Mesh { uvs: vec![[0.25, 0.25]; 4], ..square() };
+    for (mesh, texel, scale, is_left) in [
+        (square(), [0.5, 0.5, 0.5, 1.0], 1.0, true),
+        (square(), [f32::NAN; 4], 0.0, false),
+        (square(), [f32::INFINITY; 4], 1e6, true),
+        (degenerate, [0.5, 0.5, 1.0, 1.0], 1.0, false),
+        (square(), [0.9, 0.5, 0.7, 1.0], 1.0, false),
+    ] {
+        let material =
+            Material { normal_texture: Some(texture(0, false)), normal_scale: scale, ..plain.clone() };
+        let scene = sunlit(material, mesh, DAffine3::IDENTITY, vec![image(vec![texel])]);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let got = film(&mut renderer, &settings(&scene));
+        assert_eq!(got.counts().rejected, 0, "{texel:?}");
+        if is_left {
+            let off = got.pixels.iter().zip(&want.pixels).map(|(a, b)| (a.mean()[0] - b.mean()[0]).abs());
+            let off = off.fold(0.0, f64::max);
+            // The factor of the bent light is 1, but for rounding.
+            assert!(off < 1e-6, "{texel:?}: {off}");
+        }
+    }
+}
+
+/// Colours of vertices and both sets of texture coordinates multiply the material's colour.
+fn colours_and_second_coordinates_are_read(subject: BackendUnderTest) {
+    let mesh = Mesh {
+        second_uvs: vec![[0.75, 0.5]; 4],
+        colors: vec![
+            [1.0, 0.5, 0.25, 1.0],
+            [0.5, 0.5, 0.25, 1.0],
+            [0.0, 0.5, 0.25, 1.0],
+            [0.5, 0.5, 0.25, 1.0],
+        ],
+        ..square()
+    };
+    let images = vec![image(vec![[0.5, 1.0, 1.0, 1.0], [1.0, 1.0, 0.5, 1.0]])];
+    let albedo =
+        |second_uvs| Lambertian { texture: Some(texture(0, second_uvs)), ..Lambertian::rgb(1.0, 1.0, 1.0) };
+    for (second, blue) in [(true, 0.125), (false, 0.25)] {
+        let material = Material::from(albedo(second));
+        let scene = sunlit(material, mesh.clone(), DAffine3::IDENTITY, images.clone());
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let film = film(&mut renderer, &settings(&scene));
+        // At the left the first set's texel is the first; its mean colour lies in the middle.
+        let [red, green, got] = film.pixels.iter().nth(8 * 4 + 1).unwrap().mean();
+        let lit = SUN.z;
+        assert!(
+            (green - 0.5 * lit).abs() < 1e-3 && (got - blue * lit).abs() < 1e-3,
+            "{second}: {green}, {got}"
+        );
+        assert!(red > 0.2 * lit * if second { 1.0 } else { 0.5 } && red < 0.7 * lit, "{red}");
+    }
+}
+
+/// Returns a ball under a sky of radiance 1 with all attributes, and a map of steep bumps.
+fn ball(metallic: f64, roughness: f64) -> Scene {
+    let (columns, rows) = (24u32, 12u32);
+    let mut mesh = Mesh { ..Mesh::default() };
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let (u, v) = (f64::from(column) / f64::from(columns), f64::from(row) / f64::from(rows));
+            let ((sin, cos), (around_sin, around_cos)) = ((PI * v).sin_cos(), (2.0 * PI * u).sin_cos());
+            let normal = DVec3::new(sin * around_cos, cos, -sin * around_sin).as_vec3().to_array();
+            mesh.positions.push(normal);
+            mesh.normals.push(normal);
+            mesh.uvs.push([u as f32, v as f32]);
+            mesh.second_uvs.push([v as f32, u as f32]);
+            mesh.colors.push([1.0, 1.0, 1.0 - v as f32, 1.0]);
+        }
+    }
+    for row in 0..rows {
+        for column in 0..columns {
+            let a = row * (columns + 1) + column;
+            let b = a + columns + 1;
+            mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+    }
+    let bump = |i: u32| {
+        let (x, y) = (f64::from(i % 16) - 7.5, f64::from(i / 16 % 16) - 7.5);
+        let n = DVec3::new(x.sin(), y.cos(), 0.5).normalize() * 0.5 + 0.5;
+        [n.x as f32, n.y as f32, n.z as f32, 1.0]
+    };
+    let bumps = TextureImage {
+        name: "bumps".to_owned(),
+        width: 16,
+        height: 16,
+        texels: Texels::Float((0..256).map(bump).collect()),
+    };
+    let surface = MetallicRoughness { base_color: DVec3::ONE, metallic, roughness, ..Default::default() };
+    let surface = MetallicRoughness { texture: Some(texture(1, true)), ..surface };
+    let normal_texture = Some(TextureUse { filter: Filter::Linear, ..texture(0, false) });
+    let material = Material { normal_texture, ..Material::from(surface) };
+    let images = vec![bumps, image(vec![[1.0; 4], [1.0, 0.75, 1.0, 1.0]])];
+    let mut scene = sunlit(material, mesh, DAffine3::from_rotation_x(0.4), images);
+    scene.lights.clear();
+    scene.sky.bottom = glam::Vec3::ONE;
+    scene.sky.top = glam::Vec3::ONE;
+    scene.camera.vertical_fov = 0.22;
+    scene
+}
+
+fn is_exact(subject: BackendUnderTest) -> bool {
+    matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda)
+}
+
+/// Bumps add no light in a furnace: where no pixel sees the sky, none is brighter than it. And
+/// every backend shows the CPU's image.
+fn bumps_add_no_light(subject: BackendUnderTest) {
+    for (metallic, roughness) in [(0.0, 0.5), (1.0, 0.3), (0.5, 1.0), (1.0, 0.0)] {
+        let scene = ball(metallic, roughness);
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let settings =
+            Settings { width: 20, height: 20, samples: 32, depth: 8, seed: 3, ..Settings::of(&scene) };
+        let got = film(&mut renderer, &settings);
+        let want = film(&mut cpu(&scene), &settings);
+        if is_exact(subject) {
+            assert_eq!(differing(&got, &want), 0, "{metallic}, {roughness}");
+        } else {
+            let off = apart(&got, &want);
+            assert!(off * 100 <= 3 * want.pixels.len(), "{metallic}, {roughness}: {off} pixels differ");
+        }
+        let means = |film: &Film| film.pixels.iter().map(|pixel| pixel.mean()[0]).collect::<Vec<_>>();
+        let brightest = means(&got).into_iter().fold(0.0, f64::max);
+        assert!(brightest < 1.15, "{metallic}, {roughness}: {brightest}");
+        let whole = means(&got).iter().sum::<f64>() / got.pixels.len() as f64;
+        assert!(whole <= 1.0, "{metallic}, {roughness}: {whole}");
+        // Negative control: without the map the ball is brighter.
+        let mut smooth = scene.clone();
+        smooth.materials[0].normal_texture = trisect_shared::texture::NO_TEXTURE;
+        let smooth = film(&mut cpu(&smooth), &settings);
+        assert!(differing(&smooth, &want) > 100, "the map has no effect");
+    }
+}
+
+/// Light that is sampled and light that is found have the same mean on steep bumps: the pdfs of the
+/// lobes are those of their samples, also where reflections bend the normal.
+fn sampling_agrees_with_light(subject: BackendUnderTest) {
+    let mut scene = ball(0.0, 0.6);
+    (scene.sky.bottom, scene.sky.top) = (glam::Vec3::ZERO, glam::Vec3::ZERO);
+    let lamp = Scene::parse(
+        r#"Scene(version: 1, image: (width: 8, height: 8), camera: (look_from: (0, 0, 9), look_at: (0, 0, 0), vertical_fov: 40),
+            materials: { "lamp": Emissive(radiance: (4, 4, 4), two_sided: true) },
+            objects: [Quad(corner: (1.5, -2, -1), u: (0, 4, 0), v: (0, 0, 4), material: "lamp")])"#,
+        "lamp",
+    );
+    let lamp = lamp.unwrap();
+    scene.flats =
+        lamp.flats.iter().map(|flat| trisect_shared::planar::Planar { material: 1, ..*flat }).collect();
+    scene.materials.extend(lamp.materials);
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings =
+        Settings { width: 12, height: 12, samples: 2048, depth: 2, seed: 1, ..Settings::of(&scene) };
+    let mut mean = |light_sampling| {
+        let film = film(&mut renderer, &Settings { light_sampling, ..settings.clone() });
+        film.pixels.iter().map(|pixel| pixel.mean()[0]).sum::<f64>() / 144.0
+    };
+    let (with, without) = (mean(true), mean(false));
+    // 295,000 paths: the noise of the mean is 0.3 %.
+    assert!((with / without - 1.0).abs() < 0.012, "{with} and {without}");
+}
+
+for_each_backend!(
+    sampling_agrees_with_light,
+    a_map_of_one_direction_tilts_the_surface,
+    a_map_without_a_direction_is_left,
+    colours_and_second_coordinates_are_read,
+    bumps_add_no_light,
+);
