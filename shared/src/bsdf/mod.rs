@@ -353,13 +353,16 @@ impl Bsdf {
             return (sample, of_light);
         }
         let scatter = scatter(features, &self.material, -self.viewer, self.normal, self.front, random);
-        let sample = BsdfSample {
+        let mut sample = BsdfSample {
             direction: scatter.direction,
-            weight: self.material.albedo * self.book_shadowing(features, scatter.direction),
+            weight: self.material.albedo,
             pdf: self.evaluate_book(features, scatter.direction).pdf,
             transmitted: scatter.transmitted,
             absorbed: scatter.absorbed,
         };
+        if self.is_mapped_lambertian(features) {
+            sample.weight *= self.bump_shadowing(self.world_to_local(scatter.direction));
+        }
         if features.has(NEE) && evaluates {
             of_light = self.evaluate_book(features, light);
         }
@@ -404,22 +407,16 @@ impl Bsdf {
             return ZERO_EVAL;
         }
         let pdf = of_book!(features, self.material.kind, pdf(self, direction, cos));
-        let value = self.material.albedo * (pdf * self.book_shadowing(features, direction));
+        let mut value = self.material.albedo * pdf;
+        if self.is_mapped_lambertian(features) {
+            value *= self.bump_shadowing(self.world_to_local(direction));
+        }
         BsdfEval { value, pdf }
     }
 
-    /// Returns the factor of [`bump_shadowing`](Self::bump_shadowing) of a diffuse surface; 1 for
-    /// the book's other materials.
+    /// Returns whether a normal map bends the normal of a diffuse surface of the book.
     #[inline(always)]
-    fn book_shadowing<const POSSIBLE: Features>(
-        &self,
-        features: FeatureSet<POSSIBLE>,
-        direction: Vec3,
-    ) -> f32 {
-        if features.has(NORMAL_MAPS) && self.material.kind == LAMBERTIAN {
-            self.bump_shadowing(self.world_to_local(direction))
-        } else {
-            1.0
-        }
+    fn is_mapped_lambertian<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> bool {
+        features.has(NORMAL_MAPS) && self.is_mapped && self.material.kind == LAMBERTIAN
     }
 }

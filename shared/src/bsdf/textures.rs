@@ -71,7 +71,7 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
         let last = if features.has(NORMAL_MAPS) { NORMAL } else { TRANSMISSION };
         let mut slot = ALBEDO;
         while slot <= last {
-            let texture = texture_of(&material, slot);
+            let texture = texture_of(features, &material, slot);
             if wanted & slot != 0 && texture != NO_TEXTURE {
                 // SAFETY: the caller's promise.
                 let t = unsafe { load::<Texture>(scene.textures, texture) };
@@ -89,7 +89,7 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
                     material.metallic *= c.z;
                 } else if slot == EMISSION {
                     material.emission *= Vec3::new(c.x, c.y, c.z);
-                } else if slot == TRANSMISSION {
+                } else if !features.has(NORMAL_MAPS) || slot == TRANSMISSION {
                     material.transmission *= c.x;
                 } else {
                     let scale = material.normal_scale;
@@ -108,14 +108,18 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
 
 /// Returns the index of a slot's texture, or [`NO_TEXTURE`].
 #[inline(always)]
-fn texture_of(material: &Material, slot: Slots) -> u32 {
+fn texture_of<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    material: &Material,
+    slot: Slots,
+) -> u32 {
     if slot == ALBEDO {
         material.albedo_texture
     } else if slot == METALLIC_ROUGHNESS {
         material.metallic_roughness_texture
     } else if slot == EMISSION {
         material.emission_texture
-    } else if slot == TRANSMISSION {
+    } else if !features.has(NORMAL_MAPS) || slot == TRANSMISSION {
         material.transmission_texture
     } else {
         material.normal_texture
