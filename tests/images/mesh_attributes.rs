@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::description::{
-    Description, Filter, Instance, Lambertian, Material, Mesh, MetallicRoughness, PunctualLight, Sky, Texels,
-    TextureImage, TextureUse, Wrap,
+    Alpha, Description, Filter, Instance, Lambertian, Material, Mesh, MetallicRoughness, PunctualLight, Sky,
+    Texels, TextureImage, TextureUse, Wrap,
 };
 use trisect::scene::{CameraPose, Scene};
 use trisect_tests::renders::{apart, cpu, differing, film};
@@ -172,6 +172,20 @@ fn colours_and_second_coordinates_are_read(subject: BackendUnderTest) {
     }
 }
 
+/// The opacity of vertices lets light through a surface that blends, and not through an opaque one.
+fn vertices_fade(subject: BackendUnderTest) {
+    let mesh = Mesh { colors: vec![[1.0, 1.0, 1.0, 0.25]; 4], ..square() };
+    for (alpha, want) in [(Alpha::Blend, 0.25 * SUN.z), (Alpha::Opaque, SUN.z)] {
+        let material = Material { alpha, ..Material::from(Lambertian::rgb(1.0, 1.0, 1.0)) };
+        let scene = sunlit(material, mesh.clone(), DAffine3::IDENTITY, Vec::new());
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let film = film(&mut renderer, &Settings { samples: 256, ..settings(&scene) });
+        let got = film.pixels.iter().map(|pixel| pixel.mean()[0]).sum::<f64>() / 64.0;
+        // 16,384 samples pass or not: the noise of the mean is 0.003.
+        assert!((got - want).abs() < 0.012, "{alpha:?}: {got} for {want}");
+    }
+}
+
 /// Returns a ball under a sky of radiance 1 with all attributes, and a map of steep bumps.
 fn ball(metallic: f64, roughness: f64) -> Scene {
     let (columns, rows) = (24u32, 12u32);
@@ -284,5 +298,6 @@ for_each_backend!(
     a_map_of_one_direction_tilts_the_surface,
     a_map_without_a_direction_is_left,
     colours_and_second_coordinates_are_read,
+    vertices_fade,
     bumps_add_no_light,
 );

@@ -137,6 +137,14 @@ pub struct Mesh {
     pub material: usize,
 }
 
+impl Mesh {
+    /// Returns whether the vertices have attributes that need a record beside normals and texture
+    /// coordinates.
+    pub(crate) fn has_attributes(&self) -> bool {
+        !self.colors.is_empty() || !self.second_uvs.is_empty()
+    }
+}
+
 /// A mesh placed in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {

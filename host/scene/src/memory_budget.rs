@@ -8,6 +8,10 @@ use trisect_system::memory;
 /// (docs/notebook/triangles-and-trees.md).
 const TRIANGLE: u64 = 450;
 
+/// Estimated further bytes for each triangle with tangents, colours or second texture coordinates:
+/// a record of 64 bytes in both orders, and three tangents.
+const ATTRIBUTES: u64 = 2 * 64 + 3 * 16;
+
 /// Requests up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 64 << 20;
 
@@ -19,13 +23,15 @@ pub struct MemoryBudget {
 }
 
 impl MemoryBudget {
-    /// Takes memory for the triangles of an instance of a mesh.
+    /// Takes memory for the triangles of an instance of a mesh, which have further attributes or
+    /// not.
     ///
     /// # Errors
     ///
     /// A message if the free memory does not suffice.
-    pub fn place(&mut self, mesh: &Mesh) -> Result<(), String> {
-        self.take((mesh.triangles.len() as u64).saturating_mul(TRIANGLE))
+    pub fn place(&mut self, mesh: &Mesh, has_attributes: bool) -> Result<(), String> {
+        let each = TRIANGLE + if has_attributes { ATTRIBUTES } else { 0 };
+        self.take((mesh.triangles.len() as u64).saturating_mul(each))
     }
 
     /// Takes memory for another mesh with the vertices and triangles of `mesh`.
@@ -65,9 +71,9 @@ mod tests {
     fn what_does_not_fit_is_refused() {
         let mesh = Mesh { positions: vec![[0.0; 3]; 3], triangles: vec![[0, 1, 2]; 1000], ..Mesh::default() };
         let mut room = MemoryBudget { free: Some(100 << 20), ..MemoryBudget::default() };
-        let placed = (0..10_000).take_while(|_| room.place(&mesh).is_ok()).count();
+        let placed = (0..10_000).take_while(|_| room.place(&mesh, false).is_ok()).count();
         assert_eq!(placed as u64, (100 << 20) / (1000 * TRIANGLE));
-        assert!(room.place(&mesh).unwrap_err().contains("100 MiB"));
+        assert!(room.place(&mesh, false).unwrap_err().contains("100 MiB"));
         let mut room = MemoryBudget { free: Some(SMALL), ..MemoryBudget::default() };
         let stored = (0..10_000).take_while(|_| room.store(&mesh).is_ok()).count();
         assert!((5_000..6_000).contains(&stored), "{stored}");

@@ -71,7 +71,12 @@ fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mes
 /// may take long.
 pub(crate) fn check_memory(description: &Description) -> Result<(), String> {
     let mut room = MemoryBudget::default();
-    description.instances.iter().try_for_each(|instance| room.place(mesh(description, instance)?))
+    description.instances.iter().try_for_each(|instance| {
+        let mesh = mesh(description, instance)?;
+        let material = description.materials.get(mesh.material);
+        let is_mapped = material.is_some_and(|material| material.normal_texture.is_some());
+        room.place(mesh, is_mapped || mesh.has_attributes())
+    })
 }
 
 impl Geometry {
@@ -121,7 +126,7 @@ impl Geometry {
         let mut flat = 0usize;
         self.triangles.reserve(mesh.triangles.len());
         self.shading.reserve(mesh.triangles.len());
-        let has_attributes = tangents.is_some() || !mesh.colors.is_empty() || !mesh.second_uvs.is_empty();
+        let has_attributes = tangents.is_some() || mesh.has_attributes();
         for (face, corners) in mesh.triangles.iter().enumerate() {
             let [a, mut b, mut c] = corners.map(|i| i as usize);
             let mut order = [0, 1, 2];

@@ -9,9 +9,11 @@ use trisect_shared::math::luminance;
 use trisect_shared::texture::NO_TEXTURE;
 
 /// Returns the record of a material. Until the light table is built, `light_pdf` holds the
-/// luminance of the mean emission, twice that if both sides emit.
+/// luminance of the mean emission, twice that if both sides emit. With `fading_vertices` a mesh of
+/// this material has vertices of an opacity below 1.
 pub(super) fn lower(
     m: &Described,
+    fading_vertices: bool,
     images: &[TextureImage],
     textures: &mut Packer,
 ) -> Result<Material, String> {
@@ -32,7 +34,7 @@ pub(super) fn lower(
     match m.alpha {
         // Opaque materials have no flag, so the scene needs no kernel for holes.
         Alpha::Opaque => {}
-        Alpha::Blend if m.opacity == 1.0 && record.albedo_texture == NO_TEXTURE => {}
+        Alpha::Blend if m.opacity == 1.0 && record.albedo_texture == NO_TEXTURE && !fading_vertices => {}
         Alpha::Mask { cutoff } => {
             record.flags |= MASKED;
             record.alpha_cutoff = cutoff as f32;

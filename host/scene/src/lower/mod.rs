@@ -10,11 +10,12 @@ mod texture;
 pub(super) use geometry::check_memory;
 
 use super::ImageSettings;
-use super::description::{self, Description, PunctualLight};
+use super::description::{self, Description, Mesh, PunctualLight};
 use super::error::SceneError;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, Scene};
 use glam::{DVec3, Vec3};
+use std::collections::HashSet;
 use trisect_shared::sky::Sky;
 
 /// Makes the records of a description; its first camera is used. `name` stands for the file in
@@ -40,8 +41,12 @@ pub(super) fn lower(
     };
     let mut textures = texture::Packer::default();
     let mut materials = Vec::with_capacity(description.materials.len());
-    for material in &description.materials {
-        materials.push(material::lower(material, &description.images, &mut textures).map_err(inconsistent)?);
+    let fading = |mesh: &&Mesh| mesh.colors.iter().any(|color| color[3] < 1.0);
+    let fading: HashSet<usize> = description.meshes.iter().filter(fading).map(|mesh| mesh.material).collect();
+    for (index, material) in description.materials.iter().enumerate() {
+        let fades = fading.contains(&index);
+        let record = material::lower(material, fades, &description.images, &mut textures);
+        materials.push(record.map_err(inconsistent)?);
     }
     let geometry = geometry::lower(description).map_err(inconsistent)?;
     let mut warnings = description.warnings.clone();
