@@ -11,7 +11,7 @@ use trisect::scene::description::{
     Texels, TextureImage, TextureUse, Wrap,
 };
 use trisect::scene::{CameraPose, Scene};
-use trisect_tests::renders::{apart, cpu, differing, film};
+use trisect_tests::renders::{apart, cpu, differing, film, lit};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A direction of tangent space, towards +u, up in the image, and out of the surface.
@@ -281,16 +281,18 @@ fn sampling_agrees_with_light(subject: BackendUnderTest) {
     scene.flats =
         lamp.flats.iter().map(|flat| trisect_shared::planar::Planar { material: 1, ..*flat }).collect();
     scene.materials.extend(lamp.materials);
-    let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings =
         Settings { width: 12, height: 12, samples: 2048, depth: 2, seed: 1, ..Settings::of(&scene) };
-    let mut mean = |light_sampling| {
-        let film = film(&mut renderer, &Settings { light_sampling, ..settings.clone() });
-        film.pixels.iter().map(|pixel| pixel.mean()[0]).sum::<f64>() / 144.0
+    let mean = |scene: &Scene, light_sampling| {
+        let film = film(&mut subject.renderer(scene)?, &Settings { light_sampling, ..settings.clone() });
+        Some(film.pixels.iter().map(|pixel| pixel.mean()[0]).sum::<f64>() / 144.0)
     };
-    let (with, without) = (mean(true), mean(false));
+    let (Some(with), Some(without)) = (mean(&scene, true), mean(&scene, false)) else { return };
     // 295,000 paths: the noise of the mean is 0.3 %.
     assert!((with / without - 1.0).abs() < 0.012, "{with} and {without}");
+    // Negative control: a lamp that is brighter by 3 %.
+    let brighter = mean(&lit(&scene, 1.03), true).unwrap();
+    assert!((brighter / without - 1.0).abs() > 0.012, "{brighter} and {without}");
 }
 
 for_each_backend!(
